@@ -1,0 +1,92 @@
+#include "cell_sort.cuh"
+
+#include <algorithm>
+#include <cub/device/device_radix_sort.cuh>
+
+namespace pf {
+namespace {
+
+constexpr unsigned kBlock = 256;
+
+__global__ void key_kernel(const GridShape grid, const Vec2i* position, std::uint32_t n, std::uint32_t* keys,
+                           std::uint32_t* indices) {
+  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+  if (i >= n) return;
+  keys[i] = cell_key(grid, position[i]);
+  indices[i] = i;
+}
+
+// Parcel i of the new order; the first parcel of each cell writes the start of that cell and of the empty
+// cells before it, the last one those after it.
+__global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* indices, const ParcelPointers from,
+                              const ParcelPointers to, std::uint32_t n, std::uint32_t num_keys,
+                              std::uint32_t* cell_start) {
+  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+  if (i >= n) return;
+  const std::uint32_t source = indices[i];
+  to.position[i] = from.position[source];
+  to.velocity[i] = from.velocity[source];
+  to.id[i] = from.id[source];
+  const std::uint32_t key = keys[i];
+  const std::uint32_t first = i == 0 ? 0 : keys[i - 1] + 1;
+  for (std::uint32_t cell = first; cell <= key; ++cell) cell_start[cell] = i;
+  if (i + 1 == n) {
+    for (std::uint32_t cell = key + 1; cell <= num_keys; ++cell) cell_start[cell] = n;
+  }
+}
+
+int bits_of(std::uint32_t largest) {
+  int bits = 1;
+  while (bits < 32 && (largest >> bits) != 0) ++bits;
+  return bits;
+}
+
+std::size_t temporary_bytes(std::uint32_t n) {
+  std::size_t bytes = 0;
+  cub::DoubleBuffer<std::uint32_t> keys(nullptr, nullptr), values(nullptr, nullptr);
+  PF_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, keys, values, n, 0, 32));
+  return std::max<std::size_t>(bytes, 1);
+}
+
+std::size_t num_cell_starts(std::uint32_t capacity) { return 2ULL * capacity + 8; }
+
+unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
+
+}  // namespace
+
+DeviceCellSort::DeviceCellSort(std::uint32_t capacity)
+    : cell_start_(num_cell_starts(capacity)), temporary_(temporary_bytes(capacity)) {
+  for (int k = 0; k < 2; ++k) {
+    keys_[k] = DeviceBuffer<std::uint32_t>(capacity);
+    indices_[k] = DeviceBuffer<std::uint32_t>(capacity);
+  }
+}
+
+std::size_t DeviceCellSort::bytes_for(std::uint32_t capacity) {
+  return 16ULL * capacity + 4 * num_cell_starts(capacity) + temporary_bytes(capacity);
+}
+
+std::size_t DeviceCellSort::bytes() const {
+  return 2 * (keys_[0].bytes() + indices_[0].bytes()) + cell_start_.bytes() + temporary_.bytes();
+}
+
+void DeviceCellSort::sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t n,
+                               cudaStream_t stream) {
+  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, from.position, n, keys_[0].data(), indices_[0].data());
+  PF_LAUNCHED("key_kernel");
+  cub::DoubleBuffer<std::uint32_t> keys(keys_[0].data(), keys_[1].data());
+  cub::DoubleBuffer<std::uint32_t> indices(indices_[0].data(), indices_[1].data());
+  std::size_t bytes = temporary_.bytes();
+  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, keys, indices, n, 0, bits_of(grid.num_cells()),
+                                          stream));
+  sorted_ = keys.selector;
+}
+
+void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
+                            std::uint32_t n, cudaStream_t stream) {
+  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys_[sorted_].data(), indices_[sorted_].data(), from, to, n,
+                                                      grid.num_cells() + 1, cell_start_.data());
+  PF_LAUNCHED("gather_kernel");
+}
+
+}  // namespace pf

@@ -1,0 +1,35 @@
+// Radix sort of the parcels by cell (CUB), the gather that reorders them, and the start of each cell.
+#pragma once
+
+#include "device_buffer.cuh"
+#include "step_state.cuh"
+
+namespace pf {
+
+// Scratch of the sort: two arrays of keys and two of indices for `capacity` parcels, CUB's temporary storage,
+// and the cell starts. Kept between sorts; nothing is allocated in a step.
+class DeviceCellSort {
+ public:
+  DeviceCellSort() = default;
+  explicit DeviceCellSort(std::uint32_t capacity);
+
+  // Keys and indices by the parcels' cells, sorted: stable, only the bits in use.
+  void sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t num_parcels, cudaStream_t stream);
+  // from -> to in the order of the sorted keys (must not overlap); cell_start() becomes valid. Retired parcels last.
+  void gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
+              cudaStream_t stream);
+
+  const std::uint32_t* cell_start() const { return cell_start_.data(); }
+  std::size_t bytes() const;
+  // Bytes that a sorter for that many parcels holds.
+  static std::size_t bytes_for(std::uint32_t capacity);
+
+ private:
+  DeviceBuffer<std::uint32_t> keys_[2];
+  DeviceBuffer<std::uint32_t> indices_[2];
+  DeviceBuffer<std::uint32_t> cell_start_;
+  DeviceBuffer<unsigned char> temporary_;
+  int sorted_ = 0;  // which of the two arrays holds the sorted ones
+};
+
+}  // namespace pf

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <vector>
+
+#include "cell_sort.cuh"
+#include "cuda_backend.hpp"
+#include "device_buffer.cuh"
+#include "spawn_kernel.cuh"
+#include "step_kernel.cuh"
+
+namespace pf {
+
+// Events of one request, made once: begin and end, and three around each sort.
+class RequestTimer {
+ public:
+  RequestTimer();
+  ~RequestTimer();
+  RequestTimer(const RequestTimer&) = delete;
+  RequestTimer& operator=(const RequestTimer&) = delete;
+
+  void begin(cudaStream_t stream);
+  void mark_sort(cudaStream_t stream);    // before the keys, after the keys, after the gather
+  void mark_ball(cudaStream_t stream);    // before and after one ball kernel
+  void end(cudaStream_t stream);
+  // Waits for the end. The ball's time is that of the marked step times num_steps; sorts beyond the first
+  // kMaxSorts of a request are not marked and count as collide_integrate.
+  PhaseTimes times(std::uint32_t num_steps);
+
+ private:
+  static constexpr std::size_t kMaxSorts = 128;
+  cudaEvent_t begin_{}, end_{};
+  std::vector<cudaEvent_t> sort_marks_;  // 3 per sort
+  cudaEvent_t ball_marks_[2]{};
+  std::size_t num_sort_marks_ = 0;
+  int num_ball_marks_ = 0;
+};
+
+class CudaBackend final : public Backend {
+ public:
+  explicit CudaBackend(int device);
+  ~CudaBackend() override;
+
+  std::string name() const override { return "cuda"; }
+  std::string device() const override { return device_name_; }
+  void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
+  void set_physics(const Physics& physics) override { physics_ = physics; }
+  void set_ball(const BallState& ball) override;
+  void restore(const ParcelSnapshot& snapshot) override;
+  StepReport advance(const StepRequest& request) override;
+  void draw(const DrawBuffers& buffers) override;
+  ParcelSnapshot snapshot() override;
+  Measures measure() override;
+  std::uint64_t state_hash() override;
+  std::uint64_t memory_bytes() const override;
+
+ private:
+  struct Parcels {
+    DeviceBuffer<Vec2i> position;
+    DeviceBuffer<Vec2f> velocity;
+    DeviceBuffer<std::uint32_t> id;
+    ParcelPointers pointers() const { return {position.data(), velocity.data(), id.data()}; }
+  };
+
+  void make_room(std::uint32_t num_parcels);
+  void sort(const StepConstants& constants, bool timed);
+  bool sort_is_due(const StepConstants& constants) const;
+  DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
+  void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
+  StepReport read_report(const StepConstants& constants, const StepRequest& request, std::uint64_t num_sorts);
+  std::vector<MeasurePart> measure_parts();
+  StepState read_state();
+  void write_state(const StepState& state);
+
+  std::string device_name_;
+  cudaStream_t stream_{};
+  Physics physics_;
+  std::uint32_t num_parcels_ = 0;
+  std::uint32_t capacity_ = 0;
+  Parcels current_;                 // sorted by cell at the last sort
+  Parcels next_;
+  DeviceCellSort cell_sort_;
+  DeviceBuffer<Vec2f> draw_position_;  // only for draw targets in host memory
+  DeviceBuffer<float> draw_speed_;
+  DeviceBuffer<StepState> state_{1};
+  DeviceBuffer<TallySlot> slots_{kNumSlots};
+  PinnedValue<StepState> host_state_;  // as of the last finished request
+  GridShape grid_;
+  RequestTimer timer_;
+  bool sorted_ = false;
+  std::int64_t expected_travel_ = 0;   // since the sort: known up to the last request, then estimated
+};
+
+}  // namespace pf

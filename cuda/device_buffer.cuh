@@ -1,0 +1,56 @@
+// Device memory with one owner, and page-locked host memory for what crosses over.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include "check.cuh"
+
+namespace pf {
+
+// Uninitialised array on the current device; move-only. capacity() elements of T.
+template <class T>
+class DeviceBuffer {
+ public:
+  DeviceBuffer() = default;
+  explicit DeviceBuffer(std::size_t count) : count_(count) {
+    if (count > 0) PF_CUDA(cudaMalloc(&data_, count * sizeof(T)));
+  }
+  ~DeviceBuffer() { cudaFree(data_); }
+  DeviceBuffer(DeviceBuffer&& o) noexcept { swap(o); }
+  DeviceBuffer& operator=(DeviceBuffer&& o) noexcept {
+    swap(o);
+    return *this;
+  }
+
+  T* data() const { return data_; }
+  std::size_t capacity() const { return count_; }
+  std::size_t bytes() const { return count_ * sizeof(T); }
+  void swap(DeviceBuffer& o) noexcept {
+    std::swap(data_, o.data_);
+    std::swap(count_, o.count_);
+  }
+
+ private:
+  T* data_ = nullptr;
+  std::size_t count_ = 0;
+};
+
+// One page-locked T on the host.
+template <class T>
+class PinnedValue {
+ public:
+  PinnedValue() { PF_CUDA(cudaMallocHost(&value_, sizeof(T))); }
+  ~PinnedValue() { cudaFreeHost(value_); }
+  PinnedValue(const PinnedValue&) = delete;
+  PinnedValue& operator=(const PinnedValue&) = delete;
+
+  T* get() const { return value_; }
+  T& operator*() const { return *value_; }
+  T* operator->() const { return value_; }
+
+ private:
+  T* value_ = nullptr;
+};
+
+}  // namespace pf

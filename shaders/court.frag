@@ -1,0 +1,61 @@
+// A pickleball court seen from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft
+// apart (PHYSICS.md 4.1). Drawn once per view and kept as a picture.
+out vec4 color;
+
+const float kFoot = 0.3048;
+const vec2 kHalfCourt = vec2(22.0, 10.0) * kFoot;
+const vec2 kHalfPlay = vec2(30.0, 15.5) * kFoot;
+const float kZone = 7.0 * kFoot;
+const float kHalfLine = 0.0254;        // lines are 2 inches wide
+const float kHalfPosts = 11.0 * kFoot;
+
+// How much of the pixel at distance d [m] (negative inside) is covered.
+float cover(float d) { return clamp(0.5 - d / view.m_per_px, 0.0, 1.0); }
+
+float box(vec2 p, vec2 half_size) {
+  vec2 q = abs(p) - half_size;
+  return length(max(q, 0.0)) + min(max(q.x, q.y), 0.0);
+}
+
+// Lines are never thinner than 1.2 px.
+float half_line() { return max(kHalfLine, 0.6 * view.m_per_px); }
+
+float lines(vec2 p) {
+  float w = half_line();
+  vec2 a = abs(p);
+  float outline = abs(box(p, kHalfCourt - kHalfLine)) - w;
+  float zone = max(abs(a.x - kZone) - w, a.y - kHalfCourt.y);
+  float middle = max(max(a.y - w, kZone - a.x), a.x - kHalfCourt.x);
+  return min(min(outline, zone), middle);
+}
+
+vec3 floor_color(vec2 p) {
+  vec3 outside = vec3(0.043, 0.071, 0.090);
+  vec3 apron = vec3(0.067, 0.129, 0.149);
+  vec3 court = vec3(0.058, 0.158, 0.228);
+  vec3 zone = vec3(0.066, 0.205, 0.222);
+  vec3 c = mix(outside, apron, cover(box(p, kHalfPlay - 0.25) - 0.25));
+  c = mix(c, court, cover(box(p, kHalfCourt)));
+  return mix(c, zone, cover(box(p, vec2(kZone, kHalfCourt.y))));
+}
+
+vec3 with_net(vec3 c, vec2 p) {
+  float w = max(0.022, 0.75 * view.m_per_px);
+  float shadow = 0.42 * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
+  c *= 1.0 - shadow * step(0.0, p.x);
+  float mesh = max(abs(p.x) - w, abs(p.y) - kHalfPosts);
+  c = mix(c, vec3(0.86, 0.89, 0.88), 0.92 * cover(mesh));
+  float post = length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.06;
+  return mix(c, vec3(0.72, 0.76, 0.78), cover(post));
+}
+
+void main() {
+  vec2 p = (gl_FragCoord.xy - view.anchor_px) * view.m_per_px + view.center_m;
+  vec3 c = floor_color(p);
+  c *= 1.0 - 0.18 * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
+  c = mix(c, vec3(0.87, 0.90, 0.89), 0.80 * cover(lines(p)));
+  c = with_net(c, p);
+  // Half a grey level of noise hides the bands of the soft shading.
+  float noise = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;
+  color = vec4(c + noise / 255.0, 1.0);
+}

@@ -1,0 +1,351 @@
+// The command line: CLI11 takes it apart, the table of settings checks it.
+#include "app/options.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Flags that are short for --set; their help and checks come from the table of settings.
+struct SettingFlag {
+  const char* flag;
+  const char* path;
+  const char* value;  // as the help names it
+};
+constexpr SettingFlag kSettingFlags[] = {
+    {"-p", "air.num_parcels", "N"},      {"--ball-vx", "ball.vx_mps", "X"},
+    {"--ball-vy", "ball.vy_mps", "Y"},   {"--ball-spin", "ball.spin_radps", "OMEGA"},
+    {"--method", "run.method", "NAME"},  {"--neighbors", "run.neighbors", "NAME"},
+    {"--threads", "run.threads", "N"},   {"--dt", "run.dt_s", "SECONDS"},
+    {"--substeps", "run.substeps", "N"}, {"--time-scale", "run.time_scale", "X"},
+    {"--seed", "run.seed", "N"},         {"--seconds", "run.seconds", "SECONDS"},
+};
+
+const std::vector<std::string> kCommands = {"run", "bench", "scenes"};
+const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
+constexpr const char* kDefaultScene = "court";
+constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
+
+// The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
+// stand.
+struct Typed {
+  std::optional<std::string> scene, size, steps, warmup, repeats;
+  std::vector<std::string> sets;
+  std::vector<std::pair<const SettingFlag*, std::string>> flags;
+  std::string record, report, picture, json, panel_map;
+};
+
+bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
+
+// The row of a flag. For -p without 0, which means 'by backend' in a scene and would be read as 'none' here.
+Field field_of(const SettingFlag& flag) {
+  Field field = find_field(flag.path, flag.flag);
+  if (is_num_parcels(flag)) {
+    field.doc = "number of parcels";
+    field.min = 1;
+  }
+  return field;
+}
+
+std::string flag_help(const SettingFlag& flag) {
+  const Field field = field_of(flag);
+  const std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
+  const auto* choice = std::get_if<Choice>(&field.member);
+  const std::string allowed = choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", "))
+                                                : fmt::format("{} to {}", field.min, field.max);
+  const Settings defaults;
+  const std::string standard =
+      is_num_parcels(flag)
+          ? fmt::format("{} on a CPU, {} on a GPU", defaults.num_parcels_cpu, defaults.num_parcels_gpu)
+          : value_text(field, defaults);
+  return fmt::format("{}{}; {}; default {}", field.doc, unit, allowed, standard);
+}
+
+std::string set_help() {
+  std::string text = "Settings for --set, the keys of a scene file (defaults; a scene may have others):\n";
+  for (const Field& field : fields()) {
+    const bool is_number =
+        field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
+    const auto* choice = std::get_if<Choice>(&field.member);
+    const std::string range = is_number ? fmt::format(" ({} to {})", field.min, field.max)
+                              : choice  ? fmt::format(" ({})", fmt::join(choice->names, ", "))
+                                        : "";
+    text += fmt::format("  {} = {}{}{}\n      {}\n", field.path(), value_text(field, Settings{}),
+                        field.unit.empty() ? "" : " " + field.unit, range, field.doc);
+  }
+  return text;
+}
+
+CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
+                      const std::string& help) {
+  // A callback, since CLI11 takes an empty value of an optional for none at all.
+  return app
+      .add_option_function<std::string>(
+          flag, [&target](const std::string& text) { target = text; }, help)
+      ->type_name(value);
+}
+
+void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene) {
+  add_text(app, "--scene", typed.scene, "NAME",
+           fmt::format("scene by name (see 'pickleflight scenes') or a file ending in .toml; default {}",
+                       default_scene));
+  for (const SettingFlag& flag : kSettingFlags) {
+    const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };
+    app.add_option_function<std::string>(flag.flag, keep, flag_help(flag))->type_name(flag.value);
+  }
+  app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
+               "as --cuda, but end with an error if there is none");
+  app.footer(set_help);
+}
+
+void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_flag("-t", options.show_path, "draw the path of the ball");
+  app.add_flag("--headless", options.headless, "no window");
+  app.add_flag_callback(
+      "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
+  app.add_option("--record", typed.record, "write a film, .mp4 or .mkv")->type_name("FILE");
+  app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
+      ->type_name("FILE");
+  app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
+  app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
+  app.add_option(
+         "--draw-target", options.draw_target,
+         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
+      ->type_name("NAME");
+  add_text(app, "--size", typed.size, "WxH",
+           "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
+}
+
+void add_bench_flags(CLI::App& app, Typed& typed) {
+  add_text(app, "--steps", typed.steps, "N", "timed steps per repeat; 1 to 1000000; default 200");
+  add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
+  add_text(app, "--repeats", typed.repeats, "N",
+           "repeats, of which median and minimum are given; 1 to 1000; default 5");
+  app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
+}
+
+int whole_number(const std::string& place, const std::string& text, int min, int max) {
+  int value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || value < min || value > max) {
+    throw UserError(fmt::format("{}: {} cannot be used; give a whole number from {} to {}", place,
+                                in_quotes(text), min, max));
+  }
+  return value;
+}
+
+void read_size(const std::string& text, Options& options) {
+  constexpr int kMin = 16, kMax = 16384;
+  const std::size_t cross = text.find_first_of("xX");
+  try {
+    if (cross == std::string::npos) throw UserError("");
+    options.width_px = whole_number("--size", text.substr(0, cross), kMin, kMax);
+    options.height_px = whole_number("--size", text.substr(cross + 1), kMin, kMax);
+  } catch (const UserError&) {
+    throw UserError(
+        fmt::format("--size: {} is not a size; give WIDTHxHEIGHT, each a whole number from {} to {} pixels, "
+                    "as 1280x720",
+                    in_quotes(text), kMin, kMax));
+  }
+}
+
+void apply_set(const std::string& assignment, Settings& settings) {
+  const std::size_t equals = assignment.find('=');
+  if (equals == std::string::npos) {
+    throw UserError(fmt::format("--set: {} has no '='; give section.key=value, as air.restitution=0.9",
+                                in_quotes(assignment)));
+  }
+  const std::string path = CLI::detail::trim_copy(assignment.substr(0, equals));
+  const std::string value = CLI::detail::trim_copy(assignment.substr(equals + 1));
+  const Field& field = find_field(path, "--set");
+  set_from_text(field, settings, value, "--set " + path);
+}
+
+void apply_flag(const SettingFlag& flag, const std::string& text, Settings& settings) {
+  try {
+    set_from_text(field_of(flag), settings, text, flag.flag);
+  } catch (const UserError& error) {
+    if (!is_num_parcels(flag)) throw;
+    throw UserError(fmt::format("{}; to fly without parcels use --set air.kind=vacuum", error.what()));
+  }
+}
+
+Settings read_settings(const Typed& typed, const char* default_scene) {
+  Settings settings;
+  try {
+    settings = load_scene(typed.scene.value_or(default_scene));
+  } catch (const UserError& error) {
+    if (!typed.scene) throw;
+    throw UserError(fmt::format("--scene: {}", error.what()));
+  }
+  for (const std::string& assignment : typed.sets) apply_set(assignment, settings);
+  for (const auto& [flag, text] : typed.flags) apply_flag(*flag, text, settings);
+  return settings;
+}
+
+// Opens in append mode, so that what is there stays; a file that this made is removed again.
+void check_writable(const std::string& place, const fs::path& file) {
+  std::error_code ignored;
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  std::string reason;
+  if (!fs::is_directory(folder, ignored)) {
+    reason = fmt::format("the folder {} does not exist", in_quotes(folder.string()));
+  } else if (fs::is_directory(file, ignored)) {
+    reason = "it is a folder";
+  } else if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
+    if (::access(file.c_str(), W_OK) != 0) reason = std::strerror(errno);  // opening a pipe would wait
+  } else {
+    const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
+    errno = 0;
+    if (!std::ofstream(file, std::ios::app))
+      reason = std::strerror(errno);
+    else if (is_new)
+      fs::remove(file, ignored);
+  }
+  if (reason.empty()) return;
+  throw UserError(
+      fmt::format("{}: {} cannot be written: {}; choose a file in a folder that exists and is writable",
+                  place, in_quotes(file.string()), reason));
+}
+
+// The file named by a flag, or none. endings: those allowed; empty: any.
+fs::path output_file(const CLI::App& app, const std::string& flag, const std::string& text,
+                     const std::vector<std::string>& endings) {
+  if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
+  const fs::path file = text;
+  const std::string ending = CLI::detail::to_lower(file.extension().string());
+  if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
+    throw UserError(fmt::format("{}: {} has the wrong ending; the file must end in {}", flag, in_quotes(text),
+                                fmt::join(endings, " or ")));
+  }
+  check_writable(flag, file);
+  return file;
+}
+
+// What CLI11 did not recognise.
+[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
+  std::vector<std::string> known;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) known.push_back("-" + name);
+  }
+  const bool is_option = word.starts_with('-');
+  const std::string help = fmt::format("see pickleflight {} --help", command.get_name());
+  if (is_option) {
+    const std::string name = word.substr(0, word.find('='));
+    throw UserError(fmt::format("{} is not an option of 'pickleflight {}'; the nearest is {}; {}",
+                                in_quotes(word), command.get_name(), nearest_name(name, known), help));
+  }
+  if (std::find(kCommands.begin(), kCommands.end(), word) != kCommands.end()) {
+    throw UserError(fmt::format("{} must come first: pickleflight {} [options]", in_quotes(word), word));
+  }
+  throw UserError(
+      fmt::format("{} is neither a command nor the value of an option; the nearest command is {} "
+                  "(commands: {}); {}",
+                  in_quotes(word), nearest_name(word, kCommands), fmt::join(kCommands, ", "), help));
+}
+
+Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
+  const std::vector<std::string> extras = command.remaining();
+  if (!extras.empty()) refuse_extra(command, extras.front());
+  if (command.get_name() == "scenes") {
+    options.command = Command::scenes;
+    return options;
+  }
+  if (std::find(kDrawTargets.begin(), kDrawTargets.end(), options.draw_target) == kDrawTargets.end()) {
+    throw UserError(fmt::format(
+        "--draw-target: {} is unknown, the nearest is {}; one of {}", in_quotes(options.draw_target),
+        nearest_name(options.draw_target, kDrawTargets), fmt::join(kDrawTargets, ", ")));
+  }
+  const bool is_bench = command.get_name() == "bench";
+  options.command = is_bench ? Command::bench : Command::run;
+  options.cuda = options.cuda || options.cuda_no_fallback;
+  if (typed.size) read_size(*typed.size, options);
+  if (typed.steps) options.bench_steps = whole_number("--steps", *typed.steps, 1, 1000000);
+  if (typed.warmup) options.bench_warmup = whole_number("--warmup", *typed.warmup, 0, 1000000);
+  if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
+  options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
+  options.record = output_file(command, "--record", typed.record, {".mp4", ".mkv"});
+  options.picture = output_file(command, "--picture", typed.picture, {".png"});
+  options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
+  options.report = output_file(command, "--report", typed.report, {});
+  options.bench_json = output_file(command, "--json", typed.json, {});
+  return options;
+}
+
+std::string version_text() {
+  return fmt::format("pickleflight {} (CUDA backend: {})", PF_VERSION, PF_HAVE_CUDA ? "yes" : "no");
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+// argv without the program's name; 'run' is put in front where no command is given.
+std::vector<std::string> words_of(int argc, const char* const* argv) {
+  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  const std::vector<std::string> on_their_own = {"-h", "--help", "--version"};
+  const auto first_is_in = [&words](const std::vector<std::string>& names) {
+    return !words.empty() && std::find(names.begin(), names.end(), words.front()) != names.end();
+  };
+  if (!first_is_in(kCommands) && !first_is_in(on_their_own)) words.insert(words.begin(), "run");
+  return words;
+}
+
+}  // namespace
+
+ParseResult parse_options(int argc, const char* const* argv) {
+  Typed typed;
+  Options options;
+  CLI::App app("A pickleball flying through air parcels, with the accuracy measured, shown and chosen.",
+               "pickleflight");
+  CLI::App& run = *app.add_subcommand("run", "fly, in a window or headless (also without a command)");
+  CLI::App& bench = *app.add_subcommand("bench", "time the steps of a scene, without drawing");
+  CLI::App& scenes = *app.add_subcommand("scenes", "list the scenes");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", version_text(), "version and backends");
+  for (CLI::App* command : {&run, &bench, &scenes}) {
+    command->allow_extras();  // refused later, with the nearest name
+    command->set_version_flag("--version", version_text(), "version and backends");
+  }
+  add_setting_flags(run, typed, options, kDefaultScene);
+  add_run_flags(run, typed, options);
+  add_setting_flags(bench, typed, options, kBenchScene);
+  add_bench_flags(bench, typed);
+
+  std::vector<std::string> words = words_of(argc, argv);
+  std::reverse(words.begin(), words.end());  // the order that CLI11 wants
+  try {
+    app.parse(words);
+  } catch (const CLI::CallForHelp&) {
+    const bool is_general = app.get_subcommands().empty();
+    return {std::nullopt, is_general ? app.help() + "\n" + run.help("pickleflight") : app.help(), 0};
+  } catch (const CLI::CallForVersion&) {
+    return {std::nullopt, version_text() + "\n", 0};
+  } catch (const CLI::ParseError& error) {
+    throw UserError(fmt::format("{}; see pickleflight --help", one_line(error.what())));
+  }
+  return {checked_options(*app.get_subcommands().front(), typed, options), "", 0};
+}
+
+}  // namespace pf

@@ -1,0 +1,192 @@
+// The report of a run.
+#include "app/report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+// null for what is not a number: JSON has no word for it.
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+// null for a ratio that has no meaning.
+json ratio(double numerator, double denominator) {
+  return denominator > 0.0 ? number(numerator / denominator) : json(nullptr);
+}
+
+json vector(Vec2d value) { return json::array({number(value.x), number(value.y)}); }
+
+double magnitude(Vec2d value) { return std::sqrt(dot(value, value)); }
+
+// Median, and the smallest value that 99 % of the values do not exceed.
+json median_and_p99(std::vector<double> values) {
+  if (values.empty()) return {{"median", nullptr}, {"p99", nullptr}};
+  std::sort(values.begin(), values.end());
+  const std::size_t num = values.size();
+  const double median = 0.5 * (values[(num - 1) / 2] + values[num / 2]);
+  return {{"median", number(median)}, {"p99", number(values[(99 * num + 99) / 100 - 1])}};
+}
+
+json phase_report(const std::vector<PhaseTimes>& frames) {
+  json report = json::object();
+  for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
+    std::vector<double> values;
+    values.reserve(frames.size());
+    for (const PhaseTimes& times : frames) values.push_back(times.ms[phase]);
+    report[kPhaseNames[phase]] = median_and_p99(std::move(values));
+  }
+  return report;
+}
+
+// Time of the phases that compute, whole run; the rest draws.
+double physics_seconds(const std::vector<PhaseTimes>& frames) {
+  double ms = 0.0;
+  for (const PhaseTimes& times : frames) {
+    ms += times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
+  }
+  return 1e-3 * ms;
+}
+
+// sqrt(kT/m), speed per component: in two dimensions K = N m c^2. Not a number without parcels.
+double thermal_speed_mps(const Physics& physics, double kinetic_energy_j) {
+  return std::sqrt(kinetic_energy_j / (physics.parcels.num * physics.parcels.mass_kg));
+}
+
+json energy_report(const Measures& initial, const Measures& final) {
+  return {{"initial_j", number(initial.energy_j())},
+          {"final_j", number(final.energy_j())},
+          {"relative_drift", ratio(final.energy_j() - initial.energy_j(), initial.energy_j())}};
+}
+
+json momentum_report(const Measures& initial, const Measures& final) {
+  const Vec2d change = final.momentum_kg_mps - initial.momentum_kg_mps;
+  return {{"initial", vector(initial.momentum_kg_mps)},
+          {"final", vector(final.momentum_kg_mps)},
+          {"relative_drift", ratio(magnitude(change), initial.momentum_scale_kg_mps)}};
+}
+
+json collision_report(const Physics& physics, const StepTotals& totals, double simulated_s,
+                      double speed_mps) {
+  const ParcelConstants& parcels = physics.parcels;
+  const bool can_collide = parcels.num > 1 && parcels.contacts;
+  json report = {{"count", totals.num_collisions},
+                 {"rate_per_parcel_per_s", nullptr},
+                 {"enskog_rate_per_parcel_per_s", nullptr}};
+  if (!can_collide) return report;
+  const double collisions = 2.0 * static_cast<double>(totals.num_collisions);  // one counts for both partners
+  report["rate_per_parcel_per_s"] = ratio(collisions, parcels.num * simulated_s);
+  report["enskog_rate_per_parcel_per_s"] =
+      number(enskog_rate_per_s(area_fraction_of(physics), speed_mps, parcels.radius_m));
+  return report;
+}
+
+// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t) (PHYSICS.md, virial pressure), with |J| / m
+// summed and kT / m = c^2.
+json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
+                     double speed_mps) {
+  if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;
+  const double virial = 2.0 * parcels.radius_m * totals.impulse_sum_mps;
+  const double ideal = 2.0 * parcels.num * speed_mps * speed_mps * simulated_s;
+  return ideal > 0.0 ? number(1.0 + virial / ideal) : json(nullptr);
+}
+
+json ball_report(const BallConstants& constants, const BallState& ball, const StepTotals& totals,
+                 double distance_m) {
+  if (!constants.present) return nullptr;
+  return {{"x_m", number(ball.position_m.x)},
+          {"y_m", number(ball.position_m.y)},
+          {"vx_mps", number(ball.velocity_mps.x)},
+          {"vy_mps", number(ball.velocity_mps.y)},
+          {"spin_radps", number(ball.spin_radps)},
+          {"distance_m", number(distance_m)},
+          {"hits", totals.num_ball_hits},
+          {"impulse_x_kg_mps", number(totals.ball_impulse_kg_mps.x)},
+          {"impulse_y_kg_mps", number(totals.ball_impulse_kg_mps.y)},
+          {"torque_impulse_kg_m2ps", number(totals.ball_torque_impulse_kg_m2ps)}};
+}
+
+std::string name_of(const char* path, const Settings& settings) {
+  return value_text(find_field(path, "report"), settings);
+}
+
+}  // namespace
+
+// speed_mps_: thermal speed at the start. The settings that count are those at the end, see finish.
+RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& initial, std::string device)
+    : initial_(initial),
+      device_(std::move(device)),
+      speed_mps_(thermal_speed_mps(physics, initial.parcel_energy_j)),
+      start_(Clock::now()) {}
+
+void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s) {
+  frames_.push_back(times);
+  totals_ += totals;
+  simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;
+  dt_s_ = dt_s;
+}
+
+void RunRecord::start_clock() { start_ = Clock::now(); }
+
+json RunRecord::finish(const Settings& settings, const Physics& physics, Backend& backend,
+                       const BallState& ball, double ball_distance_m) const {
+  const double wall_s = 1e-3 * milliseconds_since(start_);
+  const Measures final = backend.measure();
+  const ParcelConstants& parcels = physics.parcels;
+  const bool has_parcels = parcels.num > 0;
+  const double final_speed_mps = thermal_speed_mps(physics, final.parcel_energy_j);
+  // Speed of the mean of the initial and the final energy per parcel.
+  const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
+  const double compute_s = physics_seconds(frames_);
+  const double particle_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
+  return {
+      {"version", PF_VERSION},
+      {"device", device_},
+      {"scene", settings.name},
+      {"method", name_of("run.method", settings)},
+      {"neighbors", name_of("run.neighbors", settings)},
+      {"num_parcels", parcels.num},
+      {"area_fraction", has_parcels ? number(area_fraction_of(physics)) : json(nullptr)},
+      {"restitution", number(parcels.restitution)},
+      {"dt_s", number(dt_s_)},
+      {"steps", totals_.num_steps},
+      {"simulated_s", number(simulated_s_)},
+      {"wall_s", number(wall_s)},
+      {"phase_ms", phase_report(frames_)},
+      {"ns_per_particle_step", ratio(1e9 * compute_s, particle_steps)},
+      {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},
+      {"energy", energy_report(initial_, final)},
+      {"momentum", momentum_report(initial_, final)},
+      {"collisions", collision_report(physics, totals_, simulated_s_, speed_mps)},
+      {"compressibility", compressibility(parcels, totals_, simulated_s_, speed_mps)},
+      {"max_overlap_diameters",
+       totals_.num_collisions > 0 ? number(totals_.max_overlap_diameters) : json(nullptr)},
+      {"num_retired", totals_.num_retired},
+      {"ball", ball_report(physics.ball, ball, totals_, ball_distance_m)},
+      {"state_hash", fmt::format("{:016x}", backend.state_hash())},
+  };
+}
+
+void write_report(const std::filesystem::path& file, const json& report) {
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  // A name that is not UTF-8 must not cost the whole report.
+  stream << report.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
+  stream.close();
+  if (!stream) {
+    throw UserError(
+        fmt::format("{}: the report cannot be written; choose a folder that exists, is writable and has room",
+                    in_quotes(file.string())));
+  }
+}
+
+}  // namespace pf

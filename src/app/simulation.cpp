@@ -1,0 +1,244 @@
+#include "app/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+constexpr std::size_t kMaxOldPaths = 5;
+constexpr double kPauseAfterLanding_s = 1.0;
+
+// Whether going from one to the other needs the parcels to be spawned anew.
+bool needs_respawn(const Settings& a, const Settings& b) {
+  const auto spawned_from = [](const Settings& s) {
+    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m, s.parcel_mass_kg,
+                      s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m, s.boundary, s.air, s.seed,
+                      s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+  };
+  return spawned_from(a) != spawned_from(b);
+}
+
+double spring_contact_s(const Settings& settings, double dt_s) {
+  return settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * dt_s;
+}
+
+bool has_left(const Physics& physics, const BallState& ball) {
+  if (!physics.ball.present || physics.world.boundary != Boundary::open) return false;
+  const World& world = physics.world;
+  const double radius = physics.ball.radius_m;
+  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
+         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
+}
+
+}  // namespace
+
+std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name) {
+  if (settings.air != Air::parcels) return 0;
+  if (settings.num_parcels > 0) return settings.num_parcels;
+  return backend_name == "cuda" ? settings.num_parcels_gpu : settings.num_parcels_cpu;
+}
+
+struct Simulation::State {
+  Settings settings;
+  Physics physics;
+  std::unique_ptr<Backend> backend;
+  BallState ball;
+  FrameView view;
+  std::vector<Vec2f> path_m;
+  std::deque<std::vector<Vec2f>> old_paths_m;
+  std::int64_t num_launches = 0;
+  double landed_for_s = 0.0;
+  bool left_once = false;
+
+  void reset();
+  void respawn(const Settings& with);
+  void launch();
+  void apply(const Settings& edited);
+  void obey(const Commands& commands);
+  void step_frame(DrawTarget* target);
+  void follow_ball();
+  void update_view();
+};
+
+// Back to the start: the same settings and seed give the same run.
+void Simulation::State::reset() {
+  num_launches = 0;
+  left_once = false;
+  old_paths_m.clear();
+  path_m.clear();
+  view.totals = {};
+  view.simulated_s = 0.0;
+  view.message.clear();
+  ball = initial_ball(settings);
+  respawn(settings);
+  launch();
+}
+
+// Spawns parcels for the settings around the ball where it is. Leaves everything as it was if they do not fit.
+void Simulation::State::respawn(const Settings& with) {
+  const Physics derived = derive_physics(with);
+  const Spawner spawner(with, derived, ball);
+  backend->reset(derived, spawner.plan(), ball);
+  physics = derived;
+}
+
+void Simulation::State::launch() {
+  if (path_m.size() > 1) {
+    old_paths_m.push_front(std::move(path_m));
+    if (old_paths_m.size() > kMaxOldPaths) old_paths_m.pop_back();
+  }
+  path_m.clear();
+  ball = initial_ball(settings);
+  backend->set_ball(ball);
+  view.flight = Flight::flying;
+  view.ball_distance_m = 0.0;
+  landed_for_s = 0.0;
+  ++num_launches;
+  follow_ball();
+}
+
+// Takes over edited settings; a setting that cannot run is refused with a message and nothing changes.
+void Simulation::State::apply(const Settings& edited) {
+  Settings with = edited;
+  with.num_parcels = resolve_num_parcels(edited, backend->name());
+  try {
+    if (needs_respawn(settings, with)) {
+      respawn(with);
+    } else {
+      physics = derive_physics(with);
+      backend->set_physics(physics);
+    }
+  } catch (const UserError& error) {
+    view.message = error.what();
+    return;
+  }
+  view.message.clear();
+  if (with.ball_spin_radps != settings.ball_spin_radps) {
+    ball.spin_radps = with.ball_spin_radps;
+    backend->set_ball(ball);
+  }
+  settings = with;
+}
+
+void Simulation::State::obey(const Commands& commands) {
+  if (commands.settings) apply(*commands.settings);
+  if (commands.reset) reset();
+  if (commands.launch) launch();
+  if (commands.toggle_pause) view.paused = !view.paused;
+}
+
+void Simulation::State::step_frame(DrawTarget* target) {
+  const FramePlan plan = plan_frame(settings, physics, ball);
+  view.dt_s = plan.dt_s;
+  view.steps_per_frame = plan.num_steps;
+  view.slow_motion = plan.slow_motion;
+
+  StepRequest request;
+  request.method = settings.method;
+  request.neighbors = settings.neighbors;
+  request.num_steps = plan.num_steps;
+  request.dt_s = plan.dt_s;
+  request.spring_contact_s = spring_contact_s(settings, plan.dt_s);
+  PhaseTimes mapping;
+  DrawBuffers buffers;
+  if (target) {
+    target->reserve(physics.parcels.num);
+    ScopedPhase timing(mapping, Phase::map);
+    buffers = target->map();
+    request.draw = &buffers;
+  }
+  const StepReport report = backend->advance(request);
+  if (target) {
+    ScopedPhase timing(mapping, Phase::unmap);
+    target->unmap();
+  }
+  ball = report.ball;
+  view.times = report.times;
+  view.times += mapping;
+  view.frame_totals = report.totals;
+  view.totals += report.totals;
+  view.simulated_s += plan.num_steps * plan.dt_s;
+  if (report.totals.num_invalid > 0) {
+    view.paused = true;
+    view.message = fmt::format(
+        "Paused: {} parcels left the range of numbers in step {}, the first with id {}. Shorten the step "
+        "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
+        report.totals.num_invalid, report.totals.first_invalid_step, report.totals.first_invalid_id);
+  }
+}
+
+void Simulation::State::follow_ball() {
+  if (!physics.ball.present) return;
+  const Vec2f here = to_float(ball.position_m);
+  if (!path_m.empty()) {
+    const Vec2d moved = ball.position_m - to_double(path_m.back());
+    const double length = std::sqrt(dot(moved, moved));
+    const World& world = physics.world;
+    const bool wrapped = world.boundary == Boundary::periodic && length > 0.5 * world.half.y * world.unit_m;
+    if (wrapped) path_m.clear();
+    if (!wrapped) view.ball_distance_m += length;
+  }
+  path_m.push_back(here);
+}
+
+void Simulation::State::update_view() {
+  view.settings = &settings;
+  view.physics = &physics;
+  view.ball = ball;
+  view.path_m = &path_m;
+  view.old_paths_m = &old_paths_m;
+  view.num_parcels = physics.parcels.num;
+}
+
+Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.backend = std::move(backend);
+  s.settings = std::move(settings);
+  s.settings.num_parcels = resolve_num_parcels(s.settings, s.backend->name());
+  s.reset();
+  s.update_view();
+}
+
+Simulation::~Simulation() = default;
+
+void Simulation::advance_frame(const Commands& commands, DrawTarget* draw) {
+  State& s = *state_;
+  s.obey(commands);
+  s.view.times = {};
+  s.view.frame_totals = {};
+  const bool waiting = s.view.flight == Flight::landed;
+  if ((!s.view.paused && !waiting) || commands.single_step) {
+    s.step_frame(draw);
+    s.follow_ball();
+    if (s.view.flight == Flight::flying && has_left(s.physics, s.ball)) {
+      s.view.flight = Flight::landed;
+      s.left_once = true;
+    }
+  } else if (draw) {
+    draw->reserve(s.physics.parcels.num);
+    s.backend->draw(draw->map());
+    draw->unmap();
+  }
+  if (waiting && !s.view.paused) {
+    s.landed_for_s += 1.0 / s.settings.frame_rate_hz;
+    if (s.settings.relaunch && s.landed_for_s >= kPauseAfterLanding_s) {
+      s.ball = initial_ball(s.settings);
+      Settings with = s.settings;
+      with.seed += s.num_launches;  // fresh air for each flight, the same in every run
+      s.respawn(with);
+      s.launch();
+    }
+  }
+  s.update_view();
+}
+
+const FrameView& Simulation::view() const { return state_->view; }
+const Settings& Simulation::settings() const { return state_->settings; }
+Backend& Simulation::backend() { return *state_->backend; }
+bool Simulation::finished_flight() const { return state_->left_once; }
+
+}  // namespace pf

@@ -1,0 +1,74 @@
+// The simulation loop: turns settings and commands into steps of a backend, frame by frame, and keeps what
+// the panel, the overlay and the report show.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "backend/backend.hpp"
+#include "scene/derive.hpp"
+#include "scene/settings.hpp"
+
+namespace pf {
+
+// What the panel (or a key, or the mouse) asks for. It never touches the simulation itself.
+struct Commands {
+  std::optional<Settings> settings;  // the edited copy, when anything in it changed
+  bool toggle_pause = false;
+  bool single_step = false;          // one frame, while paused
+  bool reset = false;                // back to the start of the scene, same seed
+  bool launch = false;               // the ball back to its start, parcels as they are
+  bool quit = false;
+};
+
+enum class Flight { flying, landed };  // landed: the ball is out of the world, waiting to be launched again
+
+// What the view needs to draw one frame. Owned by the simulation, valid until the next call of advance_frame.
+struct FrameView {
+  const Settings* settings = nullptr;
+  const Physics* physics = nullptr;
+  BallState ball;
+  const std::vector<Vec2f>* path_m = nullptr;               // of the present flight, oldest first
+  const std::deque<std::vector<Vec2f>>* old_paths_m = nullptr;  // of earlier flights, newest first
+  std::uint32_t num_parcels = 0;
+  double simulated_s = 0.0;
+  double dt_s = 0.0;
+  std::uint32_t steps_per_frame = 0;
+  double slow_motion = 0.0;  // simulated over wall time
+  bool paused = false;
+  Flight flight = Flight::flying;
+  double ball_distance_m = 0.0;  // flown since the launch
+  PhaseTimes times;          // of the last frame, physics phases
+  StepTotals totals;         // of the run so far
+  StepTotals frame_totals;   // of the last frame
+  std::string message;       // one line to show, or empty
+};
+
+class Simulation {
+ public:
+  // settings.num_parcels is resolved for the backend. Throws UserError for settings that cannot run.
+  Simulation(Settings settings, std::unique_ptr<Backend> backend);
+  ~Simulation();
+
+  // Applies commands, then advances by one frame (unless paused) with the last step writing `draw`, if given:
+  // reserve, map, write, unmap.
+  void advance_frame(const Commands& commands, DrawTarget* draw);
+
+  const FrameView& view() const;
+  const Settings& settings() const;
+  Backend& backend();
+  bool finished_flight() const;  // the ball has left at least once
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// num_parcels as set, or the backend's default; 0 when air is not parcels.
+std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name);
+
+}  // namespace pf

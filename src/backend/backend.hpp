@@ -1,0 +1,74 @@
+// The interface between the simulation loop and what carries the state: the CPU or a CUDA device.
+//
+// A backend owns the parcels and the ball between calls and knows nothing of GL, files or settings.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "backend/draw_buffers.hpp"
+#include "core/timing.hpp"
+#include "model/contact.hpp"
+#include "model/measures.hpp"
+#include "model/spawn.hpp"
+
+namespace pf {
+
+enum class Neighbors : std::uint8_t { grid, all_pairs };
+
+struct StepRequest {
+  Method method = Method::impulse;
+  Neighbors neighbors = Neighbors::grid;
+  std::uint32_t num_steps = 1;
+  double dt_s = 0.0;                     // > 0
+  double spring_contact_s = 0.0;         // contact duration of `spring`, > 0 when that is the method
+  const DrawBuffers* draw = nullptr;     // written by the last step; null: nothing is drawn
+};
+
+struct StepReport {
+  PhaseTimes times;   // whole request; a device backend reports the last finished request
+  StepTotals totals;
+  BallState ball;     // after the last step
+};
+
+// Parcels by id: position units and m/s.
+struct ParcelSnapshot {
+  std::vector<Vec2i> position;
+  std::vector<Vec2f> velocity;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  virtual std::string name() const = 0;    // "cpu" or "cuda"
+  virtual std::string device() const = 0;  // what it runs on, for the report
+
+  // Spawns the parcels of plan and takes over physics and ball. Throws UserError if memory would not do.
+  virtual void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) = 0;
+  // Replaces all constants but the number of parcels and the world, which must be those of the last reset.
+  virtual void set_physics(const Physics& physics) = 0;
+  virtual void set_ball(const BallState& ball) = 0;
+  // Replaces the parcels' state; entries in the order of ids, as many as were spawned.
+  virtual void restore(const ParcelSnapshot& snapshot) = 0;
+
+  virtual StepReport advance(const StepRequest& request) = 0;
+  // Writes the present state into the buffers without stepping.
+  virtual void draw(const DrawBuffers& buffers) = 0;
+
+  virtual ParcelSnapshot snapshot() = 0;
+  virtual Measures measure() = 0;
+  virtual std::uint64_t state_hash() = 0;
+  // Bytes of state and scratch held for the parcels.
+  virtual std::uint64_t memory_bytes() const = 0;
+};
+
+// num_threads: 0 means all the machine has.
+std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads);
+
+// Constants of a step of dt_s, derived from the physics; the same for every backend.
+StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s);
+
+}  // namespace pf

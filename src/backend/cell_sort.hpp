@@ -1,0 +1,50 @@
+// Counting sort of the parcels by cell, stable, in parallel.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backend/thread_team.hpp"
+#include "core/timing.hpp"
+#include "model/grid.hpp"
+
+namespace pf {
+
+// Parcels in memory order; all arrays have the same length.
+struct ParcelArrays {
+  std::vector<Vec2i> position;
+  std::vector<Vec2f> velocity;
+  std::vector<std::uint32_t> id;
+
+  void resize(std::size_t n) {
+    position.resize(n);
+    velocity.resize(n);
+    id.resize(n);
+  }
+};
+
+class CellSort {
+ public:
+  // Copies from -> to in the order of cells, parcels of one cell in their old order, retired ones last.
+  // cell_start: becomes num_cells() + 2 entries; [k], [k + 1] bound cell k. Times go to Phase::sort and Phase::grid.
+  void sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from, ParcelArrays& to,
+            std::vector<std::uint32_t>& cell_start, PhaseTimes& times);
+
+  std::uint64_t memory_bytes() const { return 4 * (keys_.capacity() + offsets_.capacity()); }
+
+ private:
+  void count(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from);
+  void accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start);
+  void scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to);
+
+  // Slices of the parcels that are counted apart; more of them would cost memory for each cell.
+  static constexpr unsigned kMaxSlices = 4;
+
+  std::size_t num_keys_ = 0;
+  unsigned num_slices_ = 1;
+  std::vector<std::uint32_t> keys_;     // one per parcel
+  std::vector<std::uint32_t> offsets_;  // num_slices_ x num_keys_: counts, then places
+  std::vector<std::uint32_t> chunk_sums_;
+};
+
+}  // namespace pf

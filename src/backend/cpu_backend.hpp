@@ -1,0 +1,66 @@
+// The CPU backend: the same step as the device's, as plain loops over a fixed partition. It is the oracle
+// that the device is tested against, so it stays simple enough to be believed by reading.
+#pragma once
+
+#include <vector>
+
+#include "backend/backend.hpp"
+#include "backend/cell_sort.hpp"
+#include "backend/cpu_tally.hpp"
+
+namespace pf {
+
+class CpuBackend final : public Backend {
+ public:
+  explicit CpuBackend(unsigned num_threads);
+
+  std::string name() const override { return "cpu"; }
+  std::string device() const override;
+  void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
+  void set_physics(const Physics& physics) override { physics_ = physics; }
+  void set_ball(const BallState& ball) override { ball_ = ball; }
+  void restore(const ParcelSnapshot& snapshot) override;
+  StepReport advance(const StepRequest& request) override;
+  void draw(const DrawBuffers& buffers) override;
+  ParcelSnapshot snapshot() override;
+  Measures measure() override;
+  std::uint64_t state_hash() override;
+  std::uint64_t memory_bytes() const override;
+
+ private:
+  // What the loop over a share of the parcels reads and writes.
+  struct StepLoop {
+    const StepConstants& constants;
+    const BallMotion& ball;
+    std::uint32_t key;      // of the random roundings
+    std::int32_t reach;     // of the candidate search, position units
+    bool all_pairs;
+    const DrawBuffers* draw;
+  };
+  using RangeFunction = void (CpuBackend::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
+
+  template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
+  void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
+  template <class Contact, bool kContacts, bool kBall>
+  static RangeFunction range_function_for(Boundary boundary);
+  static RangeFunction range_function(const Physics& physics, Method method);
+
+  std::size_t size() const { return current_.id.size(); }
+  void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
+  void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);
+  void add_to_totals(const StepConstants& constants, const CpuTally& sum, StepTotals& totals) const;
+
+  ThreadTeam team_;
+  Physics physics_;
+  BallState ball_;
+  std::uint64_t step_ = 0;    // steps since the reset; keys the random roundings
+  ParcelArrays current_;      // sorted by cell at the last sort
+  ParcelArrays next_;
+  CellSort cell_sort_;
+  GridShape grid_;
+  std::vector<std::uint32_t> cell_start_;
+  std::int64_t travel_ = 0;   // largest displacement along an axis since the sort, summed over steps
+  bool sorted_ = false;
+};
+
+}  // namespace pf

@@ -1,0 +1,62 @@
+// What one thread counts during one step. All sums are integers and all extremes exact, so that the totals do
+// not depend on how the parcels were shared out.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "model/ball.hpp"
+
+namespace pf {
+
+struct alignas(64) CpuTally {
+  std::uint64_t num_collisions = 0;
+  std::uint64_t num_ball_hits = 0;
+  std::uint64_t num_retired = 0;
+  std::uint64_t num_invalid = 0;
+  std::uint32_t first_invalid_id = UINT32_MAX;
+  std::int64_t impulse_sum = 0;  // counts of impulse_unit
+  double per_impulse_unit = 0.0;
+  double max_overlap = 0.0;      // diameters
+  float max_speed2 = 0.0F;       // (m/s)^2
+  std::int32_t max_travel = 0;   // position units, along an axis
+  BallSums ball;
+
+  void overlap(double diameters) { max_overlap = std::max(max_overlap, diameters); }
+  void impulse(double mps) { impulse_sum += round_to_int64(mps * per_impulse_unit); }
+  void begin_contact() { ++num_collisions; }
+  void collision(double mps) {
+    begin_contact();
+    impulse(mps);
+  }
+  void ball_hit(const BallSums& hit) {
+    ++num_ball_hits;
+    ball.impulse_x += hit.impulse_x;
+    ball.impulse_y += hit.impulse_y;
+    ball.torque += hit.torque;
+  }
+  void moved(std::int32_t travel, float speed2) {
+    max_travel = std::max(max_travel, travel);
+    max_speed2 = std::max(max_speed2, speed2);
+  }
+  void retired() { ++num_retired; }
+  void invalid(std::uint32_t id) {
+    ++num_invalid;
+    first_invalid_id = std::min(first_invalid_id, id);
+  }
+
+  void add(const CpuTally& o) {
+    num_collisions += o.num_collisions;
+    num_retired += o.num_retired;
+    num_invalid += o.num_invalid;
+    first_invalid_id = std::min(first_invalid_id, o.first_invalid_id);
+    impulse_sum += o.impulse_sum;
+    overlap(o.max_overlap);
+    moved(o.max_travel, o.max_speed2);
+    const std::uint64_t hits = num_ball_hits + o.num_ball_hits;
+    ball_hit(o.ball);
+    num_ball_hits = hits;
+  }
+};
+
+}  // namespace pf

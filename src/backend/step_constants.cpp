@@ -1,0 +1,40 @@
+#include <cmath>
+
+#include "backend/backend.hpp"
+
+namespace pf {
+namespace {
+
+// Linear spring-dashpot from contact duration t_c and restitution e of a pair of equal masses (PHYSICS 6.2):
+// e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m.
+void set_spring(StepConstants& c, double contact_s) {
+  const double restitution = std::fmax(c.physics.parcels.restitution, 1e-3);
+  const double damping = -std::log(restitution) / contact_s;
+  const double frequency = kPi / contact_s;
+  c.spring_rate_per_s2 = 0.5 * (frequency * frequency + damping * damping);
+  c.damping_rate_per_s = damping;
+}
+
+}  // namespace
+
+StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s) {
+  StepConstants c;
+  c.physics = physics;
+  c.dt_s = dt_s;
+  const double unit_m = physics.world.unit_m;
+  c.advance_scale = dt_s / unit_m * 4294967296.0;
+  c.contact_distance = 2.0 * physics.parcels.radius_m / unit_m;
+  c.contact_distance2 = c.contact_distance * c.contact_distance;
+  c.filter_distance2 = static_cast<float>(c.contact_distance2 * (1.0 + 1e-5));
+  c.contact_reach = static_cast<std::int32_t>(std::ceil(c.contact_distance));
+  c.ball_contact_m = physics.ball.radius_m + physics.parcels.radius_m;
+  const double reference = std::exp2(std::ceil(std::log2(physics.reference_speed_mps)));
+  c.velocity_unit_mps = reference * 0x1p-40;
+  c.per_velocity_unit = 1.0 / c.velocity_unit_mps;
+  c.per_impulse_unit = 1.0 / (reference * 0x1p-32);
+  c.impulse_unit_kg_mps = reference * 0x1p-32 * physics.parcels.mass_kg;
+  if (spring_contact_s > 0.0) set_spring(c, spring_contact_s);
+  return c;
+}
+
+}  // namespace pf

@@ -1,0 +1,44 @@
+// A fixed team of threads that runs one function at a time over a fixed partition.
+#pragma once
+
+#include <barrier>
+#include <cstddef>
+#include <functional>
+#include <thread>
+#include <vector>
+
+namespace pf {
+
+class ThreadTeam {
+ public:
+  // num_threads >= 1; the calling thread is one of them.
+  explicit ThreadTeam(unsigned num_threads);
+  ~ThreadTeam();
+  ThreadTeam(const ThreadTeam&) = delete;
+  ThreadTeam& operator=(const ThreadTeam&) = delete;
+
+  unsigned size() const { return num_threads_; }
+
+  // Runs work(thread) on every thread, thread = 0 .. size() - 1, and returns when all are done.
+  void run(const std::function<void(unsigned thread)>& work);
+
+  // The share [begin, end) of `count` items that a thread works on; contiguous, in thread order.
+  struct Share {
+    std::size_t begin, end;
+  };
+  Share share(unsigned thread, std::size_t count) const {
+    return {count * thread / num_threads_, count * (thread + 1) / num_threads_};
+  }
+
+ private:
+  void serve(unsigned thread);
+
+  unsigned num_threads_;
+  std::barrier<> start_;
+  std::barrier<> done_;
+  const std::function<void(unsigned)>* work_ = nullptr;
+  bool stopping_ = false;
+  std::vector<std::jthread> threads_;
+};
+
+}  // namespace pf

@@ -1,0 +1,54 @@
+// Where a frame's time goes: one slot per named phase, in milliseconds.
+#pragma once
+
+#include <array>
+#include <chrono>
+#include <cstddef>
+
+namespace pf {
+
+enum class Phase { sort, grid, collide_integrate, ball, map, unmap, draw, panel, present, encode, count };
+
+constexpr std::size_t kNumPhases = static_cast<std::size_t>(Phase::count);
+
+// Keys of the report and labels of the overlay, in the order of Phase.
+constexpr std::array<const char*, kNumPhases> kPhaseNames = {
+    "sort", "grid", "collide_integrate", "ball", "map", "unmap", "draw", "panel", "present", "encode"};
+
+struct PhaseTimes {
+  std::array<double, kNumPhases> ms{};
+
+  double& operator[](Phase p) { return ms[static_cast<std::size_t>(p)]; }
+  double operator[](Phase p) const { return ms[static_cast<std::size_t>(p)]; }
+  PhaseTimes& operator+=(const PhaseTimes& other) {
+    for (std::size_t i = 0; i < kNumPhases; ++i) ms[i] += other.ms[i];
+    return *this;
+  }
+  double total() const {
+    double sum = 0.0;
+    for (double value : ms) sum += value;
+    return sum;
+  }
+};
+
+using Clock = std::chrono::steady_clock;
+
+inline double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// Adds the life time of the object to one phase.
+class ScopedPhase {
+ public:
+  ScopedPhase(PhaseTimes& times, Phase phase) : times_(times), phase_(phase), start_(Clock::now()) {}
+  ~ScopedPhase() { times_[phase_] += milliseconds_since(start_); }
+  ScopedPhase(const ScopedPhase&) = delete;
+  ScopedPhase& operator=(const ScopedPhase&) = delete;
+
+ private:
+  PhaseTimes& times_;
+  Phase phase_;
+  Clock::time_point start_;
+};
+
+}  // namespace pf

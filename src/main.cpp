@@ -1,0 +1,140 @@
+// Joins all: command line, backend, simulation, stage. The only place that prints errors and picks exit codes.
+#include <fmt/format.h>
+
+#include <csignal>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/bench.hpp"
+#include "app/options.hpp"
+#include "app/report.hpp"
+#include "app/simulation.hpp"
+#include "core/error.hpp"
+#include "scene/scene_file.hpp"
+#include "view/stage.hpp"
+#if PF_HAVE_CUDA
+#include "cuda_backend.hpp"
+#include "gl_interop.hpp"
+#endif
+
+namespace pf {
+namespace {
+
+void announce(const std::string& line) { fmt::print(stderr, "{}\n", line); }
+
+// Why there is no CUDA device to run on, or empty. device_of_gl: the one that draws, -1 if unknown.
+std::string cuda_obstacle() {
+#if PF_HAVE_CUDA
+  std::string why;
+  return num_cuda_devices(&why) > 0 ? "" : "no CUDA device (" + (why.empty() ? "none found" : why) + ")";
+#else
+  return "this build has no CUDA backend";
+#endif
+}
+
+#if PF_HAVE_CUDA
+std::unique_ptr<Backend> cuda_backend_on(int device) { return make_cuda_backend(device); }
+#else
+std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build has no CUDA backend"); }
+#endif
+
+std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device) {
+  if (options.cuda) {
+    std::string obstacle = cuda_obstacle();
+    try {
+      if (obstacle.empty()) return cuda_backend_on(cuda_device);
+    } catch (const DeviceError& error) {
+      obstacle = error.what();
+    }
+    if (options.cuda_no_fallback) {
+      throw DeviceError("--cuda-no-fallback: " + obstacle + "; leave it out to fall back to the CPU");
+    }
+    announce("--cuda: " + obstacle + "; falling back to the CPU");
+  }
+  return make_cpu_backend(static_cast<unsigned>(options.settings.threads));
+}
+
+// The device that GL draws on, so that buffers can be shared; 0 if GL does not say.
+int device_for(const GlContextInfo& info) {
+#if PF_HAVE_CUDA
+  if (cuda_obstacle().empty()) return cuda_device_of_gl(info.cuda_device);
+#endif
+  return info.cuda_device < 0 ? 0 : info.cuda_device;
+}
+
+void set_draw_target(const Options& options, [[maybe_unused]] const Backend& backend, StageHooks& hooks) {
+#if PF_HAVE_CUDA
+  if (backend.name() == "cuda") {
+    hooks.max_parcels = 200'000'000;
+    hooks.make_draw_target = [kind = options.draw_target](const GlContextInfo&) { return make_cuda_draw_target(kind); };
+    return;
+  }
+#endif
+  if (options.draw_target == "interop" || options.draw_target == "staged") {
+    throw UserError("--draw-target: " + options.draw_target +
+                    " needs the CUDA backend (--cuda); the CPU backend draws through: host");
+  }
+}
+
+int run(const Options& options) {
+  StageHooks hooks;
+  hooks.announce = announce;
+  hooks.panel_map = options.panel_map;
+  const std::unique_ptr<GlContext> context = open_stage_context(options, hooks);
+  std::unique_ptr<Backend> backend = choose_backend(options, device_for(context->info()));
+  set_draw_target(options, *backend, hooks);
+  const std::string device = backend->device();
+  Simulation simulation(options.settings, std::move(backend));
+  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
+  const int exit_code = run_stage(options, *context, simulation, record, hooks);
+  if (options.report.empty()) return exit_code;
+  const FrameView& view = simulation.view();
+  write_report(options.report, record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
+                                             view.ball_distance_m));
+  return exit_code;
+}
+
+int bench(const Options& options) {
+  const std::unique_ptr<Backend> backend = choose_backend(options, 0);
+  run_bench(options, *backend);
+  return 0;
+}
+
+int list() {
+  for (const SceneEntry& scene : list_scenes()) {
+    fmt::print("{:<12} {}\n", scene.name, load_scene(scene.name).description);
+  }
+  return 0;
+}
+
+int dispatch(int argc, char** argv) {
+  const ParseResult parsed = parse_options(argc, argv);
+  if (!parsed.options) {
+    fmt::print("{}", parsed.text);
+    return parsed.exit_code;
+  }
+  switch (parsed.options->command) {
+    case Command::bench: return bench(*parsed.options);
+    case Command::scenes: return list();
+    default: return run(*parsed.options);
+  }
+}
+
+extern "C" void ask_to_stop(int) { stop_requested = true; }
+
+}  // namespace
+}  // namespace pf
+
+int main(int argc, char** argv) {
+  std::signal(SIGINT, pf::ask_to_stop);
+  std::signal(SIGTERM, pf::ask_to_stop);
+  try {
+    return pf::dispatch(argc, argv);
+  } catch (const pf::UserError& error) {
+    fmt::print(stderr, "pickleflight: {}\n", error.what());
+    return 2;
+  } catch (const pf::DeviceError& error) {
+    fmt::print(stderr, "pickleflight: {}\n", error.what());
+    return 3;
+  }
+}

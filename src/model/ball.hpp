@@ -1,0 +1,155 @@
+// The ball: its flight between hits, its contact with a parcel, and the sums of what parcels do to it.
+#pragma once
+
+#include <cstdint>
+
+#include "model/physics.hpp"
+
+namespace pf {
+
+// The ball as the parcels of one step see it: a disc moving along the chord of its arc.
+struct BallMotion {
+  Vec2d position_m;          // centre at the start of the step
+  Vec2d velocity_mps;        // chord / dt
+  double spin_radps = 0.0;
+  Vec2i centre;              // centre at the start of the step, position units (saturated)
+  std::int32_t reach = 0;    // contact distance plus chord, position units (saturated): the cheap first test
+};
+
+// Impulse and torque on the ball in fixed point, so that the sum does not depend on the order of the hits.
+// Units: parcel mass * velocity unit; the torque is per ball radius.
+struct BallSums {
+  std::int64_t impulse_x = 0;
+  std::int64_t impulse_y = 0;
+  std::int64_t torque = 0;
+};
+
+struct BallFlight {
+  Vec2d displacement_m;
+  Vec2d velocity_mps;  // at the end
+};
+
+// Flight of the ball alone over dt_s: velocity turns at magnus * spin and slows by drag |v| v. Turn and
+// slowing commute, so direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement is the
+// exact chord of the arc; with it, five-point Gauss-Legendre quadrature of the velocity.
+PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
+  if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}};
+  const double turn_rate = ball.magnus_per_rad * state.spin_radps;
+  const Vec2d v = state.velocity_mps;
+  const double speed = sqrt(dot(v, v));
+  const auto velocity_at = [&](double t) {
+    const SinCos turn = sin_cos(turn_rate * t);
+    const double slowed = 1.0 / (1.0 + ball.drag_per_m * speed * t);
+    return Vec2d{(v.x * turn.cos - v.y * turn.sin) * slowed, (v.x * turn.sin + v.y * turn.cos) * slowed};
+  };
+  if (ball.drag_per_m == 0.0) {
+    const double theta = turn_rate * dt_s;
+    const SinCos turn = sin_cos(theta);
+    const bool small = theta < 1e-4 && theta > -1e-4;
+    const double along = small ? dt_s * (1.0 - theta * theta / 6.0) : turn.sin / turn_rate;
+    const double across = small ? dt_s * theta * (0.5 - theta * theta / 24.0) : (1.0 - turn.cos) / turn_rate;
+    return {v * along + perpendicular(v) * across, velocity_at(dt_s)};
+  }
+  constexpr double kNode[2] = {0.53846931010568309104, 0.90617984593866399280};
+  constexpr double kWeight[3] = {128.0 / 225.0, 0.47862867049936646804, 0.23692688505618908751};
+  Vec2d mean = velocity_at(0.5 * dt_s) * kWeight[0];
+  for (int k = 0; k < 2; ++k) {
+    const double offset = 0.5 * kNode[k];
+    mean += (velocity_at((0.5 - offset) * dt_s) + velocity_at((0.5 + offset) * dt_s)) * kWeight[k + 1];
+  }
+  return {mean * (0.5 * dt_s), velocity_at(dt_s)};
+}
+
+PF_HD inline std::int32_t saturated_units(double units) {
+  constexpr double kLimit = 2147483000.0;
+  const double clamped = units > kLimit ? kLimit : (units < -kLimit ? -kLimit : units);
+  return static_cast<std::int32_t>(round_to_int64(clamped));
+}
+
+// What the parcels of the next step of dt_s see; contact_distance_m = ball radius + parcel radius.
+PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& ball, const BallState& state,
+                                    double contact_distance_m, double dt_s) {
+  const BallFlight flight = fly(ball, state, dt_s);
+  BallMotion motion;
+  motion.position_m = state.position_m;
+  motion.velocity_mps = ball.held ? state.velocity_mps : flight.displacement_m * (1.0 / dt_s);
+  motion.spin_radps = state.spin_radps;
+  motion.centre = {saturated_units(state.position_m.x / world.unit_m),
+                   saturated_units(state.position_m.y / world.unit_m)};
+  const double chord_m = sqrt(dot(flight.displacement_m, flight.displacement_m));
+  motion.reach = saturated_units((contact_distance_m + chord_m) / world.unit_m + 4.0);
+  return motion;
+}
+
+PF_HD inline void apply_boundary_to_ball(const World& world, double radius_m, BallState& state) {
+  const auto one_axis = [&](double& x, double& v, std::int32_t half) {
+    const double half_m = half * world.unit_m;
+    if (world.boundary == Boundary::walls) {
+      const double limit = half_m - radius_m;
+      if (x > limit) { x = 2.0 * limit - x; v = v > 0.0 ? -v : v; }
+      if (x < -limit) { x = -2.0 * limit - x; v = v < 0.0 ? -v : v; }
+    } else if (world.boundary == Boundary::periodic) {
+      if (x >= half_m) x -= 2.0 * half_m;
+      if (x < -half_m) x += 2.0 * half_m;
+    }
+  };
+  one_axis(state.position_m.x, state.velocity_mps.x, world.half.x);
+  one_axis(state.position_m.y, state.velocity_mps.y, world.half.y);
+}
+
+// Advances the ball over one step, then applies the impulses of the step's hits.
+// impulse_unit_kg_mps: what one count of sums.impulse is worth.
+PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& sums,
+                               double impulse_unit_kg_mps, double dt_s, BallState& state) {
+  if (ball.held) return;
+  const BallFlight flight = fly(ball, state, dt_s);
+  state.position_m += flight.displacement_m;
+  state.angle_rad += state.spin_radps * dt_s;
+  const double per_mass = impulse_unit_kg_mps / ball.mass_kg;
+  state.velocity_mps = {flight.velocity_mps.x + static_cast<double>(sums.impulse_x) * per_mass,
+                        flight.velocity_mps.y + static_cast<double>(sums.impulse_y) * per_mass};
+  state.spin_radps += static_cast<double>(sums.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
+  apply_boundary_to_ball(world, ball.radius_m, state);
+}
+
+// Impulse on a parcel that touches the ball, per parcel mass, and its tangential part (positive along
+// perpendicular(normal)). normal: unit vector from ball to parcel. Coulomb friction: the slip is stopped unless that needs
+// more than friction times the normal impulse.
+struct BallImpulse {
+  Vec2d per_mass_mps;
+  double tangential_mps;
+};
+
+PF_HD inline BallImpulse ball_impulse(const BallConstants& ball, const ParcelConstants& parcels, Vec2d normal,
+                                      Vec2d relative_velocity, double spin_radps) {
+  const double mass_ratio = parcels.mass_kg / ball.mass_kg;
+  const double normal_speed = dot(relative_velocity, normal);
+  const double share = ball.held ? 1.0 : 1.0 / (1.0 + mass_ratio);
+  const double normal_mps = -(1.0 + parcels.restitution) * normal_speed * share;
+  double tangential_mps = 0.0;
+  if (ball.friction > 0.0) {
+    const double slip = dot(relative_velocity, perpendicular(normal)) - spin_radps * ball.radius_m;
+    const double lever = parcels.mass_kg * ball.radius_m * ball.radius_m / ball.inertia_kg_m2;
+    const double stick = ball.held ? -slip : -slip / (1.0 + mass_ratio + lever);
+    const double bound = ball.friction * normal_mps;
+    tangential_mps = stick > bound ? bound : (stick < -bound ? -bound : stick);
+  }
+  return {normal * normal_mps + perpendicular(normal) * tangential_mps, tangential_mps};
+}
+
+// First time in [0, dt] at which |offset + velocity t| falls to distance, while approaching; negative if none.
+// Touching or overlapping pairs meet at once if and only if they approach.
+PF_HD inline double time_of_impact(Vec2d offset, Vec2d velocity, double distance, double dt) {
+  const double b = dot(offset, velocity);
+  if (!(b < 0.0)) return -1.0;
+  const double gap2 = dot(offset, offset) - distance * distance;
+  if (gap2 <= 0.0) return 0.0;
+  const double v2 = dot(velocity, velocity);
+  const double moment = cross(offset, velocity);
+  const double discriminant = distance * distance * v2 - moment * moment;
+  if (discriminant < 0.0) return -1.0;
+  const double t = gap2 / (-b + sqrt(discriminant));
+  return t <= dt ? t : -1.0;
+}
+
+}  // namespace pf

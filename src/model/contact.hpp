@@ -1,0 +1,122 @@
+// Parcel-parcel contacts of the time-stepped methods: narrow phase and response, in double precision, summed
+// in 64-bit fixed point so that the order of a parcel's partners does not matter.
+#pragma once
+
+#include <cstdint>
+
+#include "model/physics.hpp"
+
+namespace pf {
+
+struct Parcel {
+  Vec2i position;
+  Vec2f velocity;
+  std::uint32_t id = 0;
+};
+
+// Constants of a step, derived once per frame on the host.
+struct StepConstants {
+  Physics physics;
+  double dt_s = 0.0;
+  double advance_scale = 0.0;          // 2^32 position units per (m/s), for this dt
+  double contact_distance2 = 0.0;      // (2 r)^2, position units squared
+  double contact_distance = 0.0;       // 2 r, position units
+  float filter_distance2 = 0.0F;       // a little above contact_distance2: the cheap first test, in float
+  std::int32_t contact_reach = 0;      // contact distance, rounded up
+  double ball_contact_m = 0.0;         // R + r
+  double per_velocity_unit = 0.0;      // counts of a velocity sum per m/s (a power of two)
+  double velocity_unit_mps = 0.0;
+  double per_impulse_unit = 0.0;       // counts of a ball sum per m/s of parcel velocity change
+  double impulse_unit_kg_mps = 0.0;
+  double spring_rate_per_s2 = 0.0;     // k / m of the spring-dashpot
+  double damping_rate_per_s = 0.0;     // gamma / m
+};
+
+constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
+
+// Sums of a parcel's contacts in one step.
+struct ContactSums {
+  std::int64_t velocity_x = 0;  // counts of velocity_unit_mps
+  std::int64_t velocity_y = 0;
+  std::int64_t push_x = 0;      // counts of 1 / kPushOutUnit position units
+  std::int64_t push_y = 0;
+};
+
+// Geometry of a touching pair, seen from self. Coincident centres get the fixed normal (1, 0), from the lower
+// id to the higher one.
+struct PairGeometry {
+  Vec2d offset;       // other - self, position units
+  double distance2;   // position units squared
+  double distance;
+  Vec2d normal;       // from self to other
+};
+
+PF_HD inline PairGeometry pair_geometry(Vec2i offset, std::uint32_t self_id, std::uint32_t other_id) {
+  const Vec2d e = to_double(offset);
+  const double distance2 = dot(e, e);
+  const double distance = sqrt(distance2);
+  if (distance2 == 0.0) return {e, 0.0, 0.0, {self_id < other_id ? 1.0 : -1.0, 0.0}};
+  return {e, distance2, distance, {e.x / distance, e.y / distance}};
+}
+
+PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, ContactSums& sums) {
+  sums.velocity_x += round_to_int64(change_mps.x * c.per_velocity_unit);
+  sums.velocity_y += round_to_int64(change_mps.y * c.per_velocity_unit);
+}
+
+// The seed's method with its signs put right (Jacobi: all from the state before the step): overlapping pairs
+// are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
+// v_rel,n' = -e v_rel,n for impulse_scale 1.
+struct ImpulseContact {
+  template <class Tally>
+  PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
+                            const PairGeometry& pair, ContactSums& sums, Tally& tally) {
+    const double overlap = c.contact_distance - pair.distance;
+    const double push = -0.5 * overlap * kPushOutUnit;
+    sums.push_x += round_to_int64(push * pair.normal.x);
+    sums.push_y += round_to_int64(push * pair.normal.y);
+    const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
+    const double approach = dot(relative, pair.normal);
+    if (self.id < other.id) tally.overlap(overlap / c.contact_distance);
+    if (!(approach < 0.0)) return;
+    const ParcelConstants& parcels = c.physics.parcels;
+    const double change = 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale * approach;
+    add_velocity(c, pair.normal * change, sums);
+    if (self.id < other.id) tally.collision(-change);
+  }
+};
+
+// Linear spring-dashpot, force along the normal while overlapping (the discrete element method of Cundall
+// and Strack 1979), semi-implicit: the velocity changes first, the position moves with the new one. A contact
+// is counted in the step in which the pair comes to overlap.
+struct SpringContact {
+  template <class Tally>
+  PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
+                            const PairGeometry& pair, ContactSums& sums, Tally& tally) {
+    const double unit_m = c.physics.world.unit_m;
+    const double overlap = c.contact_distance - pair.distance;
+    const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
+    const double approach = dot(relative, pair.normal);
+    const double repulsion_mps =
+        (c.spring_rate_per_s2 * overlap * unit_m - c.damping_rate_per_s * approach) * c.dt_s;
+    add_velocity(c, pair.normal * -repulsion_mps, sums);
+    if (self.id < other.id) {
+      tally.overlap(overlap / c.contact_distance);
+      tally.impulse(repulsion_mps * pair.distance / c.contact_distance);
+      const Vec2d before = pair.offset * unit_m - relative * c.dt_s;
+      const double contact_m = c.contact_distance * unit_m;
+      if (dot(before, before) >= contact_m * contact_m) tally.begin_contact();
+    }
+  }
+};
+
+// Adds the pair's contact, if they touch, to self's sums. offset: other - self, nearest image.
+template <class Contact, class Tally>
+PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const Parcel& other, Vec2i offset,
+                              ContactSums& sums, Tally& tally) {
+  const PairGeometry pair = pair_geometry(offset, self.id, other.id);
+  if (pair.distance2 >= c.contact_distance2 || is_retired(other.position)) return;
+  Contact::respond(c, self, other, pair, sums, tally);
+}
+
+}  // namespace pf

@@ -1,0 +1,71 @@
+// The world: a rectangle centred on the origin, positions in it as fixed-point integers.
+//
+// A position is two signed 32-bit integers in units of (larger side) / 2^31, so coordinates of the larger
+// side span [-2^30, 2^30] and half of the integer range is margin. Differences of positions are exact, and
+// nothing depends on where in the world it happens.
+#pragma once
+
+#include <cstdint>
+
+#include "core/portable_math.hpp"
+#include "core/vec2.hpp"
+
+namespace pf {
+
+// What happens at the edge: parcels leave and are retired; are reflected elastically; come in on the other side.
+enum class Boundary : std::uint8_t { open, walls, periodic };
+
+constexpr std::int32_t kHalfSide = 1 << 30;
+constexpr std::int32_t kRetired = INT32_MIN;  // position.x of a parcel that left; no live parcel has it
+
+struct World {
+  Vec2i half{kHalfSide, kHalfSide};  // half extents, position units
+  double unit_m = 1.0;               // metres per position unit
+  Boundary boundary = Boundary::open;
+};
+
+// width_m, height_m > 0; the larger one sets the unit.
+inline World make_world(double width_m, double height_m, Boundary boundary) {
+  const double larger_m = width_m > height_m ? width_m : height_m;
+  World world;
+  world.unit_m = larger_m / 2147483648.0;
+  world.half.x = static_cast<std::int32_t>(round_to_int64(0.5 * width_m / world.unit_m));
+  world.half.y = static_cast<std::int32_t>(round_to_int64(0.5 * height_m / world.unit_m));
+  world.boundary = boundary;
+  return world;
+}
+
+PF_HD inline Vec2d to_metres(const World& world, Vec2i position) {
+  return {position.x * world.unit_m, position.y * world.unit_m};
+}
+
+// metres must lie within the world's integer range, |coordinate| < larger side.
+PF_HD inline Vec2i to_units(const World& world, Vec2d metres) {
+  return {static_cast<std::int32_t>(round_to_int64(metres.x / world.unit_m)),
+          static_cast<std::int32_t>(round_to_int64(metres.y / world.unit_m))};
+}
+
+PF_HD inline bool is_retired(Vec2i position) { return position.x == kRetired; }
+
+// to - from along one axis; with a period of 2 half the nearest image. Wraps modulo 2^32 by design.
+template <Boundary kBoundary>
+PF_HD inline std::int32_t axis_separation(std::int32_t from, std::int32_t to, std::int32_t half) {
+  std::int32_t d = static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
+  if constexpr (kBoundary == Boundary::periodic) {
+    const std::uint32_t period = 2U * static_cast<std::uint32_t>(half);
+    if (d >= half) {
+      d = static_cast<std::int32_t>(static_cast<std::uint32_t>(d) - period);
+    } else if (d < -half) {
+      d = static_cast<std::int32_t>(static_cast<std::uint32_t>(d) + period);
+    }
+  }
+  return d;
+}
+
+template <Boundary kBoundary>
+PF_HD inline Vec2i separation(const World& world, Vec2i from, Vec2i to) {
+  return {axis_separation<kBoundary>(from.x, to.x, world.half.x),
+          axis_separation<kBoundary>(from.y, to.y, world.half.y)};
+}
+
+}  // namespace pf

@@ -1,0 +1,169 @@
+#include "scene/derive.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+double norm(double x, double y) { return std::hypot(x, y); }
+
+double inertia_factor(Inertia inertia) {
+  switch (inertia) {
+    case Inertia::ring: return 1.0;
+    case Inertia::disk: return 0.5;
+    default: return 2.0 / 3.0;
+  }
+}
+
+// Drag coefficient of a disc in a cold stream of light parcels with restitution e and Coulomb friction mu
+// (PHYSICS 3.1, the limit S -> infinity), referred to rho V^2 R.
+double cold_drag_coefficient(double restitution, double friction) {
+  const double kappa = friction * (1.0 + restitution);
+  return 4.0 / 3.0 * (1.0 + restitution) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
+}
+
+ParcelConstants derive_parcels(const Settings& s, double area_m2) {
+  ParcelConstants parcels;
+  if (s.air != Air::parcels) return parcels;
+  const double n = static_cast<double>(s.num_parcels);
+  parcels.num = static_cast<std::uint32_t>(s.num_parcels);
+  parcels.radius_m = s.parcel_radius_m > 0.0 ? s.parcel_radius_m : std::sqrt(s.area_fraction * area_m2 / (kPi * n));
+  parcels.mass_kg = s.parcel_mass_kg > 0.0 ? s.parcel_mass_kg : s.areal_density_kg_m2 * area_m2 / n;
+  parcels.speed_mps = s.parcel_speed_mps;
+  parcels.restitution = s.restitution;
+  parcels.impulse_scale = s.impulse_scale;
+  parcels.contacts = s.contacts;
+  return parcels;
+}
+
+BallConstants derive_ball(const Settings& s) {
+  BallConstants ball;
+  ball.present = s.ball_present;
+  ball.held = s.ball_held;
+  ball.mass_kg = s.ball_mass_kg;
+  ball.radius_m = s.ball_radius_m;
+  ball.inertia_kg_m2 = inertia_factor(s.inertia) * s.ball_mass_kg * s.ball_radius_m * s.ball_radius_m;
+  ball.friction = s.friction;
+  ball.magnus_per_rad = s.magnus ? s.k_magnus / s.ball_mass_kg : 0.0;
+  if (s.air == Air::drag) {
+    ball.drag_per_m = s.areal_density_kg_m2 * cold_drag_coefficient(s.restitution, s.friction) * s.ball_radius_m /
+                      s.ball_mass_kg;
+  }
+  return ball;
+}
+
+Vec2d world_size_m(const Settings& s) {
+  if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
+  if (s.parcel_radius_m <= 0.0) {
+    throw UserError("world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box is made from N, "
+                    "radius and area fraction; set it, for example --set air.parcel_radius_m=0.5");
+  }
+  const double area = static_cast<double>(s.num_parcels) * kPi * s.parcel_radius_m * s.parcel_radius_m / s.area_fraction;
+  const double scale = std::sqrt(area / (s.width_m * s.height_m));
+  return {s.width_m * scale, s.height_m * scale};
+}
+
+void check_sizes(const Settings& s, const Physics& physics) {
+  const World& world = physics.world;
+  const double width = 2.0 * world.half.x * world.unit_m;
+  const double height = 2.0 * world.half.y * world.unit_m;
+  const double smaller = std::min(width, height);
+  if (smaller < 1e-4 * std::max(width, height)) {
+    throw UserError(fmt::format("world: {:g} m x {:g} m is too narrow; sides may differ by a factor of at most 10^4",
+                                width, height));
+  }
+  if (physics.parcels.num > 0) {
+    const double diameter = 2.0 * physics.parcels.radius_m;
+    if (diameter > 0.5 * smaller) {
+      throw UserError(fmt::format(
+          "air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's smaller side ({:g} m); "
+          "raise air.num_parcels or lower air.area_fraction",
+          physics.parcels.num, s.area_fraction, diameter, smaller));
+    }
+    const double fraction = area_fraction_of(physics);
+    if (fraction > 0.7001) {
+      throw UserError(fmt::format("air: parcels of radius {:g} m fill {:.3f} of the world; at most 0.7 can be "
+                                  "spawned; lower air.parcel_radius_m or air.num_parcels",
+                                  physics.parcels.radius_m, fraction));
+    }
+  }
+  if (!physics.ball.present) return;
+  const double margin = world.boundary == Boundary::walls ? s.ball_radius_m : 0.0;
+  if (std::fabs(s.ball_x_m) > 0.5 * width - margin || std::fabs(s.ball_y_m) > 0.5 * height - margin) {
+    throw UserError(fmt::format("ball: starts at ({:g}, {:g}) m, outside the world of {:g} m x {:g} m{}; change "
+                                "ball.x_m and ball.y_m",
+                                s.ball_x_m, s.ball_y_m, width, height, margin > 0.0 ? " less its radius" : ""));
+  }
+  if (2.0 * s.ball_radius_m > smaller) {
+    throw UserError(fmt::format("ball: radius {:g} m does not fit the world of {:g} m x {:g} m; lower ball.radius_m",
+                                s.ball_radius_m, width, height));
+  }
+}
+
+// What an ordinary fast parcel does in a step: a few thermal speeds, or thrown off the ball.
+double fastest_expected_mps(const Settings& s, const Physics& physics, const BallState& ball) {
+  const double thermal = 2.5 * s.parcel_speed_mps + norm(s.flow_x_mps, s.flow_y_mps);
+  if (!physics.ball.present) return thermal;
+  const double thrown = 2.0 * norm(ball.velocity_mps.x, ball.velocity_mps.y) +
+                        std::fabs(ball.spin_radps) * physics.ball.radius_m + s.parcel_speed_mps;
+  return std::max(thermal, thrown);
+}
+
+}  // namespace
+
+Physics derive_physics(const Settings& s) {
+  if (s.air == Air::parcels && s.num_parcels < 1) {
+    throw UserError("air.num_parcels: 0 parcels; at least 1 is needed, or fly without: --set air.kind=vacuum");
+  }
+  const Vec2d size = world_size_m(s);
+  Physics physics;
+  physics.world = make_world(size.x, size.y, s.boundary);
+  physics.air = s.air;
+  physics.parcels = derive_parcels(s, size.x * size.y);
+  physics.ball = derive_ball(s);
+  physics.seed = static_cast<std::uint64_t>(s.seed);
+  const double ball_mps = s.ball_present
+                              ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m
+                              : 0.0;
+  physics.reference_speed_mps = std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
+  check_sizes(s, physics);
+  return physics;
+}
+
+BallState initial_ball(const Settings& s) {
+  return {{s.ball_x_m, s.ball_y_m}, {s.ball_vx_mps, s.ball_vy_mps}, s.ball_spin_radps, 0.0};
+}
+
+double area_fraction_of(const Physics& physics) {
+  const World& world = physics.world;
+  const double area = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
+  return physics.parcels.num * kPi * physics.parcels.radius_m * physics.parcels.radius_m / area;
+}
+
+FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState& ball) {
+  const double frame_s = s.time_scale / s.frame_rate_hz;
+  const double limit = static_cast<double>(s.substeps > 0 ? s.substeps : s.max_substeps);
+  FramePlan plan;
+  if (s.dt_s > 0.0) {
+    plan.dt_s = s.dt_s;
+    const double wanted = s.substeps > 0 ? limit : std::round(frame_s / s.dt_s);
+    plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
+  } else {
+    const double fastest = fastest_expected_mps(s, physics, ball);
+    const double diameter = 2.0 * physics.parcels.radius_m;
+    const double longest = physics.parcels.num > 0 && fastest > 0.0 ? s.displacement_per_step * diameter / fastest
+                                                                    : frame_s;
+    const double wanted = s.substeps > 0 ? limit : std::ceil(frame_s / longest);
+    plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
+    plan.dt_s = std::min(longest, frame_s / plan.num_steps);
+  }
+  plan.slow_motion = plan.num_steps * plan.dt_s * s.frame_rate_hz;
+  return plan;
+}
+
+}  // namespace pf

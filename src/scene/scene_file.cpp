@@ -1,0 +1,229 @@
+// Scene files: TOML in, TOML out.
+#include "scene/scene_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxFileBytes = 1 << 20;
+constexpr std::size_t kMaxNameBytes = 64;
+constexpr const char* kSceneEnding = ".toml";
+
+std::string read_text(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::is_directory(file, ignored)) {
+    throw UserError(fmt::format("{}: is a folder; give a scene file ending in .toml", file.string()));
+  }
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) {
+    throw UserError(fmt::format("{}: cannot be read; check that the file exists and that you may read it",
+                                file.string()));
+  }
+  std::string text(kMaxFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  if (text.size() > kMaxFileBytes) {
+    throw UserError(fmt::format("{}: is larger than 1 MiB, the most a scene file may have", file.string()));
+  }
+  return text;
+}
+
+std::string place_of(const fs::path& file, const toml::source_region& source) {
+  return fmt::format("{}:{}", file.string(), source.begin.line);
+}
+
+toml::table parse(const fs::path& file) {
+  const std::string text = read_text(file);
+  try {
+    return toml::parse(text, file.string());
+  } catch (const toml::parse_error& error) {
+    std::string reason(error.description());
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    throw UserError(fmt::format("{}: not valid TOML: {}", place_of(file, error.source()), reason));
+  }
+}
+
+// The kind of TOML value that a field takes; a wrong one would otherwise pass as text ("0.9" for 0.9).
+const char* expected_kind(const Field& field) {
+  if (std::holds_alternative<bool Settings::*>(field.member)) return "true or false";
+  if (std::holds_alternative<std::string Settings::*>(field.member)) return "a text in quotes";
+  if (std::holds_alternative<Choice>(field.member)) return "a name in quotes";
+  return "a number without quotes";
+}
+
+std::string text_of(const toml::node& node, const Field& field, const std::string& where) {
+  const std::string expected = expected_kind(field);
+  if (expected == "true or false" && node.is_boolean()) return *node.value<bool>() ? "true" : "false";
+  if (expected.ends_with("in quotes") && node.is_string()) return *node.value<std::string>();
+  if (expected.starts_with("a number") && node.is_integer())
+    return fmt::format("{}", *node.value<std::int64_t>());
+  if (expected.starts_with("a number") && node.is_floating_point())
+    return fmt::format("{}", *node.value<double>());
+  throw UserError(fmt::format("{}: {} has a value of the wrong type; it takes {}, as {} = {}", where,
+                              field.path(), expected, field.key,
+                              expected.ends_with("in quotes") ? "\"" + value_text(field, Settings{}) + "\""
+                                                              : value_text(field, Settings{})));
+}
+
+std::string name_from(const toml::node& node, const std::string& where) {
+  const auto name = node.value<std::string>();
+  if (!node.is_string() || name->empty() || name->size() > kMaxNameBytes) {
+    throw UserError(fmt::format("{}: scene.name takes a text in quotes of 1 to {} bytes, as name = \"court\"",
+                                where, kMaxNameBytes));
+  }
+  return *name;
+}
+
+void read_section(const fs::path& file, const std::string& section, const toml::table& table,
+                  Settings& settings) {
+  for (const auto& [key, node] : table) {
+    const std::string where = place_of(file, key.source());
+    if (section == "scene" && key.str() == "name") {
+      settings.name = name_from(node, where);
+      continue;
+    }
+    const Field& field = find_field(fmt::format("{}.{}", section, key.str()), where);
+    set_from_text(field, settings, text_of(node, field, where), where);
+  }
+}
+
+std::vector<std::string> section_names() {
+  std::vector<std::string> names;
+  for (const Field& field : fields()) {
+    if (names.empty() || names.back() != field.section) names.push_back(field.section);
+  }
+  return names;
+}
+
+// A TOML basic string.
+std::string toml_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (byte < 0x20 || byte == 0x7F) {
+      out += fmt::format("\\u{:04X}", byte);
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string assignment(const Field& field, const Settings& settings) {
+  const bool is_text = std::holds_alternative<std::string Settings::*>(field.member) ||
+                       std::holds_alternative<Choice>(field.member);
+  const std::string value = value_text(field, settings);
+  const std::string comment = field.unit.empty() ? field.doc : fmt::format("[{}] {}", field.unit, field.doc);
+  return fmt::format("{} = {}  # {}\n", field.key, is_text ? toml_string(value) : value, comment);
+}
+
+std::vector<std::string> scene_names() {
+  std::vector<std::string> names;
+  for (const SceneEntry& entry : list_scenes()) names.push_back(entry.name);
+  return names;
+}
+
+}  // namespace
+
+Settings load_scene_file(const fs::path& file, const Settings& base) {
+  const toml::table document = parse(file);
+  const std::vector<std::string> sections = section_names();
+  Settings settings = base;
+  settings.name = file.stem().string();
+  for (const auto& [key, node] : document) {
+    const std::string section(key.str());
+    const std::string where = place_of(file, key.source());
+    if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
+      throw UserError(fmt::format("{}: {} is not a section; the nearest is [{}]; sections: {}", where,
+                                  in_quotes(section), nearest_name(section, sections),
+                                  fmt::join(sections, ", ")));
+    }
+    if (!node.is_table()) {
+      throw UserError(
+          fmt::format("{}: {} must be a section, written [{}]", where, in_quotes(section), section));
+    }
+    read_section(file, section, *node.as_table(), settings);
+  }
+  return settings;
+}
+
+void save_scene_file(const fs::path& file, const Settings& settings) {
+  const Settings defaults;
+  std::string text = fmt::format("[scene]\nname = {}\n", toml_string(settings.name));
+  std::string section = "scene";
+  for (const Field& field : fields()) {
+    if (value_text(field, settings) == value_text(field, defaults)) continue;
+    if (field.section != section) text += fmt::format("\n[{}]\n", field.section);
+    section = field.section;
+    text += assignment(field, settings);
+  }
+  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+  stream << text;
+  stream.close();
+  if (!stream) {
+    throw UserError(fmt::format(
+        "{}: the scene cannot be written; choose a folder that exists and is writable", file.string()));
+  }
+}
+
+std::vector<fs::path> asset_folders() {
+  std::vector<fs::path> folders;
+  const char* from_environment = std::getenv("PICKLEFLIGHT_ASSETS");
+  if (from_environment != nullptr && *from_environment != '\0') folders.emplace_back(from_environment);
+  folders.emplace_back(PF_SOURCE_ASSETS);
+  folders.emplace_back(PF_INSTALLED_ASSETS);
+  return folders;
+}
+
+fs::path find_asset(const fs::path& relative) {
+  std::vector<std::string> tried;
+  for (const fs::path& folder : asset_folders()) {
+    std::error_code ignored;
+    if (fs::exists(folder / relative, ignored)) return folder / relative;
+    tried.push_back((folder / relative).string());
+  }
+  throw UserError(fmt::format("{}: not found, looked at {}; set PICKLEFLIGHT_ASSETS to the folder 'assets'",
+                              relative.string(), fmt::join(tried, ", ")));
+}
+
+std::vector<SceneEntry> list_scenes() {
+  std::map<std::string, fs::path> found;  // emplace keeps the first of a name
+  for (const fs::path& folder : asset_folders()) {
+    std::error_code missing;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "scenes", missing)) {
+      if (entry.path().extension() == kSceneEnding) found.emplace(entry.path().stem().string(), entry.path());
+    }
+  }
+  std::vector<SceneEntry> scenes;
+  for (const auto& [name, file] : found) scenes.push_back({name, file});
+  return scenes;
+}
+
+Settings load_scene(const std::string& name_or_path) {
+  if (name_or_path.ends_with(kSceneEnding)) return load_scene_file(name_or_path);
+  for (const SceneEntry& entry : list_scenes()) {
+    if (entry.name == name_or_path) return load_scene_file(entry.file);
+  }
+  const std::vector<std::string> known = scene_names();
+  if (known.empty()) find_asset(fs::path("scenes") / (name_or_path + kSceneEnding));  // says where it looked
+  throw UserError(
+      fmt::format("{} is not a scene; the nearest is {}; known: {}; or give a file ending in .toml",
+                  in_quotes(name_or_path), nearest_name(name_or_path, known), fmt::join(known, ", ")));
+}
+
+}  // namespace pf

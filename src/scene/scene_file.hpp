@@ -1,0 +1,36 @@
+// Scene files: TOML with the sections and keys of fields(), all optional.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "scene/settings.hpp"
+
+namespace pf {
+
+// Reads a scene file over `base`. Throws UserError with file and line for malformed TOML, an unknown section or
+// key (naming the nearest known one), a wrong type, a value out of range, a file over 1 MiB or not readable.
+Settings load_scene_file(const std::filesystem::path& file, const Settings& base = {});
+
+// Writes all settings that differ from the defaults, with units as comments. Throws UserError if unwritable.
+void save_scene_file(const std::filesystem::path& file, const Settings& settings);
+
+// Folders searched for NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, the source tree's assets (a build that
+// is not installed), the installed share folder.
+std::vector<std::filesystem::path> asset_folders();
+
+// assets/<relative>; throws UserError listing the places looked at.
+std::filesystem::path find_asset(const std::filesystem::path& relative);
+
+// Scenes that ship: name and file, sorted by name.
+struct SceneEntry {
+  std::string name;
+  std::filesystem::path file;
+};
+std::vector<SceneEntry> list_scenes();
+
+// A scene by name, or by path if it ends in .toml. Throws UserError listing the known scenes.
+Settings load_scene(const std::string& name_or_path);
+
+}  // namespace pf

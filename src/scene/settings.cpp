@@ -1,0 +1,177 @@
+// Settings to and from text.
+#include "scene/settings.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+// METHODS DESIGNED BUT NOT BUILT YET: refused with a line of their own. To make one available add its name
+// to the row run.method in fields.cpp; names there win over this list.
+const std::vector<std::string> kMethodsNotBuilt = {"exact"};
+
+template <class... Ts>
+struct Overload : Ts... {
+  using Ts::operator()...;
+};
+template <class... Ts>
+Overload(Ts...) -> Overload<Ts...>;
+
+// A range narrowed by the caller (as -p does) may leave the default out.
+bool is_allowed_default(const Field& field) {
+  const auto* member = std::get_if<std::int64_t Settings::*>(&field.member);
+  return member == nullptr || static_cast<double>(Settings{}.**member) >= field.min;
+}
+
+// What may be given for a field, with unit and default: the tail of every message.
+std::string allowed_text(const Field& field) {
+  const std::string unit = field.unit.empty() ? "" : " " + field.unit;
+  const std::string range = fmt::format("from {} to {}{}", field.min, field.max, unit);
+  const std::string kind = std::visit(
+      Overload{
+          [&](double Settings::*) { return "a number " + range; },
+          [&](std::int64_t Settings::*) { return "a whole number " + range; },
+          [](bool Settings::*) { return std::string("true or false"); },
+          [&](std::string Settings::*) { return fmt::format("text of at most {} bytes", field.max); },
+          [](const Choice& choice) { return fmt::format("one of {}", fmt::join(choice.names, ", ")); },
+      },
+      field.member);
+  const std::string standard = value_text(field, Settings{});
+  const std::string text = fmt::format("{} takes {}", field.path(), kind);
+  return standard.empty() || !is_allowed_default(field) ? text
+                                                        : fmt::format("{} (default {})", text, standard);
+}
+
+[[noreturn]] void refuse(const Field& field, const std::string& text, const std::string& where,
+                         const std::string& reason) {
+  throw UserError(fmt::format("{}: {} {}; {}", where, in_quotes(text), reason, allowed_text(field)));
+}
+
+enum class Reading { good, malformed, too_large };
+
+// The whole of text as a number. A leading '+' is allowed, as people write it.
+template <class T>
+Reading read_number(const std::string& text, T& value) {
+  const char* first = text.data();
+  const char* last = first + text.size();
+  if (text.size() > 1 && *first == '+' && first[1] != '-') ++first;
+  const auto [end, error] = std::from_chars(first, last, value);
+  if (error == std::errc::result_out_of_range && end == last) return Reading::too_large;
+  return error == std::errc() && end == last ? Reading::good : Reading::malformed;
+}
+
+double double_from(const Field& field, const std::string& text, const std::string& where) {
+  double value = 0.0;
+  const Reading reading = read_number(text, value);
+  if (reading == Reading::malformed) refuse(field, text, where, "is not a number");
+  if (reading == Reading::too_large) refuse(field, text, where, "is out of range");
+  if (!std::isfinite(value)) refuse(field, text, where, "is not a finite number");
+  if (value < field.min || value > field.max) refuse(field, text, where, "is out of range");
+  return value;
+}
+
+// Whole numbers may be written as 1e6, too. Their ranges end at 2^53 at most, so a double holds them all.
+std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
+  const double value = double_from(field, text, where);
+  if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
+  return static_cast<std::int64_t>(value);
+}
+
+bool bool_from(const Field& field, const std::string& text, const std::string& where) {
+  if (text == "true" || text == "on") return true;
+  if (text == "false" || text == "off") return false;
+  refuse(field, text, where, "is neither true nor false");
+}
+
+int choice_from(const Field& field, const Choice& choice, const std::string& text, const std::string& where) {
+  const auto found = std::find(choice.names.begin(), choice.names.end(), text);
+  if (found != choice.names.end()) return static_cast<int>(found - choice.names.begin());
+  const bool is_method = field.path() == "run.method";
+  if (is_method &&
+      std::find(kMethodsNotBuilt.begin(), kMethodsNotBuilt.end(), text) != kMethodsNotBuilt.end()) {
+    throw UserError(
+        fmt::format("{}: method '{}' is designed but is not available in this version; available: {}", where,
+                    text, fmt::join(choice.names, ", ")));
+  }
+  refuse(field, text, where, fmt::format("is unknown, the nearest is {}", nearest_name(text, choice.names)));
+}
+
+// Levenshtein distance, letters of either case alike.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (lower(a[i - 1]) == lower(b[j - 1]) ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string value_text(const Field& field, const Settings& settings) {
+  return std::visit(
+      Overload{
+          [&](double Settings::*member) { return fmt::format("{}", settings.*member); },
+          [&](std::int64_t Settings::*member) { return fmt::format("{}", settings.*member); },
+          [&](bool Settings::*member) { return std::string(settings.*member ? "true" : "false"); },
+          [&](std::string Settings::*member) { return settings.*member; },
+          [&](const Choice& choice) {
+            return choice.names.at(static_cast<std::size_t>(choice.get(settings)));
+          },
+      },
+      field.member);
+}
+
+void set_from_text(const Field& field, Settings& settings, const std::string& text,
+                   const std::string& where) {
+  std::visit(Overload{
+                 [&](double Settings::*member) { settings.*member = double_from(field, text, where); },
+                 [&](std::int64_t Settings::*member) { settings.*member = integer_from(field, text, where); },
+                 [&](bool Settings::*member) { settings.*member = bool_from(field, text, where); },
+                 [&](std::string Settings::*member) {
+                   if (static_cast<double>(text.size()) > field.max)
+                     refuse(field, text, where, "is too long");
+                   settings.*member = text;
+                 },
+                 [&](const Choice& choice) { choice.set(settings, choice_from(field, choice, text, where)); },
+             },
+             field.member);
+}
+
+const Field& find_field(const std::string& path, const std::string& where) {
+  std::vector<std::string> paths;
+  const Field* same_key = nullptr;  // for a key given without its section, or with a wrong one
+  const std::string key = path.substr(path.find('.') == std::string::npos ? 0 : path.find('.') + 1);
+  for (const Field& field : fields()) {
+    if (field.path() == path) return field;
+    if (field.key == key) same_key = &field;
+    paths.push_back(field.path());
+  }
+  throw UserError(fmt::format("{}: {} is not a setting; the nearest is {} (all: pickleflight --help)", where,
+                              in_quotes(path), same_key ? same_key->path() : nearest_name(path, paths)));
+}
+
+std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
+  const std::string tried = name.substr(0, 200);  // keeps the distance cheap for absurd input
+  return *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+    return edit_distance(tried, a) < edit_distance(tried, b);
+  });
+}
+
+}  // namespace pf

@@ -1,0 +1,108 @@
+// Everything a person can set, in the units they are asked for, and the one table that describes it: scene
+// files, --set, --help, the panel's ranges and saved scenes all read that table.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "backend/backend.hpp"
+#include "model/physics.hpp"
+
+namespace pf {
+
+enum class Inertia : std::uint8_t { ring, sphere, disk };  // I = m R^2, 2/3 m R^2, 1/2 m R^2
+
+struct Settings {
+  // scene
+  std::string name = "court";
+  std::string description;
+  // world
+  double width_m = 13.4;
+  double height_m = 6.1;
+  Boundary boundary = Boundary::open;
+  bool box_follows_parcels = false;      // area from N, parcel radius and area fraction; the aspect stays
+  // air
+  Air air = Air::parcels;
+  std::int64_t num_parcels = 0;          // 0: num_parcels_cpu or num_parcels_gpu, by backend
+  std::int64_t num_parcels_cpu = 20000;
+  std::int64_t num_parcels_gpu = 1000000;
+  double area_fraction = 0.1;
+  double areal_density_kg_m2 = 1.76e-3;
+  double parcel_radius_m = 0.0;          // 0: from area fraction and N
+  double parcel_mass_kg = 0.0;           // 0: from areal density and N
+  double parcel_speed_mps = 1.0;         // standard deviation per component
+  double flow_x_mps = 0.0;
+  double flow_y_mps = 0.0;
+  double restitution = 0.9;
+  double impulse_scale = 1.0;
+  bool contacts = true;
+  // ball
+  bool ball_present = true;
+  bool ball_held = false;
+  double ball_mass_kg = 0.026;
+  double ball_radius_m = 0.185;
+  Inertia inertia = Inertia::sphere;
+  double ball_x_m = -6.4;
+  double ball_y_m = -1.4;
+  double ball_vx_mps = 15.0;
+  double ball_vy_mps = 0.0;
+  double ball_spin_radps = 25.0;
+  double friction = 0.3;
+  bool magnus = true;
+  double k_magnus = 0.0005;              // a = k_M (omega x v) / m_b
+  // run
+  Method method = Method::impulse;
+  Neighbors neighbors = Neighbors::grid;
+  double dt_s = 0.0;                     // 0: from displacement_per_step
+  double displacement_per_step = 0.25;   // largest expected displacement of a parcel per step, in diameters
+  std::int64_t substeps = 0;             // steps per frame; 0: as many as time_scale asks, at most max_substeps
+  std::int64_t max_substeps = 32;
+  double time_scale = 0.1;               // simulated over wall time
+  double frame_rate_hz = 60.0;
+  double seconds = 0.0;                  // wall-clock length at frame_rate of a headless run; 0: until the ball left
+  std::int64_t seed = 1;
+  std::int64_t threads = 0;              // 0: all
+  double spring_contact_s = 0.0;         // contact duration of `spring`; 0: 20 steps
+  bool relaunch = true;                  // launch again a second after the ball left
+
+  bool operator==(const Settings&) const = default;
+};
+
+// Names of an enumeration's values in the order of the values, and access to it as an index.
+struct Choice {
+  std::vector<std::string> names;
+  int (*get)(const Settings&);
+  void (*set)(Settings&, int);
+};
+
+// One row per setting.
+struct Field {
+  std::string section;     // of the scene file
+  std::string key;         // `section.key` is what --set and messages use
+  std::string unit;        // "" if a pure number
+  std::string doc;         // one line
+  double min = 0.0;        // allowed range of a number, ends included
+  double max = 0.0;
+  std::variant<double Settings::*, std::int64_t Settings::*, bool Settings::*, std::string Settings::*, Choice> member;
+
+  std::string path() const { return section + "." + key; }
+};
+
+const std::vector<Field>& fields();
+
+// Text form of a field's value, as it stands in a scene file (strings without quotes).
+std::string value_text(const Field& field, const Settings& settings);
+
+// Sets a field from text. where: what the message names first, as "--set air.restitution" or "court.toml:12".
+// Throws UserError (place, value, allowed, remedy) on what cannot be read, is NaN, or is out of range.
+void set_from_text(const Field& field, Settings& settings, const std::string& text, const std::string& where);
+
+// The field named `section.key`; throws UserError naming the nearest known one.
+const Field& find_field(const std::string& path, const std::string& where);
+
+// The known name nearest to `name` by edit distance, for messages. names must not be empty.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& names);
+
+}  // namespace pf

@@ -1,0 +1,51 @@
+// Where the eye is: straight above the plane. Pixels count from the lower left corner, as GL does.
+#pragma once
+
+#include <algorithm>
+
+#include "core/vec2.hpp"
+
+namespace pf {
+
+// The part of the picture that is free for the scene: not under the panel or the overlay.
+struct ViewRegion {
+  double left_px = 0.0;
+  double bottom_px = 0.0;
+  double width_px = 1.0;
+  double height_px = 1.0;
+
+  Vec2d center_px() const { return {left_px + 0.5 * width_px, bottom_px + 0.5 * height_px}; }
+  bool operator==(const ViewRegion&) const = default;
+};
+
+struct Camera {
+  Vec2d center_m;  // seen at anchor_px
+  Vec2d anchor_px;
+  double metres_per_px = 0.01;
+  bool fitted = true;  // follows the window until the person pans or zooms
+
+  Vec2d to_world(Vec2d px) const { return center_m + (px - anchor_px) * metres_per_px; }
+
+  // Shows a world of the given size with a margin around it [px].
+  void fit(double width_m, double height_m, const ViewRegion& region, double margin_px) {
+    const double free_x = std::max(region.width_px - 2.0 * margin_px, 16.0);
+    const double free_y = std::max(region.height_px - 2.0 * margin_px, 16.0);
+    metres_per_px = std::max(width_m / free_x, height_m / free_y);
+    center_m = {};
+    anchor_px = region.center_px();
+    fitted = true;
+  }
+  void pan(Vec2d moved_px) {
+    center_m -= moved_px * metres_per_px;
+    fitted = false;
+  }
+  // factor > 1 goes nearer; the world point under the pointer stays there. width_m bounds the zoom.
+  void zoom_at(Vec2d pointer_px, double factor, double width_m) {
+    const Vec2d fixed_m = to_world(pointer_px);
+    metres_per_px = std::clamp(metres_per_px / factor, width_m * 1e-7, width_m * 0.02);
+    center_m = fixed_m - (pointer_px - anchor_px) * metres_per_px;
+    fitted = false;
+  }
+};
+
+}  // namespace pf

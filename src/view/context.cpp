@@ -1,0 +1,118 @@
+#include "view/context.hpp"
+
+#include <fmt/format.h>
+#include <glad/gl.h>
+// After glad: GLFW must not bring its own GL header.
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+std::string gl_text(GLenum name) {
+  const GLubyte* text = glGetString(name);
+  return text == nullptr ? "unknown" : reinterpret_cast<const char*>(text);
+}
+
+std::string glfw_error() {
+  const char* text = nullptr;
+  glfwGetError(&text);
+  return text == nullptr ? "no reason given" : text;
+}
+
+class WindowContext final : public GlContext {
+ public:
+  explicit WindowContext(const ContextRequest& request) {
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 4);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 5);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+    glfwWindowHint(GLFW_DEPTH_BITS, 0);
+    glfwWindowHint(GLFW_STENCIL_BITS, 0);
+    window_ = glfwCreateWindow(request.width_px, request.height_px, request.title.c_str(), nullptr, nullptr);
+    if (window_ == nullptr) {
+      throw DeviceError(fmt::format(
+          "no window with OpenGL 4.5: {}; update the graphics driver or use --headless", glfw_error()));
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(request.vsync ? 1 : 0);
+    if (gladLoadGL(glfwGetProcAddress) == 0) throw DeviceError("the window's GL functions cannot be loaded");
+    read_info("window");
+    info_.window = true;
+    glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  }
+  ~WindowContext() override {
+    if (window_ != nullptr) glfwDestroyWindow(window_);
+  }
+  WindowContext(const WindowContext&) = delete;
+  WindowContext& operator=(const WindowContext&) = delete;
+
+  SizePx size_px() const override {
+    SizePx size;
+    glfwGetFramebufferSize(window_, &size.width, &size.height);
+    return size;
+  }
+  float content_scale() const override {
+    float x = 1.0F;
+    float y = 1.0F;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::clamp(std::max(x, y), 1.0F, 4.0F);
+  }
+  void present() override { glfwSwapBuffers(window_); }
+  void poll_events() override { glfwPollEvents(); }
+  bool close_asked() const override { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+  GLFWwindow* window() const override { return window_; }
+
+ private:
+  GLFWwindow* window_ = nullptr;
+};
+
+// GLFW is started at most once and ended when the program ends.
+bool glfw_started() {
+  static const bool started = [] {
+    if (glfwInit() != GLFW_TRUE) return false;
+    std::atexit(glfwTerminate);
+    return true;
+  }();
+  return started;
+}
+
+}  // namespace
+
+void GlContext::read_info(const std::string& platform) {
+  info_.renderer = gl_text(GL_RENDERER);
+  info_.version = gl_text(GL_VERSION);
+  info_.platform = platform;
+  for (const char* name : {"llvmpipe", "softpipe", "SWR", "SwiftShader"}) {
+    if (info_.renderer.find(name) != std::string::npos) info_.software = true;
+  }
+  GLint major = 0;
+  GLint minor = 0;
+  glGetIntegerv(GL_MAJOR_VERSION, &major);
+  glGetIntegerv(GL_MINOR_VERSION, &minor);
+  if (major * 10 + minor < 45) {
+    throw DeviceError(
+        fmt::format("OpenGL 4.5 is needed, but {} offers {} ({})", info_.renderer, info_.version, platform));
+  }
+}
+
+bool display_available() {
+  const char* x11 = std::getenv("DISPLAY");
+  const char* wayland = std::getenv("WAYLAND_DISPLAY");
+  const bool named = (x11 != nullptr && *x11 != '\0') || (wayland != nullptr && *wayland != '\0');
+  return named && glfw_started();
+}
+
+std::unique_ptr<GlContext> open_window(const ContextRequest& request) {
+  if (!display_available()) {
+    throw DeviceError("no display to open a window on (DISPLAY and WAYLAND_DISPLAY); use --headless");
+  }
+  return std::make_unique<WindowContext>(request);
+}
+
+}  // namespace pf

@@ -1,0 +1,62 @@
+// Where GL draws to: a window on the desk, or nothing but memory. Two kinds behind one small interface.
+#pragma once
+
+#include <memory>
+#include <string>
+
+struct GLFWwindow;
+
+namespace pf {
+
+struct GlContextInfo {
+  std::string renderer;   // GL_RENDERER
+  std::string version;    // GL_VERSION
+  std::string platform;   // "window", "egl device 0", "egl surfaceless"
+  int cuda_device = -1;   // EGL_CUDA_DEVICE_NV of the device that draws; -1: unknown or none
+  bool software = false;  // a CPU rasteriser draws
+  bool window = false;
+};
+
+struct SizePx {
+  int width = 0;
+  int height = 0;
+  bool operator==(const SizePx&) const = default;
+};
+
+class GlContext {
+ public:
+  virtual ~GlContext() = default;
+  const GlContextInfo& info() const { return info_; }
+
+  // What is drawn to: the window's framebuffer as it is now, or the size asked for.
+  virtual SizePx size_px() const = 0;
+  // Screen pixels per layout pixel.
+  virtual float content_scale() const = 0;
+  virtual void present() = 0;  // shows the back buffer; nothing offscreen
+  virtual void poll_events() = 0;
+  virtual bool close_asked() const = 0;
+  virtual GLFWwindow* window() const { return nullptr; }
+
+ protected:
+  void read_info(const std::string& platform);  // after GL is loaded; throws DeviceError below GL 4.5
+  GlContextInfo info_;
+};
+
+struct ContextRequest {
+  int width_px = 1280;
+  int height_px = 720;
+  bool vsync = true;
+  std::string title = "Pickleball Flight";
+  int egl_device =
+      -1;  // index among EGL devices; -1: an NVIDIA one if there is one, then Mesa surfaceless, then any
+};
+
+// Whether a window can be opened: DISPLAY or WAYLAND_DISPLAY is set and GLFW starts. Ends GLFW again only at
+// exit.
+bool display_available();
+
+// Both make the new context current. They throw DeviceError that names what was found if there is no GL 4.5.
+std::unique_ptr<GlContext> open_window(const ContextRequest& request);
+std::unique_ptr<GlContext> open_offscreen(const ContextRequest& request);
+
+}  // namespace pf

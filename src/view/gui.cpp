@@ -1,0 +1,140 @@
+#include "view/gui.hpp"
+
+#include <imgui.h>
+#include <imgui_impl_glfw.h>
+#include <imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <system_error>
+
+#include "core/error.hpp"
+#include "view/gl.hpp"
+
+namespace pf {
+namespace {
+
+// A font that scales; where none of these is there, ImGui's own bitmap font is enlarged.
+constexpr const char* kFontFiles[] = {
+    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+    "/usr/share/fonts/TTF/DejaVuSans.ttf", "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
+constexpr float kFontHeight_px = 14.0F;
+
+void load_font(float scale) {
+  ImGuiIO& io = ImGui::GetIO();
+  for (const char* file : kFontFiles) {
+    std::error_code error;
+    if (!std::filesystem::exists(file, error)) continue;
+    // Latin, and the few signs that the labels use: minus, dots, multiplication.
+    static const ImWchar kRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2190, 0x21FF, 0x2212, 0x2212, 0};
+    if (io.Fonts->AddFontFromFileTTF(file, kFontHeight_px * scale, nullptr, kRanges) != nullptr) return;
+  }
+  io.Fonts->AddFontDefault();
+  io.FontGlobalScale = scale;
+}
+
+void set_colors(ImVec4* colors) {
+  const ImVec4 ground(0.055F, 0.090F, 0.114F, 0.96F);
+  const ImVec4 field(0.110F, 0.173F, 0.208F, 1.0F);
+  const ImVec4 field_hot(0.149F, 0.239F, 0.282F, 1.0F);
+  const ImVec4 field_active(0.176F, 0.290F, 0.337F, 1.0F);
+  const ImVec4 accent(0.949F, 0.831F, 0.247F, 1.0F);
+  colors[ImGuiCol_Text] = ImVec4(0.886F, 0.914F, 0.918F, 1.0F);
+  colors[ImGuiCol_TextDisabled] = ImVec4(0.545F, 0.620F, 0.647F, 1.0F);
+  colors[ImGuiCol_WindowBg] = colors[ImGuiCol_PopupBg] = ground;
+  colors[ImGuiCol_Border] = colors[ImGuiCol_Separator] = ImVec4(0.165F, 0.239F, 0.275F, 1.0F);
+  colors[ImGuiCol_FrameBg] = field;
+  colors[ImGuiCol_FrameBgHovered] = field_hot;
+  colors[ImGuiCol_FrameBgActive] = field_active;
+  colors[ImGuiCol_Button] = colors[ImGuiCol_Header] = field;
+  colors[ImGuiCol_ButtonHovered] = colors[ImGuiCol_HeaderHovered] = field_hot;
+  colors[ImGuiCol_ButtonActive] = colors[ImGuiCol_HeaderActive] = field_active;
+  colors[ImGuiCol_SliderGrab] = ImVec4(0.404F, 0.714F, 0.733F, 1.0F);
+  colors[ImGuiCol_SliderGrabActive] = colors[ImGuiCol_CheckMark] = accent;
+  colors[ImGuiCol_ScrollbarBg] = ImVec4(0.0F, 0.0F, 0.0F, 0.0F);
+  colors[ImGuiCol_ScrollbarGrab] = field_hot;
+  colors[ImGuiCol_TextSelectedBg] = ImVec4(0.25F, 0.47F, 0.53F, 0.7F);
+}
+
+}  // namespace
+
+void ControlMap::note(const std::string& label) {
+  const ImVec2 low = ImGui::GetItemRectMin();
+  const ImVec2 high = ImGui::GetItemRectMax();
+  rectangles_[label] = {low.x, low.y, high.x, high.y};
+}
+
+std::string ControlMap::text() const { return nlohmann::json(rectangles_).dump(1); }
+
+void ControlMap::write(const std::filesystem::path& file) const {
+  const std::filesystem::path part = file.string() + ".part";
+  {
+    std::ofstream out(part);
+    out << text() << '\n';
+    if (!out) throw UserError(part.string() + ": the panel map cannot be written; choose another file");
+  }
+  std::error_code error;
+  std::filesystem::rename(part, file, error);
+  if (error) throw UserError(file.string() + ": the panel map cannot be written; choose another file");
+}
+
+Gui::Gui(GlContext& context) : context_(context) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGuiIO& io = ImGui::GetIO();
+  io.IniFilename = nullptr;  // nothing is left behind in the folder that the program is called from
+  apply_style(context.content_scale());
+  if (context.window() != nullptr) ImGui_ImplGlfw_InitForOpenGL(context.window(), true);
+  if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
+    if (context.window() != nullptr) ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    throw DeviceError("ImGui_ImplOpenGL3_Init: no GL for the panel; install libgl1 (Debian, Ubuntu)");
+  }
+}
+
+Gui::~Gui() {
+  ImGui_ImplOpenGL3_Shutdown();
+  if (context_.window() != nullptr) ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void Gui::apply_style(float scale) {
+  ImGuiStyle& style = ImGui::GetStyle();
+  style.WindowRounding = 0.0F;
+  style.FrameRounding = style.GrabRounding = style.PopupRounding = 4.0F;
+  style.WindowBorderSize = 0.0F;
+  style.FramePadding = ImVec2(8.0F, 3.5F);
+  style.ItemSpacing = ImVec2(8.0F, 4.0F);
+  style.WindowPadding = ImVec2(14.0F, 10.0F);
+  style.GrabMinSize = 14.0F;
+  style.ScrollbarSize = 10.0F;
+  set_colors(style.Colors);
+  style.ScaleAllSizes(scale);
+  load_font(scale);
+}
+
+void Gui::begin_frame(SizePx size, double frame_s) {
+  ImGui_ImplOpenGL3_NewFrame();
+  if (context_.window() != nullptr) {
+    ImGui_ImplGlfw_NewFrame();
+  } else {
+    ImGuiIO& io = ImGui::GetIO();
+    io.DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));
+    io.DeltaTime = static_cast<float>(std::max(frame_s, 1e-4));
+  }
+  ImGui::NewFrame();
+}
+
+void Gui::end_frame() { ImGui::Render(); }
+
+void Gui::draw(unsigned int framebuffer, SizePx size) {
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(0, 0, size.width, size.height);
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
+bool Gui::wants_text() const { return ImGui::GetIO().WantTextInput; }
+
+}  // namespace pf

@@ -1,0 +1,48 @@
+// Dear ImGui for one context: style, font, input, drawing; and a record of where each control is.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "view/context.hpp"
+
+namespace pf {
+
+// Rectangles of the controls of the last frame by label, in window pixels from the top left: x0, y0, x1, y1.
+// Tests click by them.
+class ControlMap {
+ public:
+  void clear() { rectangles_.clear(); }
+  void note(const std::string& label);  // the rectangle of the widget made last
+  std::string text() const;             // JSON {label: [x0, y0, x1, y1]}
+  // Writes the text in one move, so that a reader never sees half a file. Throws UserError.
+  void write(const std::filesystem::path& file) const;
+
+ private:
+  std::map<std::string, std::array<float, 4>> rectangles_;
+};
+
+class Gui {
+ public:
+  // Installs its GLFW callbacks around those the window has already. The context must outlive it.
+  explicit Gui(GlContext& context);
+  ~Gui();
+  Gui(const Gui&) = delete;
+  Gui& operator=(const Gui&) = delete;
+
+  void begin_frame(SizePx size, double frame_s);
+  void end_frame();                                  // ends the description of the frame
+  void draw(unsigned int framebuffer, SizePx size);  // draws what was described
+
+  bool wants_mouse() const;
+  bool wants_text() const;
+
+ private:
+  void apply_style(float scale);
+
+  GlContext& context_;
+};
+
+}  // namespace pf

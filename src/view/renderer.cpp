@@ -1,0 +1,233 @@
+#include "view/renderer.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "view/color_map.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kCourtWidth_m = 13.4;
+constexpr double kCourtHeight_m = 6.1;
+
+// Same layout as View in common.glsl.
+struct ViewBlock {
+  Vec2f center_m, anchor_px, size_px;
+  float metres_per_px, scale;
+};
+
+bool is_court(double width_m, double height_m) {
+  return std::fabs(width_m - kCourtWidth_m) < 0.3 && std::fabs(height_m - kCourtHeight_m) < 0.2;
+}
+
+void set_uniform(const GlProgram& program, const char* name, float value) {
+  glProgramUniform1f(program.get(), glGetUniformLocation(program.get(), name), value);
+}
+
+void set_uniform(const GlProgram& program, const char* name, Vec2f value) {
+  glProgramUniform2f(program.get(), glGetUniformLocation(program.get(), name), value.x, value.y);
+}
+
+// How a parcel of diameter d pixels is drawn: the side of its square, its alpha, and one in how many.
+struct PointStyle {
+  float side_px, alpha;
+  std::uint32_t one_in;
+  bool disc;
+};
+
+// Below 1.6 px a square of whole pixels stands for the disc. Alpha is the share of the square that the disc
+// covers to the power 0.75: a little more than its share, so that air of 10 % area fraction is seen at any N.
+// Below 1/64 an 8-bit picture would round a parcel away: then fewer are drawn, each with a larger share.
+PointStyle point_style(double diameter_px) {
+  constexpr double kFirstDisc_px = 1.6;
+  constexpr double kLeastAlpha = 1.0 / 64.0;
+  constexpr std::uint32_t kMostLeftOut = 128;  // strides of vertex arrays end at 2048 bytes
+  if (diameter_px >= kFirstDisc_px) return {static_cast<float>(diameter_px) + 1.5F, 0.95F, 1, true};
+  const double side_px = std::max(1.0, std::round(diameter_px));
+  const double share = std::min(1.0, 0.25 * kPi * diameter_px * diameter_px / (side_px * side_px));
+  const double alpha = 0.95 * std::pow(share, 0.75);
+  const double one_in = std::clamp(std::round(kLeastAlpha / std::max(alpha, 1e-9)), 1.0, 1.0 * kMostLeftOut);
+  return {static_cast<float>(side_px), static_cast<float>(std::min(alpha * one_in, 0.95)),
+          static_cast<std::uint32_t>(one_in), false};
+}
+
+// A round number of metres that cuts the side into 5 to 12 parts.
+double grid_step(double side_m) {
+  const double step = std::pow(10.0, std::floor(std::log10(side_m / 5.0)));
+  for (double factor : {1.0, 2.0, 5.0}) {
+    if (side_m / (step * factor) <= 12.0) return step * factor;
+  }
+  return 10.0 * step;
+}
+
+}  // namespace
+
+Renderer::Renderer()
+    : court_(load_program("fullscreen", "court")),
+      box_(load_program("fullscreen", "box")),
+      square_parcels_(load_program("parcels", "parcels_square")),
+      disc_parcels_(load_program("parcels", "parcels_disc")),
+      path_(load_program("path")),
+      ball_(load_program("ball")),
+      view_buffer_(make_buffer()),
+      path_buffer_(make_buffer()),
+      empty_array_(make_vertex_array()),
+      parcel_array_(make_vertex_array()),
+      path_array_(make_vertex_array()) {
+  glNamedBufferStorage(view_buffer_.get(), sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  const auto add = [](const GlVertexArray& array, GLuint index, GLint size, GLuint offset, GLuint binding) {
+    glEnableVertexArrayAttrib(array.get(), index);
+    glVertexArrayAttribFormat(array.get(), index, size, GL_FLOAT, GL_FALSE, offset);
+    glVertexArrayAttribBinding(array.get(), index, binding);
+  };
+  add(parcel_array_, 0, 2, 0, 0);
+  add(parcel_array_, 1, 1, 0, 1);
+  add(path_array_, 0, 2, offsetof(PathVertex, position_m), 0);
+  add(path_array_, 1, 2, offsetof(PathVertex, normal), 0);
+  add(path_array_, 2, 1, offsetof(PathVertex, along), 0);
+}
+
+void Renderer::draw(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
+                    const Viewport& viewport) {
+  set_view(camera, viewport);
+  draw_floor(frame, camera, viewport);
+  glBindFramebuffer(GL_FRAMEBUFFER, viewport.framebuffer);
+  glViewport(0, 0, viewport.size.width, viewport.size.height);
+  glEnable(GL_BLEND);
+  glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  if (parcels != nullptr && parcels->position_buffer != 0 && frame.num_parcels > 0) {
+    draw_parcels(frame, *parcels, camera);
+  }
+  if (show_path_) draw_paths(frame, camera, viewport.scale);
+  if (frame.physics->ball.present) draw_ball(frame, camera);
+}
+
+void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
+  const ViewBlock block = {
+      to_float(camera.center_m),
+      to_float(camera.anchor_px),
+      {static_cast<float>(viewport.size.width), static_cast<float>(viewport.size.height)},
+      static_cast<float>(camera.metres_per_px),
+      viewport.scale};
+  glNamedBufferSubData(view_buffer_.get(), 0, sizeof(block), &block);
+  glBindBufferBase(GL_UNIFORM_BUFFER, 0, view_buffer_.get());
+}
+
+// The floor is painted once per view and then copied: its shader would cost llvmpipe more than 20,000
+// parcels.
+void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
+  const World& world = frame.physics->world;
+  const Vec2d half_m = to_metres(world, world.half);
+  const FloorKey key = {camera.center_m, camera.anchor_px, camera.metres_per_px, viewport.size,
+                        2.0 * half_m.x,  2.0 * half_m.y,   world.boundary};
+  if (!(key == floor_key_)) paint_floor(key);
+  floor_key_ = key;
+  const auto [width, height] = viewport.size;
+  glBlitNamedFramebuffer(floor_.framebuffer(), viewport.framebuffer, 0, 0, width, height, 0, 0, width, height,
+                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void Renderer::paint_floor(const FloorKey& key) {
+  floor_.resize(key.size.width, key.size.height);
+  glBindFramebuffer(GL_FRAMEBUFFER, floor_.framebuffer());
+  glViewport(0, 0, key.size.width, key.size.height);
+  glDisable(GL_BLEND);
+  const bool court = is_court(key.width_m, key.height_m);
+  if (!court) {
+    set_uniform(box_, "half_size_m", to_float(Vec2d{0.5 * key.width_m, 0.5 * key.height_m}));
+    set_uniform(box_, "grid_m", static_cast<float>(grid_step(std::max(key.width_m, key.height_m))));
+    glProgramUniform1i(box_.get(), glGetUniformLocation(box_.get(), "frame_kind"),
+                       static_cast<int>(key.boundary));
+  }
+  glUseProgram(court ? court_.get() : box_.get());
+  glBindVertexArray(empty_array_.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera) {
+  const double diameter_px = 2.0 * frame.physics->parcels.radius_m / camera.metres_per_px;
+  const PointStyle style = point_style(diameter_px);
+  const GlProgram& program = style.disc ? disc_parcels_ : square_parcels_;
+  const Settings& settings = *frame.settings;
+  const double top_mps =
+      top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
+  set_uniform(program, "point_px", style.side_px);
+  set_uniform(program, "per_color_mps", static_cast<float>(1.0 / top_mps));
+  set_uniform(program, "alpha", style.alpha);
+  if (style.disc) set_uniform(program, "radius_px", static_cast<float>(0.5 * diameter_px));
+  const auto stride = static_cast<GLsizei>(style.one_in);
+  glVertexArrayVertexBuffer(parcel_array_.get(), 0, parcels.position_buffer, parcels.position_offset,
+                            stride * static_cast<GLsizei>(sizeof(Vec2f)));
+  glVertexArrayVertexBuffer(parcel_array_.get(), 1, parcels.speed_buffer, parcels.speed_offset,
+                            stride * static_cast<GLsizei>(sizeof(float)));
+  glEnable(GL_PROGRAM_POINT_SIZE);
+  glUseProgram(program.get());
+  glBindVertexArray(parcel_array_.get());
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels / style.one_in));
+  drawn_one_in_ = style.one_in;
+}
+
+void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
+  constexpr std::size_t kMostOldPaths = 5;
+  if (frame.old_paths_m != nullptr) {
+    float fading = 0.34F;
+    for (std::size_t i = 0; i < std::min(frame.old_paths_m->size(), kMostOldPaths); ++i) {
+      draw_path((*frame.old_paths_m)[i], camera, {0.9F * scale, {0.88F, 0.92F, 0.94F, fading}, {0.8F, 1.0F}});
+      fading *= 0.65F;
+    }
+  }
+  if (frame.path_m != nullptr) {
+    draw_path(*frame.path_m, camera, {3.0F * scale, {0.02F, 0.04F, 0.05F, 0.45F}, {0.4F, 1.0F}});
+    draw_path(*frame.path_m, camera, {1.6F * scale, {1.0F, 0.93F, 0.45F, 0.95F}, {0.45F, 1.0F}});
+  }
+}
+
+void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style) {
+  // Points nearer than 1.5 px to the last one kept carry no shape, only trouble for the normals.
+  const auto least = static_cast<float>(1.5 * camera.metres_per_px);
+  path_points_.clear();
+  for (const Vec2f& point : points_m) {
+    const Vec2f moved = path_points_.empty() ? Vec2f{least, least} : point - path_points_.back();
+    if (dot(moved, moved) >= least * least) path_points_.push_back(point);
+  }
+  if (path_points_.size() < 2) return;
+  path_vertices_.clear();
+  const std::size_t last = path_points_.size() - 1;
+  for (std::size_t i = 0; i <= last; ++i) {
+    const Vec2f span = path_points_[std::min(i + 1, last)] - path_points_[i == 0 ? 0 : i - 1];
+    const float length = std::max(std::sqrt(dot(span, span)), 1e-12F);
+    const PathVertex vertex = {path_points_[i], perpendicular(span) * (1.0F / length),
+                               static_cast<float>(i) / static_cast<float>(last)};
+    path_vertices_.insert(path_vertices_.end(), 2, vertex);
+  }
+  const std::size_t bytes = path_vertices_.size() * sizeof(PathVertex);
+  if (bytes > path_capacity_) {
+    path_capacity_ = 2 * bytes;
+    path_buffer_ = make_buffer();
+    glNamedBufferStorage(path_buffer_.get(), static_cast<GLsizeiptr>(path_capacity_), nullptr,
+                         GL_DYNAMIC_STORAGE_BIT);
+  }
+  glNamedBufferSubData(path_buffer_.get(), 0, static_cast<GLsizeiptr>(bytes), path_vertices_.data());
+  glVertexArrayVertexBuffer(path_array_.get(), 0, path_buffer_.get(), 0, sizeof(PathVertex));
+  set_uniform(path_, "half_width_px", style.half_width_px);
+  glProgramUniform4fv(path_.get(), glGetUniformLocation(path_.get(), "path_color"), 1, style.color);
+  glProgramUniform2fv(path_.get(), glGetUniformLocation(path_.get(), "fade"), 1, style.fade);
+  glUseProgram(path_.get());
+  glBindVertexArray(path_array_.get());
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, static_cast<GLsizei>(path_vertices_.size()));
+}
+
+void Renderer::draw_ball(const FrameView& frame, const Camera& camera) {
+  constexpr double kLeastRadius_px = 3.0;
+  const double radius_px = std::max(frame.physics->ball.radius_m / camera.metres_per_px, kLeastRadius_px);
+  set_uniform(ball_, "ball_m", to_float(frame.ball.position_m));
+  set_uniform(ball_, "radius_px", static_cast<float>(radius_px));
+  set_uniform(ball_, "angle", static_cast<float>(std::remainder(frame.ball.angle_rad, 2.0 * kPi)));
+  glUseProgram(ball_.get());
+  glBindVertexArray(empty_array_.get());
+  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+}
+
+}  // namespace pf

@@ -1,0 +1,77 @@
+// Draws one frame of the scene, seen from above: floor, parcels, paths, ball.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "app/simulation.hpp"
+#include "view/camera.hpp"
+#include "view/context.hpp"
+#include "view/gl.hpp"
+#include "view/parcel_buffers.hpp"
+
+namespace pf {
+
+// Where a frame is drawn to: a framebuffer (0: the window's) and its size.
+struct Viewport {
+  GLuint framebuffer = 0;
+  SizePx size;
+  float scale = 1.0F;  // pixels per layout pixel
+};
+
+class Renderer {
+ public:
+  Renderer();  // throws DeviceError if a shader is missing or does not compile
+
+  // parcels: null if there are none to draw. Covers the whole viewport.
+  void draw(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
+            const Viewport& viewport);
+
+  void set_show_path(bool shown) { show_path_ = shown; }
+
+  // One in how many parcels was drawn: more than 1 where so many share a pixel that one's share of it is lost
+  // in rounding.
+  std::uint32_t drawn_one_in() const { return drawn_one_in_; }
+
+ private:
+  // What the kept picture of the floor was drawn for.
+  struct FloorKey {
+    Vec2d center_m, anchor_px;
+    double metres_per_px = 0.0;
+    SizePx size;
+    double width_m = 0.0;
+    double height_m = 0.0;
+    Boundary boundary = Boundary::open;
+    bool operator==(const FloorKey&) const = default;
+  };
+  struct PathVertex {
+    Vec2f position_m, normal;
+    float along;
+  };
+  struct PathStyle {
+    float half_width_px;
+    float color[4];
+    float fade[2];  // alpha at the oldest and the newest point
+  };
+
+  void set_view(const Camera& camera, const Viewport& viewport);
+  void draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport);
+  void paint_floor(const FloorKey& key);
+  void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera);
+  void draw_paths(const FrameView& frame, const Camera& camera, float scale);
+  void draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style);
+  void draw_ball(const FrameView& frame, const Camera& camera);
+
+  GlProgram court_, box_, square_parcels_, disc_parcels_, path_, ball_;
+  GlBuffer view_buffer_, path_buffer_;
+  GlVertexArray empty_array_, parcel_array_, path_array_;
+  ColorTarget floor_;
+  FloorKey floor_key_;
+  std::vector<Vec2f> path_points_;
+  std::vector<PathVertex> path_vertices_;
+  std::size_t path_capacity_ = 0;
+  std::uint32_t drawn_one_in_ = 1;
+  bool show_path_ = true;
+};
+
+}  // namespace pf

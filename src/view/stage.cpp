@@ -1,0 +1,306 @@
+#include "view/stage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "view/film.hpp"
+#include "view/gpu_timer.hpp"
+#include "view/gui.hpp"
+#include "view/host_draw_target.hpp"
+#include "view/overlay.hpp"
+#include "view/panel.hpp"
+#include "view/renderer.hpp"
+#include "view/window_input.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kLongestFilm_s = 60.0;  // of a headless run that neither has an end nor a ball that leaves
+constexpr double kAfterFlight_s = 0.5;
+constexpr double kMargin_px = 14.0;  // around the fitted world, layout pixels
+constexpr double kApron_m = 0.30;    // shown beyond a world: the ball leaves through it
+
+std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const GlContextInfo& info) {
+  if (hooks.make_draw_target) return hooks.make_draw_target(info);
+  return std::make_unique<HostDrawTarget>("CPU backend");
+}
+
+class Stage {
+ public:
+  Stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
+        const StageHooks& hooks);
+  int run();
+
+ private:
+  Commands handle_input();
+  void follow_switches(const InputFrame& input);
+  ViewRegion free_region() const;
+  void fit_camera();
+  void advance();
+  void describe_overlay();
+  void draw_scene(const Viewport& viewport);
+  void draw_gui(const Viewport& viewport);
+  void take_frame(const Viewport& viewport);
+  void present(const Viewport& viewport);
+  void write_panel_map();
+  bool ended();
+  void keep_pace();
+  void settle() const;
+
+  const Options& options_;
+  GlContext& context_;
+  Simulation& simulation_;
+  RunRecord& record_;
+  const StageHooks& hooks_;
+
+  std::unique_ptr<GlDrawTarget> target_;
+  std::unique_ptr<WindowInput> input_;  // before gui_, which calls on to it
+  Gui gui_;
+  Renderer renderer_;
+  Panel panel_;
+  Overlay overlay_;
+  Film film_;
+  GpuTimer draw_timer_;
+  ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
+
+  Camera camera_;
+  ViewSwitches switches_;
+  Commands commands_;
+  SizePx size_;
+  float scale_;       // of text and margins; fonts are made for it once
+  PhaseTimes times_;  // of the frame in hand
+  std::string panel_layout_;
+  std::int64_t num_frames_ = 0;
+  std::int64_t frames_after_flight_ = 0;
+  double frame_s_ = 1.0 / 60.0;
+  Clock::time_point last_frame_ = Clock::now();
+  Clock::time_point next_frame_ = Clock::now();
+};
+
+Stage::Stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
+             const StageHooks& hooks)
+    : options_(options),
+      context_(context),
+      simulation_(simulation),
+      record_(record),
+      hooks_(hooks),
+      target_(make_draw_target(hooks, context.info())),
+      input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
+      gui_(context),
+      panel_(hooks.max_parcels),
+      overlay_({context.info().renderer,
+                fmt::format("{}: {}", kDrawTargetNames[static_cast<int>(target_->kind())], target_->reason()),
+                1}),
+      film_(options, context.size_px()),
+      scale_(context.content_scale()) {
+  switches_.show_panel = options.show_panel && context.window() != nullptr;
+  switches_.show_path = options.show_path;
+  if (hooks.announce) {
+    hooks.announce(fmt::format("drawing: {} ({}), draw target {}: {}", context.info().renderer,
+                               context.info().platform, kDrawTargetNames[static_cast<int>(target_->kind())],
+                               target_->reason()));
+  }
+}
+
+int Stage::run() {
+  record_.start_clock();
+  while (!ended()) {
+    times_ = {};
+    size_ = context_.size_px();
+    if (size_.width <= 0 || size_.height <= 0) {  // an iconified window has no size
+      context_.poll_events();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      continue;
+    }
+    commands_ = handle_input();
+    if (commands_.quit) break;
+    advance();
+    describe_overlay();
+    const bool through_canvas = context_.window() == nullptr || film_.wanted();
+    if (through_canvas) canvas_.resize(size_.width, size_.height);
+    const Viewport viewport = {through_canvas ? canvas_.framebuffer() : 0, size_, scale_};
+    draw_scene(viewport);
+    draw_gui(viewport);
+    take_frame(viewport);
+    present(viewport);
+    if (simulation_.view().frame_totals.num_steps > 0) {
+      record_.add_frame(times_, simulation_.view().frame_totals, simulation_.view().dt_s);
+    }
+    keep_pace();
+    ++num_frames_;
+  }
+  film_.finish();
+  const bool gave_up = context_.window() == nullptr && simulation_.view().paused;
+  if (gave_up && hooks_.announce) hooks_.announce(simulation_.view().message);
+  return gave_up ? 1 : 0;
+}
+
+bool Stage::ended() {
+  if (stop_requested.load(std::memory_order_relaxed) || context_.close_asked()) return true;
+  const Settings& settings = simulation_.settings();
+  const double shown_s = static_cast<double>(num_frames_) / settings.frame_rate_hz;
+  if (settings.seconds > 0.0 && shown_s >= settings.seconds - 1e-9) return true;
+  if (context_.window() != nullptr) return false;
+  if (simulation_.view().paused) return true;  // by itself: nobody is there to press a key
+  if (settings.seconds > 0.0) return false;
+  if (simulation_.finished_flight()) ++frames_after_flight_;
+  const double after_s = static_cast<double>(frames_after_flight_) / settings.frame_rate_hz;
+  return after_s >= kAfterFlight_s || shown_s >= kLongestFilm_s;
+}
+
+// Keys, mouse and panel; the overlay is described after the simulation has moved on.
+Commands Stage::handle_input() {
+  ScopedPhase timing(times_, Phase::panel);
+  context_.poll_events();
+  gui_.begin_frame(size_, frame_s_);
+  InputFrame input;
+  if (input_) input = input_->take(gui_);
+  Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
+  commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
+  commands.single_step = commands.single_step || input.commands.single_step;
+  commands.reset = commands.reset || input.commands.reset;
+  commands.launch = commands.launch || input.commands.launch;
+  commands.quit = input.commands.quit;
+  // S steps while paused; while running it does nothing.
+  commands.single_step = commands.single_step && simulation_.view().paused;
+  write_panel_map();
+  follow_switches(input);
+  return commands;
+}
+
+void Stage::follow_switches(const InputFrame& input) {
+  if (input.toggle_panel) switches_.show_panel = !switches_.show_panel;
+  if (input.toggle_path) switches_.show_path = !switches_.show_path;
+  if (input.next_overlay) switches_.overlay_mode = (switches_.overlay_mode + 1) % kNumOverlayModes;
+  if (input.pan_px.x != 0.0 || input.pan_px.y != 0.0) camera_.pan(input.pan_px);
+  const World& world = simulation_.view().physics->world;
+  const Vec2d half_m = to_metres(world, world.half);
+  if (input.zoom != 1.0) camera_.zoom_at(input.pointer_px, input.zoom, 2.0 * std::max(half_m.x, half_m.y));
+  if (input.fit || switches_.fit_camera) camera_.fitted = true;
+  switches_.fit_camera = false;
+  if (camera_.fitted) fit_camera();
+}
+
+ViewRegion Stage::free_region() const {
+  const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
+  const double bottom = Overlay::height_px(static_cast<OverlayMode>(switches_.overlay_mode), scale_);
+  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom, 1.0)};
+}
+
+void Stage::fit_camera() {
+  const World& world = simulation_.view().physics->world;
+  const Vec2d half_m = to_metres(world, world.half);
+  const double apron_m =
+      world.boundary == Boundary::open ? kApron_m * std::min(half_m.x, half_m.y) / 3.05 : 0.0;
+  camera_.fit(2.0 * (half_m.x + apron_m), 2.0 * half_m.y, free_region(), kMargin_px * scale_);
+}
+
+void Stage::advance() {
+  simulation_.advance_frame(commands_, target_.get());
+  times_ += simulation_.view().times;
+}
+
+void Stage::describe_overlay() {
+  ScopedPhase timing(times_, Phase::panel);
+  OverlayPlace place;
+  place.left_px = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
+  place.width_px = static_cast<float>(size_.width) - place.left_px;
+  place.bottom_px = static_cast<float>(size_.height);
+  place.scale = scale_;
+  overlay_.set_drawn_one_in(renderer_.drawn_one_in());
+  overlay_.show(simulation_.view(), static_cast<OverlayMode>(switches_.overlay_mode), place);
+  gui_.end_frame();
+}
+
+void Stage::draw_scene(const Viewport& viewport) {
+  const Clock::time_point start = Clock::now();
+  const ParcelBuffers parcels = target_->buffers();
+  draw_timer_.begin();
+  renderer_.set_show_path(switches_.show_path);
+  renderer_.draw(simulation_.view(), &parcels, camera_, viewport);
+  draw_timer_.end();
+  target_->frame_drawn();
+  settle();
+  // A GPU works on after the calls return; its own clock tells how long, a frame or two late.
+  times_[Phase::draw] = context_.info().software
+                            ? milliseconds_since(start)
+                            : std::max(draw_timer_.newest_ms(), milliseconds_since(start));
+}
+
+void Stage::draw_gui(const Viewport& viewport) {
+  ScopedPhase timing(times_, Phase::panel);
+  gui_.draw(viewport.framebuffer, viewport.size);
+  settle();
+}
+
+void Stage::take_frame(const Viewport& viewport) {
+  if (!film_.wanted()) return;
+  ScopedPhase timing(times_, Phase::encode);
+  film_.add_frame(viewport.framebuffer, viewport.size);
+  // The last frame of the first flight shows the whole path; a run without a flight shows its last frame.
+  if (!simulation_.finished_flight() || !film_.has_picture())
+    film_.keep_for_picture(viewport.framebuffer, viewport.size);
+}
+
+void Stage::present(const Viewport& viewport) {
+  ScopedPhase timing(times_, Phase::present);
+  if (context_.window() != nullptr && viewport.framebuffer != 0) {
+    // Mesa looks for a new window size when a viewport is set, not when something is copied there.
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, viewport.size.width, viewport.size.height);
+    const auto [width, height] = viewport.size;
+    glBlitNamedFramebuffer(viewport.framebuffer, 0, 0, 0, width, height, 0, 0, width, height,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  }
+  context_.present();
+}
+
+void Stage::write_panel_map() {
+  if (hooks_.panel_map.empty()) return;
+  std::string layout = panel_.controls().text();
+  if (layout == panel_layout_) return;
+  panel_layout_ = std::move(layout);
+  panel_.controls().write(hooks_.panel_map);
+}
+
+// A window shows frames at the rate that the time scale is meant for, also on a faster screen.
+void Stage::keep_pace() {
+  const Clock::time_point now = Clock::now();
+  frame_s_ = std::chrono::duration<double>(now - last_frame_).count();
+  last_frame_ = now;
+  overlay_.add_frame(times_, 1e3 * frame_s_);
+  if (context_.window() == nullptr) return;
+  const auto period = std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(1.0 / simulation_.settings().frame_rate_hz));
+  next_frame_ = std::max(next_frame_ + period, now - period);
+  // Two milliseconds are left to the screen's own pace.
+  const Clock::time_point wake = next_frame_ - std::chrono::milliseconds(2);
+  if (wake > now) std::this_thread::sleep_until(wake);
+}
+
+// A rasteriser on the CPU starts when something waits for it. Waiting here books its time where it belongs.
+void Stage::settle() const {
+  if (context_.info().software) glFinish();
+}
+
+}  // namespace
+
+std::unique_ptr<GlContext> open_stage_context(const Options& options, const StageHooks& hooks) {
+  ContextRequest request;
+  request.width_px = options.width_px;
+  request.height_px = options.height_px;
+  if (options.headless) return open_offscreen(request);
+  if (display_available()) return open_window(request);
+  if (hooks.announce) hooks.announce("no display (DISPLAY, WAYLAND_DISPLAY): running without a window");
+  return open_offscreen(request);
+}
+
+int run_stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
+              const StageHooks& hooks) {
+  return Stage(options, context, simulation, record, hooks).run();
+}
+
+}  // namespace pf

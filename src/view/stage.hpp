@@ -1,0 +1,45 @@
+// The run loop: events, simulation, picture, panel, film; in a window or without one.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "app/options.hpp"
+#include "app/report.hpp"
+#include "app/simulation.hpp"
+#include "view/context.hpp"
+#include "view/parcel_buffers.hpp"
+
+namespace pf {
+
+// Set by main's handler of SIGINT and SIGTERM: the run ends after the frame in hand, film and report are
+// finished.
+inline std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set it");
+
+struct StageHooks {
+  // Makes the draw target; null: the host target. Called once, with the context current.
+  std::function<std::unique_ptr<GlDrawTarget>(const GlContextInfo&)> make_draw_target;
+  // Told each thing that a person should know once (what draws and why); null: nobody.
+  std::function<void(const std::string&)> announce;
+  // Written whenever the panel's controls move: where each is (ControlMap). Empty: never.
+  std::filesystem::path panel_map;
+  // End of the slider of N.
+  std::int64_t max_parcels = 1'000'000;
+};
+
+// The context that the options ask for: a window, or memory if headless or if there is no display
+// (announced). Throws DeviceError. Made before the backend, which may have to run on the device that draws.
+std::unique_ptr<GlContext> open_stage_context(const Options& options, const StageHooks& hooks);
+
+// Runs until the window closes, settings.seconds are over, a headless flight has ended, or a stop is
+// requested. Feeds `record`, writes the film and the picture. Returns the exit code: 0, or 1 if a headless
+// run had to stop because the simulation paused itself. Throws UserError and DeviceError.
+int run_stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
+              const StageHooks& hooks);
+
+}  // namespace pf

@@ -1,0 +1,127 @@
+#include "view/window_input.hpp"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <cmath>
+
+#include "view/gui.hpp"
+
+namespace pf {
+namespace {
+
+WindowInput& self(GLFWwindow* window) { return *static_cast<WindowInput*>(glfwGetWindowUserPointer(window)); }
+
+void apply_key(int key, InputFrame& input) {
+  switch (key) {
+    case GLFW_KEY_SPACE:
+      input.commands.toggle_pause = !input.commands.toggle_pause;
+      break;
+    case GLFW_KEY_S:
+      input.commands.single_step = true;
+      break;
+    case GLFW_KEY_R:
+      input.commands.reset = true;
+      break;
+    case GLFW_KEY_L:
+      input.commands.launch = true;
+      break;
+    case GLFW_KEY_H:
+      input.toggle_panel = !input.toggle_panel;
+      break;
+    case GLFW_KEY_O:
+      input.next_overlay = true;
+      break;
+    case GLFW_KEY_T:
+      input.toggle_path = !input.toggle_path;
+      break;
+    case GLFW_KEY_F:
+      input.fit = true;
+      break;
+    case GLFW_KEY_ESCAPE:
+      input.commands.quit = true;
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace
+
+WindowInput::WindowInput(GLFWwindow* window) : window_(window) {
+  glfwSetWindowUserPointer(window, this);
+  glfwSetKeyCallback(window, on_key);
+  glfwSetScrollCallback(window, on_scroll);
+  glfwSetMouseButtonCallback(window, on_button);
+}
+
+WindowInput::~WindowInput() {
+  glfwSetKeyCallback(window_, nullptr);
+  glfwSetScrollCallback(window_, nullptr);
+  glfwSetMouseButtonCallback(window_, nullptr);
+}
+
+void WindowInput::on_key(GLFWwindow* window, int key, int, int action, int) {
+  if (action == GLFW_PRESS) self(window).keys_.push_back(key);
+}
+
+void WindowInput::on_scroll(GLFWwindow* window, double, double y) { self(window).scrolled_ += y; }
+
+void WindowInput::on_button(GLFWwindow* window, int button, int action, int) {
+  if (action != GLFW_PRESS || button == GLFW_MOUSE_BUTTON_MIDDLE) return;
+  constexpr double kDoubleClick_s = 0.3;
+  WindowInput& input = self(window);
+  const double now_s = glfwGetTime();
+  input.pressed_ = true;
+  input.double_clicked_ = now_s - input.pressed_at_s_ < kDoubleClick_s;
+  input.pressed_at_s_ = now_s;
+}
+
+InputFrame WindowInput::take(const Gui& gui) {
+  InputFrame input;
+  input.pointer_px = pointer_px();
+  if (!gui.wants_text()) {
+    for (int key : keys_) apply_key(key, input);
+  }
+  if (!gui.wants_mouse()) {
+    constexpr double kZoomPerNotch = 1.15;
+    input.zoom = std::pow(kZoomPerNotch, scrolled_);
+    input.fit = input.fit || double_clicked_;
+  }
+  drag(gui, input);
+  keys_.clear();
+  scrolled_ = 0.0;
+  pressed_ = double_clicked_ = false;
+  return input;
+}
+
+// A drag belongs to whom it began at: the scene keeps it even when the pointer crosses the panel.
+void WindowInput::drag(const Gui& gui, InputFrame& input) {
+  const bool down = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS ||
+                    glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+  if (pressed_ && !gui.wants_mouse()) {
+    dragging_ = true;
+    dragged_from_px_ = input.pointer_px;
+  }
+  if (!down) dragging_ = false;
+  if (!dragging_) return;
+  input.pan_px = input.pointer_px - dragged_from_px_;
+  dragged_from_px_ = input.pointer_px;
+}
+
+// The cursor counts in screen units from the top left; a framebuffer may have more pixels than that.
+Vec2d WindowInput::pointer_px() const {
+  double x = 0.0;
+  double y = 0.0;
+  glfwGetCursorPos(window_, &x, &y);
+  int window_width = 1;
+  int window_height = 1;
+  int width = 1;
+  int height = 1;
+  glfwGetWindowSize(window_, &window_width, &window_height);
+  glfwGetFramebufferSize(window_, &width, &height);
+  if (window_width <= 0 || window_height <= 0) return {};
+  return {x * width / window_width, height - y * height / window_height};
+}
+
+}  // namespace pf

@@ -1,0 +1,56 @@
+// Keys and mouse of a window, gathered per frame. Keys come through GLFW's callbacks: Dear ImGui 1.86 has no
+// queue, and a short press between two frames must not be lost.
+#pragma once
+
+#include <vector>
+
+#include "app/simulation.hpp"
+#include "core/vec2.hpp"
+
+struct GLFWwindow;
+
+namespace pf {
+
+class Gui;
+
+struct InputFrame {
+  Commands commands;
+  bool toggle_panel = false;
+  bool next_overlay = false;
+  bool toggle_path = false;
+  bool fit = false;
+  Vec2d pan_px;       // since the last frame, upwards positive
+  double zoom = 1.0;  // > 1: nearer
+  Vec2d pointer_px;   // from the lower left corner
+};
+
+class WindowInput {
+ public:
+  // Must be made before the Gui, which calls on to the callbacks it finds. Takes the window's user pointer.
+  explicit WindowInput(GLFWwindow* window);
+  ~WindowInput();
+  WindowInput(const WindowInput&) = delete;
+  WindowInput& operator=(const WindowInput&) = delete;
+
+  // What happened since the last call, without what the panel has taken.
+  InputFrame take(const Gui& gui);
+
+ private:
+  static void on_key(GLFWwindow* window, int key, int scancode, int action, int mods);
+  static void on_scroll(GLFWwindow* window, double x, double y);
+  static void on_button(GLFWwindow* window, int button, int action, int mods);
+
+  Vec2d pointer_px() const;
+  void drag(const Gui& gui, InputFrame& input);
+
+  GLFWwindow* window_;
+  std::vector<int> keys_;
+  double scrolled_ = 0.0;
+  bool pressed_ = false;
+  bool double_clicked_ = false;
+  double pressed_at_s_ = -1.0;
+  bool dragging_ = false;
+  Vec2d dragged_from_px_;
+};
+
+}  // namespace pf

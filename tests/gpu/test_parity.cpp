@@ -1,0 +1,126 @@
+// The CUDA backend against the CPU backend: the same bits.
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "cuda_backend.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+class Gpu : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string why;
+    if (num_cuda_devices(&why) == 0) GTEST_SKIP() << "no CUDA device: " << why;
+  }
+};
+
+std::vector<Settings> scenes(std::int64_t n) {
+  std::vector<Settings> list;
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings in_court = court(n, boundary);
+    if (n <= 2) in_court.area_fraction = 0.01;  // so few parcels would be wider than the court
+    list.push_back(in_court);
+    list.push_back(gas(n, 0.2, boundary));
+  }
+  return list;
+}
+
+void expect_same_hashes(const Settings& s, std::uint32_t steps) {
+  SceneRun cpu(s, make_cpu_backend(0));
+  SceneRun gpu(s, make_cuda_backend(0));
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << s.name << " spawned, N = " << s.num_parcels;
+  const StepReport on_cpu = cpu.advance(steps);
+  const StepReport on_gpu = gpu.advance(steps);
+  const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +
+                            ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
+  EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
+  EXPECT_EQ(on_gpu.totals.num_ball_hits, on_cpu.totals.num_ball_hits) << where;
+  EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
+  EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
+  EXPECT_EQ(on_gpu.totals.max_speed_mps, on_cpu.totals.max_speed_mps) << where;
+  EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
+}
+
+TEST_F(Gpu, SameBitsAsTheCpuForEverySceneAndBoundary) {
+  for (const std::int64_t n : {1, 2, 1000, 100000}) {
+    for (const Settings& s : scenes(n)) {
+      for (const std::uint32_t steps : {1U, 100U}) expect_same_hashes(s, steps);
+    }
+  }
+}
+
+TEST_F(Gpu, SameBitsAfterTwoThousandSteps) {
+  for (const std::int64_t n : {1, 2, 1000}) {
+    for (const Settings& s : scenes(n)) expect_same_hashes(s, 2000);
+  }
+  expect_same_hashes(gas(100000), 2000);
+  expect_same_hashes(court(100000), 2000);
+}
+
+TEST_F(Gpu, SpringAndAllPairsAndNoContacts) {
+  Settings spring = gas(20000, 0.5);
+  spring.method = Method::spring;
+  spring.dt_s = 0.002;
+  expect_same_hashes(spring, 200);
+  Settings all_pairs = gas(3000);
+  all_pairs.neighbors = Neighbors::all_pairs;
+  expect_same_hashes(all_pairs, 50);
+  Settings stream = court(5000, Boundary::periodic);
+  stream.contacts = false;
+  stream.ball_held = true;
+  expect_same_hashes(stream, 300);
+  Settings vacuum = court(0);
+  vacuum.air = Air::vacuum;
+  expect_same_hashes(vacuum, 50);
+}
+
+TEST_F(Gpu, RunToRunAtTenMillion) {
+  const Settings s = gas(10'000'000);
+  const auto hash = [&] {
+    SceneRun run(s, make_cuda_backend(0));
+    run.advance(60);
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(hash(), hash());
+}
+
+TEST_F(Gpu, SnapshotAndRestoreKeepTheState) {
+  SceneRun run(gas(5000), make_cuda_backend(0));
+  run.advance(40);
+  const std::uint64_t hash = run.backend->state_hash();
+  run.backend->restore(run.backend->snapshot());
+  EXPECT_EQ(run.backend->state_hash(), hash);
+}
+
+TEST_F(Gpu, MeasuresAgreeWithTheCpu) {
+  SceneRun cpu(court(30000), make_cpu_backend(0));
+  SceneRun gpu(court(30000), make_cuda_backend(0));
+  cpu.advance(50);
+  gpu.advance(50);
+  const Measures a = cpu.backend->measure();
+  const Measures b = gpu.backend->measure();
+  EXPECT_NEAR(a.energy_j(), b.energy_j(), 1e-12 * a.energy_j());
+  EXPECT_EQ(a.num_live, b.num_live);
+}
+
+TEST_F(Gpu, ManyParcelsAreRefusedWithTheFigures) {
+  Settings s = gas(4'000'000'000LL);
+  try {
+    SceneRun run(s, make_cuda_backend(0));
+    FAIL() << "4e9 parcels were taken";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("GB are free"), std::string::npos) << error.what();
+  }
+}
+
+TEST_F(Gpu, AtMostEightyBytesAParcel) {
+  SceneRun run(gas(1'000'000), make_cuda_backend(0));
+  run.advance(20);
+  EXPECT_LE(run.backend->memory_bytes(), 80U * 1'000'000U);
+}
+
+}  // namespace
+}  // namespace pf::test

@@ -1,0 +1,71 @@
+// The ball's own flight: Magnus circle, closed-form drag.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "model/ball.hpp"
+
+namespace pf {
+namespace {
+
+BallConstants spinning_ball() {
+  BallConstants ball;
+  ball.inertia_kg_m2 = 1e-3;
+  ball.magnus_per_rad = 0.02;
+  return ball;
+}
+
+TEST(Flight, MagnusCircleClosesAfterAThousandTurns) {
+  const BallConstants ball = spinning_ball();
+  const World world = make_world(1000.0, 1000.0, Boundary::open);
+  BallState state{{3.0, -2.0}, {5.0, 1.0}, 25.0, 0.0};
+  const BallState start = state;
+  const int steps_per_turn = 64;
+  const double turn_rate = ball.magnus_per_rad * state.spin_radps;
+  const double dt = 2.0 * kPi / turn_rate / steps_per_turn;
+  for (int k = 0; k < 1000 * steps_per_turn; ++k) advance_ball(world, ball, {}, 1.0, dt, state);
+  EXPECT_NEAR(state.position_m.x, start.position_m.x, 1e-9);
+  EXPECT_NEAR(state.position_m.y, start.position_m.y, 1e-9);
+  EXPECT_NEAR(state.velocity_mps.x, start.velocity_mps.x, 1e-9);
+  EXPECT_NEAR(state.velocity_mps.y, start.velocity_mps.y, 1e-9);
+}
+
+TEST(Flight, MagnusOrbitHasTheRadiusOfTheory) {
+  const BallConstants ball = spinning_ball();
+  const World world = make_world(1000.0, 1000.0, Boundary::open);
+  BallState state{{0.0, 0.0}, {5.0, 0.0}, 25.0, 0.0};
+  const double radius = 5.0 / (ball.magnus_per_rad * 25.0);  // v / Omega, centre to the left of the velocity
+  for (int k = 0; k < 500; ++k) {
+    advance_ball(world, ball, {}, 1.0, 0.03, state);
+    EXPECT_NEAR(std::hypot(state.position_m.x, state.position_m.y - radius), radius, 1e-12 * 500);
+  }
+}
+
+// dv/dt = -k v^2 without spin: v(x) = v0 exp(-k x) and x = ln(1 + k v0 t) / k.
+TEST(Flight, DragFollowsTheClosedForm) {
+  BallConstants ball = spinning_ball();
+  ball.magnus_per_rad = 0.0;
+  ball.drag_per_m = 0.033;
+  const World world = make_world(1000.0, 1000.0, Boundary::open);
+  BallState state{{0.0, 0.0}, {20.0, 0.0}, 0.0, 0.0};
+  for (int k = 0; k < 100; ++k) {
+    advance_ball(world, ball, {}, 1.0, 0.01, state);
+    const double t = 0.01 * (k + 1);
+    EXPECT_NEAR(state.position_m.x, std::log1p(0.033 * 20.0 * t) / 0.033, 1e-10);
+    EXPECT_NEAR(state.velocity_mps.x, 20.0 * std::exp(-0.033 * state.position_m.x), 1e-10);
+  }
+}
+
+TEST(Flight, SmallTurnsJoinTheSeriesSmoothly) {
+  BallConstants ball = spinning_ball();
+  const BallState state{{0, 0}, {10.0, 0.0}, 1.0, 0.0};
+  ball.magnus_per_rad = 0.99e-4;
+  const BallFlight series = fly(ball, state, 1.0);
+  ball.magnus_per_rad = 1.01e-4;
+  const BallFlight closed = fly(ball, state, 1.0);
+  EXPECT_NEAR(closed.displacement_m.y - series.displacement_m.y, 10.0 * 0.5 * 2e-6, 1e-11);
+  EXPECT_NEAR(closed.displacement_m.x, series.displacement_m.x, 1e-8);
+}
+
+}  // namespace
+}  // namespace pf

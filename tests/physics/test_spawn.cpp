@@ -1,0 +1,97 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+// Smallest distance between parcels over the contact distance, by brute force.
+double smallest_gap(SceneRun& run) {
+  const ParcelSnapshot s = run.backend->snapshot();
+  const World& world = run.physics.world;
+  double smallest = 1e300;
+  for (std::size_t i = 0; i < s.position.size(); ++i) {
+    for (std::size_t j = i + 1; j < s.position.size(); ++j) {
+      const Vec2i e = world.boundary == Boundary::periodic
+                          ? separation<Boundary::periodic>(world, s.position[i], s.position[j])
+                          : separation<Boundary::walls>(world, s.position[i], s.position[j]);
+      smallest = std::min(smallest, std::sqrt(dot(to_double(e), to_double(e))));
+    }
+  }
+  return smallest * world.unit_m / (2.0 * run.physics.parcels.radius_m);
+}
+
+TEST(Spawn, NothingOverlapsAtAnyDensityAndBoundary) {
+  for (const Boundary boundary : {Boundary::walls, Boundary::periodic, Boundary::open}) {
+    for (const double fraction : {0.02, 0.2, 0.5, 0.7}) {
+      for (const std::int64_t n : {100, 877, 3000}) {
+        SceneRun run(gas(n, fraction, boundary));
+        EXPECT_GE(smallest_gap(run), 1.0) << n << " parcels at " << fraction;
+        const World& world = run.physics.world;
+        const double margin = boundary == Boundary::periodic ? 0.0 : 0.5;
+        for (const Vec2i& p : run.backend->snapshot().position) {
+          ASSERT_LE(std::fabs(to_metres(world, p).x), world.half.x * world.unit_m - margin);
+          ASSERT_LE(std::fabs(to_metres(world, p).y), world.half.y * world.unit_m - margin);
+        }
+      }
+    }
+  }
+}
+
+TEST(Spawn, FewParcelsWork) {
+  for (const std::int64_t n : {1, 2, 3, 5, 7}) {
+    SceneRun run(gas(n, 0.1));
+    EXPECT_EQ(run.backend->measure().num_live, static_cast<std::uint64_t>(n));
+    if (n > 1) {
+      EXPECT_GE(smallest_gap(run), 1.0) << n;
+    }
+  }
+}
+
+TEST(Spawn, KeepsClearOfTheBall) {
+  for (const Boundary boundary : {Boundary::open, Boundary::periodic}) {
+    for (const double x : {-6.4, 0.0, 6.65}) {
+      Settings s = court(4000, boundary);
+      s.ball_x_m = x;
+      SceneRun run(s);
+      const double contact = run.physics.ball.radius_m + run.physics.parcels.radius_m;
+      const Vec2i centre = to_units(run.physics.world, run.ball.position_m);
+      for (const Vec2i& p : run.backend->snapshot().position) {
+        const Vec2i e = boundary == Boundary::periodic ? separation<Boundary::periodic>(run.physics.world, centre, p)
+                                                       : separation<Boundary::open>(run.physics.world, centre, p);
+        ASSERT_GE(std::sqrt(dot(to_double(e), to_double(e))) * run.physics.world.unit_m, contact);
+      }
+      EXPECT_GE(smallest_gap(run), 1.0);
+    }
+  }
+}
+
+TEST(Spawn, IsReproducibleFromTheSeed) {
+  Settings s = gas(1000);
+  const std::uint64_t first = SceneRun(s).backend->state_hash();
+  EXPECT_EQ(SceneRun(s, 3).backend->state_hash(), first);
+  s.seed = 2;
+  EXPECT_NE(SceneRun(s).backend->state_hash(), first);
+}
+
+TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
+  Settings s = gas(870, 0.69, Boundary::periodic);
+  s.width_m = 29.0;
+  s.height_m = 30.0 * std::sqrt(3.0) / 2.0;
+  SceneRun run(s);
+  EXPECT_GE(smallest_gap(run), 1.0);
+}
+
+TEST(Spawn, RefusesWhatCannotFit) {
+  Settings s = gas(1000, 0.7);
+  s.box_follows_parcels = false;
+  s.width_m = 20.0;
+  s.height_m = 20.0;
+  EXPECT_THROW(SceneRun{s}, UserError);
+}
+
+}  // namespace
+}  // namespace pf::test

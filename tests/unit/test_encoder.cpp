@@ -1,0 +1,206 @@
+// Films: what ffmpeg wrote is read back with ffprobe and ffmpeg.
+#include "app/encoder.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <array>
+#include <cstdio>
+#include <vector>
+
+#include "core/error.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+std::string output_of(const std::string& command) {
+  FILE* pipe = ::popen(command.c_str(), "r");
+  std::string text;
+  std::array<char, 4096> buffer;
+  for (std::size_t got = 0; (got = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) {
+    text.append(buffer.data(), got);
+  }
+  ::pclose(pipe);
+  return text;
+}
+
+// "h264,yuv420p,WIDTH,HEIGHT,RATE,NUM_FRAMES"
+std::string probe(const std::filesystem::path& file) {
+  const auto entry = [&](const std::string& name) {
+    std::string text =
+        output_of("ffprobe -v error -count_frames -select_streams v:0 -show_entries stream=" + name +
+                  " -of default=nw=1:nk=1 'file:" + file.string() + "'");
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    return text;
+  };
+  return entry("codec_name") + "," + entry("pix_fmt") + "," + entry("width") + "," + entry("height") + "," +
+         entry("r_frame_rate") + "," + entry("nb_read_frames");
+}
+
+// First frame as grey values, top row first.
+std::string first_frame(const std::filesystem::path& file) {
+  return output_of("ffmpeg -v error -i 'file:" + file.string() +
+                   "' -frames:v 1 -f rawvideo -pix_fmt gray - 2>/dev/null");
+}
+
+// As GL hands it over: bottom row first. The upper half is white, the lower black.
+Bytes white_above(int width, int height) {
+  Bytes frame(4U * static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
+  for (std::size_t i = frame.size() / 2; i < frame.size(); ++i) frame[i] = 255;
+  return frame;
+}
+
+// Sets an environment variable for the life of the object.
+class PathVariable {
+ public:
+  explicit PathVariable(const std::string& value) : old_(std::getenv("PATH")) {
+    ::setenv("PATH", value.c_str(), 1);
+  }
+  ~PathVariable() { ::setenv("PATH", old_.c_str(), 1); }
+
+ private:
+  std::string old_;
+};
+
+class Film : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!ffmpeg_available()) GTEST_SKIP() << "no ffmpeg on the PATH: films are not tested";
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Film, Mp4HasTheFramesAndTheFormat) {
+  const auto file = folder_.path() / "a.mp4";
+  Encoder encoder(file, 64, 48, 30.0);
+  const Bytes frame = white_above(64, 48);
+  for (int i = 0; i < 12; ++i) encoder.add_frame(frame);
+  encoder.finish();
+  EXPECT_EQ(probe(file), "h264,yuv420p,64,48,30/1,12");
+  EXPECT_NE(contents_of(file).find("moof"), std::string::npos) << "the film is not fragmented";
+}
+
+TEST_F(Film, BottomRowFirstIsTurnedOver) {
+  const auto file = folder_.path() / "a.mp4";
+  Encoder encoder(file, 64, 48, 30.0);
+  encoder.add_frame(white_above(64, 48));
+  encoder.finish();
+  const std::string pixels = first_frame(file);
+  ASSERT_EQ(pixels.size(), 64U * 48U);
+  EXPECT_GT(static_cast<unsigned char>(pixels[64 * 4 + 32]), 200);  // near the top
+  EXPECT_LT(static_cast<unsigned char>(pixels[64 * 44 + 32]), 60);  // near the bottom
+}
+
+TEST_F(Film, OddSizesArePadded) {
+  const auto file = folder_.path() / "a.mkv";
+  Encoder encoder(file, 63, 47, 60.0);
+  encoder.add_frame(white_above(63, 47));
+  encoder.add_frame(white_above(63, 47));
+  encoder.finish();
+  EXPECT_EQ(probe(file), "h264,yuv420p,64,48,60/1,2");
+}
+
+TEST_F(Film, FramesLargerThanTheSocketAndDestructorFinishes) {
+  const auto file = folder_.path() / "a.mkv";
+  {
+    Encoder encoder(file, 1280, 720, 60.0);
+    const Bytes frame = white_above(1280, 720);
+    for (int i = 0; i < 3; ++i) encoder.add_frame(frame);
+  }
+  EXPECT_EQ(probe(file), "h264,yuv420p,1280,720,60/1,3");
+}
+
+TEST_F(Film, NamesWithColonQuoteAndDashAreNames) {
+  const auto old = std::filesystem::current_path();
+  std::filesystem::current_path(folder_.path());
+  {
+    Encoder encoder("-a:b $(x);.mp4", 16, 16, 10.0);
+    encoder.add_frame(white_above(16, 16));
+    encoder.finish();
+  }
+  std::filesystem::current_path(old);
+  EXPECT_EQ(probe(folder_.path() / "-a:b $(x);.mp4"), "h264,yuv420p,16,16,10/1,1");
+}
+
+TEST_F(Film, FinishTwiceIsHarmless) {
+  Encoder encoder(folder_.path() / "a.mp4", 16, 16, 10.0);
+  encoder.add_frame(white_above(16, 16));
+  encoder.finish();
+  EXPECT_NO_THROW(encoder.finish());
+}
+
+// ffmpeg cannot write into a folder that has gone: it dies, and the next frames must neither raise SIGPIPE
+// nor be taken silently.
+TEST_F(Film, DeathOfFfmpegIsReportedWithItsWords) {
+  struct sigaction deadly = {}, before = {}, after = {};
+  deadly.sa_handler = SIG_DFL;
+  ASSERT_EQ(::sigaction(SIGPIPE, &deadly, &before), 0);
+  std::filesystem::create_directory(folder_.path() / "a.mp4");  // a folder where the film should go
+  Encoder encoder(folder_.path() / "a.mp4", 640, 480, 60.0);
+  const Bytes frame = white_above(640, 480);
+  std::string message;
+  try {
+    for (int i = 0; i < 1000; ++i) encoder.add_frame(frame);
+  } catch (const DeviceError& error) {
+    message = error.what();
+  }
+  EXPECT_NE(message.find("ffmpeg failed: "), std::string::npos) << message;
+  EXPECT_NE(message.find("Is a directory"), std::string::npos) << message;
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_THROW(encoder.add_frame(frame), DeviceError);
+  EXPECT_NO_THROW(encoder.finish());
+  ASSERT_EQ(::sigaction(SIGPIPE, &before, &after), 0);
+  EXPECT_EQ(after.sa_handler, SIG_DFL) << "the encoder touched the handler";
+}
+
+TEST_F(Film, FinishReportsFailureToo) {
+  std::filesystem::create_directory(folder_.path() / "a.mkv");
+  Encoder encoder(folder_.path() / "a.mkv", 16, 16, 60.0);
+  EXPECT_THROW(encoder.finish(), DeviceError);
+}
+
+TEST_F(Film, WrongEndingAndMissingFolderAreRefused) {
+  EXPECT_THROW(Encoder(folder_.path() / "a.avi", 16, 16, 60.0), UserError);
+  try {
+    Encoder encoder(folder_.path() / "none" / "a.mp4", 16, 16, 60.0);
+    FAIL() << "was accepted";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("does not exist"), std::string::npos) << error.what();
+  }
+}
+
+TEST(FfmpegMissing, IsSaid) {
+  TemporaryFolder folder;
+  const PathVariable path(folder.path().string());
+  EXPECT_FALSE(ffmpeg_available());
+  try {
+    Encoder encoder(folder.path() / "a.mp4", 16, 16, 60.0);
+    FAIL() << "was accepted";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("no ffmpeg on the PATH; install it"), std::string::npos);
+  }
+}
+
+// A program that fails at once: its words reach the message, its exit status is not lost.
+TEST(FfmpegFailing, LastWordsAreKept) {
+  TemporaryFolder folder;
+  const auto program =
+      folder.write("ffmpeg", "#!/bin/sh\necho first >&2\necho the encoder is gone >&2\nexit 3\n");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const PathVariable path(folder.path().string());
+  ASSERT_TRUE(ffmpeg_available());
+  Encoder encoder(folder.path() / "a.mp4", 16, 16, 60.0);
+  try {
+    encoder.finish();
+    FAIL() << "no failure reported";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("ffmpeg failed: first; the encoder is gone"), std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace pf

@@ -1,0 +1,227 @@
+// The command line.
+#include <gtest/gtest.h>
+
+#include "app/options.hpp"
+#include "core/error.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+ParseResult parse(const std::vector<std::string>& words) {
+  std::vector<const char*> argv = {"pickleflight"};
+  for (const std::string& word : words) argv.push_back(word.c_str());
+  return parse_options(static_cast<int>(argv.size()), argv.data());
+}
+
+Options options_of(const std::vector<std::string>& words) { return parse(words).options.value(); }
+
+std::string refusal(const std::vector<std::string>& words) {
+  try {
+    parse(words);
+  } catch (const UserError& error) {
+    EXPECT_FALSE(contains(error.what(), "\n")) << error.what();
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(Options, NothingRunsTheCourt) {
+  const Options options = options_of({});
+  EXPECT_EQ(options.command, Command::run);
+  EXPECT_EQ(options.settings.name, "court");
+  EXPECT_FALSE(options.show_path || options.cuda || options.cuda_no_fallback || options.headless);
+  EXPECT_TRUE(options.show_panel);
+  EXPECT_EQ(options.draw_target, "auto");
+  EXPECT_TRUE(options.record.empty() && options.report.empty() && options.picture.empty());
+}
+
+TEST(Options, TheSeedsCommandLineWorks) {
+  const Options options = options_of({"-t", "--cuda", "--cuda-no-fallback", "-p", "20000", "--ball-vx",
+                                      "-3.5", "--ball-vy", "1e1", "--ball-spin", "-157"});
+  EXPECT_TRUE(options.show_path && options.cuda && options.cuda_no_fallback);
+  EXPECT_EQ(options.settings.num_parcels, 20000);
+  EXPECT_EQ(options.settings.ball_vx_mps, -3.5);
+  EXPECT_EQ(options.settings.ball_vy_mps, 10.0);
+  EXPECT_EQ(options.settings.ball_spin_radps, -157.0);
+}
+
+TEST(Options, NoFallbackMeansCuda) {
+  EXPECT_TRUE(options_of({"--cuda-no-fallback"}).cuda);
+  EXPECT_FALSE(options_of({"--cuda"}).cuda_no_fallback);
+}
+
+TEST(Options, EveryFlagReachesItsPlace) {
+  const Options options = options_of(
+      {"run",   "--method",   "spring",     "--neighbors",   "all-pairs", "--threads", "3",      "--dt",
+       "0.001", "--substeps", "4",          "--time-scale",  "0.5",       "--seed",    "9",      "--seconds",
+       "2.5",   "--headless", "--no-panel", "--draw-target", "staged",    "--size",    "800x601"});
+  EXPECT_EQ(options.settings.method, Method::spring);
+  EXPECT_EQ(options.settings.neighbors, Neighbors::all_pairs);
+  EXPECT_EQ(options.settings.threads, 3);
+  EXPECT_EQ(options.settings.dt_s, 0.001);
+  EXPECT_EQ(options.settings.substeps, 4);
+  EXPECT_EQ(options.settings.time_scale, 0.5);
+  EXPECT_EQ(options.settings.seed, 9);
+  EXPECT_EQ(options.settings.seconds, 2.5);
+  EXPECT_TRUE(options.headless);
+  EXPECT_FALSE(options.show_panel);
+  EXPECT_EQ(options.draw_target, "staged");
+  EXPECT_EQ(options.width_px, 800);
+  EXPECT_EQ(options.height_px, 601);
+}
+
+TEST(Options, SceneThenSetThenFlags) {
+  const Options options = options_of({"-p", "7", "--ball-vx", "4", "--set", "air.num_parcels=5", "--set",
+                                      " ball.vy_mps = 6 ", "--set", "ball.vx_mps=5", "--scene", "gas"});
+  EXPECT_EQ(options.settings.name, "gas");
+  EXPECT_EQ(options.settings.restitution, 1.0);
+  EXPECT_EQ(options.settings.num_parcels, 7);
+  EXPECT_EQ(options.settings.ball_vx_mps, 4.0);
+  EXPECT_EQ(options.settings.ball_vy_mps, 6.0);
+}
+
+TEST(Options, NumParcels) {
+  EXPECT_EQ(options_of({"-p", "1e6"}).settings.num_parcels, 1000000);
+  EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
+  EXPECT_EQ(options_of({"-p", "200000000"}).settings.num_parcels, 200000000);
+  EXPECT_EQ(
+      refusal({"-p", "0"}),
+      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200000000; to fly without "
+      "parcels use --set air.kind=vacuum");
+  for (const char* text : {"-5", "1000000000000", "200000001", "1e300", "1e999"}) {
+    EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;
+  }
+  for (const char* text : {"nan", "inf", "-inf"}) {
+    EXPECT_TRUE(contains(refusal({"-p", text}), "is not a finite number")) << text;
+  }
+  EXPECT_TRUE(contains(refusal({"-p", "2.5"}), "'2.5' is not a whole number"));
+  EXPECT_TRUE(contains(refusal({"-p", ""}), "'' is not a number"));
+  EXPECT_TRUE(contains(refusal({"-p", "--cuda"}), "'--cuda' is not a number"));
+  EXPECT_TRUE(contains(refusal({"-p"}), "-p: 1 required N missing"));
+  EXPECT_TRUE(contains(refusal({"-p", "1", "-p", "2"}), "-p: "));
+  EXPECT_EQ(options_of({"--set", "air.kind=vacuum"}).settings.air, Air::vacuum);
+}
+
+TEST(Options, BadSettingsAreNamed) {
+  EXPECT_TRUE(
+      contains(refusal({"--ball-vx", "nan"}), "--ball-vx: 'nan' is not a finite number; ball.vx_mps takes"));
+  EXPECT_TRUE(
+      contains(refusal({"--method", "implse"}), "--method: 'implse' is unknown, the nearest is impulse"));
+  EXPECT_TRUE(contains(refusal({"--method", ""}), "--method: '' is unknown"));
+  EXPECT_TRUE(
+      contains(refusal({"--method", "exact"}), "not available in this version; available: impulse, spring"));
+  EXPECT_TRUE(contains(refusal({"--threads", "1025"}), "--threads: '1025' is out of range"));
+  EXPECT_TRUE(contains(refusal({"--scene", "cort"}), "--scene: 'cort' is not a scene; the nearest is court"));
+  EXPECT_TRUE(contains(refusal({"--scene", ""}), "--scene: '' is not a scene"));
+  EXPECT_TRUE(
+      contains(refusal({"--set", "air.restitution=2"}), "--set air.restitution: '2' is out of range"));
+  EXPECT_TRUE(contains(refusal({"--set", "air.restituton=1"}), "the nearest is air.restitution"));
+  EXPECT_TRUE(contains(refusal({"--set", "air.restitution"}), "has no '='"));
+  EXPECT_TRUE(contains(refusal({"--draw-target", "hots"}), "'hots' is unknown, the nearest is host"));
+}
+
+TEST(Options, Size) {
+  for (const char* text :
+       {"", "800", "800x", "x600", "0x600", "800x-600", "800x600x2", "16385x100", "8e2x600", "800 x600"}) {
+    EXPECT_TRUE(contains(refusal({"--size", text}), "is not a size; give WIDTHxHEIGHT")) << text;
+  }
+  EXPECT_EQ(options_of({"--size", "16X16384"}).height_px, 16384);
+}
+
+TEST(Options, UnknownWords) {
+  EXPECT_TRUE(contains(refusal({"--headles"}),
+                       "'--headles' is not an option of 'pickleflight run'; the nearest is "
+                       "--headless"));
+  EXPECT_TRUE(contains(refusal({"--headles=1"}), "the nearest is --headless"));
+  EXPECT_TRUE(contains(refusal({"bnech"}), "the nearest command is bench"));
+  EXPECT_TRUE(contains(refusal({"-t", "bench"}), "'bench' must come first"));
+  EXPECT_TRUE(contains(refusal({"bench", "--record", "a.mp4"}),
+                       "'--record' is not an option of 'pickleflight bench'"));
+  EXPECT_TRUE(contains(refusal({"--steps", "3"}), "'--steps' is not an option of 'pickleflight run'"));
+  EXPECT_TRUE(contains(refusal({"--headless=foo"}), "--headless"));
+}
+
+TEST(Options, Bench) {
+  const Options options = options_of({"bench", "--steps", "7", "--warmup", "0", "--repeats", "3", "-p", "100",
+                                      "--cuda", "--set", "run.seed=4"});
+  EXPECT_EQ(options.command, Command::bench);
+  EXPECT_EQ(options.settings.name, "gas");
+  EXPECT_EQ(options.bench_steps, 7);
+  EXPECT_EQ(options.bench_warmup, 0);
+  EXPECT_EQ(options.bench_repeats, 3);
+  EXPECT_EQ(options.settings.num_parcels, 100);
+  EXPECT_EQ(options.settings.seed, 4);
+  EXPECT_TRUE(options.cuda);
+  EXPECT_EQ(options_of({"bench", "--scene", "court"}).settings.name, "court");
+  EXPECT_TRUE(contains(refusal({"bench", "--steps", "0"}),
+                       "--steps: '0' cannot be used; give a whole number from 1"));
+  EXPECT_TRUE(contains(refusal({"bench", "--warmup", "-1"}), "--warmup: '-1'"));
+  EXPECT_TRUE(contains(refusal({"bench", "--repeats", "99999999999"}), "--repeats: "));
+}
+
+TEST(Options, Scenes) { EXPECT_EQ(options_of({"scenes"}).command, Command::scenes); }
+
+TEST(Options, VersionAndHelpAreText) {
+  const std::string version =
+      std::string("pickleflight ") + PF_VERSION + " (CUDA backend: " + (PF_HAVE_CUDA ? "yes" : "no") + ")\n";
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--version"}, {"-t", "--version"}, {"bench", "--version"}}) {
+    const ParseResult result = parse(words);
+    EXPECT_FALSE(result.options.has_value());
+    EXPECT_EQ(result.exit_code, 0);
+    EXPECT_EQ(result.text, version);
+  }
+  const ParseResult help = parse({"--help"});
+  EXPECT_FALSE(help.options.has_value());
+  EXPECT_EQ(help.exit_code, 0);
+  for (const char* part :
+       {"bench", "scenes", "-p N", "1 to 200000000", "default 20000 on a CPU", "--ball-spin OMEGA",
+        "[rad/s]; -100000 to 100000; default 25", "impulse, spring; default impulse",
+        "air.restitution = 0.9 (0 to 1)", "--cuda-no-fallback", "--record FILE", "--size WxH"}) {
+    EXPECT_TRUE(contains(help.text, part)) << part;
+  }
+  EXPECT_TRUE(contains(parse({"bench", "--help"}).text, "--repeats N"));
+  EXPECT_FALSE(contains(parse({"bench", "--help"}).text, "--record"));
+}
+
+TEST(Options, OutputFilesAreCheckedAndLeftAlone) {
+  TemporaryFolder folder;
+  const std::string film = (folder.path() / "new.mp4").string();
+  const std::string kept = folder.write("kept.json", "old").string();
+  const Options options =
+      options_of({"--record", film, "--report", kept, "--picture", (folder.path() / "a.PNG").string()});
+  EXPECT_EQ(options.record, film);
+  EXPECT_EQ(options.report, kept);
+  EXPECT_FALSE(std::filesystem::exists(film));
+  EXPECT_EQ(contents_of(kept), "old");
+  EXPECT_EQ(options_of({"bench", "--json", kept}).bench_json, kept);
+}
+
+TEST(Options, UnwritableOutputIsRefused) {
+  TemporaryFolder folder;
+  const std::string missing = (folder.path() / "no" / "a.mp4").string();
+  const std::string message = refusal({"--record", missing});
+  EXPECT_TRUE(contains(message, "--record: '" + missing + "' cannot be written: the folder '")) << message;
+  EXPECT_TRUE(contains(message, "choose a file in a folder that exists and is writable")) << message;
+  EXPECT_TRUE(contains(refusal({"--report", folder.path().string()}), "it is a folder"));
+  EXPECT_TRUE(contains(refusal({"--report", "/proc/pf_report.json"}),
+                       "--report: '/proc/pf_report.json' cannot be written"));
+  EXPECT_TRUE(contains(refusal({"bench", "--json", "/proc/pf.json"}), "--json: "));
+  EXPECT_TRUE(contains(refusal({"--report", ""}), "cannot be written"));
+}
+
+TEST(Options, EndingsAreChecked) {
+  EXPECT_TRUE(contains(refusal({"--record", "/tmp/a.avi"}),
+                       "--record: '/tmp/a.avi' has the wrong ending; the file must "
+                       "end in .mp4 or .mkv"));
+  EXPECT_TRUE(contains(refusal({"--record", ""}), "wrong ending"));
+  EXPECT_TRUE(contains(refusal({"--picture", "/tmp/a.jpg"}), "must end in .png"));
+}
+
+}  // namespace
+}  // namespace pf
