@@ -292,8 +292,8 @@ StepReport CudaBackend::read_report(const StepConstants& constants, const StepRe
   report.totals.num_invalid = sum.num_invalid;
   report.totals.first_invalid_step = sum.first_invalid_step;
   report.totals.first_invalid_id = sum.num_invalid > 0 ? sum.first_invalid_id : UINT32_MAX;
-  report.totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_unit;
-  report.totals.max_overlap_diameters = sum.max_overlap;
+  report.totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_count;
+  report.totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
   report.totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   report.totals.num_sorts = num_sorts;
   report.totals.ball_impulse_kg_mps =

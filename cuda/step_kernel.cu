@@ -7,25 +7,19 @@ namespace {
 
 constexpr unsigned kBlock = 256;
 
-// The device's Tally: rare events go to the block's slot in shared memory at once, what every parcel has
-// (travel, speed) stays in registers until the block is reduced.
+// The device's Tally: what is common stays in the thread's registers until the warp is reduced; rare events go
+// to the block's slot in shared memory at once.
 struct DeviceTally {
   TallySlot* block;
-  double per_impulse_unit;
+  unsigned int num_collisions = 0;
+  int impulse_sum = 0;
+  float max_overlap = 0.0F;
   unsigned int travel = 0;
   float speed2 = 0.0F;
 
-  __device__ void overlap(double diameters) {
-    atomicMax(&block->max_overlap_bits, bit_copy<unsigned long long>(diameters > 0.0 ? diameters : 0.0));
-  }
-  __device__ void impulse(double mps) {
-    atomicAdd(&block->impulse_sum, static_cast<unsigned long long>(round_to_int64(mps * per_impulse_unit)));
-  }
-  __device__ void begin_contact() { atomicAdd(&block->num_collisions, 1ULL); }
-  __device__ void collision(double mps) {
-    begin_contact();
-    impulse(mps);
-  }
+  __device__ void overlap(float diameters) { max_overlap = fmaxf(max_overlap, diameters); }
+  __device__ void begin_contact() { ++num_collisions; }
+  __device__ void impulse(std::int32_t counts) { impulse_sum += counts; }
   __device__ void ball_hit(const BallSums& hit) {
     atomicAdd(&block->num_hits, 1U);
     atomicAdd(&block->ball_x, static_cast<unsigned long long>(hit.impulse_x));
@@ -42,6 +36,27 @@ struct DeviceTally {
     atomicMax(&block->first_invalid_id, ~id);
   }
 };
+
+// Adds the warp's tallies to the block's. All 32 threads must call it.
+__device__ void reduce_warp(const DeviceTally& tally, TallySlot& block) {
+  constexpr unsigned kAll = 0xFFFFFFFFU;
+  const bool leads = threadIdx.x % 32 == 0;
+  const unsigned int travel = __reduce_max_sync(kAll, tally.travel);
+  const unsigned int speed2 = __reduce_max_sync(kAll, __float_as_uint(tally.speed2));
+  if (leads) {
+    atomicMax(&block.max_travel, travel);
+    atomicMax(&block.max_speed2_bits, speed2);
+  }
+  if (!__any_sync(kAll, tally.max_overlap > 0.0F)) return;
+  const unsigned int collisions = __reduce_add_sync(kAll, tally.num_collisions);
+  const int impulse = __reduce_add_sync(kAll, tally.impulse_sum);
+  const unsigned int overlap = __reduce_max_sync(kAll, __float_as_uint(tally.max_overlap));
+  if (leads) {
+    atomicAdd(&block.num_collisions, static_cast<unsigned long long>(collisions));
+    atomicAdd(&block.impulse_sum, static_cast<unsigned long long>(static_cast<long long>(impulse)));
+    atomicMax(&block.max_overlap_bits, overlap);
+  }
+}
 
 __device__ void add_slot(TallySlot& to, const TallySlot& from) {
   if (from.num_collisions != 0) atomicAdd(&to.num_collisions, from.num_collisions);
@@ -69,28 +84,66 @@ __device__ void draw_parcel(const DrawBuffers& draw, const World& world, std::ui
   draw.speed_mps[i] = sqrtf(velocity.x * velocity.x + velocity.y * velocity.y);
 }
 
-// Sums the contacts of parcel i with everything in its search box.
-template <class Contact, Boundary kBoundary>
-__device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
-                                    std::int32_t reach, DeviceTally& tally) {
-  const StepConstants& c = launch.constants;
-  ContactSums sums;
+// The partners found in the search, kept in registers: a warp's few contacts are resolved together after the
+// search instead of one by one inside it.
+struct PartnerList {
+  static constexpr unsigned kMost = 4;
+  std::uint32_t j0 = 0, j1 = 0, j2 = 0, j3 = 0;
+  unsigned num = 0;
+
+  __device__ void push(std::uint32_t j) {
+    j3 = j2;
+    j2 = j1;
+    j1 = j0;
+    j0 = j;
+    ++num;
+  }
+  __device__ std::uint32_t pop() {
+    const std::uint32_t j = j0;
+    j0 = j1;
+    j1 = j2;
+    j2 = j3;
+    --num;
+    return j;
+  }
+};
+
+// Calls found(j) for every parcel j but i that the filter lets through.
+template <Boundary kBoundary, class Found>
+__device__ void search(const StepLaunch& launch, Vec2i position, std::uint32_t i, std::int32_t reach, Found found) {
+  const float filter = launch.constants.filter_distance2;
   const auto visit = [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t j = first; j < last; ++j) {
-      const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, launch.from.position[j]);
+      const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, position, launch.from.position[j]);
       const float x = static_cast<float>(offset.x);
       const float y = static_cast<float>(offset.y);
-      if (x * x + y * y < c.filter_distance2 && j != i) {
-        const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
-        add_contact<Contact>(c, self, other, offset, sums, tally);
-      }
+      if (x * x + y * y < filter && j != i) found(j);
     }
   };
   if (launch.all_pairs) {
     visit(0, launch.num_parcels);
   } else {
-    visit_candidate_ranges<kBoundary>(launch.grid, launch.cell_start, self.position, reach, visit);
+    visit_candidate_ranges<kBoundary>(launch.grid, launch.cell_start, position, reach, visit);
   }
+}
+
+// Sums the contacts of parcel i with everything in its search box.
+template <class Contact, Boundary kBoundary>
+__device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
+                                    std::int32_t reach, DeviceTally& tally) {
+  ContactSums sums;
+  const auto meet = [&](std::uint32_t j) {
+    const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
+    const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
+    add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
+  };
+  PartnerList partners;
+  search<kBoundary>(launch, self.position, i, reach, [&](std::uint32_t j) { partners.push(j); });
+  if (partners.num > PartnerList::kMost) {  // a crowd: search again, resolving on the way
+    search<kBoundary>(launch, self.position, i, reach, meet);
+    return sums;
+  }
+  while (partners.num > 0) meet(partners.pop());
   return sums;
 }
 
@@ -101,7 +154,7 @@ __global__ void __launch_bounds__(kBlock) step_kernel(const __grid_constant__ St
   __syncthreads();
   const StepConstants& c = launch.constants;
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
-  DeviceTally tally{&block_tally, c.per_impulse_unit};
+  DeviceTally tally{&block_tally};
   if (i < launch.num_parcels) {
     const StepState& state = *launch.state;
     const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
@@ -120,12 +173,7 @@ __global__ void __launch_bounds__(kBlock) step_kernel(const __grid_constant__ St
     launch.to.velocity[i] = after.velocity;
     if (launch.draw.position_m != nullptr) draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
   }
-  const unsigned int travel = __reduce_max_sync(0xFFFFFFFFU, tally.travel);
-  const unsigned int speed2 = __reduce_max_sync(0xFFFFFFFFU, __float_as_uint(tally.speed2));
-  if (threadIdx.x % 32 == 0) {
-    atomicMax(&block_tally.max_travel, travel);
-    atomicMax(&block_tally.max_speed2_bits, speed2);
-  }
+  reduce_warp(tally, block_tally);
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
 }
@@ -146,7 +194,7 @@ __device__ void add_to_totals(const TallySlot& sum, StepState& state) {
   RequestTotals& totals = state.totals;
   totals.num_collisions += sum.num_collisions;
   totals.impulse_sum += static_cast<long long>(sum.impulse_sum);
-  totals.max_overlap = fmax(totals.max_overlap, bit_copy<double>(sum.max_overlap_bits));
+  totals.max_overlap = fmaxf(totals.max_overlap, __uint_as_float(sum.max_overlap_bits));
   totals.ball_x += static_cast<long long>(sum.ball_x);
   totals.ball_y += static_cast<long long>(sum.ball_y);
   totals.ball_torque += static_cast<long long>(sum.ball_torque);

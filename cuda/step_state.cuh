@@ -19,15 +19,15 @@ struct ParcelPointers {
 // Tally of the blocks that share a slot, for one step. Integers and extremes only.
 struct TallySlot {
   unsigned long long num_collisions;
-  unsigned long long impulse_sum;       // two's complement counts
-  unsigned long long max_overlap_bits;  // of a non-negative double, so ordered like the number
+  unsigned long long impulse_sum;  // two's complement counts
   unsigned long long ball_x;            // two's complement counts of the impulse unit
   unsigned long long ball_y;
   unsigned long long ball_torque;
   unsigned int num_hits;
   unsigned int num_retired;
   unsigned int num_invalid;
-  unsigned int first_invalid_id;        // complemented, so that zero means none and max means smallest id
+  unsigned int first_invalid_id;   // complemented, so that zero means none and max means smallest id
+  unsigned int max_overlap_bits;   // of a non-negative float, so ordered like the number
   unsigned int max_travel;
   unsigned int max_speed2_bits;
 };
@@ -39,7 +39,7 @@ constexpr unsigned kNumSlots = 64;
 struct RequestTotals {
   unsigned long long num_collisions;
   long long impulse_sum;
-  double max_overlap;
+  float max_overlap;
   long long ball_x, ball_y, ball_torque;
   unsigned long long num_hits;
   unsigned long long num_retired;

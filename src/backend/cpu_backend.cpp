@@ -168,7 +168,6 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
     const RangeFunction range = range_function(physics_, request.method);
     team_.run([&](unsigned thread) {
       CpuTally tally;
-      tally.per_impulse_unit = constants.per_impulse_unit;
       const auto [begin, end] = team_.share(thread, size());
       (this->*range)(loop, begin, end, tally);
       tallies[thread] = tally;
@@ -196,8 +195,8 @@ void CpuBackend::add_to_totals(const StepConstants& constants, const CpuTally& s
   step.num_invalid = sum.num_invalid;
   step.first_invalid_step = step_;
   step.first_invalid_id = sum.first_invalid_id;
-  step.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_unit;
-  step.max_overlap_diameters = sum.max_overlap;
+  step.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_count;
+  step.max_overlap_diameters = static_cast<double>(sum.max_overlap);
   step.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   step.ball_impulse_kg_mps = Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
                              constants.impulse_unit_kg_mps;

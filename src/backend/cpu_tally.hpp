@@ -15,20 +15,15 @@ struct alignas(64) CpuTally {
   std::uint64_t num_retired = 0;
   std::uint64_t num_invalid = 0;
   std::uint32_t first_invalid_id = UINT32_MAX;
-  std::int64_t impulse_sum = 0;  // counts of impulse_unit
-  double per_impulse_unit = 0.0;
-  double max_overlap = 0.0;      // diameters
+  std::int64_t impulse_sum = 0;  // of impulse_counts
+  float max_overlap = 0.0F;      // diameters
   float max_speed2 = 0.0F;       // (m/s)^2
   std::int32_t max_travel = 0;   // position units, along an axis
   BallSums ball;
 
-  void overlap(double diameters) { max_overlap = std::max(max_overlap, diameters); }
-  void impulse(double mps) { impulse_sum += round_to_int64(mps * per_impulse_unit); }
+  void overlap(float diameters) { max_overlap = std::max(max_overlap, diameters); }
+  void impulse(std::int32_t counts) { impulse_sum += counts; }
   void begin_contact() { ++num_collisions; }
-  void collision(double mps) {
-    begin_contact();
-    impulse(mps);
-  }
   void ball_hit(const BallSums& hit) {
     ++num_ball_hits;
     ball.impulse_x += hit.impulse_x;

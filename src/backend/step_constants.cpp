@@ -33,6 +33,7 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   c.per_velocity_unit = 1.0 / c.velocity_unit_mps;
   c.per_impulse_unit = 1.0 / (reference * 0x1p-32);
   c.impulse_unit_kg_mps = reference * 0x1p-32 * physics.parcels.mass_kg;
+  c.per_impulse_count = 1.0 / (reference * 0x1p-20);
   if (spring_contact_s > 0.0) set_spring(c, spring_contact_s);
   return c;
 }

@@ -28,11 +28,20 @@ struct StepConstants {
   double velocity_unit_mps = 0.0;
   double per_impulse_unit = 0.0;       // counts of a ball sum per m/s of parcel velocity change
   double impulse_unit_kg_mps = 0.0;
+  double per_impulse_count = 0.0;      // counts of the sum over pair impulses per m/s
   double spring_rate_per_s2 = 0.0;     // k / m of the spring-dashpot
   double damping_rate_per_s = 0.0;     // gamma / m
 };
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
+
+// A pair's impulse over parcel mass, as counts of the tallied sum. 2^25 counts are the most that one contact
+// can add, so that the contacts of a warp add up in 32 bits.
+PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
+  constexpr double kMost = 33554432.0;
+  const double counts = impulse_mps * c.per_impulse_count;
+  return static_cast<std::int32_t>(round_to_int64(counts > kMost ? kMost : (counts < -kMost ? -kMost : counts)));
+}
 
 // Sums of a parcel's contacts in one step.
 struct ContactSums {
@@ -77,12 +86,15 @@ struct ImpulseContact {
     sums.push_y += round_to_int64(push * pair.normal.y);
     const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
     const double approach = dot(relative, pair.normal);
-    if (self.id < other.id) tally.overlap(overlap / c.contact_distance);
+    if (self.id < other.id) tally.overlap(static_cast<float>(overlap / c.contact_distance));
     if (!(approach < 0.0)) return;
     const ParcelConstants& parcels = c.physics.parcels;
     const double change = 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale * approach;
     add_velocity(c, pair.normal * change, sums);
-    if (self.id < other.id) tally.collision(-change);
+    if (self.id < other.id) {
+      tally.begin_contact();
+      tally.impulse(impulse_counts(c, -change));
+    }
   }
 };
 
@@ -101,8 +113,8 @@ struct SpringContact {
         (c.spring_rate_per_s2 * overlap * unit_m - c.damping_rate_per_s * approach) * c.dt_s;
     add_velocity(c, pair.normal * -repulsion_mps, sums);
     if (self.id < other.id) {
-      tally.overlap(overlap / c.contact_distance);
-      tally.impulse(repulsion_mps * pair.distance / c.contact_distance);
+      tally.overlap(static_cast<float>(overlap / c.contact_distance));
+      tally.impulse(impulse_counts(c, repulsion_mps * pair.distance / c.contact_distance));
       const Vec2d before = pair.offset * unit_m - relative * c.dt_s;
       const double contact_m = c.contact_distance * unit_m;
       if (dot(before, before) >= contact_m * contact_m) tally.begin_contact();

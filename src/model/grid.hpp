@@ -28,6 +28,7 @@ struct GridShape {
 // num_x, num_y >= 1 and below 2^15 for their product to stay in 32 bits.
 inline GridShape make_grid(const World& world, std::int32_t num_x, std::int32_t num_y) {
   const auto factor = [](std::int32_t num, std::int32_t half) {
+    // Rounded down with one unit to spare: the last cell of the last offset, 2 half, is num - 1.
     return static_cast<std::uint32_t>((static_cast<std::uint64_t>(num) << 32) /
                                       (2ULL * static_cast<std::uint64_t>(half) + 1ULL));
   };
@@ -47,20 +48,18 @@ inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, doub
   return make_grid(world, cells(extent_x), cells(extent_y));
 }
 
-PF_HD inline std::int32_t cell_coordinate(std::int64_t position, std::int32_t half, std::int32_t num,
-                                          std::uint32_t factor) {
-  const std::int64_t extent = 2LL * half;
-  std::int64_t offset = position + half;
-  offset = offset < 0 ? 0 : (offset > extent ? extent : offset);
-  const std::int32_t cell = static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * factor) >> 32);
-  return cell < num ? cell : num - 1;
+// position: anywhere in 32 bits; beyond the edge counts as at the edge.
+PF_HD inline std::int32_t cell_coordinate(std::int32_t position, std::int32_t half, std::uint32_t factor) {
+  const std::int32_t inside = position < -half ? -half : (position > half ? half : position);
+  const std::uint32_t offset = static_cast<std::uint32_t>(inside) + static_cast<std::uint32_t>(half);
+  return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * factor) >> 32);
 }
 
 // Row-major cell of a position; retired parcels get num_cells(), one past the last cell.
 PF_HD inline std::uint32_t cell_key(const GridShape& grid, Vec2i position) {
   if (is_retired(position)) return grid.num_cells();
-  const std::int32_t cx = cell_coordinate(position.x, grid.half.x, grid.num_x, grid.factor_x);
-  const std::int32_t cy = cell_coordinate(position.y, grid.half.y, grid.num_y, grid.factor_y);
+  const std::int32_t cx = cell_coordinate(position.x, grid.half.x, grid.factor_x);
+  const std::int32_t cy = cell_coordinate(position.y, grid.half.y, grid.factor_y);
   return static_cast<std::uint32_t>(cy) * static_cast<std::uint32_t>(grid.num_x) +
          static_cast<std::uint32_t>(cx);
 }
@@ -72,23 +71,23 @@ struct CellSpan {
   std::int32_t second_first, second_last;
 };
 
+// |position| + reach must stay below 2^31.
 template <Boundary kBoundary>
 PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::int32_t half, std::int32_t num,
                                 std::uint32_t factor) {
-  const std::int64_t low = static_cast<std::int64_t>(position) - reach;
-  const std::int64_t high = static_cast<std::int64_t>(position) + reach;
-  CellSpan span{cell_coordinate(low, half, num, factor), cell_coordinate(high, half, num, factor), 1, 0};
+  const std::int32_t low = position - reach;
+  const std::int32_t high = position + reach;
+  CellSpan span{cell_coordinate(low, half, factor), cell_coordinate(high, half, factor), 1, 0};
   if constexpr (kBoundary == Boundary::periodic) {
-    const std::int64_t period = 2LL * half;
-    if (2LL * reach >= period) return {0, num - 1, 1, 0};
-    if (low < -static_cast<std::int64_t>(half)) {
-      span.second_first = cell_coordinate(low + period, half, num, factor);
+    if (reach >= half) return {0, num - 1, 1, 0};
+    if (low < -half) {
+      span.second_first = cell_coordinate(low + half + half, half, factor);
       span.second_last = num - 1;
       span.first = 0;
       if (span.second_first <= span.last) return {0, num - 1, 1, 0};
     } else if (high >= half) {
       span.second_first = 0;
-      span.second_last = cell_coordinate(high - period, half, num, factor);
+      span.second_last = cell_coordinate(high - half - half, half, factor);
       span.last = num - 1;
       if (span.second_last >= span.first) return {0, num - 1, 1, 0};
     }

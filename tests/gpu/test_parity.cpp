@@ -22,7 +22,7 @@ std::vector<Settings> scenes(std::int64_t n) {
     Settings in_court = court(n, boundary);
     if (n <= 2) in_court.area_fraction = 0.01;  // so few parcels would be wider than the court
     list.push_back(in_court);
-    list.push_back(gas(n, 0.2, boundary));
+    list.push_back(gas(n, n <= 2 ? 0.05 : 0.2, boundary));
   }
   return list;
 }

@@ -30,7 +30,6 @@ Outcome collide(double restitution, double direction, Vec2f v1, Vec2f v2, bool s
   const Parcel a{to_units(c.physics.world, {0, 0}), v1, swap_ids ? 1U : 0U};
   const Parcel b{to_units(c.physics.world, offset), v2, swap_ids ? 0U : 1U};
   CpuTally tally;
-  tally.per_impulse_unit = c.per_impulse_unit;
   ContactSums of_a, of_b;
   const Vec2i e = separation<Boundary::periodic>(c.physics.world, a.position, b.position);
   add_contact<ImpulseContact>(c, a, b, e, of_a, tally);
@@ -79,7 +78,6 @@ TEST(TwoBody, CoincidentCentresPartAlongTheFixedNormal) {
   const Parcel low{{100, 100}, {1.0F, 0.25F}, 3};
   const Parcel high{{100, 100}, {-1.0F, 0.0F}, 8};
   CpuTally tally;
-  tally.per_impulse_unit = c.per_impulse_unit;
   ContactSums of_low, of_high;
   add_contact<ImpulseContact>(c, low, high, {0, 0}, of_low, tally);
   add_contact<ImpulseContact>(c, high, low, {0, 0}, of_high, tally);

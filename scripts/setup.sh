@@ -1,0 +1,107 @@
+# Sourced by ./demo and ./check: packages, configuring, building. Sets `root`, the folder of the project.
+# shellcheck shell=bash
+# shellcheck disable=SC2034  # the lists are used by those who source this
+
+root=$(cd -P "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+
+# Names of Debian 12 and Ubuntu 24.04. 'package:command': the command on the PATH will do as well.
+build_packages=(
+  g++:c++ cmake:cmake ninja-build:ninja pkg-config:pkg-config
+  python3-glad:glad                # writes the OpenGL loader while building
+  libglfw3-dev libimgui-dev libgl-dev libcli11-dev libtomlplusplus-dev libfmt-dev nlohmann-json3-dev libpng-dev
+  libegl1 libgl1-mesa-dri          # drawing without a display, and without a GPU
+  fonts-dejavu-core ffmpeg:ffmpeg  # text in window and film; films
+)
+test_packages=(
+  libgtest-dev
+  xvfb:Xvfb xauth:xauth xdotool:xdotool x11-apps:xwd imagemagick:convert  # a window without a screen, and hands for it
+)
+
+# What each preset is configured with besides; ./demo needs no test packages.
+declare -A preset_arguments=([release]="-DBUILD_TESTING=OFF" [ci]="-DBUILD_TESTING=ON")
+
+say() { printf '%s\n' "$*" >&2; }
+
+stop() {
+  say "$@"
+  exit 1
+}
+
+# Those of the entries given that are not there, as package names, one per line.
+missing_packages() {
+  local installed entry
+  installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${@%%:*}" 2>/dev/null)
+  for entry in "$@"; do
+    [[ $'\n'$installed$'\n' == *$'\n'"installed ${entry%%:*}"$'\n'* ]] && continue
+    [[ $entry == *:* ]] && command -v "${entry#*:}" >/dev/null && continue
+    echo "${entry%%:*}"
+  done
+}
+
+# install_packages ENTRY...: what is missing of them; does nothing if all is there.
+install_packages() {
+  local missing log as_root=()
+  mapfile -t missing < <(missing_packages "$@")
+  ((${#missing[@]})) || return 0
+  local command="apt-get install --no-install-recommends ${missing[*]}"
+  if ((EUID != 0)); then
+    command -v sudo >/dev/null || stop "Packages are missing, and there is no sudo to install them with. As root:
+  apt-get update && $command"
+    as_root=(sudo)
+  fi
+  say "Installing packages${as_root:+ with sudo}: ${missing[*]}"
+  log=$(mktemp)
+  as_root+=(env DEBIAN_FRONTEND=noninteractive)
+  local apt=("${as_root[@]}" apt-get -q -y -o DPkg::Lock::Timeout=300)
+  # An update that fails may be about another source of packages than the one needed.
+  if ! { "${apt[@]}" update; "${apt[@]}" install --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
+    tail -n 15 "$log" >&2
+    stop "The packages could not be installed (all of apt's output: $log). They are those of Debian 12 and
+Ubuntu 24.04; older releases lack some. By hand: $command"
+  fi
+  rm -f "$log"
+}
+
+# ensure_packages PRESET ENTRY...: on systems without apt a tree that has been configured is taken as complete.
+ensure_packages() {
+  local preset=$1
+  shift
+  if command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; then
+    install_packages "$@"
+  elif [[ ! -f $root/build/$preset/build.ninja ]]; then
+    stop "This system is neither Debian nor Ubuntu. Install what these packages of theirs hold:
+  ${*%%:*}
+then configure once, in $root, and start this again:
+  cmake --preset $preset ${preset_arguments[$preset]}"
+  fi
+}
+
+nvcc_path() {
+  command -v nvcc || { [[ -x /usr/local/cuda/bin/nvcc ]] && echo /usr/local/cuda/bin/nvcc; } || echo none
+}
+
+# configure PRESET: only if it was not done yet, the tree was moved, or nvcc came or went.
+configure() {
+  local preset=$1 folder=$root/build/$1 nvcc
+  nvcc=$(nvcc_path)
+  local fresh=()
+  if [[ -f $folder/CMakeCache.txt ]]; then
+    if ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt" ||
+      [[ -f $folder/nvcc_path && $(<"$folder/nvcc_path") != "$nvcc" ]]; then
+      fresh=(--fresh)
+    elif [[ -f $folder/build.ninja ]]; then
+      return 0
+    fi
+  fi
+  say "Configuring build/$preset"
+  (cd "$root" && cmake --preset "$preset" "${fresh[@]}" "${preset_arguments[$preset]}" >&2) || stop "Configuring failed; see above."
+  echo "$nvcc" >"$folder/nvcc_path"
+}
+
+# build PRESET: silent if there is nothing to do. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
+build() {
+  local folder=$root/build/$1
+  [[ $(ninja -C "$folder" -n 2>&1 | tail -n 1) == "ninja: no work to do." ]] && return
+  say "Building build/$1"
+  cmake --build "$folder" >&2 || stop "The build failed; see above."
+}

@@ -1,0 +1,256 @@
+#!/usr/bin/python3
+"""Runs a scene offscreen and checks its last frame: against a stored picture, and against its own report.
+
+check_picture.py PROGRAM court|gas            exit 0: as it should be, 1: not, 77: cannot be drawn here
+check_picture.py PROGRAM court|gas --broken   exit 0 if each broken variant of the run is refused
+check_picture.py PROGRAM court|gas --update   stores the picture as the reference; look at it before it is kept
+check_picture.py ... --keep FOLDER            leaves picture and report there
+"""
+import argparse
+import json
+import math
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from png import read_png
+
+HERE = pathlib.Path(__file__).resolve().parent
+SKIPPED = 77
+WIDTH, HEIGHT = 640, 360
+SCENE_ROWS = 224  # below is the overlay: times and rates, different in every run
+NO_GL = ("no OpenGL 4.5 without a display", "libEGL cannot be loaded")  # context_egl.cpp
+MARGIN_PX = 14    # stage.cpp leaves it around the world
+
+# The state is the same to the bit on every machine, so only rasterisation may differ: rounding by a grey level
+# or two anywhere, and the coverage of some rim pixels of discs and lines. Two seeds differ by a mean of 7 and
+# in 16 % of the pixels; the smallest broken variant below by 1.8 and 4 %, or, if it is a local one, in 20 % of a tile.
+MOST_MEAN_DIFFERENCE = 1.0   # grey levels, over all pixels and channels
+FAR_OFF = 24                 # grey levels in any channel: more than rounding, less than a missing disc
+MOST_FAR_OFF = 0.005         # share of the pixels
+TILE_PX = 16                 # so that a small thing gone, as the ball, is seen
+MOST_FAR_OFF_IN_TILE = 0.10
+
+PATH = ["-t"]
+# Runs that must be refused: words of the command line, and a change of a shader (file, from, to) or None.
+BROKEN = {
+    "court": [(["-t", "--seed", "2"], None), (["-t", "--set", "ball.present=false"], None),
+              (["-t", "--ball-vx", "14"], None), (["-t", "--ball-spin", "-25"], None),
+              (["-t", "--set", "air.parcel_speed_mps=0.5"], None), (["-t", "--set", "air.kind=vacuum"], None),
+              ([], None),  # no path
+              (PATH, ("ball.vert", "px_of(ball_m)", "px_of(vec2(ball_m.x, -ball_m.y))")),
+              (PATH, ("ball.frag", "vec3(0.965, 0.890, 0.170)", "vec3(0.170, 0.890, 0.965)")),
+              (PATH, ("court.frag", "0.80 * cover(lines(p))", "0.0")),
+              (PATH, ("parcels.vert", "px_of(position_m)", "px_of(-position_m)"))],
+    "gas": [(["--seed", "2"], None), (["--set", "air.contacts=false"], None),
+            (["--set", "world.boundary=periodic"], None), (["--dt", "0.030"], None),
+            ([], ("box.frag", "0.85 * frame", "0.0"))],
+}
+NORMAL = {"court": PATH, "gas": []}
+
+
+class View:
+    """Where a world of this size lies in the picture (Camera::fit)."""
+
+    def __init__(self, shown_width, shown_height):
+        self.per_px = max(shown_width / (WIDTH - 2 * MARGIN_PX), shown_height / (SCENE_ROWS - 2 * MARGIN_PX))
+
+    def pixel(self, x, y):
+        return int(WIDTH / 2 + x / self.per_px), int(SCENE_ROWS / 2 - y / self.per_px)
+
+
+def edited_shaders(edit, folder):
+    """A copy of the shaders with one place changed."""
+    file, old, new = edit
+    copy = folder / "shaders"
+    shutil.copytree(HERE.parent.parent / "shaders", copy, dirs_exist_ok=True)
+    text = (copy / file).read_text()
+    if old not in text:
+        sys.exit(f"FAILED: {file} no longer says '{old}'; choose another place to break")
+    (copy / file).write_text(text.replace(old, new))
+    return {"PICKLEFLIGHT_SHADERS": str(copy)}
+
+
+def run_program(program, scene, folder, words, edit=None):
+    picture, report = folder / f"{scene}.png", folder / f"{scene}.json"
+    command = [program, "run", "--headless", "--scene", scene, "--size", f"{WIDTH}x{HEIGHT}", "-p", "3000",
+               "--seconds", "0.5", "--picture", str(picture), "--report", str(report), *words]
+    # Mesa is asked for its rasteriser, so that a GPU that it knows does not draw.
+    environment = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", **(edited_shaders(edit, folder) if edit else {})}
+    done = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, timeout=60)
+    print(done.stderr.strip())
+    if done.returncode == 3 and any(text in done.stderr for text in NO_GL):
+        print("SKIPPED: nothing here draws offscreen")
+        sys.exit(SKIPPED)
+    if done.returncode != 0:
+        sys.exit(f"FAILED: exit code {done.returncode} of {' '.join(command)}")
+    return read_png(picture), json.loads(report.read_text())
+
+
+def compare(picture, reference):
+    """Complaints about the difference of the parts above the overlay."""
+    if (picture.width, picture.height) != (reference.width, reference.height):
+        return [f"size {picture.width}x{picture.height}, not {reference.width}x{reference.height}"]
+    size = 3 * WIDTH * SCENE_ROWS
+    differences = [abs(a - b) for a, b in zip(picture.rgb[:size], reference.rgb[:size])]
+    mean = sum(differences) / size
+    far_off = [i for i in range(WIDTH * SCENE_ROWS) if max(differences[3 * i:3 * i + 3]) > FAR_OFF]
+    share = len(far_off) / (WIDTH * SCENE_ROWS)
+    tiles = {}
+    for i in far_off:
+        tile = (i % WIDTH // TILE_PX, i // WIDTH // TILE_PX)
+        tiles[tile] = tiles.get(tile, 0) + 1
+    worst = max(tiles.values(), default=0) / TILE_PX**2
+    print(f"against the reference: mean difference {mean:.3f} grey levels, {100 * share:.3f} % of the pixels off by "
+          f"more than {FAR_OFF}, {100 * worst:.1f} % in the worst tile")
+    found = []
+    if mean > MOST_MEAN_DIFFERENCE:
+        found.append(f"mean difference {mean:.3f} > {MOST_MEAN_DIFFERENCE}")
+    if share > MOST_FAR_OFF:
+        found.append(f"{100 * share:.3f} % of the pixels far off, allowed {100 * MOST_FAR_OFF} %")
+    if worst > MOST_FAR_OFF_IN_TILE:
+        found.append(f"{100 * worst:.1f} % of a tile far off, allowed {100 * MOST_FAR_OFF_IN_TILE} %")
+    return found
+
+
+def is_ball_yellow(color):
+    return color[0] > 130 and color[1] > 115 and color[2] < 0.55 * color[0]
+
+
+def is_line(color):
+    return min(color) > 120
+
+
+def is_disc(color):
+    """Speed colours are far greener than any floor, and no line is that colourful."""
+    return color[1] > 90 and max(color) - min(color) > 50
+
+
+def share_of(test, picture, pixels):
+    pixels = [p for p in pixels if picture.has(*p)]
+    return sum(test(picture.at(*p)) for p in pixels) / max(len(pixels), 1)
+
+
+def disc_pixels(center, radius):
+    reach = range(-math.ceil(radius), math.ceil(radius) + 1)
+    return [(center[0] + i, center[1] + j) for i in reach for j in reach if i * i + j * j <= radius * radius]
+
+
+def along(view, start, end, num=200):
+    steps = [i / (num - 1) for i in range(num)]
+    return [view.pixel(start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s) for s in steps]
+
+
+def line_share(picture, pixels):
+    """How much of a line is seen: a point counts if a pixel next to it is light."""
+    def seen(x, y):
+        near = [(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+        return any(is_line(picture.at(*p)) for p in near if picture.has(*p))
+    return sum(seen(x, y) for x, y in pixels) / len(pixels)
+
+
+def check_lines(picture, view, lines):
+    found = []
+    for name, start, end in lines:
+        share = line_share(picture, along(view, start, end))
+        if share < 0.7:  # parcels lie on top of some of it
+            found.append(f"{name}: only {100 * share:.0f} % of it is seen")
+    return found
+
+
+def check_discs(picture, view, half_width, half_height, least, most):
+    left, top = view.pixel(-half_width, half_height)
+    right, bottom = view.pixel(half_width, -half_height)
+    inside = [(x, y) for x in range(left + 6, right - 5) for y in range(top + 6, bottom - 5)]
+    share = share_of(is_disc, picture, inside)
+    print(f"parcels cover {100 * share:.1f} % of the floor's pixels")
+    return [] if least <= share <= most else [f"parcels cover {100 * share:.1f} %, expected "
+                                              f"{100 * least:.0f} to {100 * most:.0f} %"]
+
+
+def check_ball(picture, view, ball):
+    if ball is None:
+        return ["the report has no ball"]
+    center = view.pixel(ball["x_m"], ball["y_m"])
+    radius_px = 0.185 / view.per_px
+    share = share_of(is_ball_yellow, picture, disc_pixels(center, radius_px))
+    print(f"ball reported at pixel {center}: {100 * share:.0f} % of its {radius_px:.1f} px disc is yellow")
+    found = [] if share > 0.4 else [f"no ball at pixel {center}: {100 * share:.0f} % yellow"]  # holes are dark
+    # The path, from where the flight began to the ball's rim; its older part is faded.
+    middle = -6.4 + 0.7 * (ball["x_m"] - 0.185 + 6.4)
+    path = share_of(is_ball_yellow, picture, along(view, (middle, ball["y_m"]), (ball["x_m"] - 0.2, ball["y_m"]), 20))
+    return found if path > 0.5 else found + [f"only {100 * path:.0f} % of the path's younger half is yellow"]
+
+
+def check_court(picture, report):
+    view = View(13.4 + 2 * 0.30, 6.1)  # an open world is shown with an apron
+    x, y, zone = 6.706, 3.048, 2.134   # 22, 10 and 7 ft
+    lines = [("left baseline", (-x, -y), (-x, y)), ("right baseline", (x, -y), (x, y)),
+             ("lower sideline", (-x, -y), (x, -y)), ("upper sideline", (-x, y), (x, y)),
+             ("left zone line", (-zone, -y), (-zone, y)), ("right zone line", (zone, -y), (zone, y)),
+             ("left middle line", (-x, 0), (-zone, 0)), ("right middle line", (zone, 0), (x, 0)),
+             ("net", (0, -y), (0, y))]
+    found = check_lines(picture, view, lines) + check_ball(picture, view, report["ball"])
+    if line_share(picture, along(view, (-x + 1, 1.5), (-zone - 1, 1.5))) > 0.3:
+        found.append("light pixels where the court has no line")
+    return found + check_discs(picture, view, 6.7, 3.05, 0.04, 0.16)  # area fraction 0.1, rims fade
+
+
+def check_gas(picture, report):
+    half = 0.5 * math.sqrt(report["num_parcels"] * math.pi * 0.25 / report["area_fraction"])
+    view = View(2 * half, 2 * half)
+    frame = half + 1.6 * view.per_px   # its middle; it lies outside the box
+    lines = [("left wall", (-frame, -half), (-frame, half)), ("right wall", (frame, -half), (frame, half)),
+             ("lower wall", (-half, -frame), (half, -frame)), ("upper wall", (-half, frame), (half, frame))]
+    found = check_lines(picture, view, lines) + check_discs(picture, view, half, half, 0.08, 0.32)
+    outside = [(x, y) for x in list(range(0, 200)) + list(range(440, WIDTH)) for y in range(SCENE_ROWS)]
+    if share_of(is_disc, picture, outside) > 0.0:
+        found.append("parcels outside the box")
+    return found
+
+
+def check_scene(scene, picture, report):
+    return {"court": check_court, "gas": check_gas}[scene](picture, report)
+
+
+def check_broken(program, scene, folder, reference):
+    missed = []
+    for words, edit in BROKEN[scene]:
+        name = f"'{' '.join(words)}'" + (f", {edit[0]}: {edit[1]} -> {edit[2]}" if edit else "")
+        print(f"-- broken: {name}")
+        picture, report = run_program(program, scene, folder, words, edit)
+        found = compare(picture, reference) + check_scene(scene, picture, report)
+        print("refused: " + "; ".join(found) if found else "NOT REFUSED")
+        missed += [] if found else [f"not refused: {name}"]
+    return missed
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("program")
+    parser.add_argument("scene", choices=sorted(BROKEN))
+    parser.add_argument("--broken", action="store_true")
+    parser.add_argument("--update", action="store_true")
+    parser.add_argument("--keep", type=pathlib.Path)
+    words = parser.parse_args()
+    stored = HERE / f"{words.scene}.png"
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = words.keep or pathlib.Path(temporary)
+        if words.update:
+            run_program(words.program, words.scene, folder, NORMAL[words.scene])
+            shutil.copy(folder / f"{words.scene}.png", stored)
+        if words.broken:
+            found = check_broken(words.program, words.scene, folder, read_png(stored))
+        else:
+            picture, report = run_program(words.program, words.scene, folder, NORMAL[words.scene])
+            found = compare(picture, read_png(stored)) + check_scene(words.scene, picture, report)
+    if found:
+        sys.exit("FAILED: " + "; ".join(found))
+    print("as it should be")
+
+
+if __name__ == "__main__":
+    main()

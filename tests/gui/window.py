@@ -1,0 +1,136 @@
+"""A window of the program on an X server of its own, and hands for it (xdotool)."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+
+SKIPPED = 77
+NEEDED = ("Xvfb", "xdotool")
+# ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more.
+HOLD_S = 0.15
+LIMIT_S = 30.0  # for anything to happen
+SLIDER_END_PX = 2 + 14 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
+
+
+def skip_if_missing():
+    missing = [tool for tool in NEEDED if shutil.which(tool) is None]
+    if missing:
+        print(f"SKIPPED: {' and '.join(missing)} not found (Debian, Ubuntu: apt install xvfb xdotool)")
+        sys.exit(SKIPPED)
+
+
+def wait_for(what, test, limit_s=LIMIT_S):
+    end = time.monotonic() + limit_s
+    while time.monotonic() < end:
+        value = test()
+        if value:
+            return value
+        time.sleep(0.05)
+    raise AssertionError(f"after {limit_s:.0f} s still no {what}")
+
+
+class Screen:
+    """Xvfb on a display that is free; ended with the block."""
+
+    def __enter__(self):
+        # The server itself looks for a free number and writes it.
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+                                       stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        number = self.server.stdout.readline().strip()
+        if not number:
+            raise AssertionError("Xvfb did not start")
+        self.name = f":{number}"
+        return self
+
+    def __exit__(self, *_):
+        self.server.terminate()
+        self.server.wait(timeout=10)
+
+
+class Window:
+    """The program, running. hands_off: no key or button is pressed, to see that the tests notice."""
+
+    def __init__(self, program, screen, folder, words=(), hands_off=False):
+        self.folder = pathlib.Path(folder)
+        self.map_file, self.report_file = self.folder / "panel.json", self.folder / "report.json"
+        for file in (self.map_file, self.report_file):
+            file.unlink(missing_ok=True)
+        self.hands_off = hands_off
+        self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1"}
+        self.environment.pop("WAYLAND_DISPLAY", None)
+        command = [program, "run", "--size", "960x640", "-p", "2000", "--panel-map", str(self.map_file), "--report",
+                   str(self.report_file), *words]
+        self.process = subprocess.Popen(command, env=self.environment)
+        wait_for("panel map", lambda: self.is_running() and self.map_file.exists())
+        self.id = wait_for("window", self._find)
+        # There is no window manager that would do it.
+        self._xdotool("windowmove", self.id, "0", "0", "windowfocus", self.id)
+        time.sleep(2 * HOLD_S)
+
+    def is_running(self):
+        if self.process.poll() is None:
+            return True
+        raise AssertionError(f"the program ended by itself with exit code {self.process.returncode}")
+
+    def _find(self):
+        words = ["xdotool", "search", "--onlyvisible", "--pid", str(self.process.pid)]
+        done = subprocess.run(words, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        return done.stdout.split()[0] if done.stdout.split() else None
+
+    def _xdotool(self, *words):
+        subprocess.run(["xdotool", *words], env=self.environment, check=True, timeout=LIMIT_S)
+
+    def _press(self, *words):
+        if not self.hands_off:
+            self._xdotool(*words)
+        time.sleep(HOLD_S)
+
+    def controls(self):
+        """Rectangles of the panel's controls by label; empty while the panel is hidden."""
+        return json.loads(self.map_file.read_text()) or {}
+
+    def press_key(self, key):
+        self._press("keydown", key)
+        self._press("keyup", key)
+
+    def drag_slider(self, label, start, end):
+        """From one share of the slider's range to another, with the button down."""
+        x0, y0, x1, y1 = self.controls()[label]
+        low, high = x0 + SLIDER_END_PX, x1 - SLIDER_END_PX
+        at = [(round(low + share * (high - low)), round(0.5 * (y0 + y1)))
+              for share in (start, 0.5 * (start + end), end)]
+        self._press("mousemove", str(at[0][0]), str(at[0][1]))
+        self._press("mousedown", "1")
+        for x, y in at[1:]:
+            self._press("mousemove", str(x), str(y))
+        self._press("mouseup", "1")
+
+    def end(self):
+        """Esc, as a person would; the report."""
+        self.press_key("Escape")
+        try:
+            exit_code = self.process.wait(timeout=5.0 if self.hands_off else LIMIT_S)
+        except subprocess.TimeoutExpired:
+            raise AssertionError("Esc does not end the program") from None
+        assert exit_code == 0, f"exit code {exit_code} after Esc"
+        return self.report()
+
+    def stop(self):
+        """By a signal, which also ends in a report: for what is not about Esc."""
+        self.process.terminate()
+        assert self.process.wait(timeout=LIMIT_S) == 0, "exit code after SIGTERM"
+        return self.report()
+
+    def report(self):
+        return json.loads(self.report_file.read_text())
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
