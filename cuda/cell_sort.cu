@@ -62,10 +62,6 @@ DeviceCellSort::DeviceCellSort(std::uint32_t capacity)
   }
 }
 
-std::size_t DeviceCellSort::bytes_for(std::uint32_t capacity) {
-  return 16ULL * capacity + 4 * num_cell_starts(capacity) + temporary_bytes(capacity);
-}
-
 std::size_t DeviceCellSort::bytes() const {
   return 2 * (keys_[0].bytes() + indices_[0].bytes()) + cell_start_.bytes() + temporary_.bytes();
 }

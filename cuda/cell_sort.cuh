@@ -21,8 +21,8 @@ class DeviceCellSort {
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
-  // Bytes that a sorter for that many parcels holds.
-  static std::size_t bytes_for(std::uint32_t capacity);
+  // What a sorter holds for each parcel: keys, indices, cell starts, and CUB's storage rounded up.
+  static constexpr double kBytesPerParcel = 16.0 + 8.0 + 1.0;
 
  private:
   DeviceBuffer<std::uint32_t> keys_[2];

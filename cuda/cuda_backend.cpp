@@ -17,9 +17,7 @@ constexpr double kLargestReach = 2.0;
 constexpr double kBytesPerParcel = 2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t));
 
 // Slack for a slider that grows N, without going over 80 bytes a parcel.
-std::uint32_t with_slack(std::uint32_t num_parcels) {
-  return static_cast<std::uint32_t>(std::min<std::uint64_t>(num_parcels + num_parcels / 8ULL, UINT32_MAX / 2));
-}
+std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 8ULL; }
 
 template <class T>
 DeviceBuffer<T> upload(const T* values, std::size_t count, cudaStream_t stream) {
@@ -136,14 +134,15 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   if (num_parcels <= capacity_ && (capacity_ < 65536 || num_parcels > capacity_ / 4)) return;
   std::size_t free_bytes = 0, total = 0;
   PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
-  const std::uint32_t capacity = with_slack(num_parcels);
-  const double needed = kBytesPerParcel * capacity + static_cast<double>(DeviceCellSort::bytes_for(capacity));
+  const std::uint64_t wanted = with_slack(num_parcels);
+  const double needed = (kBytesPerParcel + DeviceCellSort::kBytesPerParcel) * static_cast<double>(wanted);
   const double available = static_cast<double>(free_bytes) + static_cast<double>(memory_bytes());
   if (needed > 0.95 * available) {
     throw UserError(fmt::format(
         "air.num_parcels: {} parcels need {:.2f} GB of GPU memory, {:.2f} GB are free on {}; at most about {:.0f} fit",
         num_parcels, needed * 1e-9, available * 1e-9, device_name_, num_parcels * 0.95 * available / needed));
   }
+  const auto capacity = static_cast<std::uint32_t>(wanted);
   current_ = {};
   next_ = {};
   cell_sort_ = {};

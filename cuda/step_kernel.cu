@@ -6,6 +6,7 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
+constexpr unsigned kBlocksPerSm = 5;  // holds registers to 48; the few spills cost less than the warps gain
 
 // The device's Tally: what is common stays in the thread's registers until the warp is reduced; rare events go
 // to the block's slot in shared memory at once.
@@ -148,7 +149,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
 }
 
 template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
-__global__ void __launch_bounds__(kBlock) step_kernel(const __grid_constant__ StepLaunch launch) {
+__global__ void __launch_bounds__(kBlock, kBlocksPerSm) step_kernel(const __grid_constant__ StepLaunch launch) {
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -179,7 +180,7 @@ __global__ void __launch_bounds__(kBlock) step_kernel(const __grid_constant__ St
 }
 
 __device__ void plan_step(const StepConstants& c, StepState& state) {
-  state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
+  if (c.physics.ball.present) state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
   state.rounding_key = rounding_key(c.physics.seed, state.step);
 }
 
@@ -208,27 +209,48 @@ __device__ void add_to_totals(const TallySlot& sum, StepState& state) {
   totals.num_invalid += sum.num_invalid;
 }
 
+__device__ unsigned long long sum_over_warp(unsigned long long value) {
+  for (int lane = 16; lane > 0; lane /= 2) value += __shfl_xor_sync(0xFFFFFFFFU, value, lane);
+  return value;
+}
+
+// One slot a thread; the sum ends up in every thread.
+__device__ TallySlot sum_slots(const TallySlot& slot) {
+  static_assert(kNumSlots == 32, "one warp reduces the slots");
+  constexpr unsigned kAll = 0xFFFFFFFFU;
+  TallySlot sum;
+  sum.num_collisions = sum_over_warp(slot.num_collisions);
+  sum.impulse_sum = sum_over_warp(slot.impulse_sum);
+  sum.ball_x = sum_over_warp(slot.ball_x);
+  sum.ball_y = sum_over_warp(slot.ball_y);
+  sum.ball_torque = sum_over_warp(slot.ball_torque);
+  sum.num_hits = __reduce_add_sync(kAll, slot.num_hits);
+  sum.num_retired = __reduce_add_sync(kAll, slot.num_retired);
+  sum.num_invalid = __reduce_add_sync(kAll, slot.num_invalid);
+  sum.first_invalid_id = __reduce_max_sync(kAll, slot.first_invalid_id);
+  sum.max_overlap_bits = __reduce_max_sync(kAll, slot.max_overlap_bits);
+  sum.max_travel = __reduce_max_sync(kAll, slot.max_travel);
+  sum.max_speed2_bits = __reduce_max_sync(kAll, slot.max_speed2_bits);
+  return sum;
+}
+
 __global__ void __launch_bounds__(kNumSlots)
     ball_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
-  __shared__ TallySlot sum;
-  if (threadIdx.x == 0) sum = {};
-  __syncthreads();
-  add_slot(sum, slots[threadIdx.x]);
+  const TallySlot sum = sum_slots(slots[threadIdx.x]);
   slots[threadIdx.x] = {};
-  __syncthreads();
   if (threadIdx.x != 0) return;
-  StepState after = *state;
-  add_to_totals(sum, after);
-  after.last_travel = static_cast<std::int32_t>(sum.max_travel);
-  after.travel += after.last_travel;
+  add_to_totals(sum, *state);
+  state->last_travel = static_cast<std::int32_t>(sum.max_travel);
+  state->travel += state->last_travel;
   if (c.physics.ball.present) {
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
-    advance_ball(c.physics.world, c.physics.ball, hits, c.impulse_unit_kg_mps, c.dt_s, after.ball);
+    BallState ball = state->ball;
+    advance_ball(c.physics.world, c.physics.ball, hits, c.impulse_unit_kg_mps, c.dt_s, ball);
+    state->ball = ball;
   }
-  after.step += 1;
-  plan_step(c, after);
-  *state = after;
+  state->step += 1;
+  plan_step(c, *state);
 }
 
 using StepKernel = void (*)(StepLaunch);

@@ -33,7 +33,7 @@ struct TallySlot {
 };
 
 // Blocks add to slot blockIdx % kNumSlots: one address would serialise tens of thousands of atomics.
-constexpr unsigned kNumSlots = 64;
+constexpr unsigned kNumSlots = 32;
 
 // Sums over the steps of a request.
 struct RequestTotals {

@@ -13,8 +13,8 @@ build_packages=(
   fonts-dejavu-core ffmpeg:ffmpeg  # text in window and film; films
 )
 test_packages=(
-  libgtest-dev
-  xvfb:Xvfb xauth:xauth xdotool:xdotool x11-apps:xwd imagemagick:convert  # a window without a screen, and hands for it
+  libgtest-dev python3:python3
+  xvfb:Xvfb xdotool:xdotool        # a window without a screen, and hands for it
 )
 
 # What each preset is configured with besides; ./demo needs no test packages.

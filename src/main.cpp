@@ -62,7 +62,8 @@ int device_for(const GlContextInfo& info) {
   return info.cuda_device < 0 ? 0 : info.cuda_device;
 }
 
-void set_draw_target(const Options& options, [[maybe_unused]] const Backend& backend, StageHooks& hooks) {
+void set_draw_target(const Options& options, [[maybe_unused]] const Backend& backend,
+                     [[maybe_unused]] StageHooks& hooks) {
 #if PF_HAVE_CUDA
   if (backend.name() == "cuda") {
     hooks.max_parcels = 200'000'000;

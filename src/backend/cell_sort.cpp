@@ -15,7 +15,7 @@ void CellSort::sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays&
                     std::vector<std::uint32_t>& cell_start, PhaseTimes& times) {
   num_keys_ = grid.num_cells() + 1;
   num_slices_ = std::min(team.size(), kMaxSlices);
-  keys_.resize(from.position.size());
+  keys_.resize(from.id.size());
   offsets_.resize(num_keys_ * num_slices_);
   cell_start.resize(num_keys_ + 1);
   {
@@ -35,7 +35,7 @@ void CellSort::count(ThreadTeam& team, const GridShape& grid, const ParcelArrays
     if (thread >= num_slices_) return;
     std::uint32_t* counts = offsets_.data() + thread * num_keys_;
     std::fill_n(counts, num_keys_, 0U);
-    const auto [begin, end] = slice(thread, num_slices_, from.position.size());
+    const auto [begin, end] = slice(thread, num_slices_, from.id.size());
     for (std::size_t i = begin; i < end; ++i) {
       keys_[i] = cell_key(grid, from.position[i]);
       ++counts[keys_[i]];
@@ -75,7 +75,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* places = offsets_.data() + thread * num_keys_;
-    const auto [begin, end] = slice(thread, num_slices_, from.position.size());
+    const auto [begin, end] = slice(thread, num_slices_, from.id.size());
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t place = places[keys_[i]]++;
       to.position[place] = from.position[i];

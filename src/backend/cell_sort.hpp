@@ -4,20 +4,21 @@
 #include <cstdint>
 #include <vector>
 
+#include "backend/candidate_search.hpp"
 #include "backend/thread_team.hpp"
 #include "core/timing.hpp"
 #include "model/grid.hpp"
 
 namespace pf {
 
-// Parcels in memory order; all arrays have the same length.
+// Parcels in memory order, as many as there are ids; positions carry padding for the search.
 struct ParcelArrays {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
   std::vector<std::uint32_t> id;
 
   void resize(std::size_t n) {
-    position.resize(n);
+    position.resize(n + kSearchPadding);
     velocity.resize(n);
     id.resize(n);
   }

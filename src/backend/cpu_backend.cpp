@@ -11,8 +11,8 @@ namespace {
 
 // Cells are this many contact distances wide, and parcels are sorted again once the search box, which grows
 // by what parcels have moved, is wider than this many contact distances each way. Measured at N = 10^5.
-constexpr double kCellWidth = 1.25;
-constexpr double kLargestReach = 1.5;
+constexpr double kCellWidth = 2.0;
+constexpr double kLargestReach = 2.0;
 
 std::string processor_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -63,8 +63,8 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
 void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   current_.resize(snapshot.position.size());
   next_.resize(snapshot.position.size());
-  current_.position = snapshot.position;
-  current_.velocity = snapshot.velocity;
+  std::copy(snapshot.position.begin(), snapshot.position.end(), current_.position.begin());
+  std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), current_.velocity.begin());
   for (std::size_t i = 0; i < size(); ++i) current_.id[i] = static_cast<std::uint32_t>(i);
   sorted_ = false;
 }
@@ -73,6 +73,7 @@ template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
 void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
   const StepConstants& c = loop.constants;
   const Vec2i* position = current_.position.data();
+  SearchScratch scratch;
   for (std::size_t i = begin; i < end; ++i) {
     const Parcel self{position[i], current_.velocity[i], current_.id[i]};
     if (is_retired(self.position)) {
@@ -83,21 +84,11 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
     }
     ContactSums sums;
     if constexpr (kContacts) {
-      const auto visit = [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint32_t j = first; j < last; ++j) {
-          const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, position[j]);
-          const float x = static_cast<float>(offset.x);
-          const float y = static_cast<float>(offset.y);
-          if ((x * x + y * y < c.filter_distance2) & (j != i)) {
-            const Parcel other{position[j], current_.velocity[j], current_.id[j]};
-            add_contact<Contact>(c, self, other, offset, sums, tally);
-          }
-        }
-      };
-      if (loop.all_pairs) {
-        visit(0, static_cast<std::uint32_t>(size()));
-      } else {
-        visit_candidate_ranges<kBoundary>(grid_, cell_start_.data(), self.position, loop.reach, visit);
+      loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
+      for (const std::uint32_t j : scratch.finds) {
+        const Parcel other{position[j], current_.velocity[j], current_.id[j]};
+        const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
+        add_contact<Contact>(c, self, other, offset, sums, tally);
       }
     }
     const Parcel after = finish_step<kBall, kBoundary>(c, loop.ball, loop.key, self, sums, tally);
@@ -160,8 +151,16 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
   const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + travel_, INT32_MAX / 2);
-  const StepLoop loop{constants, motion, rounding_key(physics_.seed, step_), static_cast<std::int32_t>(reach),
-                      request.neighbors == Neighbors::all_pairs, last ? request.draw : nullptr};
+  const SearchSpace space{current_.position.data(),
+                          cell_start_.data(),
+                          grid_,
+                          physics_.world,
+                          static_cast<std::uint32_t>(size()),
+                          static_cast<std::int32_t>(reach),
+                          constants.filter_distance2,
+                          request.neighbors == Neighbors::all_pairs};
+  const StepLoop loop{constants, motion, rounding_key(physics_.seed, step_), space,
+                      choose_search(physics_.world.boundary), last ? request.draw : nullptr};
   std::vector<CpuTally> tallies(team_.size());
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "backend/backend.hpp"
+#include "backend/candidate_search.hpp"
 #include "backend/cell_sort.hpp"
 #include "backend/cpu_tally.hpp"
 
@@ -33,8 +34,8 @@ class CpuBackend final : public Backend {
     const StepConstants& constants;
     const BallMotion& ball;
     std::uint32_t key;      // of the random roundings
-    std::int32_t reach;     // of the candidate search, position units
-    bool all_pairs;
+    const SearchSpace& space;
+    Search search;
     const DrawBuffers* draw;
   };
   using RangeFunction = void (CpuBackend::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
