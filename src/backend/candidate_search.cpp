@@ -1,5 +1,7 @@
 #include "backend/candidate_search.hpp"
 
+#include <algorithm>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -55,41 +57,78 @@ __attribute__((target("avx2"), always_inline)) inline __m256i nearest_image(__m2
   return d;
 }
 
-// Eight candidates at a time.
+// What the eight-wide filter compares with, one parcel's.
 template <Boundary kBoundary>
-__attribute__((target("avx2"))) void search_avx2(const SearchSpace& space, std::uint32_t i,
-                                                 SearchScratch& scratch) {
+struct Filter {
+  __m256i centre, half, period, self;
+  __m256 distance2;
+
+  // Which of the parcels first .. first + 7 are below last, near, and not self; a bit each, in the order of kOrder.
+  __attribute__((target("avx2"), always_inline)) unsigned near(const SearchSpace& space, std::uint32_t first,
+                                                               std::uint32_t last) const {
+    const auto* from = reinterpret_cast<const __m256i*>(space.position + first);
+    const __m256i a = nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from), centre), half, period);
+    const __m256i b =
+        nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from + 1), centre), half, period);
+    const __m256 fa = _mm256_cvtepi32_ps(a);
+    const __m256 fb = _mm256_cvtepi32_ps(b);
+    const __m256 squared = _mm256_hadd_ps(_mm256_mul_ps(fa, fa), _mm256_mul_ps(fb, fb));
+    const __m256i order = _mm256_set_epi32(7, 6, 3, 2, 5, 4, 1, 0);
+    const __m256i index = _mm256_add_epi32(order, _mm256_set1_epi32(static_cast<int>(first)));
+    const __m256i inside = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(last)), index);
+    const __m256i wanted = _mm256_andnot_si256(_mm256_cmpeq_epi32(index, self), inside);
+    const __m256 found = _mm256_and_ps(_mm256_cmp_ps(squared, distance2, _CMP_LT_OQ), _mm256_castsi256_ps(wanted));
+    return static_cast<unsigned>(_mm256_movemask_ps(found));
+  }
+};
+
+// The horizontal add leaves the eight candidates in this order.
+constexpr std::uint32_t kOrder[8] = {0, 1, 4, 5, 2, 3, 6, 7};
+
+inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>& finds) {
+  for (; mask != 0; mask &= mask - 1) finds.push_back(first + kOrder[__builtin_ctz(mask)]);
+}
+
+// Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how many
+// rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
+template <Boundary kBoundary>
+__attribute__((target("avx2"))) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];
-  list_ranges<kBoundary>(space, here, scratch);
-  const __m256i centre = _mm256_set_epi32(here.y, here.x, here.y, here.x, here.y, here.x, here.y, here.x);
   const int hx = space.world.half.x, hy = space.world.half.y;
-  const __m256i half = _mm256_set_epi32(hy, hx, hy, hx, hy, hx, hy, hx);
-  const __m256i period = _mm256_slli_epi32(half, 1);
-  const __m256 filter = _mm256_set1_ps(space.filter_distance2);
-  const __m256i self = _mm256_set1_epi32(static_cast<int>(i));
-  // The horizontal add leaves the candidates in this order.
-  const __m256i order = _mm256_set_epi32(7, 6, 3, 2, 5, 4, 1, 0);
-  constexpr std::uint32_t kOrder[8] = {0, 1, 4, 5, 2, 3, 6, 7};
+  Filter<kBoundary> filter;
+  filter.centre = _mm256_set1_epi64x(bit_copy<long long>(here));
+  filter.half = _mm256_set_epi32(hy, hx, hy, hx, hy, hx, hy, hx);
+  filter.period = _mm256_slli_epi32(filter.half, 1);
+  filter.self = _mm256_set1_epi32(static_cast<int>(i));
+  filter.distance2 = _mm256_set1_ps(space.filter_distance2);
   scratch.finds.clear();
-  for (int r = 0; r < scratch.num_ranges; ++r) {
-    const __m256i last = _mm256_set1_epi32(static_cast<int>(scratch.ranges[r].last));
-    for (std::uint32_t j = scratch.ranges[r].first; j < scratch.ranges[r].last; j += 8) {
-      const auto* from = reinterpret_cast<const __m256i*>(space.position + j);
-      const __m256i a =
-          nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from), centre), half, period);
-      const __m256i b =
-          nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from + 1), centre), half, period);
-      const __m256 fa = _mm256_cvtepi32_ps(a);
-      const __m256 fb = _mm256_cvtepi32_ps(b);
-      const __m256 distance2 = _mm256_hadd_ps(_mm256_mul_ps(fa, fa), _mm256_mul_ps(fb, fb));
-      const __m256i index = _mm256_add_epi32(order, _mm256_set1_epi32(static_cast<int>(j)));
-      const __m256i wanted =
-          _mm256_andnot_si256(_mm256_cmpeq_epi32(index, self), _mm256_cmpgt_epi32(last, index));
-      const __m256 near = _mm256_and_ps(_mm256_cmp_ps(distance2, filter, _CMP_LT_OQ), _mm256_castsi256_ps(wanted));
-      for (auto mask = static_cast<unsigned>(_mm256_movemask_ps(near)); mask != 0; mask &= mask - 1) {
-        scratch.finds.push_back(j + kOrder[__builtin_ctz(mask)]);
-      }
+
+  const GridShape& grid = space.grid;
+  const CellSpan sx = cell_span<kBoundary>(here.x, space.reach, grid.half.x, grid.num_x, grid.factor_x);
+  const CellSpan sy = cell_span<kBoundary>(here.y, space.reach, grid.half.y, grid.num_y, grid.factor_y);
+  const bool whole = sx.second_first > sx.second_last && sy.second_first > sy.second_last;
+  if (!space.all_pairs && whole && sy.last - sy.first <= 2) {
+    std::uint32_t first[3], last[3];
+    unsigned mask[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t row = std::min(sy.first + k, sy.last);
+      const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.num_x;
+      first[k] = starts[sx.first];
+      last[k] = sy.first + k <= sy.last ? starts[sx.last + 1] : first[k];
+      mask[k] = filter.near(space, first[k], last[k]);
     }
+    const bool more = last[0] - first[0] > 8 || last[1] - first[1] > 8 || last[2] - first[2] > 8;
+    if (!more && (mask[0] | mask[1] | mask[2]) == 0) return;
+    for (int k = 0; k < 3; ++k) {
+      take(mask[k], first[k], scratch.finds);
+      for (std::uint32_t j = first[k] + 8; j < last[k]; j += 8) take(filter.near(space, j, last[k]), j, scratch.finds);
+    }
+    return;
+  }
+  list_ranges<kBoundary>(space, here, scratch);
+  for (int r = 0; r < scratch.num_ranges; ++r) {
+    const auto [first, last] = scratch.ranges[r];
+    for (std::uint32_t j = first; j < last; j += 8) take(filter.near(space, j, last), j, scratch.finds);
   }
 }
 
