@@ -200,6 +200,7 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   begin_strip(place, std::max(height, 1.0F));
   if (full) {
     show_full(frame, place);
+    show_terms(place);
   } else if (mode != OverlayMode::off) {
     show_compact(frame, place);
   }
@@ -283,6 +284,26 @@ double Overlay::usual_most_ms(std::size_t count) const {
   const auto middle = totals.begin() + static_cast<std::ptrdiff_t>(count * 19 / 20);
   std::nth_element(totals.begin(), middle, totals.begin() + static_cast<std::ptrdiff_t>(count));
   return *middle;
+}
+
+// One line above the strip: what a step costs, and each term of it that has been seen both on and off. Left out
+// while there is neither a figure nor a panel to switch a term with.
+void Overlay::show_terms(const OverlayPlace& place) const {
+  std::string line = fmt::format("{:.3f} ms a step", term_costs_.step_ms());
+  bool any_unseen = false;
+  bool any_seen = false;
+  for (std::size_t k = 0; k < kNumTerms; ++k) {
+    const std::optional<double> cost = term_costs_.cost_ms(static_cast<Term>(k));
+    line += fmt::format(", {} {}", kTermNames[k], cost ? fmt::format("{:.3f}", *cost) : "?");
+    any_unseen = any_unseen || !cost;
+    any_seen = any_seen || cost;
+  }
+  if (!any_seen && place.left_px <= 0.0F) return;
+  if (any_unseen) line += "   (?: switch it once to see its cost)";
+  const float s = place.scale;
+  const ImVec2 at(place.left_px + kPadding_px * s,
+                  place.bottom_px - height_px(OverlayMode::full, s) - 1.2F * kRow_px * s);
+  ImGui::GetForegroundDrawList()->AddText(ImGui::GetFont(), 0.9F * ImGui::GetFontSize(), at, kDim, line.c_str());
 }
 
 void Overlay::show_plot(float x, float y, float width, float height, float scale) const {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/simulation.hpp"
+#include "view/term_costs.hpp"
 
 namespace pf {
 
@@ -34,6 +35,8 @@ class Overlay {
 
   // One frame's phases and the wall time from the last frame to this one.
   void add_frame(const PhaseTimes& times, double frame_ms);
+  // What the frame's steps cost, for the cost of each term.
+  void add_steps(const FrameView& frame) { term_costs_.add_frame(frame); }
   // Describes the strip, and the notices at the top of the scene, to ImGui.
   void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place) const;
   void set_drawn_one_in(std::uint32_t one_in) { info_.drawn_one_in = one_in; }
@@ -49,9 +52,11 @@ class Overlay {
   void show_status(const FrameView& frame, float x, float y, float scale) const;
   void show_phases(float x, float y, float scale) const;
   double usual_most_ms(std::size_t count) const;
+  void show_terms(const OverlayPlace& place) const;
   void show_plot(float x, float y, float width, float height, float scale) const;
 
   OverlayInfo info_;
+  TermCosts term_costs_;
   std::array<PhaseTimes, kNumKept> kept_{};
   std::size_t num_added_ = 0;
   PhaseTimes smooth_;  // means that follow slowly, so that they can be read

@@ -272,6 +272,7 @@ void Stage::keep_pace() {
   frame_s_ = std::chrono::duration<double>(now - last_frame_).count();
   last_frame_ = now;
   overlay_.add_frame(times_, 1e3 * frame_s_);
+  overlay_.add_steps(simulation_.view());
   if (context_.window() == nullptr) return;
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(1.0 / simulation_.settings().frame_rate_hz));
