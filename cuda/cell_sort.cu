@@ -18,9 +18,9 @@ __global__ void key_kernel(const GridShape grid, const Vec2i* position, std::uin
 
 // Parcel i of the new order; the first parcel of each cell writes the start of that cell and of the empty
 // cells before it, the last one those after it.
-__global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* indices, const ParcelPointers from,
-                              const ParcelPointers to, std::uint32_t n, std::uint32_t num_keys,
-                              std::uint32_t* cell_start) {
+__global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* indices,
+                              const ParcelPointers from, const ParcelPointers to, std::uint32_t n,
+                              std::uint32_t num_keys, std::uint32_t* cell_start) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
   const std::uint32_t source = indices[i];
@@ -68,20 +68,21 @@ std::size_t DeviceCellSort::bytes() const {
 
 void DeviceCellSort::sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t n,
                                cudaStream_t stream) {
-  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, from.position, n, keys_[0].data(), indices_[0].data());
+  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, from.position, n, keys_[0].data(),
+                                                   indices_[0].data());
   PF_LAUNCHED("key_kernel");
   cub::DoubleBuffer<std::uint32_t> keys(keys_[0].data(), keys_[1].data());
   cub::DoubleBuffer<std::uint32_t> indices(indices_[0].data(), indices_[1].data());
   std::size_t bytes = temporary_.bytes();
-  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, keys, indices, n, 0, bits_of(grid.num_cells()),
-                                          stream));
+  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, keys, indices, n, 0,
+                                          bits_of(grid.num_cells()), stream));
   sorted_ = keys.selector;
 }
 
 void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
                             std::uint32_t n, cudaStream_t stream) {
-  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys_[sorted_].data(), indices_[sorted_].data(), from, to, n,
-                                                      grid.num_cells() + 1, cell_start_.data());
+  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys_[sorted_].data(), indices_[sorted_].data(), from,
+                                                      to, n, grid.num_cells() + 1, cell_start_.data());
   PF_LAUNCHED("gather_kernel");
 }
 

@@ -14,10 +14,12 @@ class DeviceCellSort {
   explicit DeviceCellSort(std::uint32_t capacity);
 
   // Keys and indices by the parcels' cells, sorted: stable, only the bits in use.
-  void sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t num_parcels, cudaStream_t stream);
-  // from -> to in the order of the sorted keys (must not overlap); cell_start() becomes valid. Retired parcels last.
-  void gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
-              cudaStream_t stream);
+  void sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t num_parcels,
+                 cudaStream_t stream);
+  // from -> to in the order of the sorted keys (must not overlap); cell_start() becomes valid. Retired
+  // parcels last.
+  void gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
+              std::uint32_t num_parcels, cudaStream_t stream);
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;

@@ -12,8 +12,8 @@ namespace pf {
 inline void check_cuda(cudaError_t result, const char* call, const char* file, int line) {
   if (result == cudaSuccess) return;
   cudaGetLastError();  // a failed call must not surface again at the next one
-  throw DeviceError(std::string(call) + ": " + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) + ") at " +
-                    file + ":" + std::to_string(line));
+  throw DeviceError(std::string(call) + ": " + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) +
+                    ") at " + file + ":" + std::to_string(line));
 }
 
 }  // namespace pf

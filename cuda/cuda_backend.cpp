@@ -10,9 +10,9 @@
 namespace pf {
 namespace {
 
-// Width of the cells, and how far the search box may grow before parcels are sorted again, in contact distances.
-// Measured on an H200, area fraction 0.2, ns per parcel-step at 10^7: width 1.4 and reach 2.0 0.057, 2.0 and 2.5
-// 0.052, 2.5 and 2.5 0.051, 3.0 and 2.5 0.053.
+// Width of the cells, and how far the search box may grow before parcels are sorted again, in contact
+// distances. Measured on an H200, area fraction 0.2, ns per parcel-step at 10^7: width 1.4 and reach 2.0
+// 0.057, 2.0 and 2.5 0.052, 2.5 and 2.5 0.051, 3.0 and 2.5 0.053.
 constexpr double kCellWidth = 2.5;
 constexpr double kLargestReach = 2.5;
 
@@ -121,12 +121,14 @@ CudaBackend::~CudaBackend() { cudaStreamSynchronize(stream_); }
 
 void CudaBackend::write_state(const StepState& state) {
   *host_state_ = state;
-  PF_CUDA(cudaMemcpyAsync(state_.data(), host_state_.get(), sizeof(StepState), cudaMemcpyHostToDevice, stream_));
+  PF_CUDA(
+      cudaMemcpyAsync(state_.data(), host_state_.get(), sizeof(StepState), cudaMemcpyHostToDevice, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
 }
 
 StepState CudaBackend::read_state() {
-  PF_CUDA(cudaMemcpyAsync(host_state_.get(), state_.data(), sizeof(StepState), cudaMemcpyDeviceToHost, stream_));
+  PF_CUDA(
+      cudaMemcpyAsync(host_state_.get(), state_.data(), sizeof(StepState), cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
   return *host_state_;
 }
@@ -141,7 +143,8 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   const double available = static_cast<double>(free_bytes) + static_cast<double>(memory_bytes());
   if (needed > 0.95 * available) {
     throw UserError(fmt::format(
-        "air.num_parcels: {} parcels need {:.2f} GB of GPU memory, {:.2f} GB are free on {}; at most about {:.0f} fit",
+        "air.num_parcels: {} parcels need {:.2f} GB of GPU memory, {:.2f} GB are free on {}; at most about "
+        "{:.0f} fit",
         num_parcels, needed * 1e-9, available * 1e-9, device_name_, num_parcels * 0.95 * available / needed));
   }
   const auto capacity = static_cast<std::uint32_t>(wanted);
@@ -192,10 +195,10 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   const auto n = static_cast<std::uint32_t>(snapshot.position.size());
   make_room(n);
   num_parcels_ = n;
-  PF_CUDA(cudaMemcpyAsync(current_.position.data(), snapshot.position.data(), n * sizeof(Vec2i), cudaMemcpyHostToDevice,
-                          stream_));
-  PF_CUDA(cudaMemcpyAsync(current_.velocity.data(), snapshot.velocity.data(), n * sizeof(Vec2f), cudaMemcpyHostToDevice,
-                          stream_));
+  PF_CUDA(cudaMemcpyAsync(current_.position.data(), snapshot.position.data(), n * sizeof(Vec2i),
+                          cudaMemcpyHostToDevice, stream_));
+  PF_CUDA(cudaMemcpyAsync(current_.velocity.data(), snapshot.velocity.data(), n * sizeof(Vec2f),
+                          cudaMemcpyHostToDevice, stream_));
   launch_number(current_.id.data(), n, stream_);
   PF_CUDA(cudaStreamSynchronize(stream_));
   sorted_ = false;
@@ -232,14 +235,17 @@ DrawBuffers CudaBackend::device_draw_buffers(const DrawBuffers& wanted) {
 
 void CudaBackend::copy_to_host(const DrawBuffers& from, const DrawBuffers& to) {
   if (to.on_device) return;
-  PF_CUDA(cudaMemcpyAsync(to.position_m, from.position_m, num_parcels_ * sizeof(Vec2f), cudaMemcpyDeviceToHost, stream_));
-  PF_CUDA(cudaMemcpyAsync(to.speed_mps, from.speed_mps, num_parcels_ * sizeof(float), cudaMemcpyDeviceToHost, stream_));
+  PF_CUDA(cudaMemcpyAsync(to.position_m, from.position_m, num_parcels_ * sizeof(Vec2f),
+                          cudaMemcpyDeviceToHost, stream_));
+  PF_CUDA(cudaMemcpyAsync(to.speed_mps, from.speed_mps, num_parcels_ * sizeof(float), cudaMemcpyDeviceToHost,
+                          stream_));
 }
 
 StepReport CudaBackend::advance(const StepRequest& request) {
   const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
-  const auto estimate = static_cast<std::int64_t>(4.5 * constants.advance_scale * 0x1p-32 * physics_.parcels.speed_mps);
+  const auto estimate =
+      static_cast<std::int64_t>(4.5 * constants.advance_scale * 0x1p-32 * physics_.parcels.speed_mps);
   const std::int64_t travel_per_step =
       host_state_->last_travel > 0 ? host_state_->last_travel + host_state_->last_travel / 10 : estimate;
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
@@ -314,7 +320,8 @@ void CudaBackend::draw(const DrawBuffers& buffers) {
 ParcelSnapshot CudaBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(num_parcels_), std::vector<Vec2f>(num_parcels_)};
   if (num_parcels_ == 0) return snapshot;
-  launch_scatter_by_id(current_.pointers(), num_parcels_, next_.position.data(), next_.velocity.data(), stream_);
+  launch_scatter_by_id(current_.pointers(), num_parcels_, next_.position.data(), next_.velocity.data(),
+                       stream_);
   PF_CUDA(cudaMemcpyAsync(snapshot.position.data(), next_.position.data(), num_parcels_ * sizeof(Vec2i),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaMemcpyAsync(snapshot.velocity.data(), next_.velocity.data(), num_parcels_ * sizeof(Vec2f),
@@ -328,8 +335,8 @@ std::vector<MeasurePart> CudaBackend::measure_parts() {
   if (parts.empty()) return parts;
   const DeviceBuffer<MeasurePart> on_device(parts.size());
   launch_measure(current_.pointers(), num_parcels_, on_device.data(), stream_);
-  PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart), cudaMemcpyDeviceToHost,
-                          stream_));
+  PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart),
+                          cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
   return parts;
 }
@@ -355,8 +362,9 @@ std::uint64_t CudaBackend::state_hash() {
 
 std::uint64_t CudaBackend::memory_bytes() const {
   const auto of = [](const Parcels& p) { return p.position.bytes() + p.velocity.bytes() + p.id.bytes(); };
-  return capacity_ == 0 ? 0
-                        : of(current_) + of(next_) + cell_sort_.bytes() + draw_position_.bytes() + draw_speed_.bytes();
+  return capacity_ == 0
+             ? 0
+             : of(current_) + of(next_) + cell_sort_.bytes() + draw_position_.bytes() + draw_speed_.bytes();
 }
 
 }  // namespace pf

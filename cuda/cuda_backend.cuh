@@ -19,8 +19,8 @@ class RequestTimer {
   RequestTimer& operator=(const RequestTimer&) = delete;
 
   void begin(cudaStream_t stream);
-  void mark_sort(cudaStream_t stream);    // before the keys, after the keys, after the gather
-  void mark_ball(cudaStream_t stream);    // before and after one ball kernel
+  void mark_sort(cudaStream_t stream);  // before the keys, after the keys, after the gather
+  void mark_ball(cudaStream_t stream);  // before and after one ball kernel
   void end(cudaStream_t stream);
   // Waits for the end. The ball's time is that of the marked step times num_steps; sorts beyond the first
   // kMaxSorts of a request are not marked and count as collide_integrate.
@@ -76,7 +76,7 @@ class CudaBackend final : public Backend {
   Physics physics_;
   std::uint32_t num_parcels_ = 0;
   std::uint32_t capacity_ = 0;
-  Parcels current_;                 // sorted by cell at the last sort
+  Parcels current_;  // sorted by cell at the last sort
   Parcels next_;
   DeviceCellSort cell_sort_;
   DeviceBuffer<Vec2f> draw_position_;  // only for draw targets in host memory
@@ -87,7 +87,7 @@ class CudaBackend final : public Backend {
   GridShape grid_;
   RequestTimer timer_;
   bool sorted_ = false;
-  std::int64_t expected_travel_ = 0;   // since the sort: known up to the last request, then estimated
+  std::int64_t expected_travel_ = 0;  // since the sort: known up to the last request, then estimated
 };
 
 }  // namespace pf

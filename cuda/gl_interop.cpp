@@ -43,11 +43,14 @@ class InteropDrawTarget final : public GlDrawTarget {
   }
 
   DrawBuffers map() override {
+    glFlush();  // the stream is about to wait for GL's work, which must be on its way
     PF_CUDA(cudaGraphicsMapResources(2, resources_.data(), work_stream()));
     DrawBuffers out;
     std::size_t bytes = 0;
-    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.position_m), &bytes, resources_[0]));
-    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.speed_mps), &bytes, resources_[1]));
+    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.position_m), &bytes,
+                                                 resources_[0]));
+    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.speed_mps), &bytes,
+                                                 resources_[1]));
     out.capacity = capacity_;
     out.on_device = true;
     return out;
@@ -156,7 +159,8 @@ std::string interop_obstacle() {
 int cuda_device_of_gl(int egl_cuda_device) {
   unsigned count = 0;
   std::array<int, 16> devices{};
-  if (cudaGLGetDevices(&count, devices.data(), devices.size(), cudaGLDeviceListAll) == cudaSuccess && count > 0) {
+  if (cudaGLGetDevices(&count, devices.data(), devices.size(), cudaGLDeviceListAll) == cudaSuccess &&
+      count > 0) {
     return devices[0];
   }
   cudaGetLastError();

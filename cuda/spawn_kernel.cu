@@ -18,7 +18,8 @@ __global__ void spawn_kernel(const SpawnPlan plan, std::uint64_t num_free_sites,
   to.id[i] = parcel.id;
 }
 
-__global__ void draw_kernel(const World world, const ParcelPointers parcels, std::uint32_t n, const DrawBuffers draw) {
+__global__ void draw_kernel(const World world, const ParcelPointers parcels, std::uint32_t n,
+                            const DrawBuffers draw) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
   const Vec2i position = parcels.position[i];
@@ -28,7 +29,8 @@ __global__ void draw_kernel(const World world, const ParcelPointers parcels, std
   draw.speed_mps[i] = sqrtf(v.x * v.x + v.y * v.y);
 }
 
-__global__ void scatter_by_id_kernel(const ParcelPointers parcels, std::uint32_t n, Vec2i* position, Vec2f* velocity) {
+__global__ void scatter_by_id_kernel(const ParcelPointers parcels, std::uint32_t n, Vec2i* position,
+                                     Vec2f* velocity) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
   position[parcels.id[i]] = parcels.position[i];
@@ -74,7 +76,8 @@ __global__ void measure_kernel(const ParcelPointers parcels, std::uint32_t n, Me
 
 }  // namespace
 
-void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to, cudaStream_t stream) {
+void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
+                  cudaStream_t stream) {
   if (plan.num_parcels == 0) return;
   spawn_kernel<<<blocks_for(plan.num_parcels), kBlock, 0, stream>>>(plan, num_free_sites, to);
   PF_LAUNCHED("spawn_kernel");

@@ -6,10 +6,11 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
-constexpr unsigned kBlocksPerSm = 6;  // holds registers to 40: 0.0481 ns per parcel-step at 10^7, 0.0505 with 5, 0.0549 with 4
+constexpr unsigned kBlocksPerSm =
+    6;  // holds registers to 40: 0.0481 ns per parcel-step at 10^7, 0.0505 with 5, 0.0549 with 4
 
-// The device's Tally: what is common stays in the thread's registers until the warp is reduced; rare events go
-// to the block's slot in shared memory at once.
+// The device's Tally: what is common stays in the thread's registers until the warp is reduced; rare events
+// go to the block's slot in shared memory at once.
 struct DeviceTally {
   TallySlot* block;
   unsigned int num_collisions = 0;
@@ -111,12 +112,14 @@ struct PartnerList {
 
 // Calls found(j) for every parcel j but i that the filter lets through.
 template <Boundary kBoundary, class Found>
-__device__ void search(const StepLaunch& launch, Vec2i position, std::uint32_t i, std::int32_t reach, Found found) {
+__device__ void search(const StepLaunch& launch, Vec2i position, std::uint32_t i, std::int32_t reach,
+                       Found found) {
   const float filter = launch.constants.filter_distance2;
   const auto visit = [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t j = first; j < last; ++j) {
       const int2 there = __ldg(reinterpret_cast<const int2*>(launch.from.position) + j);
-      const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, position, {there.x, there.y});
+      const Vec2i offset =
+          separation<kBoundary>(launch.constants.physics.world, position, {there.x, there.y});
       const float x = static_cast<float>(offset.x);
       const float y = static_cast<float>(offset.y);
       if (x * x + y * y < filter && j != i) found(j);
@@ -150,7 +153,8 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
 }
 
 template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
-__global__ void __launch_bounds__(kBlock, kBlocksPerSm) step_kernel(const __grid_constant__ StepLaunch launch) {
+__global__ void __launch_bounds__(kBlock, kBlocksPerSm)
+    step_kernel(const __grid_constant__ StepLaunch launch) {
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -165,15 +169,15 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm) step_kernel(const __grid
       ContactSums sums;
       if constexpr (kContacts) {
         const long long reach = c.contact_reach + state.travel;
-        sums = sum_contacts<Contact, kBoundary>(launch, self, i,
-                                                static_cast<std::int32_t>(reach < INT32_MAX / 2 ? reach : INT32_MAX / 2),
-                                                tally);
+        sums = sum_contacts<Contact, kBoundary>(
+            launch, self, i, static_cast<std::int32_t>(reach < INT32_MAX / 2 ? reach : INT32_MAX / 2), tally);
       }
       after = finish_step<kBall, kBoundary>(c, state.motion, state.rounding_key, self, sums, tally);
     }
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
-    if (launch.draw.position_m != nullptr) draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
+    if (launch.draw.position_m != nullptr)
+      draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
   }
   reduce_warp(tally, block_tally);
   __syncthreads();
@@ -181,11 +185,13 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm) step_kernel(const __grid
 }
 
 __device__ void plan_step(const StepConstants& c, StepState& state) {
-  if (c.physics.ball.present) state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
+  if (c.physics.ball.present)
+    state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
   state.rounding_key = rounding_key(c.physics.seed, state.step);
 }
 
-__global__ void begin_request_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
+__global__ void begin_request_kernel(const __grid_constant__ StepConstants c, StepState* state,
+                                     TallySlot* slots) {
   if (threadIdx.x < kNumSlots) slots[threadIdx.x] = {};
   if (threadIdx.x != 0) return;
   state->totals = {};
@@ -259,9 +265,12 @@ using StepKernel = void (*)(StepLaunch);
 template <class Contact, bool kContacts, bool kBall>
 StepKernel kernel_for(Boundary boundary) {
   switch (boundary) {
-    case Boundary::walls: return step_kernel<Contact, kContacts, kBall, Boundary::walls>;
-    case Boundary::periodic: return step_kernel<Contact, kContacts, kBall, Boundary::periodic>;
-    default: return step_kernel<Contact, kContacts, kBall, Boundary::open>;
+    case Boundary::walls:
+      return step_kernel<Contact, kContacts, kBall, Boundary::walls>;
+    case Boundary::periodic:
+      return step_kernel<Contact, kContacts, kBall, Boundary::periodic>;
+    default:
+      return step_kernel<Contact, kContacts, kBall, Boundary::open>;
   }
 }
 
@@ -269,12 +278,15 @@ StepKernel choose_kernel(const Physics& physics, Method method) {
   const Boundary boundary = physics.world.boundary;
   const bool ball = physics.ball.present;
   if (!physics.parcels.contacts) {
-    return ball ? kernel_for<ImpulseContact, false, true>(boundary) : kernel_for<ImpulseContact, false, false>(boundary);
+    return ball ? kernel_for<ImpulseContact, false, true>(boundary)
+                : kernel_for<ImpulseContact, false, false>(boundary);
   }
   if (method == Method::spring) {
-    return ball ? kernel_for<SpringContact, true, true>(boundary) : kernel_for<SpringContact, true, false>(boundary);
+    return ball ? kernel_for<SpringContact, true, true>(boundary)
+                : kernel_for<SpringContact, true, false>(boundary);
   }
-  return ball ? kernel_for<ImpulseContact, true, true>(boundary) : kernel_for<ImpulseContact, true, false>(boundary);
+  return ball ? kernel_for<ImpulseContact, true, true>(boundary)
+              : kernel_for<ImpulseContact, true, false>(boundary);
 }
 
 }  // namespace
@@ -286,7 +298,8 @@ void launch_step(const StepLaunch& launch, cudaStream_t stream) {
   PF_LAUNCHED("step_kernel");
 }
 
-void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream) {
+void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
+                          cudaStream_t stream) {
   begin_request_kernel<<<1, kNumSlots, 0, stream>>>(constants, state, slots);
   PF_LAUNCHED("begin_request_kernel");
 }

@@ -2,7 +2,8 @@
 // candidates' positions from the cells its search box covers, sums the contacts, moves the parcel, and in the
 // last step of a frame writes what is drawn.
 //
-// Aliasing: `from` and `to` must not overlap; ids do not change. Deterministic: all sums are integers. Stream last.
+// Aliasing: `from` and `to` must not overlap; ids do not change. Deterministic: all sums are integers. Stream
+// last.
 #pragma once
 
 #include "backend/backend.hpp"
@@ -15,12 +16,12 @@ struct StepLaunch {
   GridShape grid;
   const std::uint32_t* cell_start = nullptr;  // grid.num_cells() + 2 entries
   ParcelPointers from;
-  ParcelPointers to;                          // id unused
+  ParcelPointers to;  // id unused
   std::uint32_t num_parcels = 0;
   bool all_pairs = false;
   StepState* state = nullptr;
-  TallySlot* slots = nullptr;                 // kNumSlots
-  DrawBuffers draw;                           // device memory; null pointers: nothing is drawn
+  TallySlot* slots = nullptr;  // kNumSlots
+  DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
 };
 
@@ -28,7 +29,8 @@ struct StepLaunch {
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // Zeroes the request's totals and plans the ball's motion for a first step of constants.dt_s.
-void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream);
+void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
+                          cudaStream_t stream);
 
 // Ends a step: adds up and clears the slots, advances the ball, plans its next motion.
 void launch_ball(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream);

@@ -20,14 +20,14 @@ struct ParcelPointers {
 struct TallySlot {
   unsigned long long num_collisions;
   unsigned long long impulse_sum;  // two's complement counts
-  unsigned long long ball_x;            // two's complement counts of the impulse unit
+  unsigned long long ball_x;       // two's complement counts of the impulse unit
   unsigned long long ball_y;
   unsigned long long ball_torque;
   unsigned int num_hits;
   unsigned int num_retired;
   unsigned int num_invalid;
-  unsigned int first_invalid_id;   // complemented, so that zero means none and max means smallest id
-  unsigned int max_overlap_bits;   // of a non-negative float, so ordered like the number
+  unsigned int first_invalid_id;  // complemented, so that zero means none and max means smallest id
+  unsigned int max_overlap_bits;  // of a non-negative float, so ordered like the number
   unsigned int max_travel;
   unsigned int max_speed2_bits;
 };
@@ -54,8 +54,8 @@ struct StepState {
   BallMotion motion;            // of the coming step
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
-  std::int32_t last_travel = 0; // largest displacement along an axis in the last step, position units
-  long long travel = 0;         // since the sort, summed over steps
+  std::int32_t last_travel = 0;  // largest displacement along an axis in the last step, position units
+  long long travel = 0;          // since the sort, summed over steps
   RequestTotals totals{};
 };
 

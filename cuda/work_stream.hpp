@@ -1,5 +1,5 @@
-// The one stream that all of the program's CUDA work goes through, GL's mapping included, so that order on the
-// device is order of the calls.
+// The one stream that all of the program's CUDA work goes through, GL's mapping included, so that order on
+// the device is order of the calls.
 #pragma once
 
 #include <cuda_runtime.h>

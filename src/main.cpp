@@ -1,4 +1,5 @@
-// Joins all: command line, backend, simulation, stage. The only place that prints errors and picks exit codes.
+// Joins all: command line, backend, simulation, stage. The only place that prints errors and picks exit
+// codes.
 #include <fmt/format.h>
 
 #include <csignal>
@@ -67,7 +68,9 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
 #if PF_HAVE_CUDA
   if (backend.name() == "cuda") {
     hooks.max_parcels = 200'000'000;
-    hooks.make_draw_target = [kind = options.draw_target](const GlContextInfo&) { return make_cuda_draw_target(kind); };
+    hooks.make_draw_target = [kind = options.draw_target](const GlContextInfo&) {
+      return make_cuda_draw_target(kind);
+    };
     return;
   }
 #endif
@@ -90,8 +93,8 @@ int run(const Options& options) {
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   if (options.report.empty()) return exit_code;
   const FrameView& view = simulation.view();
-  write_report(options.report, record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
-                                             view.ball_distance_m));
+  write_report(options.report, record.finish(simulation.settings(), *view.physics, simulation.backend(),
+                                             view.ball, view.ball_distance_m));
   return exit_code;
 }
 
@@ -115,9 +118,12 @@ int dispatch(int argc, char** argv) {
     return parsed.exit_code;
   }
   switch (parsed.options->command) {
-    case Command::bench: return bench(*parsed.options);
-    case Command::scenes: return list();
-    default: return run(*parsed.options);
+    case Command::bench:
+      return bench(*parsed.options);
+    case Command::scenes:
+      return list();
+    default:
+      return run(*parsed.options);
   }
 }
 

@@ -45,7 +45,8 @@ void run_bench(const Options& options, Backend& backend) {
   request.method = settings.method;
   request.neighbors = settings.neighbors;
   request.dt_s = plan_frame(settings, physics, ball).dt_s;
-  request.spring_contact_s = settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * request.dt_s;
+  request.spring_contact_s =
+      settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * request.dt_s;
   StepReport report;
   request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
   timed_advance(backend, request, report);
@@ -65,15 +66,14 @@ void run_bench(const Options& options, Backend& backend) {
   nlohmann::json json = record.finish(settings, physics, backend, report.ball, 0.0);
   json["ns_per_particle_step"] = spread.median;
   json["particle_steps_per_s"] = 1e9 / spread.median;
-  json["bench"] = {{"repeats", options.bench_repeats},
-                   {"steps", options.bench_steps},
-                   {"warmup", options.bench_warmup},
-                   {"ns_per_particle_step_median", spread.median},
-                   {"ns_per_particle_step_min", spread.min},
-                   {"ns_per_particle_step_max", spread.max}};
-  fmt::print("{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per step\n",
-             backend.device(), physics.parcels.num, settings.name, json["method"].get<std::string>(), spread.median,
-             spread.min, spread.max, 1.0 / spread.median, spread.median * physics.parcels.num * 1e-6);
+  json["bench"] = {{"repeats", options.bench_repeats},       {"steps", options.bench_steps},
+                   {"warmup", options.bench_warmup},         {"ns_per_particle_step_median", spread.median},
+                   {"ns_per_particle_step_min", spread.min}, {"ns_per_particle_step_max", spread.max}};
+  fmt::print(
+      "{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per "
+      "step\n",
+      backend.device(), physics.parcels.num, settings.name, json["method"].get<std::string>(), spread.median,
+      spread.min, spread.max, 1.0 / spread.median, spread.median * physics.parcels.num * 1e-6);
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
     const double ms = report.times.ms[phase] / request.num_steps;
     if (ms > 0.0) fmt::print("  {:<18} {:10.4f} ms per step\n", kPhaseNames[phase], ms);

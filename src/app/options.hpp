@@ -14,24 +14,24 @@ enum class Command { run, bench, scenes };
 
 struct Options {
   Command command = Command::run;
-  Settings settings;                  // scene, then --set, then the flags
-  bool show_path = false;             // -t
-  bool cuda = false;                  // --cuda
-  bool cuda_no_fallback = false;      // --cuda-no-fallback
+  Settings settings;              // scene, then --set, then the flags
+  bool show_path = false;         // -t
+  bool cuda = false;              // --cuda
+  bool cuda_no_fallback = false;  // --cuda-no-fallback
   bool headless = false;
   bool show_panel = true;
-  std::filesystem::path record;       // --record FILE.mp4; empty: none
-  std::filesystem::path report;       // --report FILE.json
-  std::filesystem::path picture;      // --picture FILE.png: the last frame
-  std::string draw_target = "auto";   // --draw-target auto|interop|staged|host
-  std::filesystem::path panel_map;    // --panel-map FILE: where each control is, for tests and scripts
-  int width_px = 1280;                // --size WxH
+  std::filesystem::path record;      // --record FILE.mp4; empty: none
+  std::filesystem::path report;      // --report FILE.json
+  std::filesystem::path picture;     // --picture FILE.png: the last frame
+  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
+  std::filesystem::path panel_map;   // --panel-map FILE: where each control is, for tests and scripts
+  int width_px = 1280;               // --size WxH
   int height_px = 720;
   // bench
   int bench_steps = 200;
   int bench_warmup = 20;
   int bench_repeats = 5;
-  std::filesystem::path bench_json;   // --json FILE
+  std::filesystem::path bench_json;  // --json FILE
 };
 
 struct ParseResult {
@@ -40,7 +40,8 @@ struct ParseResult {
   int exit_code = 0;
 };
 
-// Throws UserError for input that cannot be used. Output files are checked to be writable here, before any work.
+// Throws UserError for input that cannot be used. Output files are checked to be writable here, before any
+// work.
 ParseResult parse_options(int argc, const char* const* argv);
 
 }  // namespace pf

@@ -20,12 +20,12 @@ class RunRecord {
   void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s);
   void start_clock();  // wall_s counts from here
 
-  // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps, simulated_s,
-  // wall_s, phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
+  // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
+  // simulated_s, wall_s, phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
-  // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility, max_overlap_diameters,
-  // num_retired, ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string).
-  // A figure that has no meaning for the run (no parcels, nothing collided) is null.
+  // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
+  // max_overlap_diameters, num_retired, ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...},
+  // state_hash (hex string). A figure that has no meaning for the run (no parcels, nothing collided) is null.
   // settings: as they are at the end (the panel may have changed them).
   nlohmann::json finish(const Settings& settings, const Physics& physics, Backend& backend,
                         const BallState& ball, double ball_distance_m) const;

@@ -15,9 +15,9 @@ constexpr double kPauseAfterLanding_s = 1.0;
 // Whether going from one to the other needs the parcels to be spawned anew.
 bool needs_respawn(const Settings& a, const Settings& b) {
   const auto spawned_from = [](const Settings& s) {
-    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m, s.parcel_mass_kg,
-                      s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m, s.boundary, s.air, s.seed,
-                      s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
+                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
+                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
   };
   return spawned_from(a) != spawned_from(b);
 }
@@ -78,7 +78,8 @@ void Simulation::State::reset() {
   launch();
 }
 
-// Spawns parcels for the settings around the ball where it is. Leaves everything as it was if they do not fit.
+// Spawns parcels for the settings around the ball where it is. Leaves everything as it was if they do not
+// fit.
 void Simulation::State::respawn(const Settings& with) {
   const Physics derived = derive_physics(with);
   const Spawner spawner(with, derived, ball);
@@ -194,7 +195,8 @@ void Simulation::State::update_view() {
   view.num_parcels = physics.parcels.num;
 }
 
-Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend) : state_(std::make_unique<State>()) {
+Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)
+    : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.backend = std::move(backend);
   s.settings = std::move(settings);

@@ -19,9 +19,9 @@ namespace pf {
 struct Commands {
   std::optional<Settings> settings;  // the edited copy, when anything in it changed
   bool toggle_pause = false;
-  bool single_step = false;          // one frame, while paused
-  bool reset = false;                // back to the start of the scene, same seed
-  bool launch = false;               // the ball back to its start, parcels as they are
+  bool single_step = false;  // one frame, while paused
+  bool reset = false;        // back to the start of the scene, same seed
+  bool launch = false;       // the ball back to its start, parcels as they are
   bool quit = false;
 };
 
@@ -32,7 +32,7 @@ struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;
   BallState ball;
-  const std::vector<Vec2f>* path_m = nullptr;               // of the present flight, oldest first
+  const std::vector<Vec2f>* path_m = nullptr;                   // of the present flight, oldest first
   const std::deque<std::vector<Vec2f>>* old_paths_m = nullptr;  // of earlier flights, newest first
   std::uint32_t num_parcels = 0;
   double simulated_s = 0.0;
@@ -42,10 +42,10 @@ struct FrameView {
   bool paused = false;
   Flight flight = Flight::flying;
   double ball_distance_m = 0.0;  // flown since the launch
-  PhaseTimes times;          // of the last frame, physics phases
-  StepTotals totals;         // of the run so far
-  StepTotals frame_totals;   // of the last frame
-  std::string message;       // one line to show, or empty
+  PhaseTimes times;              // of the last frame, physics phases
+  StepTotals totals;             // of the run so far
+  StepTotals frame_totals;       // of the last frame
+  std::string message;           // one line to show, or empty
 };
 
 class Simulation {

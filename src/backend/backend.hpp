@@ -22,15 +22,15 @@ struct StepRequest {
   Method method = Method::impulse;
   Neighbors neighbors = Neighbors::grid;
   std::uint32_t num_steps = 1;
-  double dt_s = 0.0;                     // > 0
-  double spring_contact_s = 0.0;         // contact duration of `spring`, > 0 when that is the method
-  const DrawBuffers* draw = nullptr;     // written by the last step; null: nothing is drawn
+  double dt_s = 0.0;                  // > 0
+  double spring_contact_s = 0.0;      // contact duration of `spring`, > 0 when that is the method
+  const DrawBuffers* draw = nullptr;  // written by the last step; null: nothing is drawn
 };
 
 struct StepReport {
-  PhaseTimes times;   // whole request; a device backend reports the last finished request
+  PhaseTimes times;  // whole request; a device backend reports the last finished request
   StepTotals totals;
-  BallState ball;     // after the last step
+  BallState ball;  // after the last step
 };
 
 // Parcels by id: position units and m/s.

@@ -17,7 +17,8 @@ inline void list_ranges(const SearchSpace& space, Vec2i here, SearchScratch& scr
   if (!space.all_pairs) {
     visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, here, space.reach,
                                       [&](std::uint32_t first, std::uint32_t last) {
-                                        if (num < SearchScratch::kMostRanges) scratch.ranges[num] = {first, last};
+                                        if (num < SearchScratch::kMostRanges)
+                                          scratch.ranges[num] = {first, last};
                                         ++num;
                                       });
   }
@@ -47,7 +48,8 @@ void search_plainly(const SearchSpace& space, std::uint32_t i, SearchScratch& sc
 
 // Nearest image of eight differences, lanes alternating x and y.
 template <Boundary kBoundary>
-__attribute__((target("avx2"), always_inline)) inline __m256i nearest_image(__m256i d, __m256i half, __m256i period) {
+__attribute__((target("avx2"), always_inline)) inline __m256i nearest_image(__m256i d, __m256i half,
+                                                                            __m256i period) {
   if constexpr (kBoundary == Boundary::periodic) {
     const __m256i too_high = _mm256_cmpgt_epi32(d, _mm256_sub_epi32(half, _mm256_set1_epi32(1)));
     const __m256i too_low = _mm256_cmpgt_epi32(_mm256_sub_epi32(_mm256_setzero_si256(), half), d);
@@ -63,11 +65,13 @@ struct Filter {
   __m256i centre, half, period, self;
   __m256 distance2;
 
-  // Which of the parcels first .. first + 7 are below last, near, and not self; a bit each, in the order of kOrder.
+  // Which of the parcels first .. first + 7 are below last, near, and not self; a bit each, in the order of
+  // kOrder.
   __attribute__((target("avx2"), always_inline)) unsigned near(const SearchSpace& space, std::uint32_t first,
                                                                std::uint32_t last) const {
     const auto* from = reinterpret_cast<const __m256i*>(space.position + first);
-    const __m256i a = nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from), centre), half, period);
+    const __m256i a =
+        nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from), centre), half, period);
     const __m256i b =
         nearest_image<kBoundary>(_mm256_sub_epi32(_mm256_loadu_si256(from + 1), centre), half, period);
     const __m256 fa = _mm256_cvtepi32_ps(a);
@@ -77,7 +81,8 @@ struct Filter {
     const __m256i index = _mm256_add_epi32(order, _mm256_set1_epi32(static_cast<int>(first)));
     const __m256i inside = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(last)), index);
     const __m256i wanted = _mm256_andnot_si256(_mm256_cmpeq_epi32(index, self), inside);
-    const __m256 found = _mm256_and_ps(_mm256_cmp_ps(squared, distance2, _CMP_LT_OQ), _mm256_castsi256_ps(wanted));
+    const __m256 found =
+        _mm256_and_ps(_mm256_cmp_ps(squared, distance2, _CMP_LT_OQ), _mm256_castsi256_ps(wanted));
     return static_cast<unsigned>(_mm256_movemask_ps(found));
   }
 };
@@ -89,10 +94,11 @@ inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>&
   for (; mask != 0; mask &= mask - 1) finds.push_back(first + kOrder[__builtin_ctz(mask)]);
 }
 
-// Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how many
-// rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
+// Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
+// many rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
 template <Boundary kBoundary>
-__attribute__((target("avx2"))) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
+__attribute__((target("avx2"))) void search_avx2(const SearchSpace& space, std::uint32_t i,
+                                                 SearchScratch& scratch) {
   const Vec2i here = space.position[i];
   const int hx = space.world.half.x, hy = space.world.half.y;
   Filter<kBoundary> filter;
@@ -121,7 +127,8 @@ __attribute__((target("avx2"))) void search_avx2(const SearchSpace& space, std::
     if (!more && (mask[0] | mask[1] | mask[2]) == 0) return;
     for (int k = 0; k < 3; ++k) {
       take(mask[k], first[k], scratch.finds);
-      for (std::uint32_t j = first[k] + 8; j < last[k]; j += 8) take(filter.near(space, j, last[k]), j, scratch.finds);
+      for (std::uint32_t j = first[k] + 8; j < last[k]; j += 8)
+        take(filter.near(space, j, last[k]), j, scratch.finds);
     }
     return;
   }
@@ -146,17 +153,23 @@ Search fastest() {
 
 Search plain_search(Boundary boundary) {
   switch (boundary) {
-    case Boundary::walls: return search_plainly<Boundary::walls>;
-    case Boundary::periodic: return search_plainly<Boundary::periodic>;
-    default: return search_plainly<Boundary::open>;
+    case Boundary::walls:
+      return search_plainly<Boundary::walls>;
+    case Boundary::periodic:
+      return search_plainly<Boundary::periodic>;
+    default:
+      return search_plainly<Boundary::open>;
   }
 }
 
 Search choose_search(Boundary boundary) {
   switch (boundary) {
-    case Boundary::walls: return fastest<Boundary::walls>();
-    case Boundary::periodic: return fastest<Boundary::periodic>();
-    default: return fastest<Boundary::open>();
+    case Boundary::walls:
+      return fastest<Boundary::walls>();
+    case Boundary::periodic:
+      return fastest<Boundary::periodic>();
+    default:
+      return fastest<Boundary::open>();
   }
 }
 

@@ -1,5 +1,5 @@
-// The CPU's cheap first test: which parcels may touch one parcel. The precise test is the model's; this one only
-// must not miss, so it may use what the processor has.
+// The CPU's cheap first test: which parcels may touch one parcel. The precise test is the model's; this one
+// only must not miss, so it may use what the processor has.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct SearchSpace {
   GridShape grid;
   World world;
   std::uint32_t num_parcels = 0;
-  std::int32_t reach = 0;           // half side of the search box, position units
-  float filter_distance2 = 0.0F;    // position units squared
+  std::int32_t reach = 0;         // half side of the search box, position units
+  float filter_distance2 = 0.0F;  // position units squared
   bool all_pairs = false;
 };
 
@@ -34,7 +34,8 @@ struct SearchScratch {
   int num_ranges = 0;
 };
 
-// Fills scratch.finds with the parcels j != i of i's search box whose squared distance is below filter_distance2.
+// Fills scratch.finds with the parcels j != i of i's search box whose squared distance is below
+// filter_distance2.
 using Search = void (*)(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch);
 
 // The fastest search that this processor runs.

@@ -27,7 +27,8 @@ struct ParcelArrays {
 class CellSort {
  public:
   // Copies from -> to in the order of cells, parcels of one cell in their old order, retired ones last.
-  // cell_start: becomes num_cells() + 2 entries; [k], [k + 1] bound cell k. Times go to Phase::sort and Phase::grid.
+  // cell_start: becomes num_cells() + 2 entries; [k], [k + 1] bound cell k. Times go to Phase::sort and
+  // Phase::grid.
   void sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from, ParcelArrays& to,
             std::vector<std::uint32_t>& cell_start, PhaseTimes& times);
 

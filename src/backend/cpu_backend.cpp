@@ -22,7 +22,8 @@ std::string processor_name() {
   return "unknown processor";
 }
 
-void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position, Vec2f velocity) {
+void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position,
+                 Vec2f velocity) {
   const bool gone = is_retired(position);
   buffers.position_m[i] = gone ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position));
   buffers.speed_mps[i] = std::sqrt(dot(velocity, velocity));
@@ -38,7 +39,8 @@ std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads) {
 CpuBackend::CpuBackend(unsigned num_threads) : team_(num_threads) {}
 
 std::string CpuBackend::device() const {
-  return processor_name() + ", " + std::to_string(team_.size()) + (team_.size() == 1 ? " thread" : " threads");
+  return processor_name() + ", " + std::to_string(team_.size()) +
+         (team_.size() == 1 ? " thread" : " threads");
 }
 
 void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) {
@@ -105,9 +107,12 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
 template <class Contact, bool kContacts, bool kBall>
 CpuBackend::RangeFunction CpuBackend::range_function_for(Boundary boundary) {
   switch (boundary) {
-    case Boundary::walls: return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::walls>;
-    case Boundary::periodic: return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::periodic>;
-    default: return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::open>;
+    case Boundary::walls:
+      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::walls>;
+    case Boundary::periodic:
+      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::periodic>;
+    default:
+      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::open>;
   }
 }
 
@@ -127,12 +132,14 @@ CpuBackend::RangeFunction CpuBackend::range_function(const Physics& physics, Met
               : range_function_for<ImpulseContact, true, false>(boundary);
 }
 
-void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report) {
+void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
+                                StepReport& report) {
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
   if (!search) return;
   const double reach = constants.contact_reach + static_cast<double>(travel_);
   if (sorted_ && reach <= kLargestReach * constants.contact_distance) return;
-  grid_ = choose_grid(physics_.world, static_cast<std::uint32_t>(size()), kCellWidth * constants.contact_distance);
+  grid_ = choose_grid(physics_.world, static_cast<std::uint32_t>(size()),
+                      kCellWidth * constants.contact_distance);
   cell_sort_.sort(team_, grid_, current_, next_, cell_start_, report.times);
   std::swap(current_, next_);
   travel_ = 0;
@@ -151,7 +158,8 @@ StepReport CpuBackend::advance(const StepRequest& request) {
   return report;
 }
 
-void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report) {
+void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
+                      StepReport& report) {
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
   const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + travel_, INT32_MAX / 2);
@@ -163,8 +171,12 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
                           static_cast<std::int32_t>(reach),
                           constants.filter_distance2,
                           request.neighbors == Neighbors::all_pairs};
-  const StepLoop loop{constants, motion, rounding_key(physics_.seed, step_), space,
-                      choose_search(physics_.world.boundary), last ? request.draw : nullptr};
+  const StepLoop loop{constants,
+                      motion,
+                      rounding_key(physics_.seed, step_),
+                      space,
+                      choose_search(physics_.world.boundary),
+                      last ? request.draw : nullptr};
   std::vector<CpuTally> tallies(team_.size());
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
@@ -189,7 +201,8 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
   ++step_;
 }
 
-void CpuBackend::add_to_totals(const StepConstants& constants, const CpuTally& sum, StepTotals& totals) const {
+void CpuBackend::add_to_totals(const StepConstants& constants, const CpuTally& sum,
+                               StepTotals& totals) const {
   StepTotals step;
   step.num_steps = 1;
   step.num_collisions = sum.num_collisions;
@@ -201,8 +214,9 @@ void CpuBackend::add_to_totals(const StepConstants& constants, const CpuTally& s
   step.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_count;
   step.max_overlap_diameters = static_cast<double>(sum.max_overlap);
   step.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
-  step.ball_impulse_kg_mps = Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
-                             constants.impulse_unit_kg_mps;
+  step.ball_impulse_kg_mps =
+      Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
+      constants.impulse_unit_kg_mps;
   step.ball_torque_impulse_kg_m2ps =
       static_cast<double>(sum.ball.torque) * constants.impulse_unit_kg_mps * physics_.ball.radius_m;
   totals += step;

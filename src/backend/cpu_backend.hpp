@@ -33,7 +33,7 @@ class CpuBackend final : public Backend {
   struct StepLoop {
     const StepConstants& constants;
     const BallMotion& ball;
-    std::uint32_t key;      // of the random roundings
+    std::uint32_t key;  // of the random roundings
     const SearchSpace& space;
     Search search;
     const DrawBuffers* draw;
@@ -54,13 +54,13 @@ class CpuBackend final : public Backend {
   ThreadTeam team_;
   Physics physics_;
   BallState ball_;
-  std::uint64_t step_ = 0;    // steps since the reset; keys the random roundings
-  ParcelArrays current_;      // sorted by cell at the last sort
+  std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
+  ParcelArrays current_;    // sorted by cell at the last sort
   ParcelArrays next_;
   CellSort cell_sort_;
   GridShape grid_;
   std::vector<std::uint32_t> cell_start_;
-  std::int64_t travel_ = 0;   // largest displacement along an axis since the sort, summed over steps
+  std::int64_t travel_ = 0;  // largest displacement along an axis since the sort, summed over steps
   bool sorted_ = false;
 };
 

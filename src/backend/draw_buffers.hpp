@@ -12,7 +12,7 @@ struct DrawBuffers {
   Vec2f* position_m = nullptr;  // retired parcels are put far outside
   float* speed_mps = nullptr;
   std::size_t capacity = 0;
-  bool on_device = false;       // device memory; else host memory
+  bool on_device = false;  // device memory; else host memory
 };
 
 constexpr float kOutOfSight_m = 1e9F;

@@ -55,10 +55,14 @@ PF_HD inline SinCos sin_cos(double angle) {
   c = c * z + 1.0 / 24.0;
   c = 1.0 + z * (z * c - 0.5);
   switch (static_cast<std::int64_t>(quadrant) & 3) {
-    case 0: return {s, c};
-    case 1: return {c, -s};
-    case 2: return {-s, -c};
-    default: return {-c, s};
+    case 0:
+      return {s, c};
+    case 1:
+      return {c, -s};
+    case 2:
+      return {-s, -c};
+    default:
+      return {-c, s};
   }
 }
 

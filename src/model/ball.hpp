@@ -9,11 +9,11 @@ namespace pf {
 
 // The ball as the parcels of one step see it: a disc moving along the chord of its arc.
 struct BallMotion {
-  Vec2d position_m;          // centre at the start of the step
-  Vec2d velocity_mps;        // chord / dt
+  Vec2d position_m;    // centre at the start of the step
+  Vec2d velocity_mps;  // chord / dt
   double spin_radps = 0.0;
-  Vec2i centre;              // centre at the start of the step, position units (saturated)
-  std::int32_t reach = 0;    // contact distance plus chord, position units (saturated): the cheap first test
+  Vec2i centre;            // centre at the start of the step, position units (saturated)
+  std::int32_t reach = 0;  // contact distance plus chord, position units (saturated): the cheap first test
 };
 
 // Impulse and torque on the ball in fixed point, so that the sum does not depend on the order of the hits.
@@ -30,8 +30,8 @@ struct BallFlight {
 };
 
 // Flight of the ball alone over dt_s: velocity turns at magnus * spin and slows by drag |v| v. Turn and
-// slowing commute, so direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement is the
-// exact chord of the arc; with it, five-point Gauss-Legendre quadrature of the velocity.
+// slowing commute, so direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement is
+// the exact chord of the arc; with it, five-point Gauss-Legendre quadrature of the velocity.
 PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
   if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}};
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
@@ -86,8 +86,14 @@ PF_HD inline void apply_boundary_to_ball(const World& world, double radius_m, Ba
     const double half_m = half * world.unit_m;
     if (world.boundary == Boundary::walls) {
       const double limit = half_m - radius_m;
-      if (x > limit) { x = 2.0 * limit - x; v = v > 0.0 ? -v : v; }
-      if (x < -limit) { x = -2.0 * limit - x; v = v < 0.0 ? -v : v; }
+      if (x > limit) {
+        x = 2.0 * limit - x;
+        v = v > 0.0 ? -v : v;
+      }
+      if (x < -limit) {
+        x = -2.0 * limit - x;
+        v = v < 0.0 ? -v : v;
+      }
     } else if (world.boundary == Boundary::periodic) {
       if (x >= half_m) x -= 2.0 * half_m;
       if (x < -half_m) x += 2.0 * half_m;
@@ -108,13 +114,14 @@ PF_HD inline void advance_ball(const World& world, const BallConstants& ball, co
   const double per_mass = impulse_unit_kg_mps / ball.mass_kg;
   state.velocity_mps = {flight.velocity_mps.x + static_cast<double>(sums.impulse_x) * per_mass,
                         flight.velocity_mps.y + static_cast<double>(sums.impulse_y) * per_mass};
-  state.spin_radps += static_cast<double>(sums.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
+  state.spin_radps +=
+      static_cast<double>(sums.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
   apply_boundary_to_ball(world, ball.radius_m, state);
 }
 
 // Impulse on a parcel that touches the ball, per parcel mass, and its tangential part (positive along
-// perpendicular(normal)). normal: unit vector from ball to parcel. Coulomb friction: the slip is stopped unless that needs
-// more than friction times the normal impulse.
+// perpendicular(normal)). normal: unit vector from ball to parcel. Coulomb friction: the slip is stopped
+// unless that needs more than friction times the normal impulse.
 struct BallImpulse {
   Vec2d per_mass_mps;
   double tangential_mps;
@@ -137,8 +144,8 @@ PF_HD inline BallImpulse ball_impulse(const BallConstants& ball, const ParcelCon
   return {normal * normal_mps + perpendicular(normal) * tangential_mps, tangential_mps};
 }
 
-// First time in [0, dt] at which |offset + velocity t| falls to distance, while approaching; negative if none.
-// Touching or overlapping pairs meet at once if and only if they approach.
+// First time in [0, dt] at which |offset + velocity t| falls to distance, while approaching; negative if
+// none. Touching or overlapping pairs meet at once if and only if they approach.
 PF_HD inline double time_of_impact(Vec2d offset, Vec2d velocity, double distance, double dt) {
   const double b = dot(offset, velocity);
   if (!(b < 0.0)) return -1.0;

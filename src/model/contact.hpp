@@ -18,19 +18,19 @@ struct Parcel {
 struct StepConstants {
   Physics physics;
   double dt_s = 0.0;
-  double advance_scale = 0.0;          // 2^32 position units per (m/s), for this dt
-  double contact_distance2 = 0.0;      // (2 r)^2, position units squared
-  double contact_distance = 0.0;       // 2 r, position units
-  float filter_distance2 = 0.0F;       // a little above contact_distance2: the cheap first test, in float
-  std::int32_t contact_reach = 0;      // contact distance, rounded up
-  double ball_contact_m = 0.0;         // R + r
-  double per_velocity_unit = 0.0;      // counts of a velocity sum per m/s (a power of two)
+  double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
+  double contact_distance2 = 0.0;  // (2 r)^2, position units squared
+  double contact_distance = 0.0;   // 2 r, position units
+  float filter_distance2 = 0.0F;   // a little above contact_distance2: the cheap first test, in float
+  std::int32_t contact_reach = 0;  // contact distance, rounded up
+  double ball_contact_m = 0.0;     // R + r
+  double per_velocity_unit = 0.0;  // counts of a velocity sum per m/s (a power of two)
   double velocity_unit_mps = 0.0;
-  double per_impulse_unit = 0.0;       // counts of a ball sum per m/s of parcel velocity change
+  double per_impulse_unit = 0.0;  // counts of a ball sum per m/s of parcel velocity change
   double impulse_unit_kg_mps = 0.0;
-  double per_impulse_count = 0.0;      // counts of the sum over pair impulses per m/s
-  double spring_rate_per_s2 = 0.0;     // k / m of the spring-dashpot
-  double damping_rate_per_s = 0.0;     // gamma / m
+  double per_impulse_count = 0.0;   // counts of the sum over pair impulses per m/s
+  double spring_rate_per_s2 = 0.0;  // k / m of the spring-dashpot
+  double damping_rate_per_s = 0.0;  // gamma / m
 };
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
@@ -40,24 +40,25 @@ constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per positi
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
   constexpr double kMost = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;
-  return static_cast<std::int32_t>(round_to_int64(counts > kMost ? kMost : (counts < -kMost ? -kMost : counts)));
+  return static_cast<std::int32_t>(
+      round_to_int64(counts > kMost ? kMost : (counts < -kMost ? -kMost : counts)));
 }
 
 // Sums of a parcel's contacts in one step.
 struct ContactSums {
   std::int64_t velocity_x = 0;  // counts of velocity_unit_mps
   std::int64_t velocity_y = 0;
-  std::int64_t push_x = 0;      // counts of 1 / kPushOutUnit position units
+  std::int64_t push_x = 0;  // counts of 1 / kPushOutUnit position units
   std::int64_t push_y = 0;
 };
 
 // Geometry of a touching pair, seen from self. Coincident centres get the fixed normal (1, 0), from the lower
 // id to the higher one.
 struct PairGeometry {
-  Vec2d offset;       // other - self, position units
-  double distance2;   // position units squared
+  Vec2d offset;      // other - self, position units
+  double distance2;  // position units squared
   double distance;
-  Vec2d normal;       // from self to other
+  Vec2d normal;  // from self to other
 };
 
 PF_HD inline PairGeometry pair_geometry(Vec2i offset, std::uint32_t self_id, std::uint32_t other_id) {

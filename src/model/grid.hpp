@@ -14,8 +14,8 @@
 namespace pf {
 
 struct GridShape {
-  Vec2i half{};                // half extents of the world, position units
-  std::int32_t num_x = 1;      // cells along x
+  Vec2i half{};            // half extents of the world, position units
+  std::int32_t num_x = 1;  // cells along x
   std::int32_t num_y = 1;
   std::uint32_t factor_x = 0;  // cell = (offset * factor) >> 32
   std::uint32_t factor_y = 0;
@@ -73,8 +73,8 @@ struct CellSpan {
 
 // |position| + reach must stay below 2^31.
 template <Boundary kBoundary>
-PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::int32_t half, std::int32_t num,
-                                std::uint32_t factor) {
+PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::int32_t half,
+                                std::int32_t num, std::uint32_t factor) {
   const std::int32_t low = position - reach;
   const std::int32_t high = position + reach;
   CellSpan span{cell_coordinate(low, half, factor), cell_coordinate(high, half, factor), 1, 0};

@@ -12,17 +12,17 @@ namespace pf {
 // Totals over some steps. Sums are integers and extremes, so they do not depend on order or thread count.
 struct StepTotals {
   std::uint64_t num_steps = 0;
-  std::uint64_t num_collisions = 0;   // pair collisions
+  std::uint64_t num_collisions = 0;  // pair collisions
   std::uint64_t num_ball_hits = 0;
   std::uint64_t num_retired = 0;
-  std::uint64_t num_invalid = 0;      // parcels whose state is not a number or out of range
+  std::uint64_t num_invalid = 0;  // parcels whose state is not a number or out of range
   std::uint64_t first_invalid_step = 0;
   std::uint32_t first_invalid_id = UINT32_MAX;
-  double impulse_sum_mps = 0.0;       // sum over pair collisions of |impulse| / parcel mass
-  double max_overlap_diameters = 0.0; // largest overlap found at a contact
-  double max_speed_mps = 0.0;         // fastest parcel of the last step
+  double impulse_sum_mps = 0.0;        // sum over pair collisions of |impulse| / parcel mass
+  double max_overlap_diameters = 0.0;  // largest overlap found at a contact
+  double max_speed_mps = 0.0;          // fastest parcel of the last step
   std::uint64_t num_sorts = 0;
-  Vec2d ball_impulse_kg_mps;          // what parcels did to the ball, also when it is held
+  Vec2d ball_impulse_kg_mps;  // what parcels did to the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;
 
   StepTotals& operator+=(const StepTotals& o) {
@@ -81,7 +81,9 @@ inline double enskog_rate_per_s(double area_fraction, double speed_mps, double r
 // One parcel's term of the state hash; the hash of a state is the sum over parcels, modulo 2^64, so that it
 // is keyed by id and not by where the parcel lies in memory.
 PF_HD inline std::uint64_t parcel_hash(std::uint32_t id, Vec2i position, Vec2f velocity) {
-  const auto join = [](std::uint32_t a, std::uint32_t b) { return (static_cast<std::uint64_t>(a) << 32) | b; };
+  const auto join = [](std::uint32_t a, std::uint32_t b) {
+    return (static_cast<std::uint64_t>(a) << 32) | b;
+  };
   std::uint64_t h = mix64(id);
   h = mix64(h ^ join(static_cast<std::uint32_t>(position.x), static_cast<std::uint32_t>(position.y)));
   return mix64(h ^ join(bit_copy<std::uint32_t>(velocity.x), bit_copy<std::uint32_t>(velocity.y)));

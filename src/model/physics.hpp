@@ -17,21 +17,21 @@ struct ParcelConstants {
   std::uint32_t num = 0;
   double radius_m = 0.0;
   double mass_kg = 0.0;
-  double speed_mps = 0.0;        // standard deviation per component at spawning (c = sqrt(kT/m))
-  double restitution = 1.0;      // parcel-parcel and parcel-ball, in [0, 1]
-  double impulse_scale = 1.0;    // the seed's k: multiplies parcel-parcel velocity changes
-  bool contacts = true;          // parcels meet each other
+  double speed_mps = 0.0;      // standard deviation per component at spawning (c = sqrt(kT/m))
+  double restitution = 1.0;    // parcel-parcel and parcel-ball, in [0, 1]
+  double impulse_scale = 1.0;  // the seed's k: multiplies parcel-parcel velocity changes
+  bool contacts = true;        // parcels meet each other
 };
 
 struct BallConstants {
   bool present = true;
-  bool held = false;             // neither moves nor turns; impulses on it are still summed
+  bool held = false;  // neither moves nor turns; impulses on it are still summed
   double mass_kg = 0.026;
   double radius_m = 0.185;
   double inertia_kg_m2 = 0.0;
-  double friction = 0.0;         // Coulomb coefficient at the contact with a parcel
-  double magnus_per_rad = 0.0;   // turn rate of the velocity per spin: k_M / m_b [1/rad]
-  double drag_per_m = 0.0;       // closed-form drag: dv/dt = -drag |v| v; 0 unless air = drag
+  double friction = 0.0;        // Coulomb coefficient at the contact with a parcel
+  double magnus_per_rad = 0.0;  // turn rate of the velocity per spin: k_M / m_b [1/rad]
+  double drag_per_m = 0.0;      // closed-form drag: dv/dt = -drag |v| v; 0 unless air = drag
 };
 
 struct Physics {
@@ -47,8 +47,8 @@ struct Physics {
 struct BallState {
   Vec2d position_m;
   Vec2d velocity_mps;
-  double spin_radps = 0.0;   // counter-clockwise seen from above
-  double angle_rad = 0.0;    // turned so far; only drawn
+  double spin_radps = 0.0;  // counter-clockwise seen from above
+  double angle_rad = 0.0;   // turned so far; only drawn
 
   bool operator==(const BallState&) const = default;
 };

@@ -65,8 +65,8 @@ PF_HD inline Vec2i wrapped_into(const World& world, Vec2i position) {
 }
 
 PF_HD inline Parcel spawn_parcel(const SpawnPlan& plan, std::uint64_t num_free_sites, std::uint32_t id) {
-  const std::uint64_t site = num_free_sites / plan.num_parcels * id +
-                             num_free_sites % plan.num_parcels * id / plan.num_parcels;
+  const std::uint64_t site =
+      num_free_sites / plan.num_parcels * id + num_free_sites % plan.num_parcels * id / plan.num_parcels;
   const double angle = 2.0 * kPi * uniform(random_bits(plan.seed, id, 3));
   const double radius = plan.jitter_m * sqrt(uniform(random_bits(plan.seed, id, 4)));
   const SinCos direction = sin_cos(angle);

@@ -33,8 +33,7 @@ PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
                            Displacement& moved, Tally& tally) {
   const World& world = c.physics.world;
   const Vec2i near = separation<kBoundary>(world, ball.centre, position);
-  const Vec2d offset = to_double(near) * world.unit_m +
-                       (to_metres(world, ball.centre) - ball.position_m);
+  const Vec2d offset = to_double(near) * world.unit_m + (to_metres(world, ball.centre) - ball.position_m);
   const Vec2d relative = velocity - ball.velocity_mps;
   const double t = time_of_impact(offset, relative, c.ball_contact_m, c.dt_s);
   if (t < 0.0) return false;

@@ -12,7 +12,8 @@
 
 namespace pf {
 
-// What happens at the edge: parcels leave and are retired; are reflected elastically; come in on the other side.
+// What happens at the edge: parcels leave and are retired; are reflected elastically; come in on the other
+// side.
 enum class Boundary : std::uint8_t { open, walls, periodic };
 
 constexpr std::int32_t kHalfSide = 1 << 30;
@@ -50,7 +51,8 @@ PF_HD inline bool is_retired(Vec2i position) { return position.x == kRetired; }
 // to - from along one axis; with a period of 2 half the nearest image. Wraps modulo 2^32 by design.
 template <Boundary kBoundary>
 PF_HD inline std::int32_t axis_separation(std::int32_t from, std::int32_t to, std::int32_t half) {
-  std::int32_t d = static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
+  std::int32_t d =
+      static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
   if constexpr (kBoundary == Boundary::periodic) {
     const std::uint32_t period = 2U * static_cast<std::uint32_t>(half);
     if (d >= half) {

@@ -14,9 +14,12 @@ double norm(double x, double y) { return std::hypot(x, y); }
 
 double inertia_factor(Inertia inertia) {
   switch (inertia) {
-    case Inertia::ring: return 1.0;
-    case Inertia::disk: return 0.5;
-    default: return 2.0 / 3.0;
+    case Inertia::ring:
+      return 1.0;
+    case Inertia::disk:
+      return 0.5;
+    default:
+      return 2.0 / 3.0;
   }
 }
 
@@ -32,7 +35,8 @@ ParcelConstants derive_parcels(const Settings& s, double area_m2) {
   if (s.air != Air::parcels) return parcels;
   const double n = static_cast<double>(s.num_parcels);
   parcels.num = static_cast<std::uint32_t>(s.num_parcels);
-  parcels.radius_m = s.parcel_radius_m > 0.0 ? s.parcel_radius_m : std::sqrt(s.area_fraction * area_m2 / (kPi * n));
+  parcels.radius_m =
+      s.parcel_radius_m > 0.0 ? s.parcel_radius_m : std::sqrt(s.area_fraction * area_m2 / (kPi * n));
   parcels.mass_kg = s.parcel_mass_kg > 0.0 ? s.parcel_mass_kg : s.areal_density_kg_m2 * area_m2 / n;
   parcels.speed_mps = s.parcel_speed_mps;
   parcels.restitution = s.restitution;
@@ -51,8 +55,8 @@ BallConstants derive_ball(const Settings& s) {
   ball.friction = s.friction;
   ball.magnus_per_rad = s.magnus ? s.k_magnus / s.ball_mass_kg : 0.0;
   if (s.air == Air::drag) {
-    ball.drag_per_m = s.areal_density_kg_m2 * cold_drag_coefficient(s.restitution, s.friction) * s.ball_radius_m /
-                      s.ball_mass_kg;
+    ball.drag_per_m = s.areal_density_kg_m2 * cold_drag_coefficient(s.restitution, s.friction) *
+                      s.ball_radius_m / s.ball_mass_kg;
   }
   return ball;
 }
@@ -60,10 +64,12 @@ BallConstants derive_ball(const Settings& s) {
 Vec2d world_size_m(const Settings& s) {
   if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
   if (s.parcel_radius_m <= 0.0) {
-    throw UserError("world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box is made from N, "
-                    "radius and area fraction; set it, for example --set air.parcel_radius_m=0.5");
+    throw UserError(
+        "world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box is made from N, "
+        "radius and area fraction; set it, for example --set air.parcel_radius_m=0.5");
   }
-  const double area = static_cast<double>(s.num_parcels) * kPi * s.parcel_radius_m * s.parcel_radius_m / s.area_fraction;
+  const double area =
+      static_cast<double>(s.num_parcels) * kPi * s.parcel_radius_m * s.parcel_radius_m / s.area_fraction;
   const double scale = std::sqrt(area / (s.width_m * s.height_m));
   return {s.width_m * scale, s.height_m * scale};
 }
@@ -74,34 +80,38 @@ void check_sizes(const Settings& s, const Physics& physics) {
   const double height = 2.0 * world.half.y * world.unit_m;
   const double smaller = std::min(width, height);
   if (smaller < 1e-4 * std::max(width, height)) {
-    throw UserError(fmt::format("world: {:g} m x {:g} m is too narrow; sides may differ by a factor of at most 10^4",
-                                width, height));
+    throw UserError(fmt::format(
+        "world: {:g} m x {:g} m is too narrow; sides may differ by a factor of at most 10^4", width, height));
   }
   if (physics.parcels.num > 0) {
     const double diameter = 2.0 * physics.parcels.radius_m;
     if (diameter > 0.5 * smaller) {
-      throw UserError(fmt::format(
-          "air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's smaller side ({:g} m); "
-          "raise air.num_parcels or lower air.area_fraction",
-          physics.parcels.num, s.area_fraction, diameter, smaller));
+      throw UserError(
+          fmt::format("air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's "
+                      "smaller side ({:g} m); "
+                      "raise air.num_parcels or lower air.area_fraction",
+                      physics.parcels.num, s.area_fraction, diameter, smaller));
     }
     const double fraction = area_fraction_of(physics);
     if (fraction > 0.7001) {
-      throw UserError(fmt::format("air: parcels of radius {:g} m fill {:.3f} of the world; at most 0.7 can be "
-                                  "spawned; lower air.parcel_radius_m or air.num_parcels",
-                                  physics.parcels.radius_m, fraction));
+      throw UserError(
+          fmt::format("air: parcels of radius {:g} m fill {:.3f} of the world; at most 0.7 can be "
+                      "spawned; lower air.parcel_radius_m or air.num_parcels",
+                      physics.parcels.radius_m, fraction));
     }
   }
   if (!physics.ball.present) return;
   const double margin = world.boundary == Boundary::walls ? s.ball_radius_m : 0.0;
   if (std::fabs(s.ball_x_m) > 0.5 * width - margin || std::fabs(s.ball_y_m) > 0.5 * height - margin) {
-    throw UserError(fmt::format("ball: starts at ({:g}, {:g}) m, outside the world of {:g} m x {:g} m{}; change "
-                                "ball.x_m and ball.y_m",
-                                s.ball_x_m, s.ball_y_m, width, height, margin > 0.0 ? " less its radius" : ""));
+    throw UserError(
+        fmt::format("ball: starts at ({:g}, {:g}) m, outside the world of {:g} m x {:g} m{}; change "
+                    "ball.x_m and ball.y_m",
+                    s.ball_x_m, s.ball_y_m, width, height, margin > 0.0 ? " less its radius" : ""));
   }
   if (2.0 * s.ball_radius_m > smaller) {
-    throw UserError(fmt::format("ball: radius {:g} m does not fit the world of {:g} m x {:g} m; lower ball.radius_m",
-                                s.ball_radius_m, width, height));
+    throw UserError(
+        fmt::format("ball: radius {:g} m does not fit the world of {:g} m x {:g} m; lower ball.radius_m",
+                    s.ball_radius_m, width, height));
   }
 }
 
@@ -118,7 +128,8 @@ double fastest_expected_mps(const Settings& s, const Physics& physics, const Bal
 
 Physics derive_physics(const Settings& s) {
   if (s.air == Air::parcels && s.num_parcels < 1) {
-    throw UserError("air.num_parcels: 0 parcels; at least 1 is needed, or fly without: --set air.kind=vacuum");
+    throw UserError(
+        "air.num_parcels: 0 parcels; at least 1 is needed, or fly without: --set air.kind=vacuum");
   }
   const Vec2d size = world_size_m(s);
   Physics physics;
@@ -127,10 +138,11 @@ Physics derive_physics(const Settings& s) {
   physics.parcels = derive_parcels(s, size.x * size.y);
   physics.ball = derive_ball(s);
   physics.seed = static_cast<std::uint64_t>(s.seed);
-  const double ball_mps = s.ball_present
-                              ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m
-                              : 0.0;
-  physics.reference_speed_mps = std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
+  const double ball_mps =
+      s.ball_present ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m
+                     : 0.0;
+  physics.reference_speed_mps =
+      std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
   check_sizes(s, physics);
   return physics;
 }
@@ -156,8 +168,8 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
   } else {
     const double fastest = fastest_expected_mps(s, physics, ball);
     const double diameter = 2.0 * physics.parcels.radius_m;
-    const double longest = physics.parcels.num > 0 && fastest > 0.0 ? s.displacement_per_step * diameter / fastest
-                                                                    : frame_s;
+    const double longest =
+        physics.parcels.num > 0 && fastest > 0.0 ? s.displacement_per_step * diameter / fastest : frame_s;
     const double wanted = s.substeps > 0 ? limit : std::ceil(frame_s / longest);
     plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
     plan.dt_s = std::min(longest, frame_s / plan.num_steps);

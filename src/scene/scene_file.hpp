@@ -9,15 +9,16 @@
 
 namespace pf {
 
-// Reads a scene file over `base`. Throws UserError with file and line for malformed TOML, an unknown section or
-// key (naming the nearest known one), a wrong type, a value out of range, a file over 1 MiB or not readable.
+// Reads a scene file over `base`. Throws UserError with file and line for malformed TOML, an unknown section
+// or key (naming the nearest known one), a wrong type, a value out of range, a file over 1 MiB or not
+// readable.
 Settings load_scene_file(const std::filesystem::path& file, const Settings& base = {});
 
 // Writes all settings that differ from the defaults, with units as comments. Throws UserError if unwritable.
 void save_scene_file(const std::filesystem::path& file, const Settings& settings);
 
-// Folders searched for NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, the source tree's assets (a build that
-// is not installed), the installed share folder.
+// Folders searched for NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, the source tree's assets (a build
+// that is not installed), the installed share folder.
 std::vector<std::filesystem::path> asset_folders();
 
 // assets/<relative>; throws UserError listing the places looked at.

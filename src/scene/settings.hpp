@@ -22,17 +22,17 @@ struct Settings {
   double width_m = 13.4;
   double height_m = 6.1;
   Boundary boundary = Boundary::open;
-  bool box_follows_parcels = false;      // area from N, parcel radius and area fraction; the aspect stays
+  bool box_follows_parcels = false;  // area from N, parcel radius and area fraction; the aspect stays
   // air
   Air air = Air::parcels;
-  std::int64_t num_parcels = 0;          // 0: num_parcels_cpu or num_parcels_gpu, by backend
+  std::int64_t num_parcels = 0;  // 0: num_parcels_cpu or num_parcels_gpu, by backend
   std::int64_t num_parcels_cpu = 20000;
   std::int64_t num_parcels_gpu = 1000000;
   double area_fraction = 0.1;
   double areal_density_kg_m2 = 1.76e-3;
-  double parcel_radius_m = 0.0;          // 0: from area fraction and N
-  double parcel_mass_kg = 0.0;           // 0: from areal density and N
-  double parcel_speed_mps = 1.0;         // standard deviation per component
+  double parcel_radius_m = 0.0;   // 0: from area fraction and N
+  double parcel_mass_kg = 0.0;    // 0: from areal density and N
+  double parcel_speed_mps = 1.0;  // standard deviation per component
   double flow_x_mps = 0.0;
   double flow_y_mps = 0.0;
   double restitution = 0.9;
@@ -51,21 +51,21 @@ struct Settings {
   double ball_spin_radps = 25.0;
   double friction = 0.3;
   bool magnus = true;
-  double k_magnus = 0.0005;              // a = k_M (omega x v) / m_b
+  double k_magnus = 0.0005;  // a = k_M (omega x v) / m_b
   // run
   Method method = Method::impulse;
   Neighbors neighbors = Neighbors::grid;
-  double dt_s = 0.0;                     // 0: from displacement_per_step
-  double displacement_per_step = 0.25;   // largest expected displacement of a parcel per step, in diameters
-  std::int64_t substeps = 0;             // steps per frame; 0: as many as time_scale asks, at most max_substeps
+  double dt_s = 0.0;                    // 0: from displacement_per_step
+  double displacement_per_step = 0.25;  // largest expected displacement of a parcel per step, in diameters
+  std::int64_t substeps = 0;  // steps per frame; 0: as many as time_scale asks, at most max_substeps
   std::int64_t max_substeps = 32;
-  double time_scale = 0.1;               // simulated over wall time
+  double time_scale = 0.1;  // simulated over wall time
   double frame_rate_hz = 60.0;
-  double seconds = 0.0;                  // wall-clock length at frame_rate of a headless run; 0: until the ball left
+  double seconds = 0.0;  // wall-clock length at frame_rate of a headless run; 0: until the ball left
   std::int64_t seed = 1;
-  std::int64_t threads = 0;              // 0: all
-  double spring_contact_s = 0.0;         // contact duration of `spring`; 0: 20 steps
-  bool relaunch = true;                  // launch again a second after the ball left
+  std::int64_t threads = 0;       // 0: all
+  double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
+  bool relaunch = true;           // launch again a second after the ball left
 
   bool operator==(const Settings&) const = default;
 };
@@ -79,13 +79,15 @@ struct Choice {
 
 // One row per setting.
 struct Field {
-  std::string section;     // of the scene file
-  std::string key;         // `section.key` is what --set and messages use
-  std::string unit;        // "" if a pure number
-  std::string doc;         // one line
-  double min = 0.0;        // allowed range of a number, ends included
+  std::string section;  // of the scene file
+  std::string key;      // `section.key` is what --set and messages use
+  std::string unit;     // "" if a pure number
+  std::string doc;      // one line
+  double min = 0.0;     // allowed range of a number, ends included
   double max = 0.0;
-  std::variant<double Settings::*, std::int64_t Settings::*, bool Settings::*, std::string Settings::*, Choice> member;
+  std::variant<double Settings::*, std::int64_t Settings::*, bool Settings::*, std::string Settings::*,
+               Choice>
+      member;
 
   std::string path() const { return section + "." + key; }
 };

@@ -1,5 +1,5 @@
-// The lattice that parcels are spawned on. Rows and columns are searched for the widest spacing that still has
-// N sites free of the ball.
+// The lattice that parcels are spawned on. Rows and columns are searched for the widest spacing that still
+// has N sites free of the ball.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -73,7 +73,8 @@ BlockedRun blocked_run(const Lattice& l, std::uint32_t row, double width, double
   }
   if (last < first) return {};
   const std::int64_t count = std::min(last - first + 1, columns);
-  return {static_cast<std::uint32_t>(((first % columns) + columns) % columns), static_cast<std::uint32_t>(count)};
+  return {static_cast<std::uint32_t>(((first % columns) + columns) % columns),
+          static_cast<std::uint32_t>(count)};
 }
 
 std::uint64_t free_sites(const Lattice& l, double width, double height, bool periodic, const Disc& disc) {
@@ -116,7 +117,8 @@ Lattice best_with_rows(const Request& q, std::uint32_t rows) {
 
 Lattice best_lattice(const Request& q) {
   const double ideal = std::sqrt(static_cast<double>(q.num_parcels) * q.height / (q.width * std::sqrt(0.75)));
-  const auto first = static_cast<std::uint32_t>(std::max(1.0, std::floor(std::max(0.8 * ideal, ideal - 24.0))));
+  const auto first =
+      static_cast<std::uint32_t>(std::max(1.0, std::floor(std::max(0.8 * ideal, ideal - 24.0))));
   const auto last = static_cast<std::uint32_t>(std::ceil(std::min(1.3 * ideal, ideal + 24.0)) + 3.0);
   Lattice best;
   for (std::uint32_t rows = first; rows <= last; ++rows) {
@@ -147,11 +149,12 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
                   plan_.num_parcels};
   const Lattice l = best_lattice(q);
   if (l.num_rows == 0) {
-    throw UserError(fmt::format(
-        "air.area_fraction: {} parcels of diameter {:g} m do not fit into {:g} m x {:g} m{} without overlap; lower "
-        "air.area_fraction (now {:.3f}) or raise air.num_parcels",
-        plan_.num_parcels, 2.0 * physics.parcels.radius_m, q.width, q.height,
-        physics.ball.present ? " beside the ball" : "", area_fraction_of(physics)));
+    throw UserError(
+        fmt::format("air.area_fraction: {} parcels of diameter {:g} m do not fit into {:g} m x {:g} m{} "
+                    "without overlap; lower "
+                    "air.area_fraction (now {:.3f}) or raise air.num_parcels",
+                    plan_.num_parcels, 2.0 * physics.parcels.radius_m, q.width, q.height,
+                    physics.ball.present ? " beside the ball" : "", area_fraction_of(physics)));
   }
   plan_.num_rows = l.num_rows;
   plan_.num_columns = l.num_columns;

@@ -286,8 +286,8 @@ double Overlay::usual_most_ms(std::size_t count) const {
   return *middle;
 }
 
-// One line above the strip: what a step costs, and each term of it that has been seen both on and off. Left out
-// while there is neither a figure nor a panel to switch a term with.
+// One line above the strip: what a step costs, and each term of it that has been seen both on and off. Left
+// out while there is neither a figure nor a panel to switch a term with.
 void Overlay::show_terms(const OverlayPlace& place) const {
   std::string line = fmt::format("{:.3f} ms a step", term_costs_.step_ms());
   bool any_unseen = false;
@@ -303,7 +303,8 @@ void Overlay::show_terms(const OverlayPlace& place) const {
   const float s = place.scale;
   const ImVec2 at(place.left_px + kPadding_px * s,
                   place.bottom_px - height_px(OverlayMode::full, s) - 1.2F * kRow_px * s);
-  ImGui::GetForegroundDrawList()->AddText(ImGui::GetFont(), 0.9F * ImGui::GetFontSize(), at, kDim, line.c_str());
+  ImGui::GetForegroundDrawList()->AddText(ImGui::GetFont(), 0.9F * ImGui::GetFontSize(), at, kDim,
+                                          line.c_str());
 }
 
 void Overlay::show_plot(float x, float y, float width, float height, float scale) const {

@@ -19,7 +19,8 @@ std::uint32_t mask_of(const Settings& s) {
 
 bool same_work(const Settings& a, const Settings& b) {
   const auto work = [](const Settings& s) {
-    return std::tuple(s.area_fraction, s.method, s.neighbors, s.boundary, s.ball_present, s.displacement_per_step, s.dt_s);
+    return std::tuple(s.area_fraction, s.method, s.neighbors, s.boundary, s.ball_present,
+                      s.displacement_per_step, s.dt_s);
   };
   // N is 0 without parcels, so that it only tells two runs with parcels apart.
   const bool same_number = a.num_parcels == b.num_parcels || a.air != Air::parcels || b.air != Air::parcels;
@@ -33,8 +34,8 @@ void TermCosts::add_frame(const FrameView& frame) {
   if (!same_work(*frame.settings, seen_)) means_ = {};
   seen_ = *frame.settings;
   mask_ = mask_of(seen_);
-  const double ms = (frame.times[Phase::sort] + frame.times[Phase::grid] + frame.times[Phase::collide_integrate] +
-                     frame.times[Phase::ball]) /
+  const double ms = (frame.times[Phase::sort] + frame.times[Phase::grid] +
+                     frame.times[Phase::collide_integrate] + frame.times[Phase::ball]) /
                     static_cast<double>(frame.frame_totals.num_steps);
   Mean& mean = means_[mask_];
   mean.num_frames = std::min(mean.num_frames + 1, 60U);  // about the last second

@@ -1,5 +1,5 @@
-// What each term of the model costs: the mean time of a step with it less that without it, as far as both have
-// been seen in this run. Nothing is timed on the side; a term that was never switched has no figure.
+// What each term of the model costs: the mean time of a step with it less that without it, as far as both
+// have been seen in this run. Nothing is timed on the side; a term that was never switched has no figure.
 #pragma once
 
 #include <array>

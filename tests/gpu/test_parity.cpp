@@ -30,7 +30,8 @@ std::vector<Settings> scenes(std::int64_t n) {
 void expect_same_hashes(const Settings& s, std::uint32_t steps) {
   SceneRun cpu(s, make_cpu_backend(0));
   SceneRun gpu(s, make_cuda_backend(0));
-  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << s.name << " spawned, N = " << s.num_parcels;
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash())
+      << s.name << " spawned, N = " << s.num_parcels;
   const StepReport on_cpu = cpu.advance(steps);
   const StepReport on_gpu = gpu.advance(steps);
   const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +

@@ -98,7 +98,8 @@ TEST(Gas, RoundingOfPositionsHasNoBias) {
   double bias = 0.0;
   for (std::size_t i = 0; i < before.position.size(); ++i) {
     const double expected = before.velocity[i].x * (steps * dt) / run.physics.world.unit_m;
-    bias += axis_separation<Boundary::periodic>(before.position[i].x, after.position[i].x, run.physics.world.half.x) -
+    bias += axis_separation<Boundary::periodic>(before.position[i].x, after.position[i].x,
+                                                run.physics.world.half.x) -
             expected;
   }
   bias /= static_cast<double>(before.position.size()) * steps;  // units per step

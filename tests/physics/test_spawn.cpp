@@ -60,8 +60,9 @@ TEST(Spawn, KeepsClearOfTheBall) {
       const double contact = run.physics.ball.radius_m + run.physics.parcels.radius_m;
       const Vec2i centre = to_units(run.physics.world, run.ball.position_m);
       for (const Vec2i& p : run.backend->snapshot().position) {
-        const Vec2i e = boundary == Boundary::periodic ? separation<Boundary::periodic>(run.physics.world, centre, p)
-                                                       : separation<Boundary::open>(run.physics.world, centre, p);
+        const Vec2i e = boundary == Boundary::periodic
+                            ? separation<Boundary::periodic>(run.physics.world, centre, p)
+                            : separation<Boundary::open>(run.physics.world, centre, p);
         ASSERT_GE(std::sqrt(dot(to_double(e), to_double(e))) * run.physics.world.unit_m, contact);
       }
       EXPECT_GE(smallest_gap(run), 1.0);

@@ -41,8 +41,8 @@ Outcome collide(double restitution, double direction, Vec2f v1, Vec2f v2, bool s
   return {after(a, of_a), after(b, of_b)};
 }
 
-// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here) and the change of velocity to its
-// fixed-point unit (4e-12 m/s); speeds are up to 5 m/s.
+// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here) and the change of
+// velocity to its fixed-point unit (4e-12 m/s); speeds are up to 5 m/s.
 constexpr double kRounding = 5.0 * 2.0 * (8.0 / 2147483648.0) + 1e-11;
 
 TEST(TwoBody, ParcelsConserveMomentumAndReverseTheNormalSpeed) {
@@ -111,8 +111,7 @@ TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
     const double ratio = parcel.mass_kg / ball.mass_kg;
     const Vec2d after = relative + j.per_mass_mps * (1.0 + ratio);
     EXPECT_NEAR(dot(after, n), 3.0 * e, 1e-12);
-    const double spin_after =
-        spin - j.tangential_mps * parcel.mass_kg * ball.radius_m / ball.inertia_kg_m2;
+    const double spin_after = spin - j.tangential_mps * parcel.mass_kg * ball.radius_m / ball.inertia_kg_m2;
     const double slip_before = dot(relative, perpendicular(n)) - spin * ball.radius_m;
     const double slip_after = dot(after, perpendicular(n)) - spin_after * ball.radius_m;
     const double normal_mps = dot(j.per_mass_mps, n);
@@ -125,8 +124,9 @@ TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
     // Energy in the frame of the pair: what is lost is what restitution and friction take.
     const double reduced = 1.0 / (1.0 + ratio);
     const double kinetic_before = 0.5 * reduced * dot(relative, relative);
-    const double kinetic_after = 0.5 * reduced * dot(after, after) +
-                                 0.5 * (spin_after * spin_after - spin * spin) * ball.inertia_kg_m2 / parcel.mass_kg;
+    const double kinetic_after =
+        0.5 * reduced * dot(after, after) +
+        0.5 * (spin_after * spin_after - spin * spin) * ball.inertia_kg_m2 / parcel.mass_kg;
     EXPECT_LE(kinetic_after, kinetic_before + 1e-9);
     if (e == 1.0 && mu == 0.0) {
       EXPECT_NEAR(kinetic_after, kinetic_before, 1e-12);
