@@ -50,23 +50,6 @@ std::unique_ptr<Backend> make_cuda_backend(int device) {
   return std::make_unique<CudaBackend>(device);
 }
 
-double measure_copy_bandwidth() {
-  std::size_t free_bytes = 0, total = 0;
-  PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
-  const std::size_t bytes = std::min<std::size_t>(1ULL << 30, free_bytes / 4);
-  DeviceBuffer<unsigned char> from(bytes), to(bytes);
-  PF_CUDA(cudaMemset(from.data(), 1, bytes));
-  RequestTimer timer;
-  PF_CUDA(cudaMemcpy(to.data(), from.data(), bytes, cudaMemcpyDeviceToDevice));
-  constexpr int kCopies = 10;
-  timer.begin(nullptr);
-  for (int k = 0; k < kCopies; ++k) {
-    PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), bytes, cudaMemcpyDeviceToDevice, nullptr));
-  }
-  timer.end(nullptr);
-  return 2.0 * kCopies * static_cast<double>(bytes) / (timer.times(1)[Phase::collide_integrate] * 1e-3);
-}
-
 RequestTimer::RequestTimer() : sort_marks_(3 * kMaxSorts) {
   PF_CUDA(cudaEventCreate(&begin_));
   PF_CUDA(cudaEventCreate(&end_));

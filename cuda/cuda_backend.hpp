@@ -15,8 +15,4 @@ int num_cuda_devices(std::string* why = nullptr);
 // Throws DeviceError if the device cannot be used.
 std::unique_ptr<Backend> make_cuda_backend(int device);
 
-// Copy bandwidth of the current device in bytes read plus written per second, measured now (a few
-// milliseconds).
-double measure_copy_bandwidth();
-
 }  // namespace pf

@@ -45,8 +45,7 @@ void run_bench(const Options& options, Backend& backend) {
   request.method = settings.method;
   request.neighbors = settings.neighbors;
   request.dt_s = plan_frame(settings, physics, ball).dt_s;
-  request.spring_contact_s =
-      settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * request.dt_s;
+  request.spring_contact_s = spring_contact_s(settings, request.dt_s);
   StepReport report;
   request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
   timed_advance(backend, request, report);

@@ -22,10 +22,6 @@ bool needs_respawn(const Settings& a, const Settings& b) {
   return spawned_from(a) != spawned_from(b);
 }
 
-double spring_contact_s(const Settings& settings, double dt_s) {
-  return settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * dt_s;
-}
-
 bool has_left(const Physics& physics, const BallState& ball) {
   if (!physics.ball.present || physics.world.boundary != Boundary::open) return false;
   const World& world = physics.world;

@@ -26,17 +26,17 @@ PF_HD inline std::int64_t round_at_random(std::int64_t fixed, std::uint32_t rand
   return (fixed + ((static_cast<std::int64_t>(random16) << 16) + 32768)) >> 32;
 }
 
-// Hits the ball if the two meet within the step: changes velocity and adds to moved what the step's move is.
-// Returns false, leaving both as they are, if they do not meet.
+// Hits the ball if the two meet within the step: changes velocity, and moved to what the step's move becomes.
+// Leaves both as they are if they do not meet.
 template <Boundary kBoundary, class Tally>
-PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, Vec2d& velocity,
+PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, Vec2d& velocity,
                            Displacement& moved, Tally& tally) {
   const World& world = c.physics.world;
   const Vec2i near = separation<kBoundary>(world, ball.centre, position);
   const Vec2d offset = to_double(near) * world.unit_m + (to_metres(world, ball.centre) - ball.position_m);
   const Vec2d relative = velocity - ball.velocity_mps;
   const double t = time_of_impact(offset, relative, c.ball_contact_m, c.dt_s);
-  if (t < 0.0) return false;
+  if (t < 0.0) return;
   const Vec2d at_impact = offset + relative * t;
   const double distance = sqrt(dot(at_impact, at_impact));
   const Vec2d normal = distance > 0.0 ? at_impact * (1.0 / distance) : Vec2d{1.0, 0.0};
@@ -53,7 +53,6 @@ PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
   tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.per_impulse_unit),
                   round_to_int64(-impulse.per_mass_mps.y * c.per_impulse_unit),
                   round_to_int64(-impulse.tangential_mps * c.per_impulse_unit)});
-  return true;
 }
 
 PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation, std::int64_t moved) {

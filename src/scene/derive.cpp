@@ -178,4 +178,8 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
   return plan;
 }
 
+double spring_contact_s(const Settings& s, double dt_s) {
+  return s.spring_contact_s > 0.0 ? s.spring_contact_s : 20.0 * dt_s;
+}
+
 }  // namespace pf

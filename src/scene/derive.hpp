@@ -26,6 +26,9 @@ struct FramePlan {
 };
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball);
 
+// Contact duration of `spring` as set, or 20 steps.
+double spring_contact_s(const Settings& settings, double dt_s);
+
 // Owns the tables that a SpawnPlan points to.
 class Spawner {
  public:

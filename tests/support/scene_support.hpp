@@ -56,7 +56,7 @@ struct SceneRun {
     request.neighbors = settings.neighbors;
     request.num_steps = steps;
     request.dt_s = dt_s;
-    request.spring_contact_s = settings.spring_contact_s > 0.0 ? settings.spring_contact_s : 20.0 * dt_s;
+    request.spring_contact_s = spring_contact_s(settings, dt_s);
     return backend->advance(request);
   }
   StepReport advance(std::uint32_t steps) { return advance(steps, plan_frame(settings, physics, ball).dt_s); }
