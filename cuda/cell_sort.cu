@@ -66,11 +66,13 @@ std::size_t DeviceCellSort::bytes() const {
   return 2 * (keys_[0].bytes() + indices_[0].bytes()) + cell_start_.bytes() + temporary_.bytes();
 }
 
-void DeviceCellSort::sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t n,
-                               cudaStream_t stream) {
-  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, from.position, n, keys_[0].data(),
-                                                   indices_[0].data());
+void DeviceCellSort::write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t n,
+                                cudaStream_t stream) {
+  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, keys_[0].data(), indices_[0].data());
   PF_LAUNCHED("key_kernel");
+}
+
+void DeviceCellSort::sort_keys(const GridShape& grid, std::uint32_t n, cudaStream_t stream) {
   cub::DoubleBuffer<std::uint32_t> keys(keys_[0].data(), keys_[1].data());
   cub::DoubleBuffer<std::uint32_t> indices(indices_[0].data(), indices_[1].data());
   std::size_t bytes = temporary_.bytes();
@@ -84,6 +86,11 @@ void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, c
   gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys_[sorted_].data(), indices_[sorted_].data(), from,
                                                       to, n, grid.num_cells() + 1, cell_start_.data());
   PF_LAUNCHED("gather_kernel");
+}
+
+double DeviceCellSort::least_bytes_per_parcel(const GridShape& grid) {
+  const int passes = (bits_of(grid.num_cells()) + 7) / 8;
+  return 8.0 + 16.0 * passes + 8.0;
 }
 
 }  // namespace pf

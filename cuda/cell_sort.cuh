@@ -13,9 +13,13 @@ class DeviceCellSort {
   DeviceCellSort() = default;
   explicit DeviceCellSort(std::uint32_t capacity);
 
-  // Keys and indices by the parcels' cells, sorted: stable, only the bits in use.
-  void sort_keys(const GridShape& grid, const ParcelPointers& from, std::uint32_t num_parcels,
-                 cudaStream_t stream);
+  // Where keys and indices go before sort_keys, for a kernel that writes them on its way.
+  SortKeys keys_to_write() const { return {keys_[0].data(), indices_[0].data()}; }
+  // Writes them for the parcels' cells.
+  void write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t num_parcels,
+                  cudaStream_t stream);
+  // Sorts them by key: stable, only the bits in use.
+  void sort_keys(const GridShape& grid, std::uint32_t num_parcels, cudaStream_t stream);
   // from -> to in the order of the sorted keys (must not overlap); cell_start() becomes valid. Retired
   // parcels last.
   void gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
@@ -23,6 +27,8 @@ class DeviceCellSort {
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
+  // Keys and indices written, read and written by each pass of 8 bits, read by the gather.
+  static double least_bytes_per_parcel(const GridShape& grid);
   // What a sorter holds for each parcel: keys, indices, cell starts, and CUB's storage rounded up.
   static constexpr double kBytesPerParcel = 16.0 + 8.0 + 1.0;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nvtx3/nvtx3.hpp>
 
 #include "cuda_backend.cuh"
 #include "model/step.hpp"
@@ -16,7 +17,9 @@ namespace {
 constexpr double kCellWidth = 2.5;
 constexpr double kLargestReach = 2.5;
 
-constexpr double kBytesPerParcel = 2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t));
+// State twice, and what is drawn.
+constexpr double kBytesPerParcel =
+    2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + sizeof(Vec2f) + sizeof(float);
 
 // Slack for a slider that grows N, without going over 80 bytes a parcel.
 std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 8ULL; }
@@ -166,6 +169,7 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   state.ball = ball;
   write_state(state);
   sorted_ = false;
+  keys_are_written_ = false;
 }
 
 void CudaBackend::set_ball(const BallState& ball) {
@@ -185,6 +189,7 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   launch_number(current_.id.data(), n, stream_);
   PF_CUDA(cudaStreamSynchronize(stream_));
   sorted_ = false;
+  keys_are_written_ = false;
 }
 
 // Due when the search box would grow too wide. The travel within a request is the last step's, times 1.1; it
@@ -194,14 +199,25 @@ bool CudaBackend::sort_is_due(const StepConstants& constants) const {
                          kLargestReach * constants.contact_distance;
 }
 
-void CudaBackend::sort(const StepConstants& constants, bool timed) {
-  grid_ = choose_grid(physics_.world, num_parcels_, kCellWidth * constants.contact_distance);
-  if (timed) timer_.mark_sort(stream_);
-  cell_sort_.sort_keys(grid_, current_.pointers(), num_parcels_, stream_);
-  if (timed) timer_.mark_sort(stream_);
-  cell_sort_.gather(grid_, current_.pointers(), next_.pointers(), num_parcels_, stream_);
-  if (timed) timer_.mark_sort(stream_);
+void CudaBackend::sort(const StepConstants& constants) {
+  const GridShape grid = choose_grid(physics_.world, num_parcels_, kCellWidth * constants.contact_distance);
+  timer_.mark_sort(stream_);
+  {
+    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::sort)]);
+    if (!keys_are_written_ || !(grid == grid_)) {
+      cell_sort_.write_keys(grid, current_.position.data(), num_parcels_, stream_);
+    }
+    cell_sort_.sort_keys(grid, num_parcels_, stream_);
+  }
+  timer_.mark_sort(stream_);
+  {
+    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::grid)]);
+    cell_sort_.gather(grid, current_.pointers(), next_.pointers(), num_parcels_, stream_);
+  }
+  timer_.mark_sort(stream_);
+  grid_ = grid;
   std::swap(current_, next_);
+  keys_are_written_ = false;
   PF_CUDA(cudaMemsetAsync(&state_.data()->travel, 0, sizeof(StepState::travel), stream_));
   expected_travel_ = 0;
   sorted_ = true;
@@ -222,9 +238,10 @@ void CudaBackend::copy_to_host(const DrawBuffers& from, const DrawBuffers& to) {
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaMemcpyAsync(to.speed_mps, from.speed_mps, num_parcels_ * sizeof(float), cudaMemcpyDeviceToHost,
                           stream_));
+  PF_CUDA(cudaStreamSynchronize(stream_));  // what draws from host memory knows nothing of the stream
 }
 
-StepReport CudaBackend::advance(const StepRequest& request) {
+void CudaBackend::submit(const StepRequest& request) {
   const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
   const auto estimate =
@@ -232,64 +249,82 @@ StepReport CudaBackend::advance(const StepRequest& request) {
   const std::int64_t travel_per_step =
       host_state_->last_travel > 0 ? host_state_->last_travel + host_state_->last_travel / 10 : estimate;
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  std::uint64_t num_sorts = 0;
+  StepLaunch launch = plan_launch(constants, request);
+  submitted_ = {request.num_steps, 0, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
-    const bool last = k + 1 == request.num_steps;
     if (search && sort_is_due(constants)) {
-      sort(constants, true);
-      ++num_sorts;
+      sort(constants);
+      ++submitted_.num_sorts;
     }
-    StepLaunch launch;
-    launch.constants = constants;
-    launch.grid = grid_;
-    launch.cell_start = cell_sort_.cell_start();
-    launch.from = current_.pointers();
-    launch.to = next_.pointers();
-    launch.num_parcels = num_parcels_;
-    launch.all_pairs = request.neighbors == Neighbors::all_pairs;
-    launch.state = state_.data();
-    launch.slots = slots_.data();
-    launch.method = request.method;
-    if (last) launch.draw = draw;
-    launch_step(launch, stream_);
-    if (last) timer_.mark_ball(stream_);
-    launch_ball(constants, state_.data(), slots_.data(), stream_);
-    if (last) timer_.mark_ball(stream_);
-    std::swap(current_.position, next_.position);
-    std::swap(current_.velocity, next_.velocity);
     expected_travel_ += travel_per_step;
+    if (k + 1 == request.num_steps) launch.draw = draw;
+    step(launch, search && sort_is_due(constants));
   }
   if (request.draw) copy_to_host(draw, *request.draw);
+  PF_CUDA(
+      cudaMemcpyAsync(host_state_.get(), state_.data(), sizeof(StepState), cudaMemcpyDeviceToHost, stream_));
   timer_.end(stream_);
-  return read_report(constants, request, num_sorts);
 }
 
-StepReport CudaBackend::read_report(const StepConstants& constants, const StepRequest& request,
-                                    std::uint64_t num_sorts) {
-  const StepState state = read_state();
+StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRequest& request) const {
+  StepLaunch launch;
+  launch.constants = constants;
+  launch.num_parcels = num_parcels_;
+  launch.all_pairs = request.neighbors == Neighbors::all_pairs;
+  launch.state = state_.data();
+  launch.slots = slots_.data();
+  launch.method = request.method;
+  return launch;
+}
+
+// One step and the ball's; the step also writes the keys of the sort that is due after it.
+void CudaBackend::step(StepLaunch& launch, bool sort_follows) {
+  launch.grid = grid_;
+  launch.cell_start = cell_sort_.cell_start();
+  launch.from = current_.pointers();
+  launch.to = next_.pointers();
+  launch.keys = sort_follows ? cell_sort_.keys_to_write() : SortKeys{};
+  {
+    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::collide_integrate)]);
+    launch_step(launch, stream_);
+  }
+  {
+    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::ball)]);
+    timer_.mark_ball(stream_);
+    launch_ball(launch.constants, state_.data(), slots_.data(), stream_);
+    timer_.mark_ball(stream_);
+  }
+  std::swap(current_.position, next_.position);
+  std::swap(current_.velocity, next_.velocity);
+  keys_are_written_ = sort_follows;
+}
+
+StepReport CudaBackend::collect() {
+  StepReport report;
+  report.times = timer_.times(submitted_.num_steps);  // waits
+  const StepState& state = *host_state_;
   expected_travel_ = state.travel;
   const RequestTotals& sum = state.totals;
-  StepReport report;
-  report.times = timer_.times(request.num_steps);
   report.ball = state.ball;
-  report.totals.num_steps = request.num_steps;
+  report.totals.num_steps = submitted_.num_steps;
   report.totals.num_collisions = sum.num_collisions;
   report.totals.num_ball_hits = sum.num_hits;
   report.totals.num_retired = sum.num_retired;
   report.totals.num_invalid = sum.num_invalid;
   report.totals.first_invalid_step = sum.first_invalid_step;
   report.totals.first_invalid_id = sum.num_invalid > 0 ? sum.first_invalid_id : UINT32_MAX;
-  report.totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_count;
+  report.totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / submitted_.per_impulse_count;
   report.totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
   report.totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
-  report.totals.num_sorts = num_sorts;
+  report.totals.num_sorts = submitted_.num_sorts;
   report.totals.ball_impulse_kg_mps =
-      Vec2d{static_cast<double>(sum.ball_x), static_cast<double>(sum.ball_y)} * constants.impulse_unit_kg_mps;
+      Vec2d{static_cast<double>(sum.ball_x), static_cast<double>(sum.ball_y)} *
+      submitted_.impulse_unit_kg_mps;
   report.totals.ball_torque_impulse_kg_m2ps =
-      static_cast<double>(sum.ball_torque) * constants.impulse_unit_kg_mps * physics_.ball.radius_m;
+      static_cast<double>(sum.ball_torque) * submitted_.impulse_unit_kg_mps * physics_.ball.radius_m;
   return report;
 }
 
@@ -297,7 +332,6 @@ void CudaBackend::draw(const DrawBuffers& buffers) {
   const DrawBuffers on_device = device_draw_buffers(buffers);
   launch_draw(physics_.world, current_.pointers(), num_parcels_, on_device, stream_);
   copy_to_host(on_device, buffers);
-  PF_CUDA(cudaStreamSynchronize(stream_));
 }
 
 ParcelSnapshot CudaBackend::snapshot() {
@@ -348,6 +382,27 @@ std::uint64_t CudaBackend::memory_bytes() const {
   return capacity_ == 0
              ? 0
              : of(current_) + of(next_) + cell_sort_.bytes() + draw_position_.bytes() + draw_speed_.bytes();
+}
+
+double CudaBackend::least_bytes_moved(const StepTotals& totals) const {
+  constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
+  constexpr double kGather = kStep + sizeof(std::uint32_t);  // the same, and the ids written
+  const double n = num_parcels_;
+  const double per_sort = n * (kGather + cell_sort_.least_bytes_per_parcel(grid_)) + 4.0 * grid_.num_cells();
+  return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
+}
+
+double CudaBackend::measure_copy_bandwidth(std::size_t num_bytes) {
+  constexpr int kRepeats = 10;
+  const DeviceBuffer<std::byte> from(num_bytes), to(num_bytes);
+  const auto copy = [&] {
+    PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), num_bytes, cudaMemcpyDeviceToDevice, stream_));
+  };
+  copy();
+  timer_.begin(stream_);
+  for (int repeat = 0; repeat < kRepeats; ++repeat) copy();
+  timer_.end(stream_);
+  return 2e3 * static_cast<double>(num_bytes) * kRepeats / timer_.times(0).total();
 }
 
 }  // namespace pf

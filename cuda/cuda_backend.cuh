@@ -46,12 +46,15 @@ class CudaBackend final : public Backend {
   void set_physics(const Physics& physics) override { physics_ = physics; }
   void set_ball(const BallState& ball) override;
   void restore(const ParcelSnapshot& snapshot) override;
-  StepReport advance(const StepRequest& request) override;
+  void submit(const StepRequest& request) override;
+  StepReport collect() override;
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
+  double least_bytes_moved(const StepTotals& totals) const override;
+  double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
   struct Parcels {
@@ -61,12 +64,21 @@ class CudaBackend final : public Backend {
     ParcelPointers pointers() const { return {position.data(), velocity.data(), id.data()}; }
   };
 
+  // What collect() needs to know of the request.
+  struct Submitted {
+    std::uint32_t num_steps = 0;
+    std::uint64_t num_sorts = 0;
+    double per_impulse_count = 1.0;
+    double impulse_unit_kg_mps = 0.0;
+  };
+
   void make_room(std::uint32_t num_parcels);
-  void sort(const StepConstants& constants, bool timed);
+  void sort(const StepConstants& constants);
+  StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
+  void step(StepLaunch& launch, bool sort_follows);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
-  StepReport read_report(const StepConstants& constants, const StepRequest& request, std::uint64_t num_sorts);
   std::vector<MeasurePart> measure_parts();
   StepState read_state();
   void write_state(const StepState& state);
@@ -83,10 +95,12 @@ class CudaBackend final : public Backend {
   DeviceBuffer<float> draw_speed_;
   DeviceBuffer<StepState> state_{1};
   DeviceBuffer<TallySlot> slots_{kNumSlots};
-  PinnedValue<StepState> host_state_;  // as of the last finished request
+  PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;
   bool sorted_ = false;
+  bool keys_are_written_ = false;  // of the present positions in grid_
+  Submitted submitted_;
   std::int64_t expected_travel_ = 0;  // since the sort: known up to the last request, then estimated
 };
 

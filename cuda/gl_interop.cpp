@@ -133,21 +133,29 @@ class StagedDrawTarget final : public GlDrawTarget {
   bool has_content_ = false;
 };
 
-// Why the current GL context and the current CUDA device cannot share buffers, or empty.
-std::string interop_obstacle() {
+constexpr std::size_t kProbeParcels = 64;
+
+// Throws DeviceError if the current GL context and the current CUDA device cannot share buffers.
+void check_interop() {
   unsigned count = 0;
   std::array<int, 16> devices{};
   const cudaError_t result = cudaGLGetDevices(&count, devices.data(), devices.size(), cudaGLDeviceListAll);
   if (result != cudaSuccess || count == 0) {
     cudaGetLastError();
-    return std::string("GL runs on no CUDA device (") + cudaGetErrorString(result) + ")";
+    throw DeviceError(std::string("GL runs on no CUDA device (") + cudaGetErrorString(result) + ")");
   }
   int current = 0;
   PF_CUDA(cudaGetDevice(&current));
-  const bool same = std::find(devices.begin(), devices.begin() + count, current) != devices.begin() + count;
-  if (!same) return "GL runs on another GPU";
+  if (std::find(devices.begin(), devices.begin() + count, current) == devices.begin() + count)
+    throw DeviceError("GL runs on another GPU");
+  InteropDrawTarget("probe").reserve(kProbeParcels);
+}
+
+// What a check throws, or empty.
+template <class Check>
+std::string obstacle_of(Check check) {
   try {
-    InteropDrawTarget("probe").reserve(64);
+    check();
   } catch (const DeviceError& error) {
     return error.what();
   }
@@ -170,12 +178,14 @@ int cuda_device_of_gl(int egl_cuda_device) {
 std::unique_ptr<GlDrawTarget> make_cuda_draw_target(const std::string& kind) {
   if (kind == "host") return std::make_unique<HostDrawTarget>("asked for");
   if (kind == "staged") return std::make_unique<StagedDrawTarget>("asked for");
-  const std::string obstacle = interop_obstacle();
-  if (obstacle.empty()) {
+  const std::string no_interop = obstacle_of([] { check_interop(); });
+  if (no_interop.empty()) {
     return std::make_unique<InteropDrawTarget>(kind == "interop" ? "asked for" : "GL and CUDA share the GPU");
   }
-  if (kind == "interop") throw DeviceError("--draw-target interop: " + obstacle + "; try auto or staged");
-  return std::make_unique<StagedDrawTarget>(obstacle);
+  if (kind == "interop") throw DeviceError("--draw-target interop: " + no_interop + "; try auto or staged");
+  const std::string no_staging = obstacle_of([] { StagedDrawTarget("probe").reserve(kProbeParcels); });
+  if (no_staging.empty()) return std::make_unique<StagedDrawTarget>(no_interop);
+  return std::make_unique<HostDrawTarget>(no_interop + "; " + no_staging);
 }
 
 }  // namespace pf

@@ -176,6 +176,10 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     }
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
+    if (launch.keys.key != nullptr) {
+      launch.keys.key[i] = cell_key(launch.grid, after.position);
+      launch.keys.index[i] = i;
+    }
     if (launch.draw.position_m != nullptr)
       draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
   }

@@ -21,6 +21,7 @@ struct StepLaunch {
   bool all_pairs = false;
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots
+  SortKeys keys;               // of the positions after the step, in `grid`
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
 };

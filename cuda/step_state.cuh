@@ -16,6 +16,12 @@ struct ParcelPointers {
   std::uint32_t* id = nullptr;
 };
 
+// Keys and indices of a sort to come, n entries each; null: none is.
+struct SortKeys {
+  std::uint32_t* key = nullptr;
+  std::uint32_t* index = nullptr;
+};
+
 // Tally of the blocks that share a slot, for one step. Integers and extremes only.
 struct TallySlot {
   unsigned long long num_collisions;

@@ -16,6 +16,7 @@
 #if PF_HAVE_CUDA
 #include "cuda_backend.hpp"
 #include "gl_interop.hpp"
+#include "view/host_draw_target.hpp"
 #endif
 
 namespace pf {
@@ -68,8 +69,9 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
 #if PF_HAVE_CUDA
   if (backend.name() == "cuda") {
     hooks.max_parcels = 200'000'000;
-    hooks.make_draw_target = [kind = options.draw_target](const GlContextInfo&) {
-      return make_cuda_draw_target(kind);
+    hooks.make_draw_target = [kind = options.draw_target](const std::string& running) {
+      return running == "cuda" ? make_cuda_draw_target(kind)
+                               : std::make_unique<HostDrawTarget>("CPU backend");
     };
     return;
   }
@@ -80,7 +82,12 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
-int run(const Options& options) {
+struct StageRun {
+  int exit_code = 0;
+  nlohmann::json report;
+};
+
+StageRun run_on_stage(const Options& options) {
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
@@ -88,17 +95,37 @@ int run(const Options& options) {
   std::unique_ptr<Backend> backend = choose_backend(options, device_for(context->info()));
   set_draw_target(options, *backend, hooks);
   const std::string device = backend->device();
+  const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
   Simulation simulation(options.settings, std::move(backend));
+  if (may_fall_back) {
+    simulation.set_fallback(
+        [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
+  }
   RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
-  if (options.report.empty()) return exit_code;
   const FrameView& view = simulation.view();
-  write_report(options.report, record.finish(simulation.settings(), *view.physics, simulation.backend(),
-                                             view.ball, view.ball_distance_m));
-  return exit_code;
+  return {exit_code, record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
+                                   view.ball_distance_m)};
+}
+
+int run(const Options& options) {
+  const StageRun run = run_on_stage(options);
+  if (!options.report.empty()) write_report(options.report, run.report);
+  return run.exit_code;
+}
+
+// Whole frames, offscreen, with all that a window shows but the panel.
+int bench_frames(Options options) {
+  options.headless = true;
+  options.settings.seconds = options.bench_frames / options.settings.frame_rate_hz;
+  const StageRun run = run_on_stage(options);
+  print_frame_times(run.report);
+  if (!options.bench_json.empty()) write_report(options.bench_json, run.report);
+  return run.exit_code;
 }
 
 int bench(const Options& options) {
+  if (options.bench_frames > 0) return bench_frames(options);
   const std::unique_ptr<Backend> backend = choose_backend(options, 0);
   run_bench(options, *backend);
   return 0;

@@ -14,6 +14,9 @@
 namespace pf {
 namespace {
 
+// Far beyond every cache.
+constexpr std::size_t kCopyBytes = 512ULL << 20U;
+
 struct Spread {
   double median, min, max;
 };
@@ -65,9 +68,17 @@ void run_bench(const Options& options, Backend& backend) {
   nlohmann::json json = record.finish(settings, physics, backend, report.ball, 0.0);
   json["ns_per_particle_step"] = spread.median;
   json["particle_steps_per_s"] = 1e9 / spread.median;
-  json["bench"] = {{"repeats", options.bench_repeats},       {"steps", options.bench_steps},
-                   {"warmup", options.bench_warmup},         {"ns_per_particle_step_median", spread.median},
-                   {"ns_per_particle_step_min", spread.min}, {"ns_per_particle_step_max", spread.max}};
+  const double bytes_per_step = backend.least_bytes_moved(report.totals) /
+                                (static_cast<double>(request.num_steps) * physics.parcels.num);
+  const double bandwidth = backend.measure_copy_bandwidth(kCopyBytes);
+  json["bench"] = {{"repeats", options.bench_repeats},
+                   {"steps", options.bench_steps},
+                   {"warmup", options.bench_warmup},
+                   {"ns_per_particle_step_median", spread.median},
+                   {"ns_per_particle_step_min", spread.min},
+                   {"ns_per_particle_step_max", spread.max},
+                   {"least_bytes_per_particle_step", bytes_per_step},
+                   {"copy_bandwidth_bytes_per_s", bandwidth}};
   fmt::print(
       "{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per "
       "step\n",
@@ -77,8 +88,25 @@ void run_bench(const Options& options, Backend& backend) {
     const double ms = report.times.ms[phase] / request.num_steps;
     if (ms > 0.0) fmt::print("  {:<18} {:10.4f} ms per step\n", kPhaseNames[phase], ms);
   }
+  fmt::print(
+      "  at least {:.3g} bytes per parcel-step: {:.3g} GB/s, {:.0f} % of the copy bandwidth of {:.4g} GB/s\n",
+      bytes_per_step, bytes_per_step / spread.median,
+      100.0 * bytes_per_step / spread.median * 1e9 / bandwidth, 1e-9 * bandwidth);
   fmt::print("  state hash {}\n", json["state_hash"].get<std::string>());
   if (!options.bench_json.empty()) write_report(options.bench_json, json);
+}
+
+void print_frame_times(const nlohmann::json& report) {
+  const auto ms = [](const nlohmann::json& value) { return value.is_null() ? 0.0 : value.get<double>(); };
+  const auto row = [&](const char* name, const nlohmann::json& times) {
+    fmt::print("  {:<18} {:10.4f} {:10.4f}\n", name, ms(times["median"]), ms(times["p99"]));
+  };
+  fmt::print("{}: {} parcels, {}, {}; milliseconds per frame\n  {:<18} {:>10} {:>10}\n",
+             report["device"].get<std::string>(), report["num_parcels"].get<std::uint64_t>(),
+             report["scene"].get<std::string>(), report["method"].get<std::string>(), "", "median", "p99");
+  row("whole frame", report["frame_ms"]);
+  for (const char* phase : kPhaseNames) row(phase, report["phase_ms"][phase]);
+  fmt::print("  state hash {}\n", report["state_hash"].get<std::string>());
 }
 
 }  // namespace pf

@@ -44,7 +44,7 @@ constexpr const char* kBenchScene = "gas";  // its results can be held against t
 // The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
 // stand.
 struct Typed {
-  std::optional<std::string> scene, size, steps, warmup, repeats;
+  std::optional<std::string> scene, size, steps, warmup, repeats, frames;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map;
@@ -117,6 +117,15 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   app.footer(set_help);
 }
 
+void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_option(
+         "--draw-target", options.draw_target,
+         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
+      ->type_name("NAME");
+  add_text(app, "--size", typed.size, "WxH",
+           "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
+}
+
 void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag("-t", options.show_path, "draw the path of the ball");
   app.add_flag("--headless", options.headless, "no window");
@@ -127,19 +136,16 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
-  app.add_option(
-         "--draw-target", options.draw_target,
-         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
-      ->type_name("NAME");
-  add_text(app, "--size", typed.size, "WxH",
-           "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
+  add_frame_flags(app, typed, options);
 }
 
-void add_bench_flags(CLI::App& app, Typed& typed) {
+void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--steps", typed.steps, "N", "timed steps per repeat; 1 to 1000000; default 200");
   add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
   add_text(app, "--repeats", typed.repeats, "N",
            "repeats, of which median and minimum are given; 1 to 1000; default 5");
+  add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
+  add_frame_flags(app, typed, options);
   app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
 }
 
@@ -283,6 +289,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.steps) options.bench_steps = whole_number("--steps", *typed.steps, 1, 1000000);
   if (typed.warmup) options.bench_warmup = whole_number("--warmup", *typed.warmup, 0, 1000000);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
+  if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.record = output_file(command, "--record", typed.record, {".mp4", ".mkv"});
   options.picture = output_file(command, "--picture", typed.picture, {".png"});
@@ -331,7 +338,7 @@ ParseResult parse_options(int argc, const char* const* argv) {
   add_setting_flags(run, typed, options, kDefaultScene);
   add_run_flags(run, typed, options);
   add_setting_flags(bench, typed, options, kBenchScene);
-  add_bench_flags(bench, typed);
+  add_bench_flags(bench, typed, options);
 
   std::vector<std::string> words = words_of(argc, argv);
   std::reverse(words.begin(), words.end());  // the order that CLI11 wants

@@ -31,6 +31,7 @@ struct Options {
   int bench_steps = 200;
   int bench_warmup = 20;
   int bench_repeats = 5;
+  int bench_frames = 0;              // --frames N: whole frames are timed, not steps
   std::filesystem::path bench_json;  // --json FILE
 };
 

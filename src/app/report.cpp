@@ -130,6 +130,11 @@ RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& in
       start_(Clock::now()) {}
 
 void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s) {
+  const Clock::time_point now = Clock::now();
+  if (!frames_.empty()) {
+    intervals_ms_.push_back(std::chrono::duration<double, std::milli>(now - last_frame_).count());
+  }
+  last_frame_ = now;
   frames_.push_back(times);
   totals_ += totals;
   simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;
@@ -162,6 +167,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"steps", totals_.num_steps},
       {"simulated_s", number(simulated_s_)},
       {"wall_s", number(wall_s)},
+      {"frame_ms", median_and_p99(intervals_ms_)},
       {"phase_ms", phase_report(frames_)},
       {"ns_per_particle_step", ratio(1e9 * compute_s, particle_steps)},
       {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},

@@ -21,7 +21,8 @@ class RunRecord {
   void start_clock();  // wall_s counts from here
 
   // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
-  // simulated_s, wall_s, phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
+  // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
+  // phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...},
@@ -34,6 +35,8 @@ class RunRecord {
   Measures initial_;
   std::string device_;
   std::vector<PhaseTimes> frames_;
+  std::vector<double> intervals_ms_;  // between the ends of successive frames
+  Clock::time_point last_frame_;
   StepTotals totals_;
   double simulated_s_ = 0.0;
   double dt_s_ = 0.0;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.hpp"
@@ -46,16 +47,25 @@ struct Simulation::State {
   FrameView view;
   std::vector<Vec2f> path_m;
   std::deque<std::vector<Vec2f>> old_paths_m;
+  std::function<std::unique_ptr<Backend>()> make_fallback;
+  int num_fallbacks = 0;
   std::int64_t num_launches = 0;
   double landed_for_s = 0.0;
   bool left_once = false;
+  std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
+  PhaseTimes mapping;                  // of that frame
 
   void reset();
   void respawn(const Settings& with);
   void launch();
   void apply(const Settings& edited);
   void obey(const Commands& commands);
-  void step_frame(DrawTarget* target);
+  void begin(const Commands& commands, DrawTarget* target);
+  void submit_steps(DrawTarget* target);
+  void draw_again(DrawTarget& target);
+  void collect_steps();
+  void launch_again_when_due();
+  void fall_back(const DeviceError& error);
   void follow_ball();
   void update_view();
 };
@@ -128,19 +138,14 @@ void Simulation::State::obey(const Commands& commands) {
   if (commands.toggle_pause) view.paused = !view.paused;
 }
 
-void Simulation::State::step_frame(DrawTarget* target) {
+void Simulation::State::submit_steps(DrawTarget* target) {
   const FramePlan plan = plan_frame(settings, physics, ball);
-  view.dt_s = plan.dt_s;
-  view.steps_per_frame = plan.num_steps;
-  view.slow_motion = plan.slow_motion;
-
   StepRequest request;
   request.method = settings.method;
   request.neighbors = settings.neighbors;
   request.num_steps = plan.num_steps;
   request.dt_s = plan.dt_s;
   request.spring_contact_s = spring_contact_s(settings, plan.dt_s);
-  PhaseTimes mapping;
   DrawBuffers buffers;
   if (target) {
     target->reserve(physics.parcels.num);
@@ -148,17 +153,27 @@ void Simulation::State::step_frame(DrawTarget* target) {
     buffers = target->map();
     request.draw = &buffers;
   }
-  const StepReport report = backend->advance(request);
+  backend->submit(request);
+  in_flight = plan;
   if (target) {
     ScopedPhase timing(mapping, Phase::unmap);
     target->unmap();
   }
+}
+
+void Simulation::State::collect_steps() {
+  const StepReport report = backend->collect();
+  const FramePlan& plan = *in_flight;
+  view.dt_s = plan.dt_s;
+  view.steps_per_frame = plan.num_steps;
+  view.slow_motion = plan.slow_motion;
   ball = report.ball;
   view.times = report.times;
   view.times += mapping;
   view.frame_totals = report.totals;
   view.totals += report.totals;
   view.simulated_s += plan.num_steps * plan.dt_s;
+  in_flight.reset();
   if (report.totals.num_invalid > 0) {
     view.paused = true;
     view.message = fmt::format(
@@ -166,6 +181,42 @@ void Simulation::State::step_frame(DrawTarget* target) {
         "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
         report.totals.num_invalid, report.totals.first_invalid_step, report.totals.first_invalid_id);
   }
+  follow_ball();
+  if (view.flight == Flight::flying && has_left(physics, ball)) {
+    view.flight = Flight::landed;
+    left_once = true;
+  }
+}
+
+// The present state once more, without a step.
+void Simulation::State::draw_again(DrawTarget& target) {
+  target.reserve(physics.parcels.num);
+  backend->draw(target.map());
+  target.unmap();
+}
+
+void Simulation::State::launch_again_when_due() {
+  landed_for_s += 1.0 / settings.frame_rate_hz;
+  if (!settings.relaunch || landed_for_s < kPauseAfterLanding_s) return;
+  ball = initial_ball(settings);
+  Settings with = settings;
+  with.seed += num_launches;  // fresh air for each flight, the same in every run
+  respawn(with);
+  launch();
+}
+
+// Goes on with another backend from the start of the scene, the state having gone with the device.
+void Simulation::State::fall_back(const DeviceError& error) {
+  if (!make_fallback) throw error;
+  const std::string failed = backend->name();
+  backend = make_fallback();
+  make_fallback = nullptr;
+  ++num_fallbacks;
+  in_flight.reset();
+  settings.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
+  reset();
+  view.message = fmt::format("{} failed ({}); going on with {} and {} parcels from the start of the scene.",
+                             failed, error.what(), backend->name(), physics.parcels.num);
 }
 
 void Simulation::State::follow_ball() {
@@ -203,37 +254,45 @@ Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)
 
 Simulation::~Simulation() = default;
 
-void Simulation::advance_frame(const Commands& commands, DrawTarget* draw) {
-  State& s = *state_;
-  s.obey(commands);
-  s.view.times = {};
-  s.view.frame_totals = {};
-  const bool waiting = s.view.flight == Flight::landed;
-  if ((!s.view.paused && !waiting) || commands.single_step) {
-    s.step_frame(draw);
-    s.follow_ball();
-    if (s.view.flight == Flight::flying && has_left(s.physics, s.ball)) {
-      s.view.flight = Flight::landed;
-      s.left_once = true;
-    }
-  } else if (draw) {
-    draw->reserve(s.physics.parcels.num);
-    s.backend->draw(draw->map());
-    draw->unmap();
+void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
+  obey(commands);
+  view.times = {};
+  view.frame_totals = {};
+  mapping = {};
+  const bool waiting = view.flight == Flight::landed;
+  if ((!view.paused && !waiting) || commands.single_step) {
+    submit_steps(target);
+  } else if (target) {
+    draw_again(*target);
   }
-  if (waiting && !s.view.paused) {
-    s.landed_for_s += 1.0 / s.settings.frame_rate_hz;
-    if (s.settings.relaunch && s.landed_for_s >= kPauseAfterLanding_s) {
-      s.ball = initial_ball(s.settings);
-      Settings with = s.settings;
-      with.seed += s.num_launches;  // fresh air for each flight, the same in every run
-      s.respawn(with);
-      s.launch();
-    }
+  if (waiting && !view.paused && !in_flight) launch_again_when_due();
+}
+
+void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
+  try {
+    state_->begin(commands, draw);
+  } catch (const DeviceError& error) {
+    state_->fall_back(error);
+  }
+  state_->update_view();
+}
+
+void Simulation::finish_frame() {
+  State& s = *state_;
+  if (!s.in_flight) return;
+  try {
+    s.collect_steps();
+  } catch (const DeviceError& error) {
+    s.fall_back(error);
   }
   s.update_view();
 }
 
+void Simulation::set_fallback(std::function<std::unique_ptr<Backend>()> make) {
+  state_->make_fallback = std::move(make);
+}
+
+int Simulation::num_fallbacks() const { return state_->num_fallbacks; }
 const FrameView& Simulation::view() const { return state_->view; }
 const Settings& Simulation::settings() const { return state_->settings; }
 Backend& Simulation::backend() { return *state_->backend; }

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -54,9 +55,22 @@ class Simulation {
   Simulation(Settings settings, std::unique_ptr<Backend> backend);
   ~Simulation();
 
-  // Applies commands, then advances by one frame (unless paused) with the last step writing `draw`, if given:
-  // reserve, map, write, unmap.
-  void advance_frame(const Commands& commands, DrawTarget* draw);
+  // Applies commands, then starts the steps of one frame (unless paused) with the last one writing `draw`, if
+  // given: reserve, map, write, unmap. A device works on them while the caller queues what draws the parcels.
+  void begin_frame(const Commands& commands, DrawTarget* draw);
+  // Waits for the frame's steps; ball, path, times and totals of the view are the frame's from here on.
+  void finish_frame();
+  void advance_frame(const Commands& commands, DrawTarget* draw) {
+    begin_frame(commands, draw);
+    finish_frame();
+  }
+
+  // Called if the backend's device fails: makes the one to go on with. Without it the DeviceError goes to the
+  // caller. The scene starts again, with at most the number of parcels that is the scene's own for a CPU; the
+  // view's message says why.
+  void set_fallback(std::function<std::unique_ptr<Backend>()> make);
+  // How often that has happened. A draw target made for the failed backend must not be used any more.
+  int num_fallbacks() const;
 
   const FrameView& view() const;
   const Settings& settings() const;

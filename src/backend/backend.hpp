@@ -28,7 +28,7 @@ struct StepRequest {
 };
 
 struct StepReport {
-  PhaseTimes times;  // whole request; a device backend reports the last finished request
+  PhaseTimes times;  // of the whole request
   StepTotals totals;
   BallState ball;  // after the last step
 };
@@ -54,7 +54,16 @@ class Backend {
   // Replaces the parcels' state; entries in the order of ids, as many as were spawned.
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
-  virtual StepReport advance(const StepRequest& request) = 0;
+  // Starts a request. A device works on it while the caller goes on; draw buffers in device memory are in
+  // use until collect(), those in host memory are written when submit returns. One request at a time:
+  // nothing but collect() may be called in between.
+  virtual void submit(const StepRequest& request) = 0;
+  // Waits for the end of the submitted request.
+  virtual StepReport collect() = 0;
+  StepReport advance(const StepRequest& request) {
+    submit(request);
+    return collect();
+  }
   // Writes the present state into the buffers without stepping.
   virtual void draw(const DrawBuffers& buffers) = 0;
 
@@ -63,6 +72,11 @@ class Backend {
   virtual std::uint64_t state_hash() = 0;
   // Bytes of state and scratch held for the parcels.
   virtual std::uint64_t memory_bytes() const = 0;
+  // Bytes that the steps and sorts of totals had to read and write at least: state, keys, cell starts. What
+  // the search for partners reads again is not counted.
+  virtual double least_bytes_moved(const StepTotals& totals) const = 0;
+  // Bytes per second, read plus written, of a plain copy of about num_bytes on the device, measured now.
+  virtual double measure_copy_bandwidth(std::size_t num_bytes) = 0;
 };
 
 // num_threads: 0 means all the machine has.

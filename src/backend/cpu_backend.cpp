@@ -147,7 +147,7 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
   ++report.totals.num_sorts;
 }
 
-StepReport CpuBackend::advance(const StepRequest& request) {
+void CpuBackend::submit(const StepRequest& request) {
   const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   StepReport report;
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
@@ -155,7 +155,7 @@ StepReport CpuBackend::advance(const StepRequest& request) {
     step(constants, request, k + 1 == request.num_steps, report);
   }
   report.ball = ball_;
-  return report;
+  report_ = report;
 }
 
 void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
@@ -283,6 +283,31 @@ std::uint64_t CpuBackend::memory_bytes() const {
   constexpr std::uint64_t kParcelBytes = sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t);
   return kParcelBytes * (current_.id.capacity() + next_.id.capacity()) + 4 * cell_start_.capacity() +
          cell_sort_.memory_bytes();
+}
+
+double CpuBackend::least_bytes_moved(const StepTotals& totals) const {
+  constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
+  constexpr double kSort = kStep + sizeof(std::uint32_t);  // the same, and the ids written
+  const double n = static_cast<double>(size());
+  const double per_sort = n * kSort + 8.0 * static_cast<double>(cell_start_.size());
+  return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
+}
+
+double CpuBackend::measure_copy_bandwidth(std::size_t num_bytes) {
+  constexpr int kRepeats = 5;
+  std::vector<std::byte> from(num_bytes), to(num_bytes);
+  double best_ms = 1e30;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    const Clock::time_point start = Clock::now();
+    team_.run([&](unsigned thread) {
+      const auto [begin, end] = team_.share(thread, num_bytes);
+      std::copy(from.begin() + static_cast<std::ptrdiff_t>(begin),
+                from.begin() + static_cast<std::ptrdiff_t>(end),
+                to.begin() + static_cast<std::ptrdiff_t>(begin));
+    });
+    best_ms = std::min(best_ms, milliseconds_since(start));
+  }
+  return 2e3 * static_cast<double>(num_bytes) / best_ms;
 }
 
 }  // namespace pf

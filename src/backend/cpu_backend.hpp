@@ -21,12 +21,15 @@ class CpuBackend final : public Backend {
   void set_physics(const Physics& physics) override { physics_ = physics; }
   void set_ball(const BallState& ball) override { ball_ = ball; }
   void restore(const ParcelSnapshot& snapshot) override;
-  StepReport advance(const StepRequest& request) override;
+  void submit(const StepRequest& request) override;
+  StepReport collect() override { return report_; }
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
+  double least_bytes_moved(const StepTotals& totals) const override;
+  double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
   // What the loop over a share of the parcels reads and writes.
@@ -62,6 +65,7 @@ class CpuBackend final : public Backend {
   std::vector<std::uint32_t> cell_start_;
   std::int64_t travel_ = 0;  // largest displacement along an axis since the sort, summed over steps
   bool sorted_ = false;
+  StepReport report_;  // of the last request
 };
 
 }  // namespace pf

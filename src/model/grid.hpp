@@ -20,6 +20,8 @@ struct GridShape {
   std::uint32_t factor_x = 0;  // cell = (offset * factor) >> 32
   std::uint32_t factor_y = 0;
 
+  bool operator==(const GridShape&) const = default;
+
   PF_HD std::uint32_t num_cells() const {
     return static_cast<std::uint32_t>(num_x) * static_cast<std::uint32_t>(num_y);
   }

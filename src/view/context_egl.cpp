@@ -99,7 +99,7 @@ class OffscreenContext final : public GlContext {
         static_cast<float>(size_.width < size_.height * 16 / 9 ? size_.width * 9 / 16 : size_.height);
     return share > 720.0F ? share / 720.0F : 1.0F;
   }
-  void present() override {}
+  void present() override { glFlush(); }
   void poll_events() override {}
   bool close_asked() const override { return false; }
 

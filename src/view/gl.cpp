@@ -53,6 +53,22 @@ GLuint compile(GLenum stage, const std::string& file_name) {
   throw DeviceError(fmt::format("shader {} does not compile: {}", file_name, log));
 }
 
+void attach(const GlProgram& program, GLenum stage, const std::string& file_name) {
+  const GLuint shader = compile(stage, file_name);
+  glAttachShader(program.get(), shader);
+  glDeleteShader(shader);  // lives on while it is attached
+}
+
+void link(const GlProgram& program, const std::string& name) {
+  glLinkProgram(program.get());
+  GLint linked = GL_FALSE;
+  glGetProgramiv(program.get(), GL_LINK_STATUS, &linked);
+  if (linked == GL_TRUE) return;
+  char log[2048] = "";
+  glGetProgramInfoLog(program.get(), sizeof(log), nullptr, log);
+  throw DeviceError(fmt::format("shader program {} does not link: {}", name, log));
+}
+
 }  // namespace
 
 GlBuffer make_buffer() {
@@ -69,19 +85,17 @@ GlVertexArray make_vertex_array() {
 
 GlProgram load_program(const std::string& name, const std::string& fragment) {
   GlProgram program(glCreateProgram());
-  const GLuint vertex_shader = compile(GL_VERTEX_SHADER, name + ".vert");
-  glAttachShader(program.get(), vertex_shader);
-  glDeleteShader(vertex_shader);  // lives on while it is attached
-  const GLuint fragment_shader = compile(GL_FRAGMENT_SHADER, (fragment.empty() ? name : fragment) + ".frag");
-  glAttachShader(program.get(), fragment_shader);
-  glDeleteShader(fragment_shader);
-  glLinkProgram(program.get());
-  GLint linked = GL_FALSE;
-  glGetProgramiv(program.get(), GL_LINK_STATUS, &linked);
-  if (linked == GL_TRUE) return program;
-  char log[2048] = "";
-  glGetProgramInfoLog(program.get(), sizeof(log), nullptr, log);
-  throw DeviceError(fmt::format("shader program {} does not link: {}", name, log));
+  attach(program, GL_VERTEX_SHADER, name + ".vert");
+  attach(program, GL_FRAGMENT_SHADER, (fragment.empty() ? name : fragment) + ".frag");
+  link(program, name);
+  return program;
+}
+
+GlProgram load_compute_program(const std::string& name) {
+  GlProgram program(glCreateProgram());
+  attach(program, GL_COMPUTE_SHADER, name + ".comp");
+  link(program, name);
+  return program;
 }
 
 void GlFence::place() {

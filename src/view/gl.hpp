@@ -57,6 +57,8 @@ GlVertexArray make_vertex_array();
 // has them: $PICKLEFLIGHT_SHADERS, the source tree's, the installed one. Throws DeviceError with the
 // compiler's log.
 GlProgram load_program(const std::string& name, const std::string& fragment = "");
+// The same for shaders/<name>.comp alone.
+GlProgram load_compute_program(const std::string& name);
 
 // A fence that holds until the GPU has passed the point where it was placed.
 class GlFence {

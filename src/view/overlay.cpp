@@ -253,9 +253,7 @@ void Overlay::show_status(const FrameView& frame, float x, float y, float scale)
   std::string hits = grouped(frame.totals.num_collisions) + " collisions";
   if (frame.physics->ball.present) hits += ", " + grouped(frame.totals.num_ball_hits) + " ball hits";
   text(x, y + 4.2F * row, kDim, fitting(hits, width));
-  std::string drawn = info_.draw_target;
-  if (info_.drawn_one_in > 1) drawn += fmt::format("; 1 in {} drawn", info_.drawn_one_in);
-  text(x, y + 5.15F * row, kDim, fitting(drawn, width));
+  text(x, y + 5.15F * row, kDim, fitting(info_.draw_target, width));
 }
 
 void Overlay::show_phases(float x, float y, float scale) const {

@@ -18,7 +18,6 @@ constexpr int kNumOverlayModes = 3;
 struct OverlayInfo {
   std::string device;       // what draws
   std::string draw_target;  // kind and reason
-  std::uint32_t drawn_one_in = 1;
 };
 
 // Pixels from the top left.
@@ -39,7 +38,7 @@ class Overlay {
   void add_steps(const FrameView& frame) { term_costs_.add_frame(frame); }
   // Describes the strip, and the notices at the top of the scene, to ImGui.
   void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place) const;
-  void set_drawn_one_in(std::uint32_t one_in) { info_.drawn_one_in = one_in; }
+  void set_draw_target(std::string text) { info_.draw_target = std::move(text); }
 
   // Height that the strip takes.
   static float height_px(OverlayMode mode, float scale);

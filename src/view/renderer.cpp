@@ -30,27 +30,15 @@ void set_uniform(const GlProgram& program, const char* name, Vec2f value) {
   glProgramUniform2f(program.get(), glGetUniformLocation(program.get(), name), value.x, value.y);
 }
 
-// How a parcel of diameter d pixels is drawn: the side of its square, its alpha, and one in how many.
-struct PointStyle {
-  float side_px, alpha;
-  std::uint32_t one_in;
-  bool disc;
-};
+// From this diameter on a parcel is drawn as a disc of its own; below, it is counted in its pixel.
+constexpr double kFirstDisc_px = 1.6;
+constexpr float kDiscAlpha = 0.95F;
 
-// Below 1.6 px a square of whole pixels stands for the disc. Alpha is the share of the square that the disc
-// covers to the power 0.75: a little more than its share, so that air of 10 % area fraction is seen at any N.
-// Below 1/64 an 8-bit picture would round a parcel away: then fewer are drawn, each with a larger share.
-PointStyle point_style(double diameter_px) {
-  constexpr double kFirstDisc_px = 1.6;
-  constexpr double kLeastAlpha = 1.0 / 64.0;
-  constexpr std::uint32_t kMostLeftOut = 128;  // strides of vertex arrays end at 2048 bytes
-  if (diameter_px >= kFirstDisc_px) return {static_cast<float>(diameter_px) + 1.5F, 0.95F, 1, true};
-  const double side_px = std::max(1.0, std::round(diameter_px));
-  const double share = std::min(1.0, 0.25 * kPi * diameter_px * diameter_px / (side_px * side_px));
-  const double alpha = 0.95 * std::pow(share, 0.75);
-  const double one_in = std::clamp(std::round(kLeastAlpha / std::max(alpha, 1e-9)), 1.0, 1.0 * kMostLeftOut);
-  return {static_cast<float>(side_px), static_cast<float>(std::min(alpha * one_in, 0.95)),
-          static_cast<std::uint32_t>(one_in), false};
+// A counted parcel's alpha is the share of the pixel that it covers to the power 0.75: a little more than its
+// share, so that air of 10 % area fraction is seen at any N.
+float counted_alpha(double diameter_px) {
+  const double share = std::min(1.0, 0.25 * kPi * diameter_px * diameter_px);
+  return kDiscAlpha * static_cast<float>(std::pow(share, 0.75));
 }
 
 // A round number of metres that cuts the side into 5 to 12 parts.
@@ -67,8 +55,7 @@ double grid_step(double side_m) {
 Renderer::Renderer()
     : court_(load_program("fullscreen", "court")),
       box_(load_program("fullscreen", "box")),
-      square_parcels_(load_program("parcels", "parcels_square")),
-      disc_parcels_(load_program("parcels", "parcels_disc")),
+      discs_(load_program("parcels")),
       path_(load_program("path")),
       ball_(load_program("ball")),
       view_buffer_(make_buffer()),
@@ -89,19 +76,28 @@ Renderer::Renderer()
   add(path_array_, 2, 1, offsetof(PathVertex, along), 0);
 }
 
-void Renderer::draw(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
-                    const Viewport& viewport) {
+void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
+                        const Viewport& viewport) {
   set_view(camera, viewport);
   draw_floor(frame, camera, viewport);
+  bind_for_blending(viewport);
+  if (parcels != nullptr && parcels->position_buffer != 0 && frame.num_parcels > 0) {
+    draw_parcels(frame, *parcels, camera, viewport);
+  }
+}
+
+void Renderer::draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
+  set_view(camera, viewport);
+  bind_for_blending(viewport);
+  if (show_path_) draw_paths(frame, camera, viewport.scale);
+  if (frame.physics->ball.present) draw_ball(frame, camera);
+}
+
+void Renderer::bind_for_blending(const Viewport& viewport) {
   glBindFramebuffer(GL_FRAMEBUFFER, viewport.framebuffer);
   glViewport(0, 0, viewport.size.width, viewport.size.height);
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  if (parcels != nullptr && parcels->position_buffer != 0 && frame.num_parcels > 0) {
-    draw_parcels(frame, *parcels, camera);
-  }
-  if (show_path_) draw_paths(frame, camera, viewport.scale);
-  if (frame.physics->ball.present) draw_ball(frame, camera);
 }
 
 void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
@@ -146,27 +142,29 @@ void Renderer::paint_floor(const FloorKey& key) {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera) {
+void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
+                            const Viewport& viewport) {
   const double diameter_px = 2.0 * frame.physics->parcels.radius_m / camera.metres_per_px;
-  const PointStyle style = point_style(diameter_px);
-  const GlProgram& program = style.disc ? disc_parcels_ : square_parcels_;
   const Settings& settings = *frame.settings;
   const double top_mps =
       top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
-  set_uniform(program, "point_px", style.side_px);
-  set_uniform(program, "per_color_mps", static_cast<float>(1.0 / top_mps));
-  set_uniform(program, "alpha", style.alpha);
-  if (style.disc) set_uniform(program, "radius_px", static_cast<float>(0.5 * diameter_px));
-  const auto stride = static_cast<GLsizei>(style.one_in);
+  const auto per_color_mps = static_cast<float>(1.0 / top_mps);
+  if (diameter_px < kFirstDisc_px) {
+    splat_.draw(parcels, frame.num_parcels, {per_color_mps, counted_alpha(diameter_px)}, viewport.size);
+    return;
+  }
+  set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);
+  set_uniform(discs_, "radius_px", static_cast<float>(0.5 * diameter_px));
+  set_uniform(discs_, "per_color_mps", per_color_mps);
+  set_uniform(discs_, "alpha", kDiscAlpha);
   glVertexArrayVertexBuffer(parcel_array_.get(), 0, parcels.position_buffer, parcels.position_offset,
-                            stride * static_cast<GLsizei>(sizeof(Vec2f)));
+                            sizeof(Vec2f));
   glVertexArrayVertexBuffer(parcel_array_.get(), 1, parcels.speed_buffer, parcels.speed_offset,
-                            stride * static_cast<GLsizei>(sizeof(float)));
+                            sizeof(float));
   glEnable(GL_PROGRAM_POINT_SIZE);
-  glUseProgram(program.get());
+  glUseProgram(discs_.get());
   glBindVertexArray(parcel_array_.get());
-  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels / style.one_in));
-  drawn_one_in_ = style.one_in;
+  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
 }
 
 void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {

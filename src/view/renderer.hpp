@@ -9,6 +9,7 @@
 #include "view/context.hpp"
 #include "view/gl.hpp"
 #include "view/parcel_buffers.hpp"
+#include "view/splat.hpp"
 
 namespace pf {
 
@@ -23,15 +24,14 @@ class Renderer {
  public:
   Renderer();  // throws DeviceError if a shader is missing or does not compile
 
-  // parcels: null if there are none to draw. Covers the whole viewport.
-  void draw(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
-            const Viewport& viewport);
+  // Floor and parcels; covers the whole viewport. Needs nothing of the frame that is known only when its
+  // steps are done. parcels: null if there are none to draw.
+  void draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
+                const Viewport& viewport);
+  // Paths and ball, on top.
+  void draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport);
 
   void set_show_path(bool shown) { show_path_ = shown; }
-
-  // One in how many parcels was drawn: more than 1 where so many share a pixel that one's share of it is lost
-  // in rounding.
-  std::uint32_t drawn_one_in() const { return drawn_one_in_; }
 
  private:
   // What the kept picture of the floor was drawn for.
@@ -57,12 +57,15 @@ class Renderer {
   void set_view(const Camera& camera, const Viewport& viewport);
   void draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport);
   void paint_floor(const FloorKey& key);
-  void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera);
+  void bind_for_blending(const Viewport& viewport);
+  void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
+                    const Viewport& viewport);
   void draw_paths(const FrameView& frame, const Camera& camera, float scale);
   void draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style);
   void draw_ball(const FrameView& frame, const Camera& camera);
 
-  GlProgram court_, box_, square_parcels_, disc_parcels_, path_, ball_;
+  GlProgram court_, box_, discs_, path_, ball_;
+  Splat splat_;
   GlBuffer view_buffer_, path_buffer_;
   GlVertexArray empty_array_, parcel_array_, path_array_;
   ColorTarget floor_;
@@ -70,7 +73,6 @@ class Renderer {
   std::vector<Vec2f> path_points_;
   std::vector<PathVertex> path_vertices_;
   std::size_t path_capacity_ = 0;
-  std::uint32_t drawn_one_in_ = 1;
   bool show_path_ = true;
 };
 

@@ -23,9 +23,13 @@ constexpr double kAfterFlight_s = 0.5;
 constexpr double kMargin_px = 14.0;  // around the fitted world, layout pixels
 constexpr double kApron_m = 0.30;    // shown beyond a world: the ball leaves through it
 
-std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const GlContextInfo& info) {
-  if (hooks.make_draw_target) return hooks.make_draw_target(info);
+std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const std::string& backend) {
+  if (hooks.make_draw_target) return hooks.make_draw_target(backend);
   return std::make_unique<HostDrawTarget>("CPU backend");
+}
+
+std::string describe(const GlDrawTarget& target) {
+  return fmt::format("{}: {}", kDrawTargetNames[static_cast<int>(target.kind())], target.reason());
 }
 
 class Stage {
@@ -39,12 +43,15 @@ class Stage {
   void follow_switches(const InputFrame& input);
   ViewRegion free_region() const;
   void fit_camera();
-  void advance();
+  void begin_steps();
+  void finish_steps();
   void describe_overlay();
-  void draw_scene(const Viewport& viewport);
+  void draw_air(const Viewport& viewport);
+  void draw_flight(const Viewport& viewport);
   void draw_gui(const Viewport& viewport);
   void take_frame(const Viewport& viewport);
   void present(const Viewport& viewport);
+  void follow_fallback();
   void write_panel_map();
   bool ended();
   void keep_pace();
@@ -72,6 +79,7 @@ class Stage {
   SizePx size_;
   float scale_;       // of text and margins; fonts are made for it once
   PhaseTimes times_;  // of the frame in hand
+  double draw_air_ms_ = 0.0;
   std::string panel_layout_;
   std::int64_t num_frames_ = 0;
   std::int64_t frames_after_flight_ = 0;
@@ -87,21 +95,18 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       simulation_(simulation),
       record_(record),
       hooks_(hooks),
-      target_(make_draw_target(hooks, context.info())),
+      target_(make_draw_target(hooks, simulation.backend().name())),
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels),
-      overlay_({context.info().renderer,
-                fmt::format("{}: {}", kDrawTargetNames[static_cast<int>(target_->kind())], target_->reason()),
-                1}),
+      overlay_({context.info().renderer, describe(*target_)}),
       film_(options, context.size_px()),
       scale_(context.content_scale()) {
   switches_.show_panel = options.show_panel && context.window() != nullptr;
   switches_.show_path = options.show_path;
   if (hooks.announce) {
-    hooks.announce(fmt::format("drawing: {} ({}), draw target {}: {}", context.info().renderer,
-                               context.info().platform, kDrawTargetNames[static_cast<int>(target_->kind())],
-                               target_->reason()));
+    hooks.announce(fmt::format("drawing: {} ({}), draw target {}", context.info().renderer,
+                               context.info().platform, describe(*target_)));
   }
 }
 
@@ -117,12 +122,14 @@ int Stage::run() {
     }
     commands_ = handle_input();
     if (commands_.quit) break;
-    advance();
-    describe_overlay();
     const bool through_canvas = context_.window() == nullptr || film_.wanted();
     if (through_canvas) canvas_.resize(size_.width, size_.height);
     const Viewport viewport = {through_canvas ? canvas_.framebuffer() : 0, size_, scale_};
-    draw_scene(viewport);
+    begin_steps();
+    draw_air(viewport);  // queued behind the steps, so that a device has work while the host waits for them
+    finish_steps();
+    describe_overlay();
+    draw_flight(viewport);
     draw_gui(viewport);
     take_frame(viewport);
     present(viewport);
@@ -198,9 +205,24 @@ void Stage::fit_camera() {
   camera_.fit(2.0 * (half_m.x + apron_m), 2.0 * half_m.y, free_region(), kMargin_px * scale_);
 }
 
-void Stage::advance() {
-  simulation_.advance_frame(commands_, target_.get());
+void Stage::begin_steps() {
+  const int num_fallbacks = simulation_.num_fallbacks();
+  simulation_.begin_frame(commands_, target_.get());
+  if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
+}
+
+void Stage::finish_steps() {
+  const int num_fallbacks = simulation_.num_fallbacks();
+  simulation_.finish_frame();
+  if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
+}
+
+void Stage::follow_fallback() {
+  target_ = make_draw_target(hooks_, simulation_.backend().name());
+  overlay_.set_draw_target(describe(*target_));
+  if (hooks_.announce)
+    hooks_.announce(fmt::format("{} Draw target {}", simulation_.view().message, describe(*target_)));
 }
 
 void Stage::describe_overlay() {
@@ -210,24 +232,30 @@ void Stage::describe_overlay() {
   place.width_px = static_cast<float>(size_.width) - place.left_px;
   place.bottom_px = static_cast<float>(size_.height);
   place.scale = scale_;
-  overlay_.set_drawn_one_in(renderer_.drawn_one_in());
   overlay_.show(simulation_.view(), static_cast<OverlayMode>(switches_.overlay_mode), place);
   gui_.end_frame();
 }
 
-void Stage::draw_scene(const Viewport& viewport) {
+void Stage::draw_air(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
   const ParcelBuffers parcels = target_->buffers();
   draw_timer_.begin();
-  renderer_.set_show_path(switches_.show_path);
-  renderer_.draw(simulation_.view(), &parcels, camera_, viewport);
+  renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
   draw_timer_.end();
   target_->frame_drawn();
   settle();
-  // A GPU works on after the calls return; its own clock tells how long, a frame or two late.
-  times_[Phase::draw] = context_.info().software
-                            ? milliseconds_since(start)
-                            : std::max(draw_timer_.newest_ms(), milliseconds_since(start));
+  draw_air_ms_ = milliseconds_since(start);
+}
+
+void Stage::draw_flight(const Viewport& viewport) {
+  const Clock::time_point start = Clock::now();
+  renderer_.set_show_path(switches_.show_path);
+  renderer_.draw_flight(simulation_.view(), camera_, viewport);
+  settle();
+  const double host_ms = draw_air_ms_ + milliseconds_since(start);
+  // A GPU works on after the calls return; its own clock tells how long the parcels took, a frame or two
+  // late.
+  times_[Phase::draw] = context_.info().software ? host_ms : std::max(draw_timer_.newest_ms(), host_ms);
 }
 
 void Stage::draw_gui(const Viewport& viewport) {

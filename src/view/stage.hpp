@@ -22,8 +22,9 @@ inline std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set it");
 
 struct StageHooks {
-  // Makes the draw target; null: the host target. Called once, with the context current.
-  std::function<std::unique_ptr<GlDrawTarget>(const GlContextInfo&)> make_draw_target;
+  // Makes the draw target for the backend of that name; null: the host target. Called with the context
+  // current, at the start and again if another backend had to take over.
+  std::function<std::unique_ptr<GlDrawTarget>(const std::string& backend)> make_draw_target;
   // Told each thing that a person should know once (what draws and why); null: nobody.
   std::function<void(const std::string&)> announce;
   // Written whenever the panel's controls move: where each is (ControlMap). Empty: never.

@@ -28,7 +28,10 @@ class ToldBackend : public Backend {
   void set_physics(const Physics&) override {}
   void set_ball(const BallState&) override {}
   void restore(const ParcelSnapshot&) override {}
-  StepReport advance(const StepRequest&) override { return {}; }
+  void submit(const StepRequest&) override {}
+  StepReport collect() override { return {}; }
+  double least_bytes_moved(const StepTotals&) const override { return 0.0; }
+  double measure_copy_bandwidth(std::size_t) override { return 0.0; }
   void draw(const DrawBuffers&) override {}
   ParcelSnapshot snapshot() override { return {}; }
   Measures measure() override { return measures; }
@@ -117,6 +120,7 @@ TEST_F(Report, HasTheAgreedKeys) {
                                              "num_parcels",
                                              "num_retired",
                                              "particle_steps_per_s",
+                                             "frame_ms",
                                              "phase_ms",
                                              "restitution",
                                              "scene",

@@ -1,0 +1,117 @@
+// The simulation loop when something breaks: a device that fails, a number that is none.
+#include "app/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "core/error.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+// The CPU backend under another name, whose device is lost at one call.
+class LosingBackend final : public Backend {
+ public:
+  enum class At { submit, collect, draw };
+  LosingBackend(At at, int calls_until) : at_(at), calls_left_(calls_until), real_(make_cpu_backend(1)) {}
+
+  std::string name() const override { return "losing"; }
+  std::string device() const override { return "a device"; }
+  void reset(const Physics& p, const SpawnPlan& plan, const BallState& b) override {
+    real_->reset(p, plan, b);
+  }
+  void set_physics(const Physics& p) override { real_->set_physics(p); }
+  void set_ball(const BallState& b) override { real_->set_ball(b); }
+  void restore(const ParcelSnapshot& s) override { real_->restore(s); }
+  void submit(const StepRequest& r) override {
+    lose(At::submit);
+    real_->submit(r);
+  }
+  StepReport collect() override {
+    lose(At::collect);
+    return real_->collect();
+  }
+  void draw(const DrawBuffers& b) override {
+    lose(At::draw);
+    real_->draw(b);
+  }
+  ParcelSnapshot snapshot() override { return real_->snapshot(); }
+  Measures measure() override { return real_->measure(); }
+  std::uint64_t state_hash() override { return real_->state_hash(); }
+  std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
+  double least_bytes_moved(const StepTotals& t) const override { return real_->least_bytes_moved(t); }
+  double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
+
+ private:
+  void lose(At at) {
+    if (at == at_ && calls_left_-- == 0) throw DeviceError("the device fell off the bus");
+  }
+  At at_;
+  int calls_left_;
+  std::unique_ptr<Backend> real_;
+};
+
+class Fallback : public testing::TestWithParam<LosingBackend::At> {};
+
+TEST_P(Fallback, GoesOnFromTheStartOfTheSceneAndSaysSo) {
+  Simulation simulation(court(500), std::make_unique<LosingBackend>(GetParam(), 3));
+  simulation.set_fallback([] { return make_cpu_backend(1); });
+  Commands pause;
+  pause.toggle_pause = GetParam() == LosingBackend::At::draw;  // a paused frame is only drawn
+  struct NoTarget final : DrawTarget {
+    DrawTargetKind kind() const override { return DrawTargetKind::host; }
+    void reserve(std::size_t n) override { position.resize(n), speed.resize(n); }
+    DrawBuffers map() override { return {position.data(), speed.data(), position.size(), false}; }
+    void unmap() override {}
+    std::vector<Vec2f> position;
+    std::vector<float> speed;
+  } target;
+  for (int frame = 0; frame < 4; ++frame) simulation.advance_frame(frame == 0 ? pause : Commands{}, &target);
+  EXPECT_EQ(simulation.num_fallbacks(), 1);
+  EXPECT_EQ(simulation.backend().name(), "cpu");
+  EXPECT_NE(simulation.view().message.find("fell off the bus"), std::string::npos)
+      << simulation.view().message;
+  EXPECT_EQ(simulation.view().simulated_s, 0.0);
+
+  Simulation fresh(court(500), make_cpu_backend(1));
+  if (pause.toggle_pause)
+    simulation.advance_frame(pause, nullptr);  // go on
+  else
+    simulation.advance_frame({}, nullptr);
+  fresh.advance_frame({}, nullptr);
+  EXPECT_EQ(simulation.backend().state_hash(), fresh.backend().state_hash());
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryCall, Fallback,
+                         testing::Values(LosingBackend::At::submit, LosingBackend::At::collect,
+                                         LosingBackend::At::draw));
+
+TEST(Simulation, WithoutAFallbackTheErrorGoesToTheCaller) {
+  Simulation simulation(court(500), std::make_unique<LosingBackend>(LosingBackend::At::collect, 0));
+  EXPECT_THROW(simulation.advance_frame({}, nullptr), DeviceError);
+}
+
+TEST(Simulation, ANumberThatIsNonePausesTheRunWithStepCountAndFirstId) {
+  Simulation simulation(court(500), make_cpu_backend(1));
+  simulation.advance_frame({}, nullptr);
+  const std::uint64_t steps_before = simulation.view().totals.num_steps;
+  ParcelSnapshot broken = simulation.backend().snapshot();
+  broken.velocity[77].x = std::numeric_limits<float>::quiet_NaN();
+  broken.velocity[123].y = std::numeric_limits<float>::infinity();
+  simulation.backend().restore(broken);
+  simulation.advance_frame({}, nullptr);
+  EXPECT_TRUE(simulation.view().paused);
+  EXPECT_EQ(simulation.view().frame_totals.first_invalid_id, 77U);
+  const std::string& message = simulation.view().message;
+  EXPECT_NE(message.find("in step " + std::to_string(steps_before)), std::string::npos) << message;
+  EXPECT_NE(message.find("id 77"), std::string::npos) << message;
+  const double simulated_s = simulation.view().simulated_s;
+  simulation.advance_frame({}, nullptr);
+  EXPECT_EQ(simulation.view().simulated_s, simulated_s) << "paused";
+}
+
+}  // namespace
+}  // namespace pf::test
