@@ -150,7 +150,11 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
       top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
   const auto per_color_mps = static_cast<float>(1.0 / top_mps);
   if (diameter_px < kFirstDisc_px) {
-    splat_.draw(parcels, frame.num_parcels, {per_color_mps, counted_alpha(diameter_px)}, viewport.size);
+    const Vec2d half_px =
+        to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
+    const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
+    splat_.draw(parcels, frame.num_parcels, {per_color_mps, counted_alpha(diameter_px), per_pixel},
+                viewport.size);
     return;
   }
   set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);

