@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "backend/draw_buffers.hpp"
+#include "backend/event_record.hpp"
 #include "core/timing.hpp"
-#include "model/contact.hpp"
+#include "model/exact.hpp"
 #include "model/measures.hpp"
 #include "model/spawn.hpp"
 
@@ -22,9 +23,11 @@ struct StepRequest {
   Method method = Method::impulse;
   Neighbors neighbors = Neighbors::grid;
   std::uint32_t num_steps = 1;
-  double dt_s = 0.0;                  // > 0
-  double spring_contact_s = 0.0;      // contact duration of `spring`, > 0 when that is the method
-  const DrawBuffers* draw = nullptr;  // written by the last step; null: nothing is drawn
+  double dt_s = 0.0;                           // > 0
+  double spring_contact_s = 0.0;               // contact duration of `spring`, > 0 when that is the method
+  double contact_clock_s = 0.0;                // contact duration of the TC model in `exact`; 0: off
+  std::vector<EventRecord>* events = nullptr;  // `exact` on the CPU appends its events; null: not wanted
+  const DrawBuffers* draw = nullptr;           // written by the last step; null: nothing is drawn
 };
 
 struct StepReport {
@@ -84,5 +87,13 @@ std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads);
 
 // Constants of a step of dt_s, derived from the physics; the same for every backend.
 StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s);
+
+// What does not change from step to step of method `exact`: all but begin, length, the bound on speeds and
+// the ball's role. contact_clock_s: see StepRequest.
+ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s);
+
+// How the ball takes part in a step of method `exact`: frozen if what a step's hits change is below 1e-6 of
+// what they are, 2 (m / m_b) times the hits expected in dt_s.
+BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s);
 
 }  // namespace pf

@@ -11,8 +11,8 @@ ThreadTeam::Share slice(unsigned index, unsigned num_slices, std::size_t count) 
 
 }  // namespace
 
-void CellSort::sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from, ParcelArrays& to,
-                    std::vector<std::uint32_t>& cell_start, PhaseTimes& times) {
+void CellSort::sort(ThreadTeam& team, const GridShape& grid, const Vec2i* where, const ParcelArrays& from,
+                    ParcelArrays& to, std::vector<std::uint32_t>& cell_start, PhaseTimes& times) {
   num_keys_ = grid.num_cells() + 1;
   num_slices_ = std::min(team.size(), kMaxSlices);
   keys_.resize(from.id.size());
@@ -20,7 +20,7 @@ void CellSort::sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays&
   cell_start.resize(num_keys_ + 1);
   {
     ScopedPhase timing(times, Phase::sort);
-    count(team, grid, from);
+    count(team, grid, where, from.id.size());
   }
   {
     ScopedPhase timing(times, Phase::grid);
@@ -30,14 +30,14 @@ void CellSort::sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays&
   scatter(team, from, to);
 }
 
-void CellSort::count(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from) {
+void CellSort::count(ThreadTeam& team, const GridShape& grid, const Vec2i* where, std::size_t num_parcels) {
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* counts = offsets_.data() + thread * num_keys_;
     std::fill_n(counts, num_keys_, 0U);
-    const auto [begin, end] = slice(thread, num_slices_, from.id.size());
+    const auto [begin, end] = slice(thread, num_slices_, num_parcels);
     for (std::size_t i = begin; i < end; ++i) {
-      keys_[i] = cell_key(grid, from.position[i]);
+      keys_[i] = cell_key(grid, where[i]);
       ++counts[keys_[i]];
     }
   });
@@ -72,6 +72,9 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
 }
 
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
+  to.tick.resize(from.tick.size());
+  to.clock.resize(from.clock.size());
+  const bool has_tick = !from.tick.empty(), has_clock = !from.clock.empty();
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* places = offsets_.data() + thread * num_keys_;
@@ -81,6 +84,8 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.position[place] = from.position[i];
       to.velocity[place] = from.velocity[i];
       to.id[place] = from.id[i];
+      if (has_tick) to.tick[place] = from.tick[i];
+      if (has_clock) to.clock[place] = from.clock[i];
     }
   });
 }

@@ -16,6 +16,9 @@ struct ParcelArrays {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
   std::vector<std::uint32_t> id;
+  // Method `exact` only, else empty: position is where a parcel's last event was, tick when.
+  std::vector<std::uint32_t> tick;
+  std::vector<std::uint32_t> clock;  // of the TC model: tick of its last contact with parcel or wall
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
@@ -26,16 +29,17 @@ struct ParcelArrays {
 
 class CellSort {
  public:
-  // Copies from -> to in the order of cells, parcels of one cell in their old order, retired ones last.
+  // Copies from -> to in the order of the cells of `where` (from's order), parcels of one cell in their old
+  // order, retired ones last.
   // cell_start: becomes num_cells() + 2 entries; [k], [k + 1] bound cell k. Times go to Phase::sort and
   // Phase::grid.
-  void sort(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from, ParcelArrays& to,
-            std::vector<std::uint32_t>& cell_start, PhaseTimes& times);
+  void sort(ThreadTeam& team, const GridShape& grid, const Vec2i* where, const ParcelArrays& from,
+            ParcelArrays& to, std::vector<std::uint32_t>& cell_start, PhaseTimes& times);
 
   std::uint64_t memory_bytes() const { return 4 * (keys_.capacity() + offsets_.capacity()); }
 
  private:
-  void count(ThreadTeam& team, const GridShape& grid, const ParcelArrays& from);
+  void count(ThreadTeam& team, const GridShape& grid, const Vec2i* where, std::size_t num_parcels);
   void accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start);
   void scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <tuple>
 
 #include "model/step.hpp"
 
@@ -47,40 +48,51 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
   physics_ = physics;
   ball_ = ball;
   step_ = 0;
-  sorted_ = false;
-  current_.resize(plan.num_parcels);
-  next_.resize(plan.num_parcels);
+  exact_.reset_time();
+  parcels_.resize(plan.num_parcels);
   const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_begin[plan.num_rows] : 0;
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, plan.num_parcels);
     for (std::size_t i = begin; i < end; ++i) {
       const Parcel parcel = spawn_parcel(plan, num_sites, static_cast<std::uint32_t>(i));
-      current_.position[i] = parcel.position;
-      current_.velocity[i] = parcel.velocity;
-      current_.id[i] = parcel.id;
+      parcels_.current.position[i] = parcel.position;
+      parcels_.current.velocity[i] = parcel.velocity;
+      parcels_.current.id[i] = parcel.id;
     }
   });
 }
 
+void CpuBackend::set_physics(const Physics& physics) {
+  const auto lines_are_of = [](const Physics& p) {
+    return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
+  };
+  if (lines_are_of(physics) != lines_are_of(physics_)) stop_exact();
+  physics_ = physics;
+}
+
+void CpuBackend::set_ball(const BallState& ball) {
+  ball_ = ball;
+  exact_.forget_ball();
+}
+
 void CpuBackend::restore(const ParcelSnapshot& snapshot) {
-  current_.resize(snapshot.position.size());
-  next_.resize(snapshot.position.size());
-  std::copy(snapshot.position.begin(), snapshot.position.end(), current_.position.begin());
-  std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), current_.velocity.begin());
-  for (std::size_t i = 0; i < size(); ++i) current_.id[i] = static_cast<std::uint32_t>(i);
-  sorted_ = false;
+  stop_exact();
+  parcels_.resize(snapshot.position.size());
+  std::copy(snapshot.position.begin(), snapshot.position.end(), parcels_.current.position.begin());
+  std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels_.current.velocity.begin());
+  for (std::size_t i = 0; i < size(); ++i) parcels_.current.id[i] = static_cast<std::uint32_t>(i);
 }
 
 template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
 void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
   const StepConstants& c = loop.constants;
-  const Vec2i* position = current_.position.data();
+  const Vec2i* position = parcels_.current.position.data();
   SearchScratch scratch;
   for (std::size_t i = begin; i < end; ++i) {
-    const Parcel self{position[i], current_.velocity[i], current_.id[i]};
+    const Parcel self{position[i], parcels_.current.velocity[i], parcels_.current.id[i]};
     if (is_retired(self.position)) {
-      next_.position[i] = self.position;
-      next_.velocity[i] = self.velocity;
+      parcels_.next.position[i] = self.position;
+      parcels_.next.velocity[i] = self.velocity;
       if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, self.position, self.velocity);
       continue;
     }
@@ -88,7 +100,7 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
     if constexpr (kContacts) {
       loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
       for (const std::uint32_t j : scratch.finds) {
-        const Parcel other{position[j], current_.velocity[j], current_.id[j]};
+        const Parcel other{position[j], parcels_.current.velocity[j], parcels_.current.id[j]};
         const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
         add_contact<Contact>(c, self, other, offset, sums, tally);
       }
@@ -96,10 +108,10 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
     const Parcel after = finish_step<kBall, kBoundary>(c, loop.ball, loop.key, self, sums, tally);
     // Field by field: as pairs they would be read back from the stack in one load across two stores, which
     // stalls (a third of the step's time).
-    next_.position[i].x = after.position.x;
-    next_.position[i].y = after.position.y;
-    next_.velocity[i].x = after.velocity.x;
-    next_.velocity[i].y = after.velocity.y;
+    parcels_.next.position[i].x = after.position.x;
+    parcels_.next.position[i].y = after.position.y;
+    parcels_.next.velocity[i].x = after.velocity.x;
+    parcels_.next.velocity[i].y = after.velocity.y;
     if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, after.position, after.velocity);
   }
 }
@@ -137,19 +149,25 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
   if (!search) return;
   const double reach = constants.contact_reach + static_cast<double>(travel_);
-  if (sorted_ && reach <= kLargestReach * constants.contact_distance) return;
-  grid_ = choose_grid(physics_.world, static_cast<std::uint32_t>(size()),
-                      kCellWidth * constants.contact_distance);
-  cell_sort_.sort(team_, grid_, current_, next_, cell_start_, report.times);
-  std::swap(current_, next_);
+  if (parcels_.sorted && reach <= kLargestReach * constants.contact_distance) return;
+  parcels_.sort(team_, physics_.world, kCellWidth * constants.contact_distance,
+                parcels_.current.position.data(), report.times);
   travel_ = 0;
-  sorted_ = true;
   ++report.totals.num_sorts;
 }
 
 void CpuBackend::submit(const StepRequest& request) {
-  const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   StepReport report;
+  if (request.method == Method::exact) {
+    if (!exact_.active()) start_exact(request);
+    exact_.advance(physics_, request, parcels_, ball_, report);
+    if (request.draw) draw(*request.draw);
+    report.ball = ball_;
+    report_ = report;
+    return;
+  }
+  stop_exact();
+  const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
     sort_if_needed(constants, request, report);
     step(constants, request, k + 1 == request.num_steps, report);
@@ -158,75 +176,91 @@ void CpuBackend::submit(const StepRequest& request) {
   report_ = report;
 }
 
-void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
-                      StepReport& report) {
-  const BallMotion motion =
-      ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+// What another method, or a larger radius, left overlapping is pushed apart first. What a crowd keeps is seen
+// in max_overlap_diameters.
+void CpuBackend::start_exact(const StepRequest& request) {
+  constexpr int kMostSweeps = 50;
+  if (physics_.parcels.contacts) {
+    const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
+    const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
+    CpuTally sum;
+    int sweeps = 0;
+    do {
+      StepReport scratch;
+      StepRequest sweep = request;
+      sweep.draw = nullptr;
+      parcels_.sorted = false;
+      sort_if_needed(constants, sweep, scratch);
+      sum = run_loop(constants, sweep, {}, nullptr, &CpuBackend::push_out);
+    } while (sum.max_overlap > enough && ++sweeps < kMostSweeps);
+  }
+  exact_.enter(physics_, request.contact_clock_s, parcels_);
+}
+
+void CpuBackend::stop_exact() {
+  if (exact_.active()) exact_.leave(parcels_);
+}
+
+CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest& request,
+                              const BallMotion& motion, const DrawBuffers* draw, RangeFunction range) {
   const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + travel_, INT32_MAX / 2);
-  const SearchSpace space{current_.position.data(),
-                          cell_start_.data(),
-                          grid_,
+  const SearchSpace space{parcels_.current.position.data(),
+                          parcels_.cell_start.data(),
+                          parcels_.grid,
                           physics_.world,
                           static_cast<std::uint32_t>(size()),
                           static_cast<std::int32_t>(reach),
                           constants.filter_distance2,
                           request.neighbors == Neighbors::all_pairs};
-  const StepLoop loop{constants,
-                      motion,
-                      rounding_key(physics_.seed, step_),
-                      space,
-                      choose_search(physics_.world.boundary),
-                      last ? request.draw : nullptr};
+  const StepLoop loop{
+      constants, motion, rounding_key(physics_.seed, step_), space, choose_search(physics_.world.boundary),
+      draw};
   std::vector<CpuTally> tallies(team_.size());
-  {
-    ScopedPhase timing(report.times, Phase::collide_integrate);
-    const RangeFunction range = range_function(physics_, request.method);
-    team_.run([&](unsigned thread) {
-      CpuTally tally;
-      const auto [begin, end] = team_.share(thread, size());
-      (this->*range)(loop, begin, end, tally);
-      tallies[thread] = tally;
-    });
-    std::swap(current_.position, next_.position);
-    std::swap(current_.velocity, next_.velocity);
-  }
-  ScopedPhase timing(report.times, Phase::ball);
+  team_.run([&](unsigned thread) {
+    CpuTally tally;
+    const auto [begin, end] = team_.share(thread, size());
+    (this->*range)(loop, begin, end, tally);
+    tallies[thread] = tally;
+  });
+  std::swap(parcels_.current.position, parcels_.next.position);
+  std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
   travel_ += sum.max_travel;
+  return sum;
+}
+
+void CpuBackend::push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
+  const RangeFunction range = range_function_for<PushOutContact, true, false>(physics_.world.boundary);
+  (this->*range)(loop, begin, end, tally);
+}
+
+void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
+                      StepReport& report) {
+  const BallMotion motion =
+      ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+  CpuTally sum;
+  {
+    ScopedPhase timing(report.times, Phase::collide_integrate);
+    sum = run_loop(constants, request, motion, last ? request.draw : nullptr,
+                   range_function(physics_, request.method));
+  }
+  ScopedPhase timing(report.times, Phase::ball);
   if (physics_.ball.present) {
     advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
   }
-  add_to_totals(constants, sum, report.totals);
+  StepTotals totals = totals_of(constants, sum);
+  totals.num_steps = 1;
+  totals.first_invalid_step = step_;
+  report.totals += totals;
   ++step_;
-}
-
-void CpuBackend::add_to_totals(const StepConstants& constants, const CpuTally& sum,
-                               StepTotals& totals) const {
-  StepTotals step;
-  step.num_steps = 1;
-  step.num_collisions = sum.num_collisions;
-  step.num_ball_hits = sum.num_ball_hits;
-  step.num_retired = sum.num_retired;
-  step.num_invalid = sum.num_invalid;
-  step.first_invalid_step = step_;
-  step.first_invalid_id = sum.first_invalid_id;
-  step.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / constants.per_impulse_count;
-  step.max_overlap_diameters = static_cast<double>(sum.max_overlap);
-  step.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
-  step.ball_impulse_kg_mps =
-      Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
-      constants.impulse_unit_kg_mps;
-  step.ball_torque_impulse_kg_m2ps =
-      static_cast<double>(sum.ball.torque) * constants.impulse_unit_kg_mps * physics_.ball.radius_m;
-  totals += step;
 }
 
 void CpuBackend::draw(const DrawBuffers& buffers) {
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
     for (std::size_t i = begin; i < end; ++i) {
-      draw_parcel(buffers, physics_.world, i, current_.position[i], current_.velocity[i]);
+      draw_parcel(buffers, physics_.world, i, present()[i], parcels_.current.velocity[i]);
     }
   });
 }
@@ -234,8 +268,8 @@ void CpuBackend::draw(const DrawBuffers& buffers) {
 ParcelSnapshot CpuBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size())};
   for (std::size_t i = 0; i < size(); ++i) {
-    snapshot.position[current_.id[i]] = current_.position[i];
-    snapshot.velocity[current_.id[i]] = current_.velocity[i];
+    snapshot.position[parcels_.current.id[i]] = present()[i];
+    snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
   }
   return snapshot;
 }
@@ -251,11 +285,11 @@ Measures CpuBackend::measure() {
     for (std::size_t chunk = first; chunk < last; ++chunk) {
       Measures sum;
       for (std::size_t i = chunk * kChunk; i < std::min((chunk + 1) * kChunk, size()); ++i) {
-        const Vec2d v = to_double(current_.velocity[i]);
+        const Vec2d v = to_double(parcels_.current.velocity[i]);
         sum.parcel_energy_j += 0.5 * mass * dot(v, v);
         sum.momentum_kg_mps += v * mass;
         sum.momentum_scale_kg_mps += mass * std::sqrt(dot(v, v));
-        sum.num_live += is_retired(current_.position[i]) ? 0 : 1;
+        sum.num_live += is_retired(present()[i]) ? 0 : 1;
       }
       chunks[chunk] = sum;
     }
@@ -274,22 +308,18 @@ Measures CpuBackend::measure() {
 std::uint64_t CpuBackend::state_hash() {
   std::uint64_t hash = physics_.ball.present ? ball_hash(ball_) : 0;
   for (std::size_t i = 0; i < size(); ++i) {
-    hash += parcel_hash(current_.id[i], current_.position[i], current_.velocity[i]);
+    hash += parcel_hash(parcels_.current.id[i], present()[i], parcels_.current.velocity[i]);
   }
   return hash;
 }
 
-std::uint64_t CpuBackend::memory_bytes() const {
-  constexpr std::uint64_t kParcelBytes = sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t);
-  return kParcelBytes * (current_.id.capacity() + next_.id.capacity()) + 4 * cell_start_.capacity() +
-         cell_sort_.memory_bytes();
-}
+std::uint64_t CpuBackend::memory_bytes() const { return parcels_.memory_bytes() + exact_.memory_bytes(); }
 
 double CpuBackend::least_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   constexpr double kSort = kStep + sizeof(std::uint32_t);  // the same, and the ids written
   const double n = static_cast<double>(size());
-  const double per_sort = n * kSort + 8.0 * static_cast<double>(cell_start_.size());
+  const double per_sort = n * kSort + 8.0 * static_cast<double>(parcels_.cell_start.size());
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }
 

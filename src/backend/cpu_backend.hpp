@@ -6,8 +6,9 @@
 
 #include "backend/backend.hpp"
 #include "backend/candidate_search.hpp"
-#include "backend/cell_sort.hpp"
 #include "backend/cpu_tally.hpp"
+#include "backend/exact_motion.hpp"
+#include "backend/sorted_parcels.hpp"
 
 namespace pf {
 
@@ -18,8 +19,8 @@ class CpuBackend final : public Backend {
   std::string name() const override { return "cpu"; }
   std::string device() const override;
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
-  void set_physics(const Physics& physics) override { physics_ = physics; }
-  void set_ball(const BallState& ball) override { ball_ = ball; }
+  void set_physics(const Physics& physics) override;
+  void set_ball(const BallState& ball) override;
   void restore(const ParcelSnapshot& snapshot) override;
   void submit(const StepRequest& request) override;
   StepReport collect() override { return report_; }
@@ -49,23 +50,27 @@ class CpuBackend final : public Backend {
   static RangeFunction range_function_for(Boundary boundary);
   static RangeFunction range_function(const Physics& physics, Method method);
 
-  std::size_t size() const { return current_.id.size(); }
+  std::size_t size() const { return parcels_.size(); }
+  const std::vector<Vec2i>& present() const {
+    return exact_.active() ? exact_.present() : parcels_.current.position;
+  }
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);
-  void add_to_totals(const StepConstants& constants, const CpuTally& sum, StepTotals& totals) const;
+  // One pass over all parcels; the new state becomes the current one.
+  CpuTally run_loop(const StepConstants& constants, const StepRequest& request, const BallMotion& motion,
+                    const DrawBuffers* draw, RangeFunction range);
+  void push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
+  void start_exact(const StepRequest& request);
+  void stop_exact();
 
   ThreadTeam team_;
   Physics physics_;
   BallState ball_;
   std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
-  ParcelArrays current_;    // sorted by cell at the last sort
-  ParcelArrays next_;
-  CellSort cell_sort_;
-  GridShape grid_;
-  std::vector<std::uint32_t> cell_start_;
+  SortedParcels parcels_;
+  ExactMotion exact_{team_};
   std::int64_t travel_ = 0;  // largest displacement along an axis since the sort, summed over steps
-  bool sorted_ = false;
-  StepReport report_;  // of the last request
+  StepReport report_;        // of the last request
 };
 
 }  // namespace pf

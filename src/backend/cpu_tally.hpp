@@ -3,9 +3,12 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "model/ball.hpp"
+#include "model/contact.hpp"
+#include "model/measures.hpp"
 
 namespace pf {
 
@@ -53,5 +56,24 @@ struct alignas(64) CpuTally {
     num_ball_hits = hits;
   }
 };
+
+// The tally in physical units. c: of the step, for its units and physics.
+inline StepTotals totals_of(const StepConstants& c, const CpuTally& sum) {
+  StepTotals totals;
+  totals.num_collisions = sum.num_collisions;
+  totals.num_ball_hits = sum.num_ball_hits;
+  totals.num_retired = sum.num_retired;
+  totals.num_invalid = sum.num_invalid;
+  totals.first_invalid_id = sum.first_invalid_id;
+  totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / c.per_impulse_count;
+  totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
+  totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
+  totals.ball_impulse_kg_mps =
+      Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
+      c.impulse_unit_kg_mps;
+  totals.ball_torque_impulse_kg_m2ps =
+      static_cast<double>(sum.ball.torque) * c.impulse_unit_kg_mps * c.physics.ball.radius_m;
+  return totals;
+}
 
 }  // namespace pf

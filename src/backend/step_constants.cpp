@@ -38,4 +38,30 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   return c;
 }
 
+ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s) {
+  constexpr double kLeastParting = 0x1p-20;  // of the reference speed
+  ExactConstants c;
+  c.step = make_step_constants(physics, 0.0, 0.0);
+  c.tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
+  c.units_per_tick = c.tick_s / physics.world.unit_m;
+  c.least_parting_mps = kLeastParting * physics.reference_speed_mps;
+  const double clock_ticks = std::ceil(contact_clock_s / c.tick_s);
+  c.clock_ticks = static_cast<std::uint32_t>(std::fmin(clock_ticks, static_cast<double>(kAnchorPeriod)));
+  c.ball_contact = c.step.ball_contact_m / physics.world.unit_m;
+  return c;
+}
+
+BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s) {
+  constexpr double kNegligible = 1e-6;
+  if (!physics.ball.present) return BallRole::absent;
+  if (physics.ball.held) return BallRole::frozen;
+  const World& world = physics.world;
+  const double area_m2 = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
+  const double speed_mps = speed_of(ball.velocity_mps) + physics.parcels.speed_mps;
+  const double contact_m = physics.ball.radius_m + physics.parcels.radius_m;
+  const double hits = 2.0 * contact_m * speed_mps * dt_s * physics.parcels.num / area_m2;
+  const double change = 2.0 * physics.parcels.mass_kg / physics.ball.mass_kg * hits;
+  return change < kNegligible ? BallRole::frozen : BallRole::participant;
+}
+
 }  // namespace pf

@@ -74,10 +74,9 @@ PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, Contact
   sums.velocity_y += round_to_int64(change_mps.y * c.per_velocity_unit);
 }
 
-// The seed's method with its signs put right (Jacobi: all from the state before the step): overlapping pairs
-// are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
-// v_rel,n' = -e v_rel,n for impulse_scale 1.
-struct ImpulseContact {
+// Overlapping pairs are pushed apart by half the overlap each, and nothing else: what `exact` does to a state
+// that another method left.
+struct PushOutContact {
   template <class Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
@@ -85,9 +84,20 @@ struct ImpulseContact {
     const double push = -0.5 * overlap * kPushOutUnit;
     sums.push_x += round_to_int64(push * pair.normal.x);
     sums.push_y += round_to_int64(push * pair.normal.y);
+    if (self.id < other.id) tally.overlap(static_cast<float>(overlap / c.contact_distance));
+  }
+};
+
+// The seed's method with its signs put right (Jacobi: all from the state before the step): overlapping pairs
+// are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
+// v_rel,n' = -e v_rel,n for impulse_scale 1.
+struct ImpulseContact {
+  template <class Tally>
+  PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
+                            const PairGeometry& pair, ContactSums& sums, Tally& tally) {
+    PushOutContact::respond(c, self, other, pair, sums, tally);
     const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
     const double approach = dot(relative, pair.normal);
-    if (self.id < other.id) tally.overlap(static_cast<float>(overlap / c.contact_distance));
     if (!(approach < 0.0)) return;
     const ParcelConstants& parcels = c.physics.parcels;
     const double change = 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale * approach;

@@ -22,7 +22,11 @@ struct StepTotals {
   double max_overlap_diameters = 0.0;  // largest overlap found at a contact
   double max_speed_mps = 0.0;          // fastest parcel of the last step
   std::uint64_t num_sorts = 0;
-  Vec2d ball_impulse_kg_mps;  // what parcels did to the ball, also when it is held
+  // Method `exact` only.
+  std::uint64_t num_rounds = 0;
+  std::uint64_t num_redone_steps = 0;  // discarded and repeated with a wider bound and half the length
+  std::uint64_t event_hash = 0;        // of the list of events
+  Vec2d ball_impulse_kg_mps;           // what parcels did to the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;
 
   StepTotals& operator+=(const StepTotals& o) {
@@ -39,6 +43,9 @@ struct StepTotals {
     max_overlap_diameters = std::fmax(max_overlap_diameters, o.max_overlap_diameters);
     max_speed_mps = o.max_speed_mps;
     num_sorts += o.num_sorts;
+    num_rounds += o.num_rounds;
+    num_redone_steps += o.num_redone_steps;
+    event_hash += o.event_hash;
     ball_impulse_kg_mps += o.ball_impulse_kg_mps;
     ball_torque_impulse_kg_m2ps += o.ball_torque_impulse_kg_m2ps;
     return *this;

@@ -88,7 +88,7 @@ std::vector<Field> ball_fields() {
 
 std::vector<Field> run_fields() {
   return {
-      {"run", "method", "", "collision method", 0, 0, choice<&Settings::method>({"impulse", "spring"})},
+      {"run", "method", "", "collision method", 0, 0, choice<&Settings::method>({"impulse", "spring", "exact"})},
       {"run", "neighbors", "", "search for partners: sorted cells, or every pair (a slow check)", 0, 0,
        choice<&Settings::neighbors>({"grid", "all-pairs"})},
       {"run", "dt_s", "s", "time step; 0: from displacement_per_step", 0, 1e3, &Settings::dt_s},

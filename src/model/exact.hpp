@@ -1,0 +1,365 @@
+// Method `exact`: every parcel moves on a straight line from event to event. When two lines meet, what an
+// event does, and how early an event that is not known yet can touch a parcel. Text for host and device.
+//
+// Time is counted in ticks, an integer. A line is anchored where and when its parcel's last event was and is
+// evaluated from there, so an event's tick depends neither on the steps that the time was cut into nor on
+// where the parcels lie in memory. Within a step, ticks count from the step's begin.
+#pragma once
+
+#include <cstdint>
+
+#include "model/contact.hpp"
+#include "model/step.hpp"
+
+namespace pf {
+
+constexpr std::uint32_t kNever = 0xFFFFFFFFU;  // no event before the end of the step
+
+// What an event is with: a parcel (its index), or one of these, which order after all parcels at the same
+// tick.
+constexpr std::uint32_t kWallX = 0xFFFFFFF0U;
+constexpr std::uint32_t kWallY = 0xFFFFFFF1U;
+constexpr std::uint32_t kExit = 0xFFFFFFF2U;
+constexpr std::uint32_t kBallPartner = 0xFFFFFFF3U;
+constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+
+PF_HD inline bool is_parcel(std::uint32_t partner) { return partner < kWallX; }
+
+// Lines are anchored anew, all of them, when the tick is a multiple of this: fixed, so that it does not
+// depend on the steps, and short enough for ages to fit 31 bits.
+constexpr std::uint64_t kAnchorPeriod = 1ULL << 30U;
+
+struct Line {
+  Vec2i anchor;            // position units
+  Vec2f velocity;          // m/s
+  std::uint32_t tick = 0;  // when it was there, modulo 2^32
+};
+
+// The ball within a step: a line as well, in double precision.
+struct BallLine {
+  Vec2d anchor_units;
+  Vec2d velocity_mps;  // of the chord of its arc
+  double spin_radps = 0.0;
+  std::int32_t tick = 0;  // counted from the step's begin
+};
+
+enum class BallRole : std::uint8_t {
+  absent,
+  frozen,       // a moving wall; what parcels do to it is applied at the end of the step
+  participant,  // its hits are events like any other
+};
+
+struct ExactConstants {
+  StepConstants step;
+  std::uint32_t begin = 0;   // tick of the step's begin, modulo 2^32
+  std::uint32_t length = 0;  // ticks, at most kAnchorPeriod
+  double tick_s = 0.0;
+  double units_per_tick = 0.0;     // that a speed of 1 m/s covers
+  double max_speed_mps = 0.0;      // assumed bound on every speed in the step, parcels and ball
+  double least_parting_mps = 0.0;  // normal speed after an event at least: no event repeats in no time
+  std::uint32_t clock_ticks = 0;   // contact duration of the TC model; 0: off
+  double ball_contact = 0.0;       // R + r, position units
+  BallRole ball = BallRole::absent;
+};
+
+// Length of a tick: the reference speed, rounded up to a power of two, covers an eighth of a position unit.
+PF_HD inline double tick_seconds(const World& world, double reference_mps) {
+  double power = 1.0;
+  while (power < reference_mps) power *= 2.0;
+  while (0.5 * power >= reference_mps) power *= 0.5;
+  return world.unit_m / (8.0 * power);
+}
+
+// Ticks from the step's begin to the line's anchor; negative if that is older.
+PF_HD inline std::int32_t anchor_time(const ExactConstants& c, const Line& line) {
+  return static_cast<std::int32_t>(line.tick - c.begin);
+}
+
+PF_HD inline Vec2d travelled(const ExactConstants& c, Vec2d velocity_mps, std::int64_t ticks) {
+  return velocity_mps * (c.units_per_tick * static_cast<double>(ticks));
+}
+
+PF_HD inline double nearest_image(double offset, std::int32_t half) {
+  const double period = 2.0 * half;
+  return offset - period * static_cast<double>(round_to_int64(offset / period));
+}
+
+template <Boundary kBoundary>
+PF_HD inline Vec2d nearest_image(const World& world, Vec2d offset) {
+  if constexpr (kBoundary != Boundary::periodic) return offset;
+  return {nearest_image(offset.x, world.half.x), nearest_image(offset.y, world.half.y)};
+}
+
+// An axis of a position after a move, brought back into a periodic world, into the walls.
+template <Boundary kBoundary>
+PF_HD inline std::int32_t settled(std::int64_t position, std::int32_t half, std::int32_t radius) {
+  if constexpr (kBoundary == Boundary::periodic) {
+    if (position >= half || position < -static_cast<std::int64_t>(half)) {
+      const std::int64_t period = 2LL * half;
+      std::int64_t offset = (position + half) % period;
+      if (offset < 0) offset += period;
+      return static_cast<std::int32_t>(offset - half);
+    }
+  } else {
+    const std::int64_t limit = kBoundary == Boundary::walls ? static_cast<std::int64_t>(half) - radius
+                                                            : static_cast<std::int64_t>(half);
+    if (position > limit) return static_cast<std::int32_t>(limit);
+    if (position < -limit) return static_cast<std::int32_t>(-limit);
+  }
+  return static_cast<std::int32_t>(position);
+}
+
+PF_HD inline std::int32_t wall_radius(const StepConstants& c) { return c.contact_reach / 2; }
+
+// Where the line is at a tick of the step, rounded to position units.
+template <Boundary kBoundary>
+PF_HD inline Vec2i position_at(const ExactConstants& c, const Line& line, std::int32_t tick) {
+  if (is_retired(line.anchor)) return line.anchor;
+  const Vec2d moved =
+      travelled(c, to_double(line.velocity), static_cast<std::int64_t>(tick) - anchor_time(c, line));
+  const World& world = c.step.physics.world;
+  const std::int32_t radius = wall_radius(c.step);
+  return {settled<kBoundary>(line.anchor.x + round_to_int64(moved.x), world.half.x, radius),
+          settled<kBoundary>(line.anchor.y + round_to_int64(moved.y), world.half.y, radius)};
+}
+
+// The tick at which something that starts `from` and lasts `ticks` ends, as an event of the step.
+PF_HD inline std::uint32_t event_tick(const ExactConstants& c, std::int32_t from, double ticks) {
+  if (!(ticks < 4.0e9)) return kNever;
+  const std::int64_t at = from + round_to_int64(ticks);
+  if (at >= static_cast<std::int64_t>(c.length)) return kNever;
+  return at < 0 ? 0U : static_cast<std::uint32_t>(at);
+}
+
+// Two bodies from the later of their anchors on: offset and relative velocity, position units and ticks.
+struct Approach {
+  Vec2d offset;    // second - first, at tick `from`
+  Vec2d velocity;  // position units per tick
+  std::int32_t from = 0;
+};
+
+// The nearest image is that at the step's begin, or at the later anchor if that is within the step.
+template <Boundary kBoundary>
+PF_HD inline Approach approach(const ExactConstants& c, const Line& a, const Line& b) {
+  const std::int32_t time_a = anchor_time(c, a);
+  const std::int32_t time_b = anchor_time(c, b);
+  const std::int32_t from = time_a > time_b ? time_a : time_b;
+  Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
+  const Vec2d va = to_double(a.velocity), vb = to_double(b.velocity);
+  offset += travelled(c, vb, static_cast<std::int64_t>(from) - time_b);
+  offset -= travelled(c, va, static_cast<std::int64_t>(from) - time_a);
+  const Vec2d velocity = (vb - va) * c.units_per_tick;
+  if constexpr (kBoundary == Boundary::periodic) {
+    const Vec2d to_begin =
+        from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
+    offset = nearest_image<kBoundary>(c.step.physics.world, offset + to_begin) - to_begin;
+  }
+  return {offset, velocity, from};
+}
+
+// When two parcels meet: tick of the step, or kNever. The same whichever is given first: all is odd in them.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t meeting(const ExactConstants& c, const Line& a, const Line& b) {
+  const Approach pair = approach<kBoundary>(c, a, b);
+  const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
+  const double t = time_of_impact(pair.offset, pair.velocity, c.step.contact_distance, longest);
+  return t < 0.0 ? kNever : event_tick(c, pair.from, t);
+}
+
+template <Boundary kBoundary>
+PF_HD inline Approach approach_ball(const ExactConstants& c, const BallLine& ball, const Line& line) {
+  const std::int32_t time = anchor_time(c, line);
+  const std::int32_t from = time > ball.tick ? time : ball.tick;
+  const Vec2d v = to_double(line.velocity);
+  Vec2d offset = to_double(line.anchor) - ball.anchor_units;
+  offset += travelled(c, v, static_cast<std::int64_t>(from) - time);
+  offset -= travelled(c, ball.velocity_mps, static_cast<std::int64_t>(from) - ball.tick);
+  const Vec2d velocity = (v - ball.velocity_mps) * c.units_per_tick;
+  if constexpr (kBoundary == Boundary::periodic) {
+    const Vec2d to_begin =
+        from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
+    offset = nearest_image<kBoundary>(c.step.physics.world, offset + to_begin) - to_begin;
+  }
+  return {offset, velocity, from};
+}
+
+// When a parcel meets the ball.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t meeting_ball(const ExactConstants& c, const BallLine& ball, const Line& line) {
+  const Approach pair = approach_ball<kBoundary>(c, ball, line);
+  const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
+  const double t = time_of_impact(pair.offset, pair.velocity, c.ball_contact, longest);
+  return t < 0.0 ? kNever : event_tick(c, pair.from, t);
+}
+
+// An event as a parcel sees it. Of two, the one at the earlier tick comes first, then the lower partner id.
+struct Event {
+  std::uint32_t tick = kNever;
+  std::uint32_t partner = kNobody;     // index, or one of the codes above
+  std::uint32_t partner_id = kNobody;  // id, or the same code
+};
+
+PF_HD inline bool comes_before(const Event& a, const Event& b) {
+  return a.tick < b.tick || (a.tick == b.tick && a.partner_id < b.partner_id);
+}
+
+PF_HD inline void keep_earlier(Event& best, const Event& other) {
+  if (other.tick != kNever && comes_before(other, best)) best = other;
+}
+
+// Ticks from `from` until a coordinate that moves at `velocity` is at +limit or -limit, wherever it is going.
+PF_HD inline std::uint32_t crossing(const ExactConstants& c, std::int32_t from, double coordinate,
+                                    double velocity, double limit) {
+  if (velocity == 0.0) return kNever;
+  const double ticks = ((velocity > 0.0 ? limit : -limit) - coordinate) / velocity;
+  return event_tick(c, from, ticks > 0.0 ? ticks : 0.0);
+}
+
+// The parcel's earliest event with the edge of the world: a wall, or its exit.
+template <Boundary kBoundary>
+PF_HD inline void keep_edge_event(const ExactConstants& c, const Line& line, Event& best) {
+  if constexpr (kBoundary == Boundary::periodic) return;
+  const World& world = c.step.physics.world;
+  const bool walls = kBoundary == Boundary::walls;
+  const std::int32_t radius = walls ? wall_radius(c.step) : 0;
+  const std::int32_t from = anchor_time(c, line);
+  const std::uint32_t x =
+      crossing(c, from, line.anchor.x, line.velocity.x * c.units_per_tick, world.half.x - radius);
+  const std::uint32_t y =
+      crossing(c, from, line.anchor.y, line.velocity.y * c.units_per_tick, world.half.y - radius);
+  keep_earlier(best, {x, walls ? kWallX : kExit, walls ? kWallX : kExit});
+  keep_earlier(best, {y, walls ? kWallY : kExit, walls ? kWallY : kExit});
+}
+
+// When the ball meets a wall.
+template <Boundary kBoundary>
+PF_HD inline void keep_ball_edge_event(const ExactConstants& c, const BallLine& ball, Event& best) {
+  if constexpr (kBoundary != Boundary::walls) return;
+  const World& world = c.step.physics.world;
+  const double radius = c.step.physics.ball.radius_m / world.unit_m;
+  const Vec2d v = ball.velocity_mps * c.units_per_tick;
+  keep_earlier(best,
+               {crossing(c, ball.tick, ball.anchor_units.x, v.x, world.half.x - radius), kWallX, kWallX});
+  keep_earlier(best,
+               {crossing(c, ball.tick, ball.anchor_units.y, v.y, world.half.y - radius), kWallY, kWallY});
+}
+
+// Position units by which what is computed may differ from what is stored: two roundings of a position and
+// one of a tick each.
+constexpr double kRoundingMargin = 4.0;
+
+// The safety rule. Something happens to a body at tick `at` or later, after which it may move at the assumed
+// bound; `gap`: position units between it and another body at max(at, the other's anchor) along the present
+// lines. The earliest tick at which it can touch the other.
+PF_HD inline std::uint32_t earliest_touch(const ExactConstants& c, std::uint32_t at, double gap,
+                                          double other_mps) {
+  const double room = gap - kRoundingMargin;
+  if (room <= 0.0) return at;
+  const double ticks = room / ((c.max_speed_mps + other_mps) * c.units_per_tick);
+  const double touch = static_cast<double>(at) + ticks;
+  return touch < static_cast<double>(c.length) ? static_cast<std::uint32_t>(touch) : kNever;
+}
+
+PF_HD inline double speed_of(Vec2d v) { return sqrt(dot(v, v)); }
+
+// How early parcel `other` can be touched by `first`, to which something happens at `at`.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t earliest_touch(const ExactConstants& c, const Line& first, std::uint32_t at,
+                                          const Line& other) {
+  const Approach pair = approach<kBoundary>(c, first, other);
+  const std::uint32_t when =
+      pair.from > static_cast<std::int32_t>(at) ? static_cast<std::uint32_t>(pair.from) : at;
+  const Vec2d there =
+      pair.offset + pair.velocity * (static_cast<double>(when) - static_cast<double>(pair.from));
+  return earliest_touch(c, when, speed_of(there) - c.step.contact_distance,
+                        speed_of(to_double(other.velocity)));
+}
+
+// The same between a parcel and the ball; reached_mps: present speed of the one that is touched.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t earliest_touch_ball(const ExactConstants& c, const BallLine& ball,
+                                               const Line& line, std::uint32_t at, double reached_mps) {
+  const Approach pair = approach_ball<kBoundary>(c, ball, line);
+  const std::uint32_t when =
+      pair.from > static_cast<std::int32_t>(at) ? static_cast<std::uint32_t>(pair.from) : at;
+  const Vec2d there =
+      pair.offset + pair.velocity * (static_cast<double>(when) - static_cast<double>(pair.from));
+  return earliest_touch(c, when, speed_of(there) - c.ball_contact, reached_mps);
+}
+
+// Moves the anchor to a tick of the step.
+template <Boundary kBoundary>
+PF_HD inline void anchor_at(const ExactConstants& c, Line& line, std::uint32_t tick) {
+  line.anchor = position_at<kBoundary>(c, line, static_cast<std::int32_t>(tick));
+  line.tick = c.begin + tick;
+}
+
+// Two parcels, anchored at the tick of their event, exchange momentum along the line of their stored centres
+// e: k = (1 + e) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised and all is double until
+// the velocities are stored. elastic: no loss in this event (the TC model, Luding and McNamara 1998).
+template <Boundary kBoundary, class Tally>
+PF_HD inline void collide(const ExactConstants& c, Line& first, Line& second, bool elastic, Tally& tally) {
+  Vec2d e =
+      nearest_image<kBoundary>(c.step.physics.world, to_double(second.anchor) - to_double(first.anchor));
+  if (e.x == 0.0 && e.y == 0.0) e = {1.0, 0.0};
+  const Vec2d v1 = to_double(first.velocity), v2 = to_double(second.velocity);
+  const double e2 = dot(e, e);
+  const double distance = sqrt(e2);
+  const double b = dot(e, v2 - v1);
+  const double restitution = elastic ? 1.0 : c.step.physics.parcels.restitution;
+  const double least = c.least_parting_mps * distance;
+  const double parting = -restitution * b > least ? -restitution * b : least;
+  const double k = (b - parting) / (2.0 * e2);
+  first.velocity = to_float(v1 + e * k);
+  second.velocity = to_float(v2 - e * k);
+  tally.begin_contact();
+  tally.impulse(impulse_counts(c.step, -k * distance));
+  tally.overlap(static_cast<float>((c.step.contact_distance - distance) / c.step.contact_distance));
+}
+
+// A parcel, anchored at the tick of its event, hits the ball; returns the ball's change per parcel mass.
+struct BallKick {
+  Vec2d velocity_mps;  // times parcel mass / ball mass
+  double spin_mps;     // times parcel mass * radius / inertia
+};
+
+template <Boundary kBoundary, class Tally>
+PF_HD inline BallKick collide_with_ball(const ExactConstants& c, const BallLine& ball, std::uint32_t tick,
+                                        Line& line, Tally& tally) {
+  const Physics& physics = c.step.physics;
+  const Vec2d centre =
+      ball.anchor_units + travelled(c, ball.velocity_mps, static_cast<std::int64_t>(tick) - ball.tick);
+  const Vec2d offset = nearest_image<kBoundary>(physics.world, to_double(line.anchor) - centre);
+  const double distance = speed_of(offset);
+  const Vec2d normal = distance > 0.0 ? offset * (1.0 / distance) : Vec2d{1.0, 0.0};
+  const Vec2d relative = to_double(line.velocity) - ball.velocity_mps;
+  BallImpulse impulse = ball_impulse(physics.ball, physics.parcels, normal, relative, ball.spin_radps);
+  const double parting = dot(relative + impulse.per_mass_mps, normal);
+  if (parting < c.least_parting_mps) impulse.per_mass_mps += normal * (c.least_parting_mps - parting);
+  line.velocity = to_float(to_double(line.velocity) + impulse.per_mass_mps);
+  tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.step.per_impulse_unit),
+                  round_to_int64(-impulse.per_mass_mps.y * c.step.per_impulse_unit),
+                  round_to_int64(-impulse.tangential_mps * c.step.per_impulse_unit)});
+  return {-impulse.per_mass_mps, -impulse.tangential_mps};
+}
+
+// A parcel, anchored at the tick of its event, at the edge of the world.
+PF_HD inline void meet_edge(const ExactConstants& c, std::uint32_t partner, Line& line) {
+  const World& world = c.step.physics.world;
+  const std::int32_t radius = wall_radius(c.step);
+  const auto reflect = [&](std::int32_t& position, float& velocity, std::int32_t half) {
+    position = velocity > 0.0F ? half - radius : -(half - radius);
+    velocity = -velocity;
+  };
+  if (partner == kWallX) reflect(line.anchor.x, line.velocity.x, world.half.x);
+  if (partner == kWallY) reflect(line.anchor.y, line.velocity.y, world.half.y);
+  if (partner == kExit) line.anchor = {kRetired, 0};
+}
+
+// One event's term of the hash of the event list: a sum over events, so that their order does not matter.
+// tick: since the reset. With an edge or the ball as partner, first is the parcel.
+PF_HD inline std::uint64_t event_hash(std::uint64_t tick, std::uint32_t first, std::uint32_t second) {
+  return mix64(mix64(tick) ^ ((static_cast<std::uint64_t>(first) << 32U) | second));
+}
+
+}  // namespace pf
