@@ -29,16 +29,11 @@ struct PlannedEvent {
   std::uint32_t meets = kMeetsCellX;
 };
 
-// Simultaneous events: changes of cell first, since they may uncover a collision at that very time, then by
-// lower and higher number.
+// Simultaneous events come by lower, then by higher number.
 inline bool happens_before(const PlannedEvent& a, const PlannedEvent& b) {
   if (a.time_s != b.time_s) return a.time_s < b.time_s;
-  const auto key = [](const PlannedEvent& e) {
-    const bool changes_cell = e.meets == kMeetsCellX || e.meets == kMeetsCellY;
-    return changes_cell ? std::pair{0U, 0U}
-                        : std::pair{std::min(e.owner, e.meets), std::max(e.owner, e.meets)};
-  };
-  return key(a) < key(b);
+  return std::pair{std::min(a.owner, a.meets), std::max(a.owner, a.meets)} <
+         std::pair{std::min(b.owner, b.meets), std::max(b.owner, b.meets)};
 }
 
 class EventTree {
