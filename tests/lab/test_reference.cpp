@@ -77,6 +77,24 @@ TEST(Reference, SimultaneousEventsComeByNumber) {
   EXPECT_EQ(events, expected);
 }
 
+// 6 strikes 7 at 0.25 s, which then meets 0 at 1 s: only 7 was predicted anew, so that the event is kept with
+// it alone. 1 and 2 meet at 1 s too.
+TEST(Reference, SimultaneousEventsComeByNumberWhoeverKeepsThem) {
+  std::vector<ReferenceParcel> parcels(8);
+  for (int k = 3; k < 6; ++k) parcels[k] = {{-6.0 + 2.0 * k, 6.0}, {0.0, 0.0}};
+  parcels[6] = {{-3.0, 0.0}, {4.0, 0.0}};
+  parcels[7] = {{-1.0, 0.0}, {0.0, 0.0}};
+  parcels[0] = {{3.0, 0.0}, {0.0, 0.0}};
+  parcels[1] = {{-1.5, -4.0}, {1.0, 0.0}};
+  parcels[2] = {{1.5, -4.0}, {-1.0, 0.0}};
+  Reference reference(box(16.0, Boundary::open, 8), parcels, {});
+  std::vector<ReferenceEvent> events;
+  reference.run_until(1.0, &events);
+  const std::vector<ReferenceEvent> expected = {
+      {0.25, Kind::pair, 6, 7}, {1.0, Kind::pair, 0, 7}, {1.0, Kind::pair, 1, 2}};
+  EXPECT_EQ(events, expected);
+}
+
 // Every collision rounds energy by some 2^-52 of a parcel's: the sum wanders by that times the root of their
 // number, relative to N parcels. 1e-10 is what is asked for, 1e-13 what comes out.
 TEST(Reference, KeepsEnergyMomentumAndDistance) {
@@ -231,7 +249,7 @@ TEST(Reference, WallsReflectRimsAndOpenEdgesTakeCentres) {
 
 TEST(Reference, RetiredParcelsAreInert) {
   Reference reference(box(16.0, Boundary::open, 2),
-                      {{{0.0, 0.0}, {1.0, 0.0}, true}, {{-2.0, 0.0}, {1.0, 0.0}}}, {});
+                      {{{0.0, 0.0}, {0.0, 0.0}, true}, {{-2.0, 0.0}, {1.0, 0.0}}}, {});
   reference.run_until(4.0);
   EXPECT_EQ(reference.totals().num_collisions, 0U);
   EXPECT_EQ(reference.parcels()[0].position_m, (Vec2d{0.0, 0.0}));
