@@ -1,0 +1,300 @@
+// Set-up, the loop over events, and what each kind of event does. Predictions: reference_predict.cpp.
+#include "lab/reference.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace pf {
+
+Reference::Reference(const Physics& physics, const std::vector<ReferenceParcel>& parcels,
+                     const BallState& ball, const ReferenceOptions& options)
+    : physics_(physics),
+      options_(options),
+      half_m_(to_metres(physics.world, physics.world.half)),
+      contact_m_(2.0 * physics.parcels.radius_m),
+      bodies_(parcels.size()),
+      retired_(parcels.size()),
+      clock_(parcels.size()),
+      tree_(static_cast<std::uint32_t>(parcels.size()) + 1),
+      ball_contact_m_(physics.ball.radius_m + physics.parcels.radius_m) {
+  if (physics.world.boundary == Boundary::periodic) side_m_ = half_m_ * 2.0;
+  check();
+  make_cells();
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    bodies_[i].position = parcels[i].position_m;
+    bodies_[i].velocity = parcels[i].velocity_mps;
+    clock_[i] = parcels[i].last_event_s;
+    retired_[i] = parcels[i].retired;
+    if (!retired_[i]) place_in_cell(i);
+  }
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    if (!retired_[i]) predict(i);
+  }
+  set_ball(ball);
+}
+
+void Reference::check() const {
+  const ParcelConstants& p = physics_.parcels;
+  if (bodies_.empty()) throw UserError("reference: air.num_parcels: 0 parcels; at least 1 is needed");
+  if (!(p.restitution > 0.0 && p.restitution <= 1.0) || p.impulse_scale != 1.0) {
+    throw UserError(
+        fmt::format("reference: air.restitution {:g} and air.impulse_scale {:g}; allowed are (0, 1] "
+                    "and 1; set them, or use another method",
+                    p.restitution, p.impulse_scale));
+  }
+  if (!(options_.contact_clock_s >= 0.0)) {
+    throw UserError(fmt::format("reference: contact clock {:g} s; it must be 0 (off) or positive",
+                                options_.contact_clock_s));
+  }
+  const double smaller = 2.0 * std::min(half_m_.x, half_m_.y);
+  const double widest = std::max(contact_m_, physics_.ball.present ? ball_contact_m_ : 0.0);
+  if (physics_.world.boundary == Boundary::periodic && smaller < 2.0 * widest * (1.0 + 1e-8)) {
+    throw UserError(
+        fmt::format("reference: a periodic world of smaller side {:g} m is below two contact "
+                    "distances of {:g} m; raise air.num_parcels or lower ball.radius_m",
+                    smaller, widest));
+  }
+}
+
+bool Reference::run_until(double time_s, std::vector<ReferenceEvent>* events, std::uint64_t max_events) {
+  std::uint64_t num_done = 0;
+  while (tree_.first().time_s <= time_s) {
+    if (num_done == max_events) return false;
+    const PlannedEvent event = tree_.first();
+    now_ = event.time_s;
+    if (is_void(event)) {
+      predict(event.owner);
+    } else if (carry_out(event)) {
+      ++num_done;
+      if (events != nullptr) events->push_back(record(event));
+    }
+  }
+  now_ = time_s;
+  return true;
+}
+
+bool Reference::is_void(const PlannedEvent& event) const {
+  if (event.owner == bodies_.size()) return false;
+  if (event.meets == kMeetsBall) return ball_.num_changes != bodies_[event.owner].changes_of_other;
+  return event.meets < kFirstSpecial &&
+         bodies_[event.meets].num_changes != bodies_[event.owner].changes_of_other;
+}
+
+// Returns whether it is an event of the physics, not only of the bookkeeping.
+bool Reference::carry_out(const PlannedEvent& event) {
+  const bool along_x = event.meets == kMeetsWallX || event.meets == kMeetsCellX;
+  const bool changes_cell = event.meets == kMeetsCellX || event.meets == kMeetsCellY;
+  if (event.owner == bodies_.size()) {
+    if (!changes_cell) reflect_ball(along_x);
+    refresh_ball();
+    return !changes_cell;
+  }
+  if (changes_cell) {
+    move_to_next_cell(event.owner, along_x);
+    ++totals_.num_cell_changes;
+    predict(event.owner);
+  } else if (event.meets == kMeetsExit) {
+    retire(event.owner);
+  } else if (event.meets == kMeetsBall) {
+    hit_ball(event.owner);
+  } else if (event.meets < kFirstSpecial) {
+    collide(std::min(event.owner, event.meets), std::max(event.owner, event.meets));
+  } else {
+    reflect(event.owner, along_x);
+  }
+  return !changes_cell;
+}
+
+ReferenceEvent Reference::record(const PlannedEvent& event) const {
+  using Kind = ReferenceEvent::Kind;
+  switch (event.meets) {
+    case kMeetsBall:
+      return {event.time_s, Kind::ball, event.owner, 0};
+    case kMeetsWallX:
+      return {event.time_s, Kind::wall_x, event.owner, 0};
+    case kMeetsWallY:
+      return {event.time_s, Kind::wall_y, event.owner, 0};
+    case kMeetsExit:
+      return {event.time_s, Kind::exit, event.owner, 0};
+    default:
+      return {event.time_s, Kind::pair, std::min(event.owner, event.meets),
+              std::max(event.owner, event.meets)};
+  }
+}
+
+void Reference::advance(Body& body) const {
+  body.position += body.velocity * (now_ - body.time_s);
+  body.time_s = now_;
+}
+
+// i < j.
+void Reference::collide(std::uint32_t i, std::uint32_t j) {
+  Body& a = bodies_[i];
+  Body& b = bodies_[j];
+  advance(a);
+  advance(b);
+  const Vec2d offset = nearest_image(b.position - a.position);
+  const double distance = std::sqrt(dot(offset, offset));
+  const double approach = dot(offset, b.velocity - a.velocity);
+  if (approach < 0.0) {
+    const double share = 0.5 * (1.0 + restitution_now(i, j)) * approach / (distance * distance);
+    Vec2d kick = offset * share;
+    a.velocity += kick;
+    b.velocity -= kick;
+    // A grazing pair may be left approaching by rounding, and would meet again at once, for ever.
+    for (int k = 0; k < 64 && dot(offset, b.velocity - a.velocity) < 0.0; ++k) {
+      a.velocity += kick;
+      b.velocity -= kick;
+      kick = kick * 2.0;
+    }
+    totals_.impulse_sum_mps -= share * distance;
+  }
+  ++totals_.num_collisions;
+  totals_.max_overlap_m = std::max(totals_.max_overlap_m, contact_m_ - distance);
+  clock_[i] = clock_[j] = now_;
+  ++a.num_changes;
+  ++b.num_changes;
+  predict(i);
+  predict(j);
+}
+
+double Reference::restitution_now(std::uint32_t i, std::uint32_t j) const {
+  const double since = now_ - std::max(clock_[i], clock_[j]);
+  const bool lasting = options_.contact_clock_s > 0.0 && since <= options_.contact_clock_s;
+  return lasting ? 1.0 : physics_.parcels.restitution;
+}
+
+void Reference::hit_ball(std::uint32_t i) {
+  Body& body = bodies_[i];
+  advance(body);
+  const Vec2d ball_position = ball_.position + ball_.velocity * (now_ - ball_.time_s);
+  const Vec2d offset = nearest_image(body.position - ball_position);
+  const double distance = std::sqrt(dot(offset, offset));
+  const Vec2d relative = body.velocity - ball_.velocity;
+  const bool free = !options_.ball_frozen && !physics_.ball.held;
+  if (dot(offset, relative) < 0.0) {
+    const Vec2d normal = offset * (1.0 / distance);
+    ParcelConstants parcels = physics_.parcels;
+    parcels.restitution = restitution_now(i, i);
+    const BallImpulse impulse = ball_impulse(physics_.ball, parcels, normal, relative, ball_spin_);
+    body.velocity += impulse.per_mass_mps;
+    pending_impulse_ -= impulse.per_mass_mps;
+    pending_tangential_ -= impulse.tangential_mps;
+    totals_.ball_impulse_kg_mps -= impulse.per_mass_mps * parcels.mass_kg;
+    totals_.ball_torque_impulse_kg_m2ps -= impulse.tangential_mps * parcels.mass_kg * physics_.ball.radius_m;
+    if (free) give_ball_its_impulses();
+    double nudge = -dot(normal, relative) * 0x1p-52;  // as in collide()
+    for (int k = 0; k < 64 && dot(offset, body.velocity - ball_.velocity) < 0.0; ++k, nudge *= 2.0) {
+      body.velocity += normal * nudge;
+    }
+  }
+  ++totals_.num_ball_hits;
+  totals_.max_overlap_m = std::max(totals_.max_overlap_m, ball_contact_m_ - distance);
+  ++body.num_changes;
+  if (free) refresh_ball();
+  predict(i);
+}
+
+void Reference::give_ball_its_impulses() {
+  const BallConstants& ball = physics_.ball;
+  advance(ball_);
+  ball_.velocity += pending_impulse_ * (physics_.parcels.mass_kg / ball.mass_kg);
+  ball_spin_ += pending_tangential_ * (physics_.parcels.mass_kg * ball.radius_m / ball.inertia_kg_m2);
+  pending_impulse_ = {};
+  pending_tangential_ = 0.0;
+  ++ball_.num_changes;
+}
+
+void Reference::apply_ball_impulses() {
+  if (physics_.ball.held) {
+    pending_impulse_ = {};
+    pending_tangential_ = 0.0;
+    return;
+  }
+  give_ball_its_impulses();
+  BallState state = ball();
+  apply_boundary_to_ball(physics_.world, physics_.ball.radius_m, state);
+  set_ball(state);
+}
+
+void Reference::reflect(std::uint32_t i, bool along_x) {
+  Body& body = bodies_[i];
+  advance(body);
+  double& v = along_x ? body.velocity.x : body.velocity.y;
+  v = -v;
+  clock_[i] = now_;
+  ++body.num_changes;
+  ++totals_.num_wall_hits;
+  predict(i);
+}
+
+void Reference::reflect_ball(bool along_x) {
+  advance(ball_);
+  double& v = along_x ? ball_.velocity.x : ball_.velocity.y;
+  v = -v;
+  ++ball_.num_changes;
+}
+
+void Reference::retire(std::uint32_t i) {
+  advance(bodies_[i]);
+  leave_cell(i);
+  retired_[i] = 1;
+  ++bodies_[i].num_changes;
+  ++totals_.num_exits;
+  tree_.set({.owner = i});
+}
+
+Measures Reference::measure() const {
+  Measures measures;
+  const double mass = physics_.parcels.mass_kg;
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    const double speed2 = dot(bodies_[i].velocity, bodies_[i].velocity);
+    measures.parcel_energy_j += 0.5 * mass * speed2;
+    measures.momentum_kg_mps += bodies_[i].velocity * mass;
+    measures.momentum_scale_kg_mps += mass * std::sqrt(speed2);
+    measures.num_live += retired_[i] == 0;
+  }
+  add_ball(physics_.ball, ball(), measures);
+  return measures;
+}
+
+std::vector<ReferenceParcel> Reference::parcels() const {
+  std::vector<ReferenceParcel> result;
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    Body body = bodies_[i];
+    if (!retired_[i]) advance(body);
+    result.push_back({nearest_image(body.position), body.velocity, retired_[i] != 0, clock_[i]});
+  }
+  return result;
+}
+
+BallState Reference::ball() const {
+  Body body = ball_;
+  advance(body);
+  return {nearest_image(body.position), body.velocity, ball_spin_, 0.0};
+}
+
+void Reference::set_ball(const BallState& ball) {
+  ball_.position = ball.position_m;
+  ball_.velocity = physics_.ball.held ? Vec2d{} : ball.velocity_mps;
+  ball_.time_s = now_;
+  ++ball_.num_changes;
+  ball_spin_ = ball.spin_radps;
+  refresh_ball();
+}
+
+std::vector<ReferenceParcel> reference_parcels(const World& world, const ParcelSnapshot& snapshot) {
+  std::vector<ReferenceParcel> parcels;
+  for (std::size_t i = 0; i < snapshot.position.size(); ++i) {
+    const bool retired = is_retired(snapshot.position[i]);
+    const Vec2d position_m = retired ? Vec2d{} : to_metres(world, snapshot.position[i]);
+    parcels.push_back({position_m, to_double(snapshot.velocity[i]), retired});
+  }
+  return parcels;
+}
+
+}  // namespace pf

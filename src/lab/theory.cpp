@@ -1,0 +1,129 @@
+#include "lab/theory.hpp"
+
+#include <cmath>
+
+#include "core/portable_math.hpp"
+#include "model/measures.hpp"
+
+namespace pf::theory {
+namespace {
+
+// exp(-x) I_n(x), n = 0 or 1. Beyond x = 300, where I_n nears the end of the double range, by the asymptotic
+// series (Abramowitz and Stegun 9.7.1): its first dropped term is below 1e-11 there.
+double scaled_bessel_i(int n, double x) {
+  if (x <= 300.0) return std::exp(-x) * std::cyl_bessel_i(n, x);
+  const double mu = 4.0 * n * n;
+  double term = 1.0, sum = 1.0;
+  for (int k = 1; k <= 4; ++k) {
+    const double odd = 2.0 * k - 1.0;
+    term *= -(mu - odd * odd) / (k * 8.0 * x);
+    sum += term;
+  }
+  return sum / std::sqrt(2.0 * kPi * x);
+}
+
+// B(S) of PHYSICS 3.1: two thirds of it are the drag coefficient of the incident normal momentum, one third
+// that of the tangential one.
+double incident_momentum(double s) {
+  const double x = 0.5 * s * s;
+  const double bessel = (s * s + 1.5) * scaled_bessel_i(0, x) + (s * s + 0.5) * scaled_bessel_i(1, x);
+  return std::sqrt(kPi) / s * bessel;
+}
+
+}  // namespace
+
+double compressibility(double area_fraction) {
+  constexpr double kA[13] = {
+      1.0,           2.0,          1.12801775,    0.00181895291,  -0.0526134737, 0.0504960168,
+      -0.0325537792, 0.0134578632, 0.00140888182, -0.00834273601, 0.00694127367, -0.00262254723,
+      0.000355746352};
+  const double x = area_fraction / (1.0 - area_fraction);
+  double z = 0.0;
+  for (int k = 12; k >= 0; --k) z = z * x + kA[k];
+  return z - 5.24672938e-9 * std::pow(x, 22) + 5.88054639e-23 * std::pow(x, 57);
+}
+
+double contact_value(double area_fraction) {
+  return (compressibility(area_fraction) - 1.0) / (2.0 * area_fraction);
+}
+
+double collision_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
+  return enskog_rate_per_s(area_fraction, speed_mps, radius_m) *
+         (contact_value(area_fraction) / pf::contact_value(area_fraction));
+}
+
+double mean_free_path_m(double area_fraction, double radius_m) {
+  return std::sqrt(0.5 * kPi) / collision_rate_per_s(area_fraction, 1.0, radius_m);
+}
+
+double measured_compressibility(double impulse_sum_mps, double time_s, double num, double c2_m2ps2,
+                                double diameter_m) {
+  return 1.0 + diameter_m * impulse_sum_mps / (2.0 * num * c2_m2ps2 * time_s);
+}
+
+double sonine_a2(double e) {
+  return 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (57.0 - 25.0 * e + 30.0 * e * e * (1.0 - e));
+}
+
+double cooled_fraction_by_collisions(double e, double num_collisions) {
+  const double a2 = sonine_a2(e);
+  const double per_collision = (1.0 + 3.0 * a2 / 16.0) / (1.0 - a2 / 16.0);
+  return std::exp(-0.5 * (1.0 - e * e) * per_collision * num_collisions);
+}
+
+double cooled_fraction(double e, double initial_rate_per_s, double time_s) {
+  const double rate = (1.0 - e * e) * initial_rate_per_s * (1.0 + 3.0 * sonine_a2(e) / 16.0);
+  const double root = 1.0 + 0.25 * rate * time_s;
+  return 1.0 / (root * root);
+}
+
+// Mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta), chord = 2 sqrt(d^2 - b^2), because
+// the phase of the steps is uniform; for Delta < 2 d only chords below Delta can be missed.
+double missed_fraction(double step_diameters) {
+  if (step_diameters >= 2.0) return 1.0 - kPi / (2.0 * step_diameters);
+  if (step_diameters < 1e-3) return step_diameters * step_diameters / 24.0;
+  const double phi = std::asin(0.5 * step_diameters);
+  return 1.0 - 0.5 * std::cos(phi) - 0.5 * phi / std::sin(phi);
+}
+
+double drag_specular(double s) { return drag_smooth(s, 1.0); }
+
+double drag_smooth(double s, double e) { return (1.0 + e) * (2.0 / 3.0) * incident_momentum(s); }
+
+double drag_rough(double s, double e) { return drag_smooth(s, e) + incident_momentum(s) / 3.0; }
+
+double drag_diffuse(double s, double wall_over_gas) {
+  return incident_momentum(s) + 0.25 * kPi * std::sqrt(kPi) / s * std::sqrt(wall_over_gas);
+}
+
+double drag_cold(double e, double friction) {
+  const double kappa = friction * (1.0 + e);
+  return 4.0 / 3.0 * (1.0 + e) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
+}
+
+double hit_factor(double s) {
+  const double x = 0.5 * s * s;
+  return 0.5 * std::sqrt(kPi) / s * ((1.0 + s * s) * scaled_bessel_i(0, x) + s * s * scaled_bessel_i(1, x));
+}
+
+double hits_per_s(double contact_m, double number_density_per_m2, double speed_mps, double speed_ratio) {
+  return 2.0 * contact_m * number_density_per_m2 * speed_mps * hit_factor(speed_ratio);
+}
+
+double spin_torque_n_m(double accommodation, double spin_radps, double radius_m, double hit_mass_kgps) {
+  return -accommodation * spin_radps * radius_m * radius_m * hit_mass_kgps;
+}
+
+double transverse_force_n(double accommodation, double density_kg_m2, double contact_m, double radius_m,
+                          double spin_radps, double speed_mps) {
+  return -0.5 * accommodation * density_kg_m2 * kPi * contact_m * radius_m * spin_radps * speed_mps;
+}
+
+double jacobi_triple_gain(double theta_rad) {
+  const double c2 = std::cos(theta_rad) * std::cos(theta_rad);
+  return (1.0 - 2.0 * c2) * (1.0 - 2.0 * c2) + 2.0 * c2;
+}
+
+double euler_turn_gain(double theta_rad) { return std::sqrt(1.0 + theta_rad * theta_rad); }
+
+}  // namespace pf::theory
