@@ -8,6 +8,7 @@
 
 #include "app/report.hpp"
 #include "app/simulation.hpp"
+#include "app/step_request.hpp"
 #include "core/error.hpp"
 #include "scene/derive.hpp"
 
@@ -44,11 +45,7 @@ void run_bench(const Options& options, Backend& backend) {
   const Spawner spawner(settings, physics, ball);
   backend.reset(physics, spawner.plan(), ball);
 
-  StepRequest request;
-  request.method = settings.method;
-  request.neighbors = settings.neighbors;
-  request.dt_s = plan_frame(settings, physics, ball).dt_s;
-  request.spring_contact_s = spring_contact_s(settings, request.dt_s);
+  StepRequest request = step_request(settings, 1, plan_frame(settings, physics, ball).dt_s);
   StepReport report;
   request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
   timed_advance(backend, request, report);

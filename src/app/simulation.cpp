@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/step_request.hpp"
 #include "core/error.hpp"
 
 namespace pf {
@@ -52,6 +53,7 @@ struct Simulation::State {
   std::int64_t num_launches = 0;
   double landed_for_s = 0.0;
   bool left_once = false;
+  double collision_rate_per_s = 0.0;   // per parcel, in the last frame; 0: not known
   std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
   PhaseTimes mapping;                  // of that frame
 
@@ -79,6 +81,7 @@ void Simulation::State::reset() {
   view.totals = {};
   view.simulated_s = 0.0;
   view.message.clear();
+  collision_rate_per_s = 0.0;
   ball = initial_ball(settings);
   respawn(settings);
   launch();
@@ -139,13 +142,8 @@ void Simulation::State::obey(const Commands& commands) {
 }
 
 void Simulation::State::submit_steps(DrawTarget* target) {
-  const FramePlan plan = plan_frame(settings, physics, ball);
-  StepRequest request;
-  request.method = settings.method;
-  request.neighbors = settings.neighbors;
-  request.num_steps = plan.num_steps;
-  request.dt_s = plan.dt_s;
-  request.spring_contact_s = spring_contact_s(settings, plan.dt_s);
+  const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
+  StepRequest request = step_request(settings, plan.num_steps, plan.dt_s);
   DrawBuffers buffers;
   if (target) {
     target->reserve(physics.parcels.num);
@@ -173,6 +171,9 @@ void Simulation::State::collect_steps() {
   view.frame_totals = report.totals;
   view.totals += report.totals;
   view.simulated_s += plan.num_steps * plan.dt_s;
+  collision_rate_per_s = physics.parcels.num == 0 ? 0.0
+                                                  : 2.0 * static_cast<double>(report.totals.num_collisions) /
+                                                        (physics.parcels.num * plan.num_steps * plan.dt_s);
   in_flight.reset();
   if (report.totals.num_invalid > 0) {
     view.paused = true;

@@ -53,7 +53,7 @@ struct ExactStepper::Rounds {
   bool round_hit_ball = false;
   double ball_fastest_mps = 0.0;
   Event ball_event;
-  std::uint32_t ball_bound = kNever;
+  std::uint32_t ball_bound = kNoTick;
   std::vector<std::uint32_t> near_ball;
   std::vector<std::uint32_t> active;   // parcels with an event before the end
   std::vector<std::uint32_t> lowered;  // parcels whose bound is below their event
@@ -83,7 +83,7 @@ struct ExactStepper::Rounds {
     const std::uint32_t partner = self.event_partner_[i];
     return {self.event_tick_[i], partner, is_parcel(partner) ? lines.id[partner] : partner};
   }
-  bool has_event(std::uint32_t i) const { return self.event_tick_[i] != kNever; }
+  bool has_event(std::uint32_t i) const { return self.event_tick_[i] != kNoTick; }
   bool is_near_ball(std::uint32_t i) const {
     const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.space.position[i]);
     return std::abs(static_cast<std::int64_t>(from.x)) <= ball_reach &&
@@ -137,8 +137,8 @@ struct ExactStepper::Rounds {
   void predict_first(Worker& worker, std::uint32_t i) {
     const Line here = line(i);
     at_end[i] = position_at<kBoundary>(c, here, static_cast<std::int32_t>(c.length));
-    self.event_tick_[i] = self.bound_[i] = kNever;
-    self.event_partner_[i] = kNobody;
+    self.event_tick_[i] = self.bound_[i] = kNoTick;
+    self.event_partner_[i] = kNoPartner;
     if (is_retired(here.anchor)) return;
     const float speed2 = dot(here.velocity, here.velocity);
     if (!(speed2 < 1e30F)) {
@@ -185,7 +185,7 @@ struct ExactStepper::Rounds {
   }
 
   void lower_bound(Worker& worker, std::uint32_t k, std::uint32_t to) {
-    if (to != kNever && lower(self.bound_[k], to)) worker.found.push_back(k);
+    if (to != kNoTick && lower(self.bound_[k], to)) worker.found.push_back(k);
   }
 
   // Passes on to the neighbours of i how early i, after whatever happens to it first, can touch them.
@@ -217,7 +217,7 @@ struct ExactStepper::Rounds {
   void spread_bounds() {
     lowered.clear();
     std::vector<std::uint32_t> work = active;
-    std::uint32_t ball_spread_from = kNever;
+    std::uint32_t ball_spread_from = kNoTick;
     while (!work.empty() || ball_bound < ball_spread_from) {
       each_of(work, [&](Worker& worker, std::uint32_t i) { spread(worker, i); });
       if (ball_bound < ball_spread_from) {
@@ -231,7 +231,7 @@ struct ExactStepper::Rounds {
 
   bool is_safe(std::uint32_t i) const {
     const std::uint32_t tick = self.event_tick_[i];
-    if (tick == kNever || self.bound_[i] != tick) return false;
+    if (tick == kNoTick || self.bound_[i] != tick) return false;
     const std::uint32_t partner = self.event_partner_[i];
     if (!is_parcel(partner)) return true;
     return self.event_partner_[partner] == i && self.event_tick_[partner] == tick &&
@@ -323,7 +323,7 @@ struct ExactStepper::Rounds {
   // The ball's own event of the round, if it is safe.
   void resolve_ball() {
     round_hit_ball = false;
-    if (ball_event.tick == kNever || ball_bound != ball_event.tick) return;
+    if (ball_event.tick == kNoTick || ball_bound != ball_event.tick) return;
     const std::uint32_t tick = ball_event.tick;
     const bool hit = is_parcel(ball_event.partner);
     if (hit && !is_safe(ball_event.partner)) return;
@@ -368,7 +368,7 @@ struct ExactStepper::Rounds {
         flag(worker, k);
       } else if (!is_retired(here.anchor)) {
         const Event now{meeting<kBoundary>(c, line(k), here), i, lines.id[i]};
-        if (now.tick != kNever && comes_before(now, event(k))) flag(worker, k);
+        if (now.tick != kNoTick && comes_before(now, event(k))) flag(worker, k);
       }
     }
   }
@@ -376,7 +376,7 @@ struct ExactStepper::Rounds {
   void flag_near_ball(Worker& worker, std::uint32_t k) {
     if (self.mark_[k] == kChanged || is_retired(lines.position[k])) return;
     const Event now{meeting_ball<kBoundary>(c, ball.line, line(k)), kBallPartner, kBallPartner};
-    if (self.event_partner_[k] == kBallPartner || (now.tick != kNever && comes_before(now, event(k))))
+    if (self.event_partner_[k] == kBallPartner || (now.tick != kNoTick && comes_before(now, event(k))))
       flag(worker, k);
   }
 
@@ -423,7 +423,7 @@ struct ExactStepper::Rounds {
     predict_all();
     while (true) {
       predict_ball();
-      if (active.empty() && ball_event.tick == kNever) return true;
+      if (active.empty() && ball_event.tick == kNoTick) return true;
       if (num_rounds == problem.most_rounds) return false;
       ++num_rounds;
       spread_bounds();

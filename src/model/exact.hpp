@@ -13,7 +13,7 @@
 
 namespace pf {
 
-constexpr std::uint32_t kNever = 0xFFFFFFFFU;  // no event before the end of the step
+constexpr std::uint32_t kNoTick = 0xFFFFFFFFU;  // no event before the end of the step
 
 // What an event is with: a parcel (its index), or one of these, which order after all parcels at the same
 // tick.
@@ -21,7 +21,7 @@ constexpr std::uint32_t kWallX = 0xFFFFFFF0U;
 constexpr std::uint32_t kWallY = 0xFFFFFFF1U;
 constexpr std::uint32_t kExit = 0xFFFFFFF2U;
 constexpr std::uint32_t kBallPartner = 0xFFFFFFF3U;
-constexpr std::uint32_t kNobody = 0xFFFFFFFFU;
+constexpr std::uint32_t kNoPartner = 0xFFFFFFFFU;
 
 PF_HD inline bool is_parcel(std::uint32_t partner) { return partner < kWallX; }
 
@@ -125,9 +125,9 @@ PF_HD inline Vec2i position_at(const ExactConstants& c, const Line& line, std::i
 
 // The tick at which something that starts `from` and lasts `ticks` ends, as an event of the step.
 PF_HD inline std::uint32_t event_tick(const ExactConstants& c, std::int32_t from, double ticks) {
-  if (!(ticks < 4.0e9)) return kNever;
+  if (!(ticks < 4.0e9)) return kNoTick;
   const std::int64_t at = from + round_to_int64(ticks);
-  if (at >= static_cast<std::int64_t>(c.length)) return kNever;
+  if (at >= static_cast<std::int64_t>(c.length)) return kNoTick;
   return at < 0 ? 0U : static_cast<std::uint32_t>(at);
 }
 
@@ -157,13 +157,13 @@ PF_HD inline Approach approach(const ExactConstants& c, const Line& a, const Lin
   return {offset, velocity, from};
 }
 
-// When two parcels meet: tick of the step, or kNever. The same whichever is given first: all is odd in them.
+// When two parcels meet: tick of the step, or kNoTick. The same whichever is given first: all is odd in them.
 template <Boundary kBoundary>
 PF_HD inline std::uint32_t meeting(const ExactConstants& c, const Line& a, const Line& b) {
   const Approach pair = approach<kBoundary>(c, a, b);
   const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
   const double t = time_of_impact(pair.offset, pair.velocity, c.step.contact_distance, longest);
-  return t < 0.0 ? kNever : event_tick(c, pair.from, t);
+  return t < 0.0 ? kNoTick : event_tick(c, pair.from, t);
 }
 
 template <Boundary kBoundary>
@@ -189,14 +189,14 @@ PF_HD inline std::uint32_t meeting_ball(const ExactConstants& c, const BallLine&
   const Approach pair = approach_ball<kBoundary>(c, ball, line);
   const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
   const double t = time_of_impact(pair.offset, pair.velocity, c.ball_contact, longest);
-  return t < 0.0 ? kNever : event_tick(c, pair.from, t);
+  return t < 0.0 ? kNoTick : event_tick(c, pair.from, t);
 }
 
 // An event as a parcel sees it. Of two, the one at the earlier tick comes first, then the lower partner id.
 struct Event {
-  std::uint32_t tick = kNever;
-  std::uint32_t partner = kNobody;     // index, or one of the codes above
-  std::uint32_t partner_id = kNobody;  // id, or the same code
+  std::uint32_t tick = kNoTick;
+  std::uint32_t partner = kNoPartner;     // index, or one of the codes above
+  std::uint32_t partner_id = kNoPartner;  // id, or the same code
 };
 
 PF_HD inline bool comes_before(const Event& a, const Event& b) {
@@ -204,13 +204,13 @@ PF_HD inline bool comes_before(const Event& a, const Event& b) {
 }
 
 PF_HD inline void keep_earlier(Event& best, const Event& other) {
-  if (other.tick != kNever && comes_before(other, best)) best = other;
+  if (other.tick != kNoTick && comes_before(other, best)) best = other;
 }
 
 // Ticks from `from` until a coordinate that moves at `velocity` is at +limit or -limit, wherever it is going.
 PF_HD inline std::uint32_t crossing(const ExactConstants& c, std::int32_t from, double coordinate,
                                     double velocity, double limit) {
-  if (velocity == 0.0) return kNever;
+  if (velocity == 0.0) return kNoTick;
   const double ticks = ((velocity > 0.0 ? limit : -limit) - coordinate) / velocity;
   return event_tick(c, from, ticks > 0.0 ? ticks : 0.0);
 }
@@ -257,7 +257,7 @@ PF_HD inline std::uint32_t earliest_touch(const ExactConstants& c, std::uint32_t
   if (room <= 0.0) return at;
   const double ticks = room / ((c.max_speed_mps + other_mps) * c.units_per_tick);
   const double touch = static_cast<double>(at) + ticks;
-  return touch < static_cast<double>(c.length) ? static_cast<std::uint32_t>(touch) : kNever;
+  return touch < static_cast<double>(c.length) ? static_cast<std::uint32_t>(touch) : kNoTick;
 }
 
 PF_HD inline double speed_of(Vec2d v) { return sqrt(dot(v, v)); }

@@ -157,7 +157,28 @@ double area_fraction_of(const Physics& physics) {
   return physics.parcels.num * kPi * physics.parcels.radius_m * physics.parcels.radius_m / area;
 }
 
-FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState& ball) {
+namespace {
+
+// The longest step: displacement_per_step, and what suits `exact`.
+double longest_step_s(const Settings& s, const Physics& physics, const BallState& ball, double rate_per_s) {
+  constexpr double kCollisionsPerStep = 0.1;
+  constexpr double kForever_s = 1e30;
+  if (physics.parcels.num == 0) return kForever_s;
+  const double fastest = fastest_expected_mps(s, physics, ball);
+  const double by_displacement =
+      fastest > 0.0 ? s.displacement_per_step * 2.0 * physics.parcels.radius_m / fastest : kForever_s;
+  if (s.method != Method::exact || !s.contacts) return by_displacement;
+  const double rate =
+      rate_per_s > 0.0
+          ? rate_per_s
+          : enskog_rate_per_s(area_fraction_of(physics), physics.parcels.speed_mps, physics.parcels.radius_m);
+  return rate > 0.0 ? std::min(by_displacement, kCollisionsPerStep / rate) : by_displacement;
+}
+
+}  // namespace
+
+FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState& ball,
+                     double collision_rate_per_s) {
   const double frame_s = s.time_scale / s.frame_rate_hz;
   const double limit = static_cast<double>(s.substeps > 0 ? s.substeps : s.max_substeps);
   FramePlan plan;
@@ -166,10 +187,7 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
     const double wanted = s.substeps > 0 ? limit : std::round(frame_s / s.dt_s);
     plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
   } else {
-    const double fastest = fastest_expected_mps(s, physics, ball);
-    const double diameter = 2.0 * physics.parcels.radius_m;
-    const double longest =
-        physics.parcels.num > 0 && fastest > 0.0 ? s.displacement_per_step * diameter / fastest : frame_s;
+    const double longest = std::min(frame_s, longest_step_s(s, physics, ball, collision_rate_per_s));
     const double wanted = s.substeps > 0 ? limit : std::ceil(frame_s / longest);
     plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
     plan.dt_s = std::min(longest, frame_s / plan.num_steps);

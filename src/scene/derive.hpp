@@ -24,7 +24,10 @@ struct FramePlan {
   double dt_s = 0.0;
   double slow_motion = 0.0;
 };
-FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball);
+// collision_rate_per_s: of a parcel, as last seen; 0: not known, then Enskog's. Method `exact` takes steps of
+// at most 0.1 collisions per parcel: a matter of speed, its events do not depend on the step.
+FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,
+                     double collision_rate_per_s = 0.0);
 
 // Contact duration of `spring` as set, or 20 steps.
 double spring_contact_s(const Settings& settings, double dt_s);

@@ -88,7 +88,8 @@ std::vector<Field> ball_fields() {
 
 std::vector<Field> run_fields() {
   return {
-      {"run", "method", "", "collision method", 0, 0, choice<&Settings::method>({"impulse", "spring", "exact"})},
+      {"run", "method", "", "collision method", 0, 0,
+       choice<&Settings::method>({"impulse", "spring", "exact"})},
       {"run", "neighbors", "", "search for partners: sorted cells, or every pair (a slow check)", 0, 0,
        choice<&Settings::neighbors>({"grid", "all-pairs"})},
       {"run", "dt_s", "s", "time step; 0: from displacement_per_step", 0, 1e3, &Settings::dt_s},
@@ -107,6 +108,9 @@ std::vector<Field> run_fields() {
       {"run", "threads", "", "CPU threads; 0: all", 0, 1024, &Settings::threads},
       {"run", "spring_contact_s", "s", "contact duration of method spring; 0: 20 steps", 0, 1e3,
        &Settings::spring_contact_s},
+      {"run", "contact_clock_s", "s",
+       "exact: collisions that follow the last one within this time lose no energy (TC model); 0: off", 0,
+       1e3, &Settings::contact_clock_s},
       {"run", "relaunch", "", "launch the ball again a second after it left", 0, 0, &Settings::relaunch},
   };
 }

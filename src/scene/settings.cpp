@@ -15,10 +15,6 @@
 namespace pf {
 namespace {
 
-// METHODS DESIGNED BUT NOT BUILT YET: refused with a line of their own. To make one available add its name
-// to the row run.method in fields.cpp; names there win over this list.
-const std::vector<std::string> kMethodsNotBuilt = {"exact"};
-
 template <class... Ts>
 struct Overload : Ts... {
   using Ts::operator()...;
@@ -95,13 +91,6 @@ bool bool_from(const Field& field, const std::string& text, const std::string& w
 int choice_from(const Field& field, const Choice& choice, const std::string& text, const std::string& where) {
   const auto found = std::find(choice.names.begin(), choice.names.end(), text);
   if (found != choice.names.end()) return static_cast<int>(found - choice.names.begin());
-  const bool is_method = field.path() == "run.method";
-  if (is_method &&
-      std::find(kMethodsNotBuilt.begin(), kMethodsNotBuilt.end(), text) != kMethodsNotBuilt.end()) {
-    throw UserError(
-        fmt::format("{}: method '{}' is designed but is not available in this version; available: {}", where,
-                    text, fmt::join(choice.names, ", ")));
-  }
   refuse(field, text, where, fmt::format("is unknown, the nearest is {}", nearest_name(text, choice.names)));
 }
 

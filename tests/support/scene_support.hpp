@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "app/step_request.hpp"
 #include "backend/backend.hpp"
 #include "scene/derive.hpp"
 #include "scene/settings.hpp"
@@ -51,13 +52,7 @@ struct SceneRun {
   explicit SceneRun(const Settings& s, unsigned threads = 2) : SceneRun(s, make_cpu_backend(threads)) {}
 
   StepReport advance(std::uint32_t steps, double dt_s) {
-    StepRequest request;
-    request.method = settings.method;
-    request.neighbors = settings.neighbors;
-    request.num_steps = steps;
-    request.dt_s = dt_s;
-    request.spring_contact_s = spring_contact_s(settings, dt_s);
-    return backend->advance(request);
+    return backend->advance(step_request(settings, steps, dt_s));
   }
   StepReport advance(std::uint32_t steps) { return advance(steps, plan_frame(settings, physics, ball).dt_s); }
 };

@@ -113,8 +113,6 @@ TEST(Options, BadSettingsAreNamed) {
   EXPECT_TRUE(
       contains(refusal({"--method", "implse"}), "--method: 'implse' is unknown, the nearest is impulse"));
   EXPECT_TRUE(contains(refusal({"--method", ""}), "--method: '' is unknown"));
-  EXPECT_TRUE(
-      contains(refusal({"--method", "exact"}), "not available in this version; available: impulse, spring"));
   EXPECT_TRUE(contains(refusal({"--threads", "1025"}), "--threads: '1025' is out of range"));
   EXPECT_TRUE(contains(refusal({"--scene", "cort"}), "--scene: 'cort' is not a scene; the nearest is court"));
   EXPECT_TRUE(contains(refusal({"--scene", ""}), "--scene: '' is not a scene"));

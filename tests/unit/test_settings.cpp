@@ -83,6 +83,7 @@ TEST(Fields, CoversEverySettingOnce) {
                                           "run.seed",
                                           "run.threads",
                                           "run.spring_contact_s",
+                                          "run.contact_clock_s",
                                           "run.relaunch"};
   std::set<std::string> found;
   for (const Field& field : fields()) EXPECT_TRUE(found.insert(field.path()).second) << field.path();
@@ -202,13 +203,6 @@ TEST(SetFromText, LeavesSettingsAloneWhenRefusing) {
   Settings settings;
   EXPECT_THROW(set_from_text(find_field("air.restitution", "t"), settings, "2", "t"), UserError);
   EXPECT_EQ(settings, Settings{});
-}
-
-TEST(SetFromText, SaysThatExactIsNotBuilt) {
-  const std::string message = message_of("run.method", "exact");
-  EXPECT_EQ(
-      message,
-      "here: method 'exact' is designed but is not available in this version; available: impulse, spring");
 }
 
 TEST(SetFromText, MessagesStayOnOneLine) {
