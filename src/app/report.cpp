@@ -116,6 +116,14 @@ json ball_report(const BallConstants& constants, const BallState& ball, const St
           {"torque_impulse_kg_m2ps", number(totals.ball_torque_impulse_kg_m2ps)}};
 }
 
+// null for the methods that step.
+json exact_report(const Settings& settings, const StepTotals& totals) {
+  if (settings.method != Method::exact) return nullptr;
+  return {{"rounds", totals.num_rounds},
+          {"redone_steps", totals.num_redone_steps},
+          {"event_hash", fmt::format("{:016x}", totals.event_hash)}};
+}
+
 std::string name_of(const char* path, const Settings& settings) {
   return value_text(find_field(path, "report"), settings);
 }
@@ -178,6 +186,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"max_overlap_diameters",
        totals_.num_collisions > 0 ? number(totals_.max_overlap_diameters) : json(nullptr)},
       {"num_retired", totals_.num_retired},
+      {"exact", exact_report(settings, totals_)},
       {"ball", ball_report(physics.ball, ball, totals_, ball_distance_m)},
       {"state_hash", fmt::format("{:016x}", backend.state_hash())},
   };

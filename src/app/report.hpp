@@ -25,9 +25,10 @@ class RunRecord {
   // phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
-  // max_overlap_diameters, num_retired, ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...},
-  // state_hash (hex string). A figure that has no meaning for the run (no parcels, nothing collided) is null.
-  // settings: as they are at the end (the panel may have changed them).
+  // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
+  // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string). A figure
+  // that has no meaning for the run (no parcels, nothing collided) is null. settings: as they are at the end
+  // (the panel may have changed them).
   nlohmann::json finish(const Settings& settings, const Physics& physics, Backend& backend,
                         const BallState& ball, double ball_distance_m) const;
 

@@ -48,15 +48,18 @@ struct ExactStepper::Rounds {
   Search search = choose_search(kBoundary);
   Vec2i ball_centre;            // at the begin, position units
   std::int32_t ball_reach = 0;  // half side of the box around it that holds all parcels that may meet it
-  std::int32_t full_reach = 0;  // of the search box of a parcel that may move at the assumed bound
-  float full_filter2 = 0.0F;
+  float units_in_step = 0.0F;   // position units that a speed of 1 m/s covers in the step
   bool round_hit_ball = false;
   double ball_fastest_mps = 0.0;
+  double fastest_now = 0.0;  // bound on the speed of every line so far
   Event ball_event;
   std::uint32_t ball_bound = kNoTick;
-  std::vector<std::uint32_t> near_ball;
-  std::vector<std::uint32_t> active;   // parcels with an event before the end
-  std::vector<std::uint32_t> lowered;  // parcels whose bound is below their event
+  std::vector<std::uint32_t>& near_ball = self.lists_[0];
+  std::vector<std::uint32_t>& active = self.lists_[1];   // parcels with an event before the end
+  std::vector<std::uint32_t>& lowered = self.lists_[2];  // parcels whose bound is below their event
+  std::vector<std::uint32_t>& work = self.lists_[3];     // those whose bound is still to be passed on
+  std::vector<std::uint32_t>& changed = self.lists_[4];  // in this round
+  std::vector<std::uint32_t>& flagged = self.lists_[5];
 
   Rounds(ExactStepper& stepper, const Problem& p, ParcelArrays& parcels, ExactBall& the_ball, Vec2i* end,
          bool record)
@@ -67,11 +70,10 @@ struct ExactStepper::Rounds {
         ball(the_ball),
         at_end(end),
         recording(record) {
-    const double moved = c.max_speed_mps * c.units_per_tick * c.length;
-    const double distance = c.step.contact_distance + 2.0 * moved + kRoundingMargin;
-    full_reach = saturated(distance + static_cast<double>(problem.travel));
-    full_filter2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
+    units_in_step = static_cast<float>(c.units_per_tick * c.length);
+    fastest_now = problem.fastest_mps;
     if (c.ball == BallRole::absent) return;
+    const double moved = c.max_speed_mps * c.units_per_tick * c.length;
     const Vec2d centre = ball.line.anchor_units + travelled(c, ball.line.velocity_mps, -ball.line.tick);
     ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
     ball_reach = saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
@@ -107,12 +109,21 @@ struct ExactStepper::Rounds {
     each(list.size(), [&](Worker& worker, std::size_t k) { visit(worker, list[k]); });
   }
 
-  // The parcels that i may come near within the step, wherever it may go.
-  const std::vector<std::uint32_t>& neighbours(Worker& worker, std::uint32_t i) {
-    worker.space.reach = full_reach;
-    worker.space.filter_distance2 = full_filter2;
+  // Fills worker.scratch.finds with the parcels that i may touch within the step if it moves no further than
+  // moved_units from where it was at the begin, and they keep to their present lines.
+  void search_near(Worker& worker, std::uint32_t i, double moved_units) {
+    worker.scratch.finds.clear();
+    if (!c.step.physics.parcels.contacts) return;
+    const double others = fastest_now * c.units_per_tick * c.length;
+    const double distance = c.step.contact_distance + moved_units + others + kRoundingMargin;
+    worker.space.reach = saturated(distance + static_cast<double>(problem.travel));
+    worker.space.filter_distance2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
     search(worker.space, i, worker.scratch);
-    return worker.scratch.finds;
+  }
+
+  // The same for a parcel that keeps to the line that it has.
+  void search_along_line(Worker& worker, std::uint32_t i) {
+    search_near(worker, i, static_cast<double>(self.step_speed_[i]) * c.units_per_tick * c.length);
   }
 
   Event earliest(const Line& line_i, const std::vector<std::uint32_t>& candidates, std::uint32_t i) const {
@@ -133,6 +144,19 @@ struct ExactStepper::Rounds {
     self.bound_[i] = event.tick;
   }
 
+  // Of those found, only the ones that the cheap test cannot rule out. Lines must be those of the begin.
+  void keep_if_meeting(std::uint32_t i, Vec2f velocity, std::vector<std::uint32_t>& found) const {
+    const Vec2i* present = problem.space.position;
+    const auto contact = static_cast<float>(c.step.contact_distance);
+    std::size_t num = 0;
+    for (const std::uint32_t j : found) {
+      const Vec2i offset = separation<kBoundary>(c.step.physics.world, present[i], present[j]);
+      found[num] = j;
+      num += may_meet(offset, lines.velocity[j] - velocity, contact, units_in_step) ? 1U : 0U;
+    }
+    found.resize(num);
+  }
+
   // First prediction, of a parcel on the line that it has at the begin.
   void predict_first(Worker& worker, std::uint32_t i) {
     const Line here = line(i);
@@ -147,15 +171,9 @@ struct ExactStepper::Rounds {
       return;
     }
     worker.tally.moved(0, speed2);
-    worker.scratch.finds.clear();
-    if (c.step.physics.parcels.contacts) {
-      const double moved =
-          (std::sqrt(static_cast<double>(speed2)) + problem.fastest_mps) * c.units_per_tick * c.length;
-      const double distance = c.step.contact_distance + moved + kRoundingMargin;
-      worker.space.reach = saturated(distance + static_cast<double>(problem.travel));
-      worker.space.filter_distance2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
-      search(worker.space, i, worker.scratch);
-    }
+    self.step_speed_[i] = std::sqrt(speed2) * (1.0F + 1e-6F);
+    search_along_line(worker, i);
+    keep_if_meeting(i, here.velocity, worker.scratch.finds);
     set_event(i, earliest(here, worker.scratch.finds, i));
     if (has_event(i)) worker.found.push_back(i);
   }
@@ -163,13 +181,13 @@ struct ExactStepper::Rounds {
   void predict_all() {
     each(size(),
          [&](Worker& worker, std::size_t i) { predict_first(worker, static_cast<std::uint32_t>(i)); });
-    active = self.collect_found();
+    self.collect_found(active);
     if (c.ball == BallRole::absent) return;
     each(size(), [&](Worker& worker, std::size_t k) {
       const auto i = static_cast<std::uint32_t>(k);
       if (!is_retired(problem.space.position[i]) && is_near_ball(i)) worker.found.push_back(i);
     });
-    near_ball = self.collect_found();
+    self.collect_found(near_ball);
   }
 
   // The ball's earliest event, among the parcels whose own earliest it is and the walls.
@@ -193,11 +211,12 @@ struct ExactStepper::Rounds {
     const std::uint32_t at = read(self.bound_[i]);
     const Line here = line(i);
     if (is_retired(here.anchor)) return;
-    if (c.step.physics.parcels.contacts) {
-      for (const std::uint32_t k : neighbours(worker, i)) {
-        if (!is_retired(lines.position[k]))
-          lower_bound(worker, k, earliest_touch<kBoundary>(c, here, at, line(k)));
-      }
+    const double by_then = static_cast<double>(self.step_speed_[i]) * at;
+    const double after = c.max_speed_mps * (c.length - at);
+    search_near(worker, i, (by_then + after) * c.units_per_tick);
+    for (const std::uint32_t k : worker.scratch.finds) {
+      if (!is_retired(lines.position[k]))
+        lower_bound(worker, k, earliest_touch<kBoundary>(c, here, at, line(k)));
     }
     if (c.ball != BallRole::participant || !is_near_ball(i)) return;
     const double ball_mps = speed_of(ball.line.velocity_mps);
@@ -216,7 +235,7 @@ struct ExactStepper::Rounds {
   // Lowers the bounds until nothing changes: then no true event of a parcel precedes its bound.
   void spread_bounds() {
     lowered.clear();
-    std::vector<std::uint32_t> work = active;
+    work = active;
     std::uint32_t ball_spread_from = kNoTick;
     while (!work.empty() || ball_bound < ball_spread_from) {
       each_of(work, [&](Worker& worker, std::uint32_t i) { spread(worker, i); });
@@ -224,7 +243,7 @@ struct ExactStepper::Rounds {
         ball_spread_from = ball_bound;
         spread_ball();
       }
-      work = self.collect_found();
+      self.collect_found(work);
       lowered.insert(lowered.end(), work.begin(), work.end());
     }
   }
@@ -251,11 +270,13 @@ struct ExactStepper::Rounds {
   }
 
   void store(Worker& worker, std::uint32_t i, const Line& now) {
+    const float speed2 = dot(now.velocity, now.velocity);
+    self.step_speed_[i] = std::max(self.step_speed_[i], std::sqrt(speed2) * (1.0F + 1e-6F));
     lines.position[i] = now.anchor;
     lines.velocity[i] = now.velocity;
     lines.tick[i] = now.tick;
     at_end[i] = position_at<kBoundary>(c, now, static_cast<std::int32_t>(c.length));
-    worker.fastest2 = std::max(worker.fastest2, static_cast<double>(dot(now.velocity, now.velocity)));
+    worker.fastest2 = std::max(worker.fastest2, static_cast<double>(speed2));
     self.mark_[i] = kChanged;
     worker.found.push_back(i);
   }
@@ -361,9 +382,9 @@ struct ExactStepper::Rounds {
   void flag_neighbours(Worker& worker, std::uint32_t i, const std::vector<std::uint32_t>& near) {
     const Line here = line(i);
     for (const std::uint32_t k : near) {
-      const bool changed =
+      const bool has_changed =
           std::atomic_ref<std::uint8_t>(self.mark_[k]).load(std::memory_order_relaxed) == kChanged;
-      if (changed || is_retired(lines.position[k])) continue;
+      if (has_changed || is_retired(lines.position[k])) continue;
       if (self.event_partner_[k] == i) {
         flag(worker, k);
       } else if (!is_retired(here.anchor)) {
@@ -381,26 +402,24 @@ struct ExactStepper::Rounds {
   }
 
   void predict_changed(Worker& worker, std::uint32_t i) {
-    worker.scratch.finds.clear();
-    if (c.step.physics.parcels.contacts) neighbours(worker, i);
+    search_along_line(worker, i);
     flag_neighbours(worker, i, worker.scratch.finds);
     const Line here = line(i);
     set_event(i, is_retired(here.anchor) ? Event{} : earliest(here, worker.scratch.finds, i));
   }
 
   void predict_flagged(Worker& worker, std::uint32_t i) {
-    worker.scratch.finds.clear();
-    if (c.step.physics.parcels.contacts) neighbours(worker, i);
+    search_along_line(worker, i);
     set_event(i, earliest(line(i), worker.scratch.finds, i));
   }
 
   // After a round: new predictions of the parcels that changed and of those that must heed them.
   void predict_again() {
-    const std::vector<std::uint32_t> changed = self.collect_found();
+    self.collect_found(changed);
     each_of(changed, [&](Worker& worker, std::uint32_t i) { predict_changed(worker, i); });
     if (round_hit_ball)
       each_of(near_ball, [&](Worker& worker, std::uint32_t k) { flag_near_ball(worker, k); });
-    const std::vector<std::uint32_t> flagged = self.collect_found();
+    self.collect_found(flagged);
     each_of(flagged, [&](Worker& worker, std::uint32_t i) { predict_flagged(worker, i); });
     for (const std::uint32_t i : lowered) self.bound_[i] = self.event_tick_[i];
     std::erase_if(active, [&](std::uint32_t i) { return self.mark_[i] != kUntouched; });
@@ -429,8 +448,9 @@ struct ExactStepper::Rounds {
       spread_bounds();
       each_of(active, [&](Worker& worker, std::uint32_t i) { resolve(worker, i); });
       resolve_ball();
-      predict_again();
       if (std::max(fastest_mps(), ball_fastest_mps) > c.max_speed_mps) return false;
+      fastest_now = std::max(fastest_now, fastest_mps());
+      predict_again();
     }
   }
 };
@@ -451,15 +471,15 @@ void ExactStepper::prepare(const Problem& problem, std::size_t num_parcels) {
   bound_.resize(num_parcels);
   mark_.resize(num_parcels);
   saved_mark_.resize(num_parcels);
+  step_speed_.resize(num_parcels);
 }
 
-std::vector<std::uint32_t> ExactStepper::collect_found() {
-  std::vector<std::uint32_t> all;
+void ExactStepper::collect_found(std::vector<std::uint32_t>& all) {
+  all.clear();
   for (Worker& worker : workers_) {
     all.insert(all.end(), worker.found.begin(), worker.found.end());
     worker.found.clear();
   }
-  return all;
 }
 
 void ExactStepper::forget_saved(bool put_back, ParcelArrays& lines) {
@@ -511,8 +531,9 @@ ExactOutcome ExactStepper::step(const Problem& problem, ParcelArrays& lines, Exa
 }
 
 std::uint64_t ExactStepper::memory_bytes() const {
-  return 4 * (event_tick_.capacity() + event_partner_.capacity() + bound_.capacity()) + mark_.capacity() +
-         saved_mark_.capacity();
+  return 4 * (step_speed_.capacity() + event_tick_.capacity() + event_partner_.capacity() +
+              bound_.capacity()) +
+         mark_.capacity() + saved_mark_.capacity();
 }
 
 }  // namespace pf

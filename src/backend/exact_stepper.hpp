@@ -79,13 +79,15 @@ class ExactStepper {
 
   void prepare(const Problem& problem, std::size_t num_parcels);
   void forget_saved(bool put_back, ParcelArrays& lines);
-  std::vector<std::uint32_t> collect_found();
+  void collect_found(std::vector<std::uint32_t>& all);
 
   ThreadTeam& team_;
+  std::vector<std::uint32_t> lists_[6];  // of Rounds, kept for their memory
   std::vector<Worker> workers_;
   std::vector<std::uint32_t> event_tick_;  // n each
   std::vector<std::uint32_t> event_partner_;
   std::vector<std::uint32_t> bound_;      // no true event of the parcel can come before this tick
+  std::vector<float> step_speed_;         // largest of the parcel in the step so far, m/s
   std::vector<std::uint8_t> mark_;        // this round's Mark
   std::vector<std::uint8_t> saved_mark_;  // whether its line at the begin is in saved_
 };

@@ -112,6 +112,7 @@ TEST_F(Report, HasTheAgreedKeys) {
                                              "device",
                                              "dt_s",
                                              "energy",
+                                             "exact",
                                              "frame_ms",
                                              "max_overlap_diameters",
                                              "method",
