@@ -47,6 +47,8 @@ std::vector<Field> air_fields() {
        &Settings::areal_density_kg_m2},
       {"air", "parcel_radius_m", "m", "parcel radius; 0: from area fraction and number", 0, 1e3,
        &Settings::parcel_radius_m},
+      {"air", "drawn_radius_m", "m", "radius that parcels are drawn with; 0: their true radius", 0, 1e3,
+       &Settings::drawn_radius_m},
       {"air", "parcel_mass_kg", "kg", "parcel mass; 0: from areal density and number", 0, 1e6,
        &Settings::parcel_mass_kg},
       {"air", "parcel_speed_mps", "m/s", "standard deviation of each velocity component at the start", 0,

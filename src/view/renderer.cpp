@@ -144,8 +144,10 @@ void Renderer::paint_floor(const FloorKey& key) {
 
 void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                             const Viewport& viewport) {
-  const double diameter_px = 2.0 * frame.physics->parcels.radius_m / camera.metres_per_px;
   const Settings& settings = *frame.settings;
+  const double radius_m =
+      settings.drawn_radius_m > 0.0 ? settings.drawn_radius_m : frame.physics->parcels.radius_m;
+  const double diameter_px = 2.0 * radius_m / camera.metres_per_px;
   const double top_mps =
       top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
   const auto per_color_mps = static_cast<float>(1.0 / top_mps);
