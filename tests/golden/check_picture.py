@@ -64,7 +64,7 @@ BROKEN = {
               (PATH, ("path.vert", "px_of(", "1.1 * px_of("))],
     "dense": [(["--seed", "2"], None), (["--set", "air.contacts=false"], None),
               (["--set", "air.area_fraction=0.66"], None), (["-p", "840"], None),
-              (["--set", "air.drawn_radius_m=0.4"], None), (["--set", "world.boundary=walls"], None),
+              (["--set", "air.drawn_area_fraction=0.44"], None), (["--set", "world.boundary=walls"], None),
               (["--set", "run.spring_contact_s=2e-2"], None)],
 }
 NORMAL = {"court": PATH, "gas": [], "orbit": PATH, "dense": []}

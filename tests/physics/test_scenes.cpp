@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ostream>
 
 #include "app/simulation.hpp"
 #include "core/error.hpp"
@@ -52,7 +53,7 @@ TEST(Scenes, SeedHasTheReportsConstants) {
   EXPECT_EQ(s.ball_mass_kg, 0.026);
   EXPECT_EQ(s.ball_radius_m, 0.185);
   EXPECT_EQ(s.k_magnus, 0.0005);
-  EXPECT_GT(s.drawn_radius_m, 1e-3) << "else nothing would be seen";
+  EXPECT_GT(s.drawn_area_fraction, 0.01) << "else nothing would be seen";
 }
 
 TEST(Scenes, DenserThanCanBeSpawnedIsRefused) {
@@ -129,6 +130,8 @@ struct Regulation {
   const char* scene;
   double loss;  // of the speed, over 13.41 m
 };
+
+void PrintTo(const Regulation& ball, std::ostream* out) { *out << ball.scene; }
 
 class RegulationBall : public testing::TestWithParam<Regulation> {};
 

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ostream>
 
 #include "support/scene_support.hpp"
 
@@ -98,6 +99,8 @@ struct SpeedRatio {
   double collision_factor;  // hit rate over 2 (R + r) n V
 };
 
+void PrintTo(const SpeedRatio& ratio, std::ostream* out) { *out << "S = " << ratio.s; }
+
 class Tunnel : public testing::TestWithParam<SpeedRatio> {};
 
 // Four runs make 2.8e5 (S = 0.5) to 6.4e5 (S = 5) hits: the rate is known to 0.19 % to 0.13 %. The impulse of
@@ -121,6 +124,10 @@ INSTANTIATE_TEST_SUITE_P(SpeedRatios, Tunnel,
 struct ColdCase {
   double restitution, friction;
 };
+
+void PrintTo(const ColdCase& cold, std::ostream* out) {
+  *out << "e = " << cold.restitution << ", mu = " << cold.friction;
+}
 
 class ColdStream : public testing::TestWithParam<ColdCase> {};
 
