@@ -133,7 +133,7 @@ int bench(const Options& options) {
 
 int list() {
   for (const SceneEntry& scene : list_scenes()) {
-    fmt::print("{:<12} {}\n", scene.name, load_scene(scene.name).description);
+    fmt::print("{:<18} {}\n", scene.name, load_scene(scene.name).description);
   }
   return 0;
 }

@@ -30,9 +30,10 @@ struct Settings {
   std::int64_t num_parcels_gpu = 1000000;
   double area_fraction = 0.1;
   double areal_density_kg_m2 = 1.76e-3;
-  double parcel_radius_m = 0.0;   // 0: from area fraction and N
-  double parcel_mass_kg = 0.0;    // 0: from areal density and N
-  double parcel_speed_mps = 1.0;  // standard deviation per component
+  double parcel_radius_m = 0.0;      // 0: from area fraction and N
+  double drawn_area_fraction = 0.0;  // only the renderer uses it; 0: parcels are drawn as wide as they are
+  double parcel_mass_kg = 0.0;       // 0: from areal density and N
+  double parcel_speed_mps = 1.0;     // standard deviation per component
   double flow_x_mps = 0.0;
   double flow_y_mps = 0.0;
   double restitution = 0.9;

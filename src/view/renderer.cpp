@@ -41,6 +41,12 @@ float counted_alpha(double diameter_px) {
   return kDiscAlpha * static_cast<float>(std::pow(share, 0.75));
 }
 
+double drawn_radius_m(const Settings& settings, const Physics& physics) {
+  if (settings.drawn_area_fraction == 0.0) return physics.parcels.radius_m;
+  const Vec2d half_m = to_metres(physics.world, physics.world.half);
+  return std::sqrt(settings.drawn_area_fraction * 4.0 * half_m.x * half_m.y / (kPi * physics.parcels.num));
+}
+
 // A round number of metres that cuts the side into 5 to 12 parts.
 double grid_step(double side_m) {
   const double step = std::pow(10.0, std::floor(std::log10(side_m / 5.0)));
@@ -144,8 +150,8 @@ void Renderer::paint_floor(const FloorKey& key) {
 
 void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                             const Viewport& viewport) {
-  const double diameter_px = 2.0 * frame.physics->parcels.radius_m / camera.metres_per_px;
   const Settings& settings = *frame.settings;
+  const double diameter_px = 2.0 * drawn_radius_m(settings, *frame.physics) / camera.metres_per_px;
   const double top_mps =
       top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
   const auto per_color_mps = static_cast<float>(1.0 / top_mps);

@@ -51,6 +51,7 @@ TEST(Fields, CoversEverySettingOnce) {
                                           "air.area_fraction",
                                           "air.areal_density_kg_m2",
                                           "air.parcel_radius_m",
+                                          "air.drawn_area_fraction",
                                           "air.parcel_mass_kg",
                                           "air.parcel_speed_mps",
                                           "air.flow_x_mps",
