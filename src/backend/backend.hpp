@@ -92,8 +92,4 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
 // the ball's role. contact_clock_s: see StepRequest.
 ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s);
 
-// How the ball takes part in a step of method `exact`: frozen if what a step's hits change is below 1e-6 of
-// what they are, 2 (m / m_b) times the hits expected in dt_s.
-BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s);
-
 }  // namespace pf

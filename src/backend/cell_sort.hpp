@@ -24,6 +24,8 @@ struct ParcelArrays {
     position.resize(n + kSearchPadding);
     velocity.resize(n);
     id.resize(n);
+    tick.clear();
+    clock.clear();
   }
 };
 

@@ -354,22 +354,8 @@ struct ExactStepper::Rounds {
       kick = resolve_ball_hit(worker, ball_event.partner, tick);
     else
       record(worker, tick, ball_event.partner, kBallPartner);
-    BallLine& line = ball.line;
-    line.anchor_units += travelled(c, line.velocity_mps, static_cast<std::int64_t>(tick) - line.tick);
-    line.tick = static_cast<std::int32_t>(tick);
-    const Physics& physics = c.step.physics;
-    const Vec2d change = kick.velocity_mps * (physics.parcels.mass_kg / physics.ball.mass_kg);
-    line.velocity_mps += change;
-    ball.end_velocity_mps += change;
-    line.spin_radps +=
-        kick.spin_mps * (physics.parcels.mass_kg * physics.ball.radius_m / physics.ball.inertia_kg_m2);
-    for (Vec2d* v : {&line.velocity_mps, &ball.end_velocity_mps}) {
-      if (ball_event.partner == kWallX) v->x = -v->x;
-      if (ball_event.partner == kWallY) v->y = -v->y;
-    }
-    const double surface_mps =
-        speed_of(line.velocity_mps) + std::fabs(line.spin_radps) * physics.ball.radius_m;
-    ball_fastest_mps = std::max(ball_fastest_mps, surface_mps);
+    change_ball(c, tick, ball_event.partner, kick, ball);
+    ball_fastest_mps = std::max(ball_fastest_mps, surface_speed_mps(c.step.physics, ball.line));
     round_hit_ball = true;
   }
 

@@ -13,16 +13,9 @@
 #include "backend/cpu_tally.hpp"
 #include "backend/event_record.hpp"
 #include "backend/thread_team.hpp"
-#include "model/exact.hpp"
+#include "model/exact_plan.hpp"
 
 namespace pf {
-
-// The ball through a step. In a straight flight its line goes on from step to step, else each step has a
-// chord.
-struct ExactBall {
-  BallLine line;
-  Vec2d end_velocity_mps;  // at the end of the step if nothing hits it
-};
 
 struct ExactOutcome {
   bool finished = false;          // else nothing has changed and the step must be repeated with other bounds

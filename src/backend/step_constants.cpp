@@ -51,17 +51,4 @@ ExactConstants make_exact_constants(const Physics& physics, double contact_clock
   return c;
 }
 
-BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s) {
-  constexpr double kNegligible = 1e-6;
-  if (!physics.ball.present) return BallRole::absent;
-  if (physics.ball.held) return BallRole::frozen;
-  const World& world = physics.world;
-  const double area_m2 = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
-  const double speed_mps = speed_of(ball.velocity_mps) + physics.parcels.speed_mps;
-  const double contact_m = physics.ball.radius_m + physics.parcels.radius_m;
-  const double hits = 2.0 * contact_m * speed_mps * dt_s * physics.parcels.num / area_m2;
-  const double change = 2.0 * physics.parcels.mass_kg / physics.ball.mass_kg * hits;
-  return change < kNegligible ? BallRole::frozen : BallRole::participant;
-}
-
 }  // namespace pf

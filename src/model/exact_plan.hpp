@@ -1,0 +1,176 @@
+// Method `exact` between steps: how long a step may be, the bound on speeds that its safety rests on, and the
+// ball's line through it. Text for host and device.
+#pragma once
+
+#include <cstdint>
+
+#include "model/exact.hpp"
+
+namespace pf {
+
+// What is known at the begin of a step.
+struct ExactProgress {
+  std::uint64_t now = 0;          // ticks since the reset
+  std::int64_t travel = 0;        // bound on displacements along an axis since the sort, position units
+  double fastest_mps = 0.0;       // bound on the parcels' present speeds
+  double raised_bound_mps = 0.0;  // after a step in which something was faster than assumed; 0: none
+  BallState ball;
+  BallLine ball_line;         // of a ball that flies straight, from its last event on
+  bool ball_follows = false;  // whether ball_line holds
+};
+
+// The ball through a step.
+struct ExactBall {
+  BallLine line;
+  Vec2d end_velocity_mps;  // at the end of the step if nothing hits it
+};
+
+// Two parcels of equal speed cannot leave one of them with more than sqrt(2) times that.
+constexpr double kSpeedMargin = 1.5;
+constexpr double kLongestReach = 1.0e9;  // position units; a search box must stay within 32 bits
+
+// How the ball takes part in a step: frozen if what its hits change is below 1e-6 of what they are, 2 (m /
+// m_b) times the hits expected in dt_s.
+PF_HD inline BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s) {
+  constexpr double kNegligible = 1e-6;
+  if (!physics.ball.present) return BallRole::absent;
+  if (physics.ball.held) return BallRole::frozen;
+  const World& world = physics.world;
+  const double area_m2 = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
+  const double speed_mps = speed_of(ball.velocity_mps) + physics.parcels.speed_mps;
+  const double contact_m = physics.ball.radius_m + physics.parcels.radius_m;
+  const double hits = 2.0 * contact_m * speed_mps * dt_s * physics.parcels.num / area_m2;
+  const double change = 2.0 * physics.parcels.mass_kg / physics.ball.mass_kg * hits;
+  return change < kNegligible ? BallRole::frozen : BallRole::participant;
+}
+
+// Bound on whatever may come of present speeds and of a hit by the ball.
+PF_HD inline double assumed_bound_mps(const Physics& physics, const ExactProgress& progress) {
+  double fastest = 1e-3 * physics.reference_speed_mps;
+  if (progress.fastest_mps > fastest) fastest = progress.fastest_mps;
+  if (physics.ball.present) {
+    const double spin = progress.ball.spin_radps < 0.0 ? -progress.ball.spin_radps : progress.ball.spin_radps;
+    const double surface = 2.0 * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
+    if (surface > fastest) fastest = surface;
+  }
+  const double bound = kSpeedMargin * fastest;
+  return bound > progress.raised_bound_mps ? bound : progress.raised_bound_mps;
+}
+
+// Search boxes stay within 32 bits, and a periodic world is so wide that only nearest images can meet.
+PF_HD inline std::uint32_t longest_step(const ExactConstants& c, std::int64_t travel) {
+  const World& world = c.step.physics.world;
+  double room = kLongestReach - static_cast<double>(travel) - c.step.contact_distance;
+  if (world.boundary == Boundary::periodic) {
+    const bool ball_is_wider = c.ball != BallRole::absent && c.ball_contact > c.step.contact_distance;
+    const double widest = ball_is_wider ? c.ball_contact : c.step.contact_distance;
+    const double narrower = world.half.x < world.half.y ? world.half.x : world.half.y;
+    if (narrower - widest < room) room = narrower - widest;
+  }
+  const double ticks = (room - 2.0 * kRoundingMargin) / (2.0 * c.max_speed_mps * c.units_per_tick);
+  const auto most = static_cast<double>(kAnchorPeriod);
+  return static_cast<std::uint32_t>(ticks < 1.0 ? 1.0 : (ticks > most ? most : ticks));
+}
+
+// Fills begin, length, bound and role of the step that starts now and ends at `until` at the latest, at most
+// `longest` ticks long. It ends where all lines are anchored anew.
+PF_HD inline void plan_step(const ExactProgress& progress, std::uint64_t until, std::uint32_t longest,
+                            ExactConstants& c) {
+  c.begin = static_cast<std::uint32_t>(progress.now);
+  const std::uint64_t to_anchoring = kAnchorPeriod - progress.now % kAnchorPeriod;
+  const std::uint64_t wanted = until - progress.now < to_anchoring ? until - progress.now : to_anchoring;
+  c.length = wanted < longest ? static_cast<std::uint32_t>(wanted) : longest;
+  c.max_speed_mps = assumed_bound_mps(c.step.physics, progress);
+  c.ball = ball_role(c.step.physics, progress.ball, c.length * c.tick_s);
+  const std::uint32_t possible = longest_step(c, progress.travel);
+  if (possible < c.length) c.length = possible;
+}
+
+PF_HD inline bool flies_straight(const BallConstants& ball, double spin_radps) {
+  return ball.held || (ball.magnus_per_rad * spin_radps == 0.0 && ball.drag_per_m == 0.0);
+}
+
+// The ball's line through the step: of a straight flight the one that it is on, else the chord of its arc.
+PF_HD inline ExactBall ball_in_step(const ExactConstants& c, const ExactProgress& progress) {
+  const Physics& physics = c.step.physics;
+  const BallState& ball = progress.ball;
+  if (c.ball == BallRole::absent) return {};
+  const bool straight = flies_straight(physics.ball, ball.spin_radps);
+  if (straight && progress.ball_follows) return {progress.ball_line, ball.velocity_mps};
+  BallLine line;
+  line.anchor_units = ball.position_m * (1.0 / physics.world.unit_m);
+  line.spin_radps = ball.spin_radps;
+  if (physics.ball.held) return {line, {}};
+  if (straight) {
+    line.velocity_mps = ball.velocity_mps;
+    return {line, ball.velocity_mps};
+  }
+  const double dt_s = c.length * c.tick_s;
+  const BallFlight flight = fly(physics.ball, ball, dt_s);
+  line.velocity_mps = flight.displacement_m * (1.0 / dt_s);
+  return {line, flight.velocity_mps};
+}
+
+// What the ball's own event at `tick` does to it: a hit (kick) or a wall (partner).
+PF_HD inline void change_ball(const ExactConstants& c, std::uint32_t tick, std::uint32_t partner,
+                              const BallKick& kick, ExactBall& ball) {
+  const Physics& physics = c.step.physics;
+  BallLine& line = ball.line;
+  line.anchor_units += travelled(c, line.velocity_mps, static_cast<std::int64_t>(tick) - line.tick);
+  line.tick = static_cast<std::int32_t>(tick);
+  const Vec2d change = kick.velocity_mps * (physics.parcels.mass_kg / physics.ball.mass_kg);
+  line.velocity_mps += change;
+  ball.end_velocity_mps += change;
+  line.spin_radps +=
+      kick.spin_mps * (physics.parcels.mass_kg * physics.ball.radius_m / physics.ball.inertia_kg_m2);
+  if (partner == kWallX) {
+    line.velocity_mps.x = -line.velocity_mps.x;
+    ball.end_velocity_mps.x = -ball.end_velocity_mps.x;
+  }
+  if (partner == kWallY) {
+    line.velocity_mps.y = -line.velocity_mps.y;
+    ball.end_velocity_mps.y = -ball.end_velocity_mps.y;
+  }
+}
+
+// Fastest point of the ball: the bound on speeds must hold for what it hits, too.
+PF_HD inline double surface_speed_mps(const Physics& physics, const BallLine& line) {
+  const double spin = line.spin_radps < 0.0 ? -line.spin_radps : line.spin_radps;
+  return speed_of(line.velocity_mps) + spin * physics.ball.radius_m;
+}
+
+// The step is done: time, travel and ball move on. frozen_hits: what a frozen ball took (counts of
+// c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events.
+PF_HD inline void end_step(const ExactConstants& c, const ExactBall& ball, const BallSums& frozen_hits,
+                           double fastest_at_begin_mps, double fastest_after_mps, ExactProgress& progress) {
+  const Physics& physics = c.step.physics;
+  const double fastest = fastest_after_mps > progress.fastest_mps ? fastest_after_mps : progress.fastest_mps;
+  progress.travel += static_cast<std::int64_t>(fastest * c.units_per_tick * c.length) + 3;
+  progress.fastest_mps = fastest_after_mps > fastest_at_begin_mps ? fastest_after_mps : fastest_at_begin_mps;
+  progress.raised_bound_mps = 0.0;
+  progress.now += c.length;
+  if (c.ball == BallRole::absent || physics.ball.held) return;
+  BallState& state = progress.ball;
+  const BallLine& line = ball.line;
+  const std::int64_t flown = static_cast<std::int64_t>(c.length) - line.tick;
+  state.position_m = (line.anchor_units + travelled(c, line.velocity_mps, flown)) * physics.world.unit_m;
+  state.velocity_mps = ball.end_velocity_mps;
+  state.spin_radps = line.spin_radps;
+  if (c.ball == BallRole::frozen) {
+    const double per_mass = c.step.impulse_unit_kg_mps / physics.ball.mass_kg;
+    state.velocity_mps += Vec2d{static_cast<double>(frozen_hits.impulse_x) * per_mass,
+                                static_cast<double>(frozen_hits.impulse_y) * per_mass};
+    state.spin_radps += static_cast<double>(frozen_hits.torque) *
+                        (c.step.impulse_unit_kg_mps * physics.ball.radius_m / physics.ball.inertia_kg_m2);
+  }
+  state.angle_rad += state.spin_radps * (c.length * c.tick_s);
+  progress.ball_line = line;
+  progress.ball_line.tick -= static_cast<std::int32_t>(c.length);
+  const Vec2d before = state.position_m;
+  apply_boundary_to_ball(physics.world, physics.ball.radius_m, state);
+  progress.ball_follows = c.ball == BallRole::participant && flies_straight(physics.ball, state.spin_radps) &&
+                          before.x == state.position_m.x && before.y == state.position_m.y &&
+                          progress.now % kAnchorPeriod != 0;
+}
+
+}  // namespace pf
