@@ -85,12 +85,17 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
+extern "C" void ask_to_stop(int) { stop_requested = true; }
+
 struct StageRun {
   int exit_code = 0;
   nlohmann::json report;
 };
 
 StageRun run_on_stage(const Options& options) {
+  // A run ends in order, with its report and film; commands without a stage just end.
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
@@ -163,14 +168,10 @@ int dispatch(int argc, char** argv) {
   }
 }
 
-extern "C" void ask_to_stop(int) { stop_requested = true; }
-
 }  // namespace
 }  // namespace pf
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, pf::ask_to_stop);
-  std::signal(SIGTERM, pf::ask_to_stop);
   try {
     return pf::dispatch(argc, argv);
   } catch (const pf::UserError& error) {

@@ -91,8 +91,10 @@ void SettingRows::slider(const char* label, const char* path, const SliderLook& 
   double value = held_path_ == path ? held_value_ : number_of(field, edited_);
   begin_row(label, help);
   const bool moved = move(field, look, value);
-  const bool done = look.on_release ? ImGui::IsItemDeactivatedAfterEdit() : moved;
-  if (look.on_release && ImGui::IsItemActive()) {
+  // What is typed counts when it is finished: 1e9 on the way to 1e-9 must not.
+  const bool waits = look.on_release || ImGui::GetIO().WantTextInput;
+  const bool done = held_path_ == path || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
+  if (waits && ImGui::IsItemActive()) {
     held_path_ = path;
     held_value_ = value;
   } else if (held_path_ == path) {

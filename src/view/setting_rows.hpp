@@ -48,7 +48,7 @@ class SettingRows {
 
   Settings edited_;
   bool changed_ = false;
-  std::string held_path_;  // the slider in hand that is applied on release, and its value
+  std::string held_path_;  // the slider in hand whose value is not applied yet, and that value
   double held_value_ = 0.0;
   ControlMap controls_;
 };
