@@ -72,8 +72,19 @@ def settings(bench):
             (("--set", "ball.x_m=50"), ("outside the world", "ball.x_m")),
             (("--set", "ball.mass_kg=-1"), ("--set ball.mass_kg: '-1' is out of range",)),
             (("--set", "air.restituton=1"), ("'air.restituton' is not a setting", "the nearest is air.restitution")),
+            (("--draw-target", "interop"), ("--draw-target: interop needs the CUDA backend", "host")),
             (("-p", "1"), ("more than half the world's smaller side", "raise air.num_parcels"))):
         bench.refused(2, parts, "--headless", *words)
+
+
+def no_cuda(bench):
+    """Said where there is no CUDA backend: an error if it must be, else a line and the CPU."""
+    if "CUDA backend: no" not in bench.run("--version").stdout:
+        print("SKIPPED: this build has a CUDA backend")
+        sys.exit(SKIPPED)
+    bench.refused(3, ("--cuda-no-fallback: this build has no CUDA backend",), "--headless", "--cuda-no-fallback")
+    done = bench.run("--headless", "--cuda", "--seconds", "0.02", "-p", "100")
+    check(done.returncode == 0 and "falling back to the CPU" in done.stderr, "--cuda falls back, and says so")
 
 
 def scenes(bench):
@@ -141,11 +152,14 @@ def stopped_film(bench, number, name):
     command = [bench.program, "--headless", "--size", "160x90", "-p", "500", "--seconds", "600", "--record", str(film),
                "--report", str(report)]
     process = subprocess.Popen(command, env={**os.environ, **SOFTWARE}, stderr=subprocess.DEVNULL)
-    end = time.monotonic() + LIMIT_S
-    while not (film.exists() and film.stat().st_size > 1000) and time.monotonic() < end:
-        time.sleep(0.05)
-    process.send_signal(number)
-    check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run that would last for ten minutes: exit code 0")
+    try:
+        end = time.monotonic() + LIMIT_S
+        while not (film.exists() and film.stat().st_size > 1000) and time.monotonic() < end:
+            time.sleep(0.05)
+        process.send_signal(number)
+        check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run that would last for ten minutes: exit code 0")
+    finally:
+        process.kill()
     steps = json.loads(report.read_text())["steps"]
     check(steps > 0, f"with a report of {steps} steps")
     # Decodes every frame.
@@ -160,9 +174,19 @@ def signals(bench):
     skip_without("ffmpeg", "ffprobe")
     stopped_film(bench, signal.SIGINT, "SIGINT")
     stopped_film(bench, signal.SIGTERM, "SIGTERM")
+    # A shell's background jobs, as this may be one, start with SIGINT ignored.
+    process = subprocess.Popen([bench.program, "bench", "-p", "1000", "--steps", "1000000", "--repeats", "1000"],
+                               stdout=subprocess.DEVNULL,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    try:
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        check(process.wait(timeout=LIMIT_S) == -signal.SIGINT, "SIGINT ends a benchmark, which has nothing to finish")
+    finally:
+        process.kill()
 
 
-CASES = {case.__name__: case for case in (settings, scenes, files, memory, old_gl, old_gl_window, signals)}
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, files, memory, old_gl, old_gl_window, signals)}
 
 
 def main():
