@@ -138,7 +138,8 @@ int bench(const Options& options) {
   const std::unique_ptr<Backend> backend = choose_backend(options, 0);
   if (backend->name() == "cpu") {
     const std::int64_t num_parcels = resolve_num_parcels(options.settings, backend->name());
-    check_memory(num_parcels, cpu_backend_bytes(num_parcels, options.settings.threads),
+    check_memory(num_parcels,
+                 cpu_backend_bytes(num_parcels, options.settings.threads, options.settings.method),
                  available_memory_bytes());
   }
   run_bench(options, *backend);

@@ -20,16 +20,21 @@ std::string refusal(std::int64_t num_parcels, std::uint64_t needed, std::uint64_
   return "accepted";
 }
 
-// The law is what the backend itself holds after a step, at any density and number of threads, and not much
-// more: twice at most, where cells are few (a dense gas) or slices of the sort are not all used.
+// The law is what the backend itself holds after a step, at any density, method and number of threads, and
+// not much more: twice at most, where cells are few (a dense gas), slices of the sort are not all used, or a
+// step of `exact` has little to undo.
 TEST(Memory, LawHoldsForTheBackend) {
-  for (const double area_fraction : {0.01, 0.1, 0.5}) {
-    for (const unsigned threads : {1U, 2U, 6U}) {
-      test::SceneRun run(test::gas(20000, area_fraction), threads);
-      run.advance(1);
-      const std::uint64_t law = cpu_backend_bytes(20000, threads);
-      EXPECT_GE(law + 4096, run.backend->memory_bytes()) << area_fraction << " " << threads;  // padding
-      EXPECT_LE(law, 2 * run.backend->memory_bytes()) << area_fraction << " " << threads;
+  for (const Method method : {Method::impulse, Method::exact}) {
+    for (const double area_fraction : {0.01, 0.1, 0.5}) {
+      for (const unsigned threads : {1U, 2U, 6U}) {
+        Settings settings = test::gas(10000, area_fraction);
+        settings.method = method;
+        test::SceneRun run(settings, threads);
+        run.advance(1);
+        const std::uint64_t law = cpu_backend_bytes(10000, threads, method);
+        EXPECT_GE(law + 4096, run.backend->memory_bytes()) << area_fraction << " " << threads;  // padding
+        EXPECT_LE(law, 2 * run.backend->memory_bytes()) << area_fraction << " " << threads;
+      }
     }
   }
 }

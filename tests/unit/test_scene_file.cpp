@@ -109,6 +109,8 @@ TEST_F(SceneFile, ValuesAreCheckedWithTheirLine) {
             "s.toml:3: '1.5' is out of range; air.restitution takes a number from 0 to 1 (default 0.9)");
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = nan\n"), "s.toml:2: 'nan' is not a finite number"));
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = inf\n"), "s.toml:2: 'inf' is not a finite number"));
+  EXPECT_TRUE(
+      contains(refusal("[run]\nmethod = \"exat\"\n"), "s.toml:2: 'exat' is unknown, the nearest is exact"));
   EXPECT_TRUE(contains(refusal("[air]\nnum_parcels = 1.5\n"), "is not a whole number"));
 }
 

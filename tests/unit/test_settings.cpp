@@ -168,6 +168,7 @@ TEST(SetFromText, ReadsEveryKind) {
   EXPECT_EQ(with("air.kind", "vacuum").air, Air::vacuum);
   EXPECT_EQ(with("ball.inertia", "disk").inertia, Inertia::disk);
   EXPECT_EQ(with("run.method", "spring").method, Method::spring);
+  EXPECT_EQ(with("run.method", "exact").method, Method::exact);
   EXPECT_EQ(with("run.neighbors", "all-pairs").neighbors, Neighbors::all_pairs);
   EXPECT_EQ(with("scene.description", "a b").description, "a b");
 }
