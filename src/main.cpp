@@ -4,9 +4,12 @@
 
 #include <csignal>
 #include <cstdio>
+#include <new>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "app/bench.hpp"
+#include "app/memory.hpp"
 #include "app/options.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
@@ -82,12 +85,17 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
+extern "C" void ask_to_stop(int) { stop_requested = true; }
+
 struct StageRun {
   int exit_code = 0;
   nlohmann::json report;
 };
 
 StageRun run_on_stage(const Options& options) {
+  // A run ends in order, with its report and film; commands without a stage just end.
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
@@ -104,6 +112,7 @@ StageRun run_on_stage(const Options& options) {
   RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
+  record.set_device(simulation.backend().device());
   return {exit_code, record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
                                    view.ball_distance_m)};
 }
@@ -127,6 +136,12 @@ int bench_frames(Options options) {
 int bench(const Options& options) {
   if (options.bench_frames > 0) return bench_frames(options);
   const std::unique_ptr<Backend> backend = choose_backend(options, 0);
+  if (backend->name() == "cpu") {
+    const std::int64_t num_parcels = resolve_num_parcels(options.settings, backend->name());
+    check_memory(num_parcels,
+                 cpu_backend_bytes(num_parcels, options.settings.threads, options.settings.method),
+                 available_memory_bytes());
+  }
   run_bench(options, *backend);
   return 0;
 }
@@ -154,14 +169,10 @@ int dispatch(int argc, char** argv) {
   }
 }
 
-extern "C" void ask_to_stop(int) { stop_requested = true; }
-
 }  // namespace
 }  // namespace pf
 
 int main(int argc, char** argv) {
-  std::signal(SIGINT, pf::ask_to_stop);
-  std::signal(SIGTERM, pf::ask_to_stop);
   try {
     return pf::dispatch(argc, argv);
   } catch (const pf::UserError& error) {
@@ -169,6 +180,13 @@ int main(int argc, char** argv) {
     return 2;
   } catch (const pf::DeviceError& error) {
     fmt::print(stderr, "pickleflight: {}\n", error.what());
+    return 3;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "pickleflight: out of memory; give fewer parcels (-p) or a smaller --size\n");
+    return 3;
+  } catch (const std::system_error& error) {
+    fmt::print(stderr, "pickleflight: the system refuses (threads, files): {}; give fewer --threads\n",
+               error.what());
     return 3;
   }
 }

@@ -19,6 +19,8 @@ class RunRecord {
   // times: all phases of one frame; totals: of that frame's steps; dt_s: of its steps.
   void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s);
   void start_clock();  // wall_s counts from here
+  // What the run ends on, when that has changed (threads of the CPU backend).
+  void set_device(std::string device) { device_ = std::move(device); }
 
   // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
   // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),

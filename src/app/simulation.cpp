@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/memory.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
+#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
@@ -57,10 +59,15 @@ struct Simulation::State {
   std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
   PhaseTimes mapping;                  // of that frame
 
-  void reset();
-  void respawn(const Settings& with);
+  void resolve(Settings& with) const;
+  void check_room(const Settings& with, std::uint64_t held_bytes) const;
+  void reset(const Settings& with);
+  void respawn(const Settings& with, const BallState& around);
   void launch();
+  void launch_again();
   void apply(const Settings& edited);
+  void change_scene(const std::string& name);
+  void change_threads(const Settings& with);
   void obey(const Commands& commands);
   void begin(const Commands& commands, DrawTarget* target);
   void submit_steps(DrawTarget* target);
@@ -72,28 +79,44 @@ struct Simulation::State {
   void update_view();
 };
 
-// Back to the start: the same settings and seed give the same run.
-void Simulation::State::reset() {
+void Simulation::State::resolve(Settings& with) const {
+  // Without parcels their number is kept for when they come back.
+  if (with.air == Air::parcels) with.num_parcels = resolve_num_parcels(with, backend->name());
+}
+
+// Throws UserError if the CPU backend would not get its memory. held_bytes: what it gives back.
+void Simulation::State::check_room(const Settings& with, std::uint64_t held_bytes) const {
+  if (backend->name() != "cpu" || with.air != Air::parcels) return;
+  constexpr std::uint64_t kRestOfTheProgram = 256ULL << 20;  // GL, text, a film: 190 MiB seen with llvmpipe
+  const std::uint64_t needed = cpu_backend_bytes(with.num_parcels, with.threads, with.method) +
+                               host_draw_bytes(with.num_parcels) + kRestOfTheProgram;
+  const std::uint64_t available = available_memory_bytes();
+  check_memory(with.num_parcels, needed, available > ~held_bytes ? available : available + held_bytes);
+}
+
+// Starts with these settings: the same settings and seed give the same run. Throws UserError, and leaves
+// everything as it was, if they cannot run.
+void Simulation::State::reset(const Settings& with) {
+  respawn(with, initial_ball(with));
+  settings = with;
   num_launches = 0;
   left_once = false;
   old_paths_m.clear();
   path_m.clear();
   view.totals = {};
   view.simulated_s = 0.0;
-  view.message.clear();
   collision_rate_per_s = 0.0;
-  ball = initial_ball(settings);
-  respawn(settings);
   launch();
 }
 
-// Spawns parcels for the settings around the ball where it is. Leaves everything as it was if they do not
-// fit.
-void Simulation::State::respawn(const Settings& with) {
+// Spawns parcels for the settings around a ball. Leaves everything as it was if they do not fit.
+void Simulation::State::respawn(const Settings& with, const BallState& around) {
   const Physics derived = derive_physics(with);
-  const Spawner spawner(with, derived, ball);
-  backend->reset(derived, spawner.plan(), ball);
+  const Spawner spawner(with, derived, around);
+  check_room(with, backend->memory_bytes());
+  backend->reset(derived, spawner.plan(), around);
   physics = derived;
+  ball = around;
 }
 
 void Simulation::State::launch() {
@@ -111,22 +134,30 @@ void Simulation::State::launch() {
   follow_ball();
 }
 
-// Takes over edited settings; a setting that cannot run is refused with a message and nothing changes.
-void Simulation::State::apply(const Settings& edited) {
-  Settings with = edited;
-  with.num_parcels = resolve_num_parcels(edited, backend->name());
+// After a flight: the air anew and the ball at its start.
+void Simulation::State::launch_again() {
+  Settings with = settings;
+  with.seed += num_launches;  // fresh air for each flight, the same in every run
   try {
-    if (needs_respawn(settings, with)) {
-      respawn(with);
-    } else {
-      physics = derive_physics(with);
-      backend->set_physics(physics);
-    }
-  } catch (const UserError& error) {
+    respawn(with, initial_ball(with));
+  } catch (const UserError& error) {  // edited in flight, the air does not fit around the start
     view.message = error.what();
-    return;
   }
-  view.message.clear();
+  launch();
+}
+
+// Takes over edited settings.
+void Simulation::State::apply(const Settings& edited) {
+  check_settings(edited, "panel");
+  Settings with = edited;
+  resolve(with);
+  if (with.threads != settings.threads && backend->name() == "cpu") change_threads(with);
+  if (needs_respawn(settings, with)) {
+    respawn(with, ball);
+  } else {
+    physics = derive_physics(with);
+    backend->set_physics(physics);
+  }
   if (with.ball_spin_radps != settings.ball_spin_radps) {
     ball.spin_radps = with.ball_spin_radps;
     backend->set_ball(ball);
@@ -134,9 +165,39 @@ void Simulation::State::apply(const Settings& edited) {
   settings = with;
 }
 
+// Another scene, from its start. What belongs to the run and its film and not to the scene stays.
+void Simulation::State::change_scene(const std::string& name) {
+  Settings with = load_scene(name);
+  with.threads = settings.threads;
+  with.seconds = settings.seconds;
+  with.frame_rate_hz = settings.frame_rate_hz;
+  resolve(with);
+  reset(with);
+  view.paused = false;
+  ++view.num_scenes;
+}
+
+// Another team with the same parcels. Only the count of steps, which keys the random rounding of positions,
+// begins anew.
+void Simulation::State::change_threads(const Settings& with) {
+  const Spawner spawner(settings, physics, ball);
+  check_room(with, 0);
+  std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
+  fresh->reset(physics, spawner.plan(), ball);
+  fresh->restore(backend->snapshot());
+  backend = std::move(fresh);
+}
+
 void Simulation::State::obey(const Commands& commands) {
-  if (commands.settings) apply(*commands.settings);
-  if (commands.reset) reset();
+  try {
+    const bool changes = commands.settings || commands.reset || !commands.scene.empty();
+    if (commands.settings) apply(*commands.settings);
+    if (commands.reset) reset(settings);
+    if (!commands.scene.empty()) change_scene(commands.scene);
+    if (changes) view.message.clear();
+  } catch (const UserError& error) {
+    view.message = error.what();
+  }
   if (commands.launch) launch();
   if (commands.toggle_pause) view.paused = !view.paused;
 }
@@ -198,12 +259,7 @@ void Simulation::State::draw_again(DrawTarget& target) {
 
 void Simulation::State::launch_again_when_due() {
   landed_for_s += 1.0 / settings.frame_rate_hz;
-  if (!settings.relaunch || landed_for_s < kPauseAfterLanding_s) return;
-  ball = initial_ball(settings);
-  Settings with = settings;
-  with.seed += num_launches;  // fresh air for each flight, the same in every run
-  respawn(with);
-  launch();
+  if (settings.relaunch && landed_for_s >= kPauseAfterLanding_s) launch_again();
 }
 
 // Goes on with another backend from the start of the scene, the state having gone with the device.
@@ -214,8 +270,9 @@ void Simulation::State::fall_back(const DeviceError& error) {
   make_fallback = nullptr;
   ++num_fallbacks;
   in_flight.reset();
-  settings.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
-  reset();
+  Settings with = settings;
+  with.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
+  reset(with);
   view.message = fmt::format("{} failed ({}); going on with {} and {} parcels from the start of the scene.",
                              failed, error.what(), backend->name(), physics.parcels.num);
 }
@@ -241,27 +298,29 @@ void Simulation::State::update_view() {
   view.path_m = &path_m;
   view.old_paths_m = &old_paths_m;
   view.num_parcels = physics.parcels.num;
+  view.backend = backend->name();
 }
 
 Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)
     : state_(std::make_unique<State>()) {
   State& s = *state_;
   s.backend = std::move(backend);
-  s.settings = std::move(settings);
-  s.settings.num_parcels = resolve_num_parcels(s.settings, s.backend->name());
-  s.reset();
+  s.resolve(settings);
+  s.reset(settings);
   s.update_view();
 }
 
 Simulation::~Simulation() = default;
 
 void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
+  const std::int64_t scenes_before = view.num_scenes;
   obey(commands);
   view.times = {};
   view.frame_totals = {};
   mapping = {};
   const bool waiting = view.flight == Flight::landed;
-  if ((!view.paused && !waiting) || commands.single_step) {
+  const bool is_new = view.num_scenes != scenes_before;  // shown as it starts, to be measured
+  if (!is_new && ((!view.paused && !waiting) || commands.single_step)) {
     submit_steps(target);
   } else if (target) {
     draw_again(*target);

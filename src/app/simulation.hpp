@@ -19,6 +19,7 @@ namespace pf {
 // What the panel (or a key, or the mouse) asks for. It never touches the simulation itself.
 struct Commands {
   std::optional<Settings> settings;  // the edited copy, when anything in it changed
+  std::string scene;                 // load it (name or file) and start anew; empty: none
   bool toggle_pause = false;
   bool single_step = false;  // one frame, while paused
   bool reset = false;        // back to the start of the scene, same seed
@@ -32,6 +33,8 @@ enum class Flight { flying, landed };  // landed: the ball is out of the world, 
 struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;
+  std::string backend;          // "cpu" or "cuda"
+  std::int64_t num_scenes = 1;  // shown so far; goes up when another one is loaded
   BallState ball;
   const std::vector<Vec2f>* path_m = nullptr;                   // of the present flight, oldest first
   const std::deque<std::vector<Vec2f>>* old_paths_m = nullptr;  // of earlier flights, newest first
@@ -51,12 +54,14 @@ struct FrameView {
 
 class Simulation {
  public:
-  // settings.num_parcels is resolved for the backend. Throws UserError for settings that cannot run.
+  // settings.num_parcels is resolved for the backend. Throws UserError for settings that cannot run, on the
+  // CPU also for want of memory.
   Simulation(Settings settings, std::unique_ptr<Backend> backend);
   ~Simulation();
 
   // Applies commands, then starts the steps of one frame (unless paused) with the last one writing `draw`, if
   // given: reserve, map, write, unmap. A device works on them while the caller queues what draws the parcels.
+  // A command that cannot be obeyed changes nothing and leaves its reason in view().message.
   void begin_frame(const Commands& commands, DrawTarget* draw);
   // Waits for the frame's steps; ball, path, times and totals of the view are the frame's from here on.
   void finish_frame();

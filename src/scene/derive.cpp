@@ -92,6 +92,13 @@ void check_sizes(const Settings& s, const Physics& physics) {
                       "raise air.num_parcels or lower air.area_fraction",
                       physics.parcels.num, s.area_fraction, diameter, smaller));
     }
+    if (diameter < world.unit_m) {  // contacts could not tell where it is
+      throw UserError(
+          fmt::format("air: parcels of radius {:g} m are smaller than positions can tell in a world of "
+                      "{:g} m x {:g} m; the radius must be at least {:g} m; raise air.parcel_radius_m or "
+                      "air.area_fraction, or lower air.num_parcels",
+                      physics.parcels.radius_m, width, height, 0.5 * world.unit_m));
+    }
     const double fraction = area_fraction_of(physics);
     if (fraction > 0.7001) {
       throw UserError(

@@ -22,22 +22,31 @@ constexpr std::size_t kMaxFileBytes = 1 << 20;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr const char* kSceneEnding = ".toml";
 
+// What stands in the way of reading the file, without opening it: a pipe would wait, a device may never end,
+// and the size of a file is known beforehand.
+std::string obstacle_to_reading(const fs::path& file) {
+  std::error_code error;
+  const fs::file_status status = fs::status(file, error);
+  if (!fs::exists(status)) return "cannot be read; check that the file exists and that you may read it";
+  if (fs::is_directory(status)) return "is a folder; give a scene file ending in .toml";
+  if (!fs::is_regular_file(status)) return "is not a regular file; give a scene file ending in .toml";
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error || bytes <= kMaxFileBytes) return "";
+  return fmt::format("is larger than 1 MiB, the most a scene file may have (it has {} bytes)", bytes);
+}
+
 std::string read_text(const fs::path& file) {
-  std::error_code ignored;
-  if (fs::is_directory(file, ignored)) {
-    throw UserError(fmt::format("{}: is a folder; give a scene file ending in .toml", file.string()));
-  }
+  const std::string obstacle = obstacle_to_reading(file);
+  if (!obstacle.empty()) throw UserError(fmt::format("{}: {}", file.string(), obstacle));
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) {
+  std::string text(kMaxFileBytes + 1, '\0');
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  // Short of what was asked for is right; anything else (no right to read, a failing disk) is not.
+  if (!stream.eof() || stream.bad()) {
     throw UserError(fmt::format("{}: cannot be read; check that the file exists and that you may read it",
                                 file.string()));
   }
-  std::string text(kMaxFileBytes + 1, '\0');
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(stream.gcount()));
-  if (text.size() > kMaxFileBytes) {
-    throw UserError(fmt::format("{}: is larger than 1 MiB, the most a scene file may have", file.string()));
-  }
   return text;
 }
 
@@ -142,6 +151,10 @@ std::vector<std::string> scene_names() {
 
 Settings load_scene_file(const fs::path& file, const Settings& base) {
   const toml::table document = parse(file);
+  if (document.empty()) {
+    throw UserError(fmt::format("{}: is empty; a scene names itself at least: [scene] with name = \"{}\"",
+                                file.string(), file.stem().string()));
+  }
   const std::vector<std::string> sections = section_names();
   Settings settings = base;
   settings.name = file.stem().string();

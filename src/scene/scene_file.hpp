@@ -10,8 +10,8 @@
 namespace pf {
 
 // Reads a scene file over `base`. Throws UserError with file and line for malformed TOML, an unknown section
-// or key (naming the nearest known one), a wrong type, a value out of range, a file over 1 MiB or not
-// readable.
+// or key (naming the nearest known one), a wrong type, a value out of range, a file over 1 MiB (by
+// its size, before it is read), empty, not regular or not readable.
 Settings load_scene_file(const std::filesystem::path& file, const Settings& base = {});
 
 // Writes all settings that differ from the defaults, with units as comments. Throws UserError if unwritable.

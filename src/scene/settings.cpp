@@ -65,13 +65,17 @@ Reading read_number(const std::string& text, T& value) {
   return error == std::errc() && end == last ? Reading::good : Reading::malformed;
 }
 
+void check_number(const Field& field, double value, const std::string& text, const std::string& where) {
+  if (!std::isfinite(value)) refuse(field, text, where, "is not a finite number");
+  if (value < field.min || value > field.max) refuse(field, text, where, "is out of range");
+}
+
 double double_from(const Field& field, const std::string& text, const std::string& where) {
   double value = 0.0;
   const Reading reading = read_number(text, value);
   if (reading == Reading::malformed) refuse(field, text, where, "is not a number");
   if (reading == Reading::too_large) refuse(field, text, where, "is out of range");
-  if (!std::isfinite(value)) refuse(field, text, where, "is not a finite number");
-  if (value < field.min || value > field.max) refuse(field, text, where, "is out of range");
+  check_number(field, value, text, where);
   return value;
 }
 
@@ -141,6 +145,15 @@ void set_from_text(const Field& field, Settings& settings, const std::string& te
                  [&](const Choice& choice) { choice.set(settings, choice_from(field, choice, text, where)); },
              },
              field.member);
+}
+
+void check_settings(const Settings& settings, const std::string& where) {
+  for (const Field& field : fields()) {
+    const auto check = [&](double value) { check_number(field, value, value_text(field, settings), where); };
+    if (const auto* number = std::get_if<double Settings::*>(&field.member)) check(settings.**number);
+    if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
+      check(static_cast<double>(settings.**whole));
+  }
 }
 
 const Field& find_field(const std::string& path, const std::string& where) {

@@ -103,6 +103,10 @@ std::string value_text(const Field& field, const Settings& settings);
 // Throws UserError (place, value, allowed, remedy) on what cannot be read, is NaN, or is out of range.
 void set_from_text(const Field& field, Settings& settings, const std::string& text, const std::string& where);
 
+// Every number of `settings` is finite and in the range of its field, for settings that were not read from
+// text. Throws UserError in the words of set_from_text. where: as there.
+void check_settings(const Settings& settings, const std::string& where);
+
 // The field named `section.key`; throws UserError naming the nearest known one.
 const Field& find_field(const std::string& path, const std::string& where);
 

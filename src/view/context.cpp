@@ -25,6 +25,18 @@ std::string glfw_error() {
   return text == nullptr ? "no reason given" : text;
 }
 
+// Renderer and version of whatever GL a window gets here, for the message that it is not enough.
+std::string gl_of_any_window() {
+  glfwDefaultWindowHints();
+  glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+  GLFWwindow* window = glfwCreateWindow(16, 16, "", nullptr, nullptr);
+  if (window == nullptr) return "no OpenGL at all";
+  glfwMakeContextCurrent(window);
+  const std::string found = describe_gl(glfwGetProcAddress("glGetString"));
+  glfwDestroyWindow(window);
+  return found;
+}
+
 class WindowContext final : public GlContext {
  public:
   explicit WindowContext(const ContextRequest& request) {
@@ -36,8 +48,10 @@ class WindowContext final : public GlContext {
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
     window_ = glfwCreateWindow(request.width_px, request.height_px, request.title.c_str(), nullptr, nullptr);
     if (window_ == nullptr) {
+      const std::string reason = glfw_error();
       throw DeviceError(fmt::format(
-          "no window with OpenGL 4.5: {}; update the graphics driver or use --headless", glfw_error()));
+          "no window with OpenGL 4.5: {}; found: {}; update the graphics driver or use --headless", reason,
+          gl_of_any_window()));
     }
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(request.vsync ? 1 : 0);
@@ -83,6 +97,15 @@ bool glfw_started() {
 }
 
 }  // namespace
+
+std::string describe_gl(void (*get_string)()) {
+  const auto get = reinterpret_cast<const GLubyte* (*)(GLenum)>(get_string);
+  const GLubyte* renderer = get == nullptr ? nullptr : get(GL_RENDERER);
+  const GLubyte* version = get == nullptr ? nullptr : get(GL_VERSION);
+  if (renderer == nullptr || version == nullptr) return "an OpenGL that does not name itself";
+  return fmt::format("{} with OpenGL {}", reinterpret_cast<const char*>(renderer),
+                     reinterpret_cast<const char*>(version));
+}
 
 void GlContext::read_info(const std::string& platform) {
   info_.renderer = gl_text(GL_RENDERER);

@@ -51,6 +51,9 @@ struct ContextRequest {
       -1;  // index among EGL devices; -1: an NVIDIA one if there is one, then Mesa surfaceless, then any
 };
 
+// Renderer and version of the current context by its glGetString: for contexts older than what glad loads.
+std::string describe_gl(void (*get_string)());
+
 // Whether a window can be opened: DISPLAY or WAYLAND_DISPLAY is set and GLFW starts. Ends GLFW again only at
 // exit.
 bool display_available();

@@ -120,11 +120,24 @@ class OffscreenContext final : public GlContext {
                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                  EGL_NONE};
     context_ = eglCreateContext(display_, choose_config(), EGL_NO_CONTEXT, attributes);
-    if (context_ == EGL_NO_CONTEXT) fail("eglCreateContext for OpenGL 4.5 core");
+    if (context_ == EGL_NO_CONTEXT) {
+      const EGLint error = eglGetError();
+      throw DeviceError(
+          fmt::format("it has {} (eglCreateContext: EGL error 0x{:04x})", gl_of_any_context(), error));
+    }
     // No surface at all: everything is drawn to framebuffer objects.
     if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) != EGL_TRUE)
       fail("eglMakeCurrent");
     if (gladLoadGL(reinterpret_cast<GLADloadfunc>(eglGetProcAddress)) == 0) fail("loading the GL functions");
+  }
+
+  // Renderer and version of whatever GL there is, for the message that it is not enough.
+  std::string gl_of_any_context() {
+    const EGLint attributes[] = {EGL_NONE};
+    context_ = eglCreateContext(display_, choose_config(), EGL_NO_CONTEXT, attributes);
+    const bool is_there = context_ != EGL_NO_CONTEXT &&
+                          eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;
+    return is_there ? describe_gl(eglGetProcAddress("glGetString")) : "no OpenGL at all";
   }
 
   EGLConfig choose_config() const {
@@ -160,7 +173,11 @@ std::unique_ptr<GlContext> open_offscreen(const ContextRequest& request) {
     throw DeviceError("libEGL cannot be loaded; install libegl1 (Debian, Ubuntu) or open a window instead");
   }
   // The core eglGetPlatformDisplay is null before a display exists; the extension's name is not.
-  if (eglGetPlatformDisplayEXT == nullptr) throw DeviceError("this libEGL has no eglGetPlatformDisplayEXT");
+  if (eglGetPlatformDisplayEXT == nullptr) {
+    throw DeviceError(
+        "no OpenGL: libEGL finds no driver (it has no eglGetPlatformDisplayEXT); install the graphics driver "
+        "or libegl-mesa0 (Debian, Ubuntu)");
+  }
   std::string found;
   for (const Candidate& candidate : list_candidates(request.egl_device)) {
     try {
@@ -169,7 +186,8 @@ std::unique_ptr<GlContext> open_offscreen(const ContextRequest& request) {
       found += fmt::format("{}{}: {}", found.empty() ? "" : "; ", candidate.platform, error.what());
     }
   }
-  throw DeviceError("no OpenGL 4.5 without a display: " + (found.empty() ? "EGL names no device" : found));
+  throw DeviceError("no OpenGL 4.5 without a display: " + (found.empty() ? "EGL names no device" : found) +
+                    "; update the graphics driver");
 }
 
 }  // namespace pf

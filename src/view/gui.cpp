@@ -105,7 +105,7 @@ void Gui::apply_style(float scale) {
   style.FrameRounding = style.GrabRounding = style.PopupRounding = 4.0F;
   style.WindowBorderSize = 0.0F;
   style.FramePadding = ImVec2(8.0F, 3.5F);
-  style.ItemSpacing = ImVec2(8.0F, 4.0F);
+  style.ItemSpacing = ImVec2(8.0F, 3.0F);
   style.WindowPadding = ImVec2(14.0F, 10.0F);
   style.GrabMinSize = 14.0F;
   style.ScrollbarSize = 10.0F;

@@ -5,253 +5,213 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
+
+#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
 
 constexpr double kDegree = kPi / 180.0;
 
-const Field& field_of(const char* path) { return find_field(path, "panel"); }
-
-// Meaning, unit and allowed range of a setting, as the scene file has them.
-std::string help_text(const Field& field) {
-  std::string text = field.doc;
-  if (!field.unit.empty()) text += fmt::format("\nUnit: {}", field.unit);
-  if (field.min < field.max) text += fmt::format("\nAllowed: {:g} to {:g}", field.min, field.max);
-  return text + fmt::format("\n{}", field.path());
-}
-
-void tooltip(const std::string& text) {
-  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
-  ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 22.0F);
-  ImGui::TextUnformatted(text.c_str());
-  ImGui::PopTextWrapPos();
-  ImGui::EndTooltip();
-}
-
-float label_width() { return ImGui::GetFontSize() * 7.6F; }
-
 }  // namespace
+
+Panel::Panel(std::int64_t max_parcels, std::string draw_target)
+    : max_parcels_(max_parcels),
+      draw_target_(std::move(draw_target)),
+      num_threads_(std::max(1U, std::thread::hardware_concurrency())) {}
 
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
-  controls_.clear();
+  rows_.begin_frame(*frame.settings);
   if (!switches.show_panel) return commands;
-  edited_ = *frame.settings;
-  changed_ = false;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
   ImGui::SetNextWindowSize(ImVec2(width_px(scale), ImGui::GetIO().DisplaySize.y));
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
-  ImGui::TextColored(ImVec4(0.949F, 0.831F, 0.247F, 1.0F), "Pickleball Flight");
-  ImGui::SameLine();
-  ImGui::TextDisabled("%s", edited_.name.c_str());
+  edit_scene(frame, commands);
   edit_buttons(frame, commands);
   ImGui::Separator();
-  edit_main();
-  if (header("Ball", true)) edit_ball();
-  if (header("Air", true)) edit_air();
-  if (header("Method", true)) edit_method();
-  if (header("View", false)) edit_view(switches);
+  edit_main(frame);
+  if (rows_.header("Ball", true)) edit_ball(frame);
+  if (rows_.header("Air", true)) edit_air();
+  if (rows_.header("Method", true)) edit_method(frame);
+  if (rows_.header("View", true)) edit_view(switches);
   ImGui::End();
-  if (changed_) commands.settings = edited_;
+  if (rows_.changed()) commands.settings = rows_.edited();
+  if (!commands.scene.empty()) switches.fit_camera = true;
   return commands;
+}
+
+// The program's name, and the menu of the scenes that are found. Choosing the present one loads it again.
+void Panel::edit_scene(const FrameView& frame, Commands& commands) {
+  const std::string& present = frame.settings->name;
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextColored(ImVec4(0.949F, 0.831F, 0.247F, 1.0F), "Pickleball Flight");
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1.0F);
+  const bool open = ImGui::BeginCombo("##scene", present.c_str(), ImGuiComboFlags_HeightLarge);
+  rows_.end_row("Scene", fmt::format("{}\nAnother scene replaces all settings, those of the command line "
+                                     "too, and starts from its beginning.",
+                                     frame.settings->description));
+  if (!open) return;
+  if (ImGui::IsWindowAppearing()) {
+    scenes_.clear();
+    for (const SceneEntry& scene : list_scenes()) scenes_.push_back(scene.name);
+  }
+  for (const std::string& name : scenes_) {
+    if (ImGui::Selectable(name.c_str(), name == present)) commands.scene = name;
+    rows_.controls().note("Scene." + name);
+  }
+  ImGui::EndCombo();
 }
 
 void Panel::edit_buttons(const FrameView& frame, Commands& commands) {
   const float space = ImGui::GetStyle().ItemSpacing.x;
   const float width = (ImGui::GetContentRegionAvail().x - 3.0F * space) / 4.0F;
-  commands.toggle_pause = button(frame.paused ? "Run" : "Pause", width, "Space");
-  controls_.note("Pause");  // one place for both labels
+  commands.toggle_pause = rows_.button(frame.paused ? "Run" : "Pause", width, "Space");
+  rows_.controls().note("Pause");  // one place for both labels
   ImGui::SameLine();
   ImGui::BeginDisabled(!frame.paused);
-  commands.single_step = button("Step", width, "S: one frame, while paused");
+  commands.single_step = rows_.button("Step", width, "S: one frame, while paused");
   ImGui::EndDisabled();
   ImGui::SameLine();
-  commands.reset = button("Reset", width, "R: back to the start of the scene, same seed");
+  commands.reset = rows_.button("Reset", width, "R: back to the start of the scene, same seed");
   ImGui::SameLine();
-  commands.launch = button("Launch", width, "L: the ball back to its start, the air as it is");
+  ImGui::BeginDisabled(!frame.settings->ball_present);
+  commands.launch = rows_.button("Launch", width, "L: the ball back to its start, the air as it is");
+  ImGui::EndDisabled();
 }
 
-void Panel::edit_main() {
+void Panel::edit_main(const FrameView& frame) {
   edit_num_parcels();
-  slider("Ball spin", "ball.spin_radps", -200.0, 200.0, "%.1f rad/s");
-  slider("Restitution", "air.restitution", 0.0, 1.0, "%.3f");
+  ImGui::BeginDisabled(!frame.settings->ball_present);
+  rows_.slider("Ball spin", "ball.spin_radps", {.low = -200.0, .high = 200.0, .format = "%.1f rad/s"});
+  ImGui::EndDisabled();
+  rows_.slider("Restitution", "air.restitution", {});
+  ImGui::BeginDisabled(!frame.settings->ball_present);
   edit_launch();
-  slider("Time scale", "run.time_scale", 0.001, 1.0, "%.3f", ImGuiSliderFlags_Logarithmic);
-  ImGui::Spacing();
+  ImGui::EndDisabled();
+  rows_.slider("Time scale", "run.time_scale", {.low = 0.001, .logarithmic = true});
 }
 
 // The number to type and a logarithmic slider, side by side.
 void Panel::edit_num_parcels() {
-  if (!holds_num_parcels_) num_parcels_ = edited_.num_parcels;
-  ImGui::BeginDisabled(edited_.air != Air::parcels);
-  const Field& field = field_of("air.num_parcels");
-  const std::string help = help_text(field) + "\nTakes effect when you let go, or with Enter.";
-  begin_row("Parcels N", "air.num_parcels");
+  Settings& edited = rows_.edited();
+  if (!holds_num_parcels_) num_parcels_ = edited.num_parcels;
+  ImGui::BeginDisabled(edited.air != Air::parcels);
+  const std::string help = help_of("air.num_parcels") + "\nTakes effect when you let go, or with Enter.";
+  rows_.begin_row("Parcels N", help);
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
   ImGui::InputScalar("##N typed", ImGuiDataType_S64, &num_parcels_, nullptr, nullptr, "%lld");
-  controls_.note("Parcels N typed");
   bool done = ImGui::IsItemDeactivatedAfterEdit();
   holds_num_parcels_ = ImGui::IsItemActive();
-  tooltip(help);
+  rows_.end_row("Parcels N typed", help);
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
   const std::int64_t low = 1;
   ImGui::SliderScalar(
       "##N", ImGuiDataType_S64, &num_parcels_, &low, &max_parcels_, "",
       ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput);
-  controls_.note("Parcels N");
   done = done || ImGui::IsItemDeactivatedAfterEdit();
   holds_num_parcels_ = holds_num_parcels_ || ImGui::IsItemActive();
-  tooltip(help);
+  rows_.end_row("Parcels N", help);
   ImGui::EndDisabled();
   if (!done) return;
-  num_parcels_ = std::clamp<std::int64_t>(num_parcels_, 1, static_cast<std::int64_t>(field.max));
-  changed_ = changed_ || num_parcels_ != edited_.num_parcels;
-  edited_.num_parcels = num_parcels_;
+  const double most = find_field("air.num_parcels", "panel").max;
+  num_parcels_ = std::clamp<std::int64_t>(num_parcels_, 1, static_cast<std::int64_t>(most));
+  if (num_parcels_ == edited.num_parcels) return;
+  edited.num_parcels = num_parcels_;
+  rows_.mark_changed();
 }
 
 // Speed and direction stand for the two components that the scene has.
 void Panel::edit_launch() {
-  double speed_mps = std::hypot(edited_.ball_vx_mps, edited_.ball_vy_mps);
-  if (speed_mps > 0.0) launch_angle_deg_ = std::atan2(edited_.ball_vy_mps, edited_.ball_vx_mps) / kDegree;
+  Settings& edited = rows_.edited();
+  double speed_mps = std::hypot(edited.ball_vx_mps, edited.ball_vy_mps);
+  if (speed_mps > 0.0) launch_angle_deg_ = std::atan2(edited.ball_vy_mps, edited.ball_vx_mps) / kDegree;
+  double angle_deg = launch_angle_deg_;
   const double limits[4] = {0.0, 60.0, -180.0, 180.0};
-  begin_row("Launch speed", "ball.vx_mps");
-  bool edited =
+  const std::string help =
+      fmt::format("speed and angle (degrees, counter-clockwise) of the next launch:\n{}\n{}",
+                  help_of("ball.vx_mps"), help_of("ball.vy_mps"));
+  rows_.begin_row("Launch speed", help);
+  bool moved =
       ImGui::SliderScalar("##speed", ImGuiDataType_Double, &speed_mps, &limits[0], &limits[1], "%.2f m/s");
-  controls_.note("Launch speed");
-  tooltip("speed of the ball at the next launch (L)\nUnit: m/s\nball.vx_mps, ball.vy_mps");
-  begin_row("Launch angle", "ball.vy_mps");
-  edited |= ImGui::SliderScalar("##angle", ImGuiDataType_Double, &launch_angle_deg_, &limits[2], &limits[3],
-                                "%.1f deg");
-  controls_.note("Launch angle");
-  tooltip("direction of the next launch (L), counter-clockwise from the court's long side\nUnit: degrees");
-  if (!edited) return;
-  edited_.ball_vx_mps = speed_mps * std::cos(launch_angle_deg_ * kDegree);
-  edited_.ball_vy_mps = speed_mps * std::sin(launch_angle_deg_ * kDegree);
-  changed_ = true;
+  rows_.end_row("Launch speed", help);
+  rows_.begin_row("Launch angle", help);
+  moved |=
+      ImGui::SliderScalar("##angle", ImGuiDataType_Double, &angle_deg, &limits[2], &limits[3], "%.1f deg");
+  rows_.end_row("Launch angle", help);
+  if (!moved) return;
+  if (std::isfinite(angle_deg)) launch_angle_deg_ = angle_deg;
+  edited.ball_vx_mps = speed_mps * std::cos(angle_deg * kDegree);
+  edited.ball_vy_mps = speed_mps * std::sin(angle_deg * kDegree);
+  rows_.mark_changed();
 }
 
-void Panel::edit_ball() {
-  slider("Friction", "ball.friction", 0.0, 1.0, "%.3f");
-  checkbox("Magnus", "ball.magnus");
-  slider("Magnus k", "ball.k_magnus", 0.0, 0.005, "%.5f kg");
-  checkbox("Held", "ball.held");
-  checkbox("Relaunch", "run.relaunch");
+void Panel::edit_ball(const FrameView& frame) {
+  ImGui::BeginDisabled(!frame.settings->ball_present);
+  rows_.slider("Friction", "ball.friction", {});
+  rows_.slider("Magnus k", "ball.k_magnus", {.high = 0.005, .format = "%.5f kg"});
+  rows_.checkboxes({{"Magnus", "ball.magnus"}, {"Held", "ball.held"}, {"Relaunch", "run.relaunch"}});
+  ImGui::EndDisabled();
 }
 
 void Panel::edit_air() {
-  combo("Air", "air.kind");
-  combo("Boundary", "world.boundary");
-  checkbox("Contacts", "air.contacts");
-  slider("Parcel speed", "air.parcel_speed_mps", 0.0, 10.0, "%.2f m/s");
-  if (!holds_area_fraction_) area_fraction_ = edited_.area_fraction;
-  const double limits[2] = {0.001, field_of("air.area_fraction").max};
-  begin_row("Area fraction", "air.area_fraction");
-  ImGui::SliderScalar("##eta", ImGuiDataType_Double, &area_fraction_, &limits[0], &limits[1], "%.3f",
-                      ImGuiSliderFlags_AlwaysClamp);
-  controls_.note("Area fraction");
-  holds_area_fraction_ = ImGui::IsItemActive();
-  const bool done = ImGui::IsItemDeactivatedAfterEdit();
-  tooltip(help_text(field_of("air.area_fraction")) + "\nTakes effect when you let go.");
-  if (!done || area_fraction_ == edited_.area_fraction) return;
-  edited_.area_fraction = area_fraction_;
-  changed_ = true;
+  rows_.combo("Air", "air.kind");
+  rows_.combo("Boundary", "world.boundary");
+  const Settings& edited = rows_.edited();
+  ImGui::BeginDisabled(edited.air != Air::parcels);
+  rows_.checkboxes({{"Contacts", "air.contacts"}});
+  rows_.slider("Parcel speed", "air.parcel_speed_mps",
+               {.high = 10.0, .format = "%.2f m/s", .on_release = true});
+  // A radius of its own leaves nothing to the area fraction, unless the box is made from both.
+  const bool is_free = edited.parcel_radius_m == 0.0 || edited.box_follows_parcels;
+  ImGui::BeginDisabled(!is_free);
+  rows_.slider("Area fraction", "air.area_fraction", {.low = 0.001, .high = 0.7, .on_release = true});
+  ImGui::EndDisabled();
+  ImGui::EndDisabled();
 }
 
-void Panel::edit_method() {
-  combo("Method", "run.method");
-  combo("Neighbours", "run.neighbors");
-  slider("Move per step", "run.displacement_per_step", 0.01, 1.0, "%.3f diam.", ImGuiSliderFlags_Logarithmic);
-  begin_row("Substeps", "run.substeps");
-  const std::int64_t limits[2] = {0, 64};
-  const bool edited = ImGui::SliderScalar("##substeps", ImGuiDataType_S64, &edited_.substeps, &limits[0],
-                                          &limits[1], edited_.substeps == 0 ? "as time scale asks" : "%lld",
-                                          ImGuiSliderFlags_AlwaysClamp);
-  end_row("Substeps", "run.substeps", edited);
+void Panel::edit_method(const FrameView& frame) {
+  const Settings& edited = rows_.edited();
+  rows_.combo("Method", "run.method");
+  rows_.combo("Neighbours", "run.neighbors");
+  ImGui::BeginDisabled(edited.dt_s > 0.0);
+  rows_.slider("Move per step", "run.displacement_per_step",
+               {.low = 0.01, .format = "%.3f diam.", .logarithmic = true});
+  ImGui::EndDisabled();
+  rows_.slider("Time step", "run.dt_s",
+               {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "from the move"});
+  rows_.slider("Substeps", "run.substeps", {.high = 64.0, .format = "%lld", .at_zero = "as time scale asks"});
+  const bool on_cpu = frame.backend == "cpu";
+  const std::string all = on_cpu ? fmt::format("all {}", num_threads_) : "not used";
+  ImGui::BeginDisabled(!on_cpu);
+  rows_.slider("Threads", "run.threads",
+               {.high = static_cast<double>(num_threads_),
+                .format = "%lld",
+                .at_zero = all.c_str(),
+                .on_release = true});
+  ImGui::EndDisabled();
 }
 
 void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Checkbox("Ball's path (T)", &switches.show_path);
-  controls_.note("Path");
-  begin_row("Overlay", "run.method");
-  ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
-  controls_.note("Overlay");
-  if (button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
+  rows_.end_row("Path", "the line that the ball has flown");
+  ImGui::SameLine();
+  if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
-  ImGui::TextDisabled("H hides this panel, O the overlay, Esc quits");
-}
-
-void Panel::begin_row(const char* label, const char* path) {
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextUnformatted(label);
-  if (*label != '\0') tooltip(help_text(field_of(path)));
-  ImGui::SameLine(label_width());
-  ImGui::SetNextItemWidth(-1.0F);
-}
-
-void Panel::end_row(const char* label, const char* path, bool changed) {
-  controls_.note(label);
-  tooltip(help_text(field_of(path)));
-  changed_ = changed_ || changed;
-}
-
-// A number of settings; low and high are the slider's ends, typing (control and click) reaches the field's
-// own.
-void Panel::slider(const char* label, const char* path, double low, double high, const char* format,
-                   int flags) {
-  const Field& field = field_of(path);
-  double& value = edited_.*std::get<double Settings::*>(field.member);
-  begin_row(label, path);
-  const std::string id = std::string("##") + path;
-  const bool changed = ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &low, &high, format,
-                                           flags | ImGuiSliderFlags_NoRoundToFormat);
-  if (changed) value = std::clamp(value, field.min, field.max);
-  end_row(label, path, changed);
-}
-
-void Panel::checkbox(const char* label, const char* path) {
-  const Field& field = field_of(path);
-  begin_row(label, path);
-  const std::string id = std::string("##") + path;
-  end_row(label, path, ImGui::Checkbox(id.c_str(), &(edited_.*std::get<bool Settings::*>(field.member))));
-}
-
-void Panel::combo(const char* label, const char* path) {
-  const Choice& choice = std::get<Choice>(field_of(path).member);
-  const int present = choice.get(edited_);
-  begin_row(label, path);
-  const std::string id = std::string("##") + path;
-  int chosen = present;
-  const bool open = ImGui::BeginCombo(id.c_str(), choice.names[static_cast<std::size_t>(present)].c_str());
-  end_row(label, path, false);
-  if (!open) return;
-  for (int i = 0; i < static_cast<int>(choice.names.size()); ++i) {
-    const std::string& name = choice.names[static_cast<std::size_t>(i)];
-    if (ImGui::Selectable(name.c_str(), i == present)) chosen = i;
-    controls_.note(std::string(label) + "." + name);
-  }
-  ImGui::EndCombo();
-  if (chosen == present) return;
-  choice.set(edited_, chosen);
-  changed_ = true;
-}
-
-bool Panel::button(const char* label, float width_px, const char* help) {
-  const bool pressed = ImGui::Button(label, ImVec2(width_px, 0.0F));
-  controls_.note(label);
-  tooltip(help);
-  return pressed;
-}
-
-bool Panel::header(const char* label, bool open) {
-  const bool shown =
-      ImGui::CollapsingHeader(label, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
-  controls_.note(std::string(label) + " header");
-  return shown;
+  const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc quits";
+  rows_.begin_row("Overlay", overlay_help);
+  ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
+  rows_.end_row("Overlay", overlay_help);
+  const std::string target_help = fmt::format(
+      "how parcels reach the renderer, and why so: {}\nChosen at the start: --draw-target", draw_target_);
+  rows_.begin_row("Draw target", target_help);
+  ImGui::TextDisabled("%s", draw_target_.c_str());
+  rows_.end_row("Draw target", target_help);
 }
 
 }  // namespace pf

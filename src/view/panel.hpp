@@ -3,9 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "app/simulation.hpp"
-#include "view/gui.hpp"
+#include "view/setting_rows.hpp"
 
 namespace pf {
 
@@ -19,47 +22,39 @@ struct ViewSwitches {
 
 class Panel {
  public:
-  // max_parcels: end of the slider of N.
-  explicit Panel(std::int64_t max_parcels) : max_parcels_(max_parcels) {}
+  // max_parcels: end of the slider of N. draw_target: which one runs, and why.
+  Panel(std::int64_t max_parcels, std::string draw_target);
 
   // Describes the panel to ImGui, full height at the left edge. Commands::settings is set only if a value
   // changed.
   Commands edit(const FrameView& frame, ViewSwitches& switches, float scale);
 
+  void set_draw_target(std::string text) { draw_target_ = std::move(text); }
   float width_px(float scale) const { return kWidth_px * scale; }
-  const ControlMap& controls() const { return controls_; }
+  const ControlMap& controls() const { return rows_.controls(); }
 
  private:
   static constexpr float kWidth_px = 318.0F;
 
+  void edit_scene(const FrameView& frame, Commands& commands);
   void edit_buttons(const FrameView& frame, Commands& commands);
-  void edit_main();
+  void edit_main(const FrameView& frame);
   void edit_num_parcels();
-  void edit_ball();
   void edit_launch();
+  void edit_ball(const FrameView& frame);
   void edit_air();
-  void edit_method();
+  void edit_method(const FrameView& frame);
   void edit_view(ViewSwitches& switches);
 
-  void begin_row(const char* label, const char* path);
-  void end_row(const char* label, const char* path, bool changed);
-  void slider(const char* label, const char* path, double low, double high, const char* format,
-              int flags = 0);
-  void checkbox(const char* label, const char* path);
-  void combo(const char* label, const char* path);
-  bool button(const char* label, float width_px, const char* help);
-  bool header(const char* label, bool open);
-
-  Settings edited_;
-  bool changed_ = false;
   std::int64_t max_parcels_;
-  // A change of these spawns the air anew: it is applied when the person lets go, not on the way.
+  std::string draw_target_;
+  std::int64_t num_threads_;  // of the machine
+  SettingRows rows_;
+  std::vector<std::string> scenes_;  // found when the menu was opened
+  // A change of N spawns the air anew: it is applied when the person lets go, not on the way.
   std::int64_t num_parcels_ = 0;
   bool holds_num_parcels_ = false;
-  double area_fraction_ = 0.0;
-  bool holds_area_fraction_ = false;
   double launch_angle_deg_ = 0.0;  // remembered here, because a speed of 0 has no direction
-  ControlMap controls_;
 };
 
 }  // namespace pf

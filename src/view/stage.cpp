@@ -52,6 +52,7 @@ class Stage {
   void take_frame(const Viewport& viewport);
   void present(const Viewport& viewport);
   void follow_fallback();
+  void begin_record();
   void write_panel_map();
   bool ended();
   void keep_pace();
@@ -98,7 +99,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       target_(make_draw_target(hooks, simulation.backend().name())),
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
-      panel_(hooks.max_parcels),
+      panel_(hooks.max_parcels, describe(*target_)),
       overlay_({context.info().renderer, describe(*target_)}),
       film_(options, context.size_px()),
       scale_(context.content_scale()) {
@@ -207,8 +208,10 @@ void Stage::fit_camera() {
 
 void Stage::begin_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
+  const std::int64_t num_scenes = simulation_.view().num_scenes;
   simulation_.begin_frame(commands_, target_.get());
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
+  if (simulation_.view().num_scenes != num_scenes) begin_record();
 }
 
 void Stage::finish_steps() {
@@ -218,9 +221,18 @@ void Stage::finish_steps() {
   times_ += simulation_.view().times;
 }
 
+// The report is about the scene that the run ends with.
+void Stage::begin_record() {
+  Backend& backend = simulation_.backend();
+  record_ =
+      RunRecord(simulation_.settings(), *simulation_.view().physics, backend.measure(), backend.device());
+  record_.start_clock();
+}
+
 void Stage::follow_fallback() {
   target_ = make_draw_target(hooks_, simulation_.backend().name());
   overlay_.set_draw_target(describe(*target_));
+  panel_.set_draw_target(describe(*target_));
   if (hooks_.announce)
     hooks_.announce(fmt::format("{} Draw target {}", simulation_.view().message, describe(*target_)));
 }

@@ -20,9 +20,9 @@ std::uint32_t mask_of(const Settings& s) {
 bool same_work(const Settings& a, const Settings& b) {
   const auto work = [](const Settings& s) {
     return std::tuple(s.area_fraction, s.method, s.neighbors, s.boundary, s.ball_present,
-                      s.displacement_per_step, s.dt_s);
+                      s.displacement_per_step, s.dt_s, s.threads, s.name);
   };
-  // N is 0 without parcels, so that it only tells two runs with parcels apart.
+  // N only tells two runs with parcels apart.
   const bool same_number = a.num_parcels == b.num_parcels || a.air != Air::parcels || b.air != Air::parcels;
   return work(a) == work(b) && same_number;
 }

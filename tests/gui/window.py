@@ -10,7 +10,7 @@ import time
 SKIPPED = 77
 NEEDED = ("Xvfb", "xdotool")
 # ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more.
-HOLD_S = 0.15
+HOLD_S = 0.12
 LIMIT_S = 30.0  # for anything to happen
 SLIDER_END_PX = 2 + 14 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
 
@@ -28,7 +28,7 @@ def wait_for(what, test, limit_s=LIMIT_S):
         value = test()
         if value:
             return value
-        time.sleep(0.05)
+        time.sleep(0.03)
     raise AssertionError(f"after {limit_s:.0f} s still no {what}")
 
 
@@ -53,15 +53,16 @@ class Screen:
 class Window:
     """The program, running. hands_off: no key or button is pressed, to see that the tests notice."""
 
-    def __init__(self, program, screen, folder, words=(), hands_off=False):
+    def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None):
         self.folder = pathlib.Path(folder)
         self.map_file, self.report_file = self.folder / "panel.json", self.folder / "report.json"
         for file in (self.map_file, self.report_file):
             file.unlink(missing_ok=True)
         self.hands_off = hands_off
-        self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1"}
+        self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1", **(environment or {})}
         self.environment.pop("WAYLAND_DISPLAY", None)
-        command = [program, "run", "--size", "960x640", "-p", "2000", "--panel-map", str(self.map_file), "--report",
+        # High enough that nothing of the panel is scrolled out of sight.
+        command = [program, "run", "--size", "800x700", "-p", "2000", "--panel-map", str(self.map_file), "--report",
                    str(self.report_file), *words]
         self.process = subprocess.Popen(command, env=self.environment)
         wait_for("panel map", lambda: self.is_running() and self.map_file.exists())
@@ -86,33 +87,67 @@ class Window:
     def _press(self, *words):
         if not self.hands_off:
             self._xdotool(*words)
-        time.sleep(HOLD_S)
+            time.sleep(HOLD_S)
 
     def controls(self):
         """Rectangles of the panel's controls by label; empty while the panel is hidden."""
         return json.loads(self.map_file.read_text()) or {}
 
+    def wait_for_control(self, label, there=True):
+        """Until the map has the label (or has it no more): the map is what shows a change at once."""
+        wait_for(f"{label!r} {'in' if there else 'gone from'} the panel",
+                 lambda: self.is_running() and (label in self.controls()) == there, 1.0 if self.hands_off else LIMIT_S)
+
     def press_key(self, key):
         self._press("keydown", key)
         self._press("keyup", key)
 
-    def drag_slider(self, label, start, end):
-        """From one share of the slider's range to another, with the button down."""
+    def _move_to(self, label, share=0.5):
         x0, y0, x1, y1 = self.controls()[label]
         low, high = x0 + SLIDER_END_PX, x1 - SLIDER_END_PX
-        at = [(round(low + share * (high - low)), round(0.5 * (y0 + y1)))
-              for share in (start, 0.5 * (start + end), end)]
-        self._press("mousemove", str(at[0][0]), str(at[0][1]))
+        self._press("mousemove", str(round(low + share * (high - low))), str(round(0.5 * (y0 + y1))))
+
+    def click(self, label):
+        self._move_to(label)
         self._press("mousedown", "1")
-        for x, y in at[1:]:
-            self._press("mousemove", str(x), str(y))
         self._press("mouseup", "1")
+
+    def drag_slider(self, label, start, end):
+        """From one share of the slider's range to another, with the button down."""
+        self._move_to(label, start)
+        self._press("mousedown", "1")
+        for share in (0.5 * (start + end), end):
+            self._move_to(label, share)
+        self._press("mouseup", "1")
+
+    def choose(self, label, item):
+        """An item of a menu that opens."""
+        self.click(label)
+        self.wait_for_control(f"{label}.{item}")
+        time.sleep(HOLD_S)  # it is placed in its second frame
+        self.click(f"{label}.{item}")
+        self.wait_for_control(f"{label}.{item}", there=False)
+
+    def type_value(self, label, text):
+        """Control and click, a number, Return."""
+        self._press("keydown", "ctrl")
+        self.click(label)
+        self._press("keyup", "ctrl")
+        for letter in text:  # a letter for each pair of frames
+            self._press("key", {".": "period", "-": "minus"}.get(letter, letter))
+        self.press_key("Return")
+
+    def scroll(self, x, y, notches):
+        """With the wheel, nearer."""
+        self._press("mousemove", str(x), str(y))
+        for _ in range(notches):
+            self._press("click", "4")
 
     def end(self):
         """Esc, as a person would; the report."""
         self.press_key("Escape")
         try:
-            exit_code = self.process.wait(timeout=5.0 if self.hands_off else LIMIT_S)
+            exit_code = self.process.wait(timeout=2.0 if self.hands_off else LIMIT_S)
         except subprocess.TimeoutExpired:
             raise AssertionError("Esc does not end the program") from None
         assert exit_code == 0, f"exit code {exit_code} after Esc"

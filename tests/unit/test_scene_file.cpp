@@ -1,5 +1,7 @@
 // Scene files: reading, refusing, writing, and the scenes that ship.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -69,7 +71,7 @@ TEST_F(SceneFile, TakesNameAndDescription) {
   const Settings read = load("[scene]\nname = \"drive\"\ndescription = \"x\"\n");
   EXPECT_EQ(read.name, "drive");
   EXPECT_EQ(read.description, "x");
-  EXPECT_EQ(load("").name, "s");
+  EXPECT_EQ(load("[scene]\n").name, "s");
 }
 
 TEST_F(SceneFile, WholeNumbersMayBeFloats) { EXPECT_EQ(load("air.num_parcels = 1e6").num_parcels, 1000000); }
@@ -107,6 +109,8 @@ TEST_F(SceneFile, ValuesAreCheckedWithTheirLine) {
             "s.toml:3: '1.5' is out of range; air.restitution takes a number from 0 to 1 (default 0.9)");
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = nan\n"), "s.toml:2: 'nan' is not a finite number"));
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = inf\n"), "s.toml:2: 'inf' is not a finite number"));
+  EXPECT_TRUE(
+      contains(refusal("[run]\nmethod = \"exat\"\n"), "s.toml:2: 'exat' is unknown, the nearest is exact"));
   EXPECT_TRUE(contains(refusal("[air]\nnum_parcels = 1.5\n"), "is not a whole number"));
 }
 
@@ -118,16 +122,56 @@ TEST_F(SceneFile, MalformedTomlNamesTheLine) {
   EXPECT_TRUE(contains(refusal(std::string("a\0b", 3)), "not valid TOML"));
 }
 
+TEST_F(SceneFile, WhatIsNoTextIsRefused) {
+  std::string junk;
+  for (unsigned i = 0, x = 1; i < 4096; ++i)
+    junk += static_cast<char>((x = x * 1664525U + 1013904223U) >> 24);
+  for (const std::string& text :
+       {junk, std::string("[scene]\nname = \"caf\xe9\"\n"), std::string("\xff\xfe[\0a\0]\0", 8),
+        std::string("\x89PNG\r\n\x1a\n"), std::string(4096, '\0')}) {
+    const std::string message = refusal(text);
+    EXPECT_TRUE(contains(message, "not valid TOML")) << message;
+    EXPECT_TRUE(message.starts_with("s.toml:")) << message;
+    EXPECT_FALSE(contains(message, "\n"));
+  }
+}
+
+TEST_F(SceneFile, EmptyOnesAreRefused) {
+  for (const char* text : {"", "\n \n", "# a comment\n"}) {
+    EXPECT_EQ(refusal(text), "s.toml: is empty; a scene names itself at least: [scene] with name = \"s\"");
+  }
+}
+
 TEST_F(SceneFile, SizeIsLimited) {
   const std::string head = "[run]\nseed = 7\n#";
   EXPECT_EQ(load(head + std::string((1U << 20) - head.size(), 'x')).seed, 7);
-  EXPECT_TRUE(
-      contains(refusal(head + std::string((1U << 20) - head.size() + 1, 'x')), "is larger than 1 MiB"));
+  EXPECT_EQ(refusal(head + std::string((1U << 20) - head.size() + 1, 'x')),
+            "s.toml: is larger than 1 MiB, the most a scene file may have (it has 1048577 bytes)");
+}
+
+// A file of 100 MB that takes no room on the disk. Refused by its size: to read it would take a while, and
+// its zeros would be refused in other words.
+TEST_F(SceneFile, AHugeFileIsNotRead) {
+  const auto file = folder_.write("huge.toml", "");
+  std::filesystem::resize_file(file, 100'000'000);
+  EXPECT_TRUE(contains(message_of([&] { load_scene_file(file); }), "(it has 100000000 bytes)"));
 }
 
 TEST_F(SceneFile, UnreadableFilesAreRefused) {
-  EXPECT_TRUE(contains(message_of([&] { load_scene_file(folder_.path() / "none.toml"); }), "cannot be read"));
-  EXPECT_TRUE(contains(message_of([&] { load_scene_file(folder_.path()); }), "is a folder"));
+  const auto message = [](const std::filesystem::path& file) {
+    return message_of([&] { load_scene_file(file); });
+  };
+  EXPECT_TRUE(contains(message(folder_.path() / "none.toml"), "cannot be read; check that the file exists"));
+  EXPECT_TRUE(contains(message(folder_.path()), "is a folder; give a scene file"));
+  EXPECT_TRUE(contains(message("/dev/zero"), "is not a regular file"));
+  const auto pipe = folder_.path() / "pipe.toml";  // opening it would wait for a writer
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_TRUE(contains(message(pipe), "is not a regular file"));
+  // Opens, has no size, and fails when it is read: for root, too, whom no mode keeps out.
+  EXPECT_TRUE(contains(message("/proc/self/mem"), "cannot be read"));
+  const auto secret = folder_.write("secret.toml", "[scene]\n");
+  std::filesystem::permissions(secret, std::filesystem::perms::none);
+  EXPECT_TRUE(::geteuid() == 0 || contains(message(secret), "cannot be read"));
 }
 
 TEST_F(SceneFile, SavedSettingsReadBackTheSame) {

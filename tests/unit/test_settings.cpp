@@ -1,6 +1,7 @@
 // The table of settings, and settings to and from text.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <set>
@@ -168,6 +169,7 @@ TEST(SetFromText, ReadsEveryKind) {
   EXPECT_EQ(with("air.kind", "vacuum").air, Air::vacuum);
   EXPECT_EQ(with("ball.inertia", "disk").inertia, Inertia::disk);
   EXPECT_EQ(with("run.method", "spring").method, Method::spring);
+  EXPECT_EQ(with("run.method", "exact").method, Method::exact);
   EXPECT_EQ(with("run.neighbors", "all-pairs").neighbors, Neighbors::all_pairs);
   EXPECT_EQ(with("scene.description", "a b").description, "a b");
 }
@@ -198,6 +200,71 @@ TEST(SetFromText, RefusesWhatIsNoUsableNumber) {
   EXPECT_TRUE(contains(message_of("air.num_parcels", "1.5"), "is not a whole number"));
   EXPECT_TRUE(contains(message_of("ball.magnus", "maybe"), "is neither true nor false"));
   EXPECT_TRUE(contains(message_of("scene.description", std::string(1001, 'a')), "is too long"));
+}
+
+// What is just beyond a range, absurd or no number at all is refused for every number, in the same words; the
+// ends are allowed.
+TEST(SetFromText, KeepsTheRangeOfEveryNumber) {
+  for (const Field& field : fields()) {
+    const bool is_whole = std::holds_alternative<std::int64_t Settings::*>(field.member);
+    if (!is_whole && !std::holds_alternative<double Settings::*>(field.member)) continue;
+    const std::string path = field.path();
+    const double step = is_whole ? 1.0 : 1e-9 * std::max(std::fabs(field.min), std::fabs(field.max));
+    // 2^53 + 1 is not a double.
+    const double above = field.max + (is_whole ? std::max(1.0, 1e-15 * field.max) : step);
+    EXPECT_EQ(message_of(path, number_text(field.min)), "") << path;
+    EXPECT_EQ(message_of(path, number_text(field.max)), "") << path;
+    for (const std::string& text : {number_text(field.min - step), number_text(above), std::string("1e300"),
+                                    std::string("-1e300"), std::string("1e999")}) {
+      EXPECT_TRUE(message_of(path, text)
+                      .starts_with("here: '" + text + "' is out of range; " + path +
+                                   (is_whole ? " takes a whole number" : " takes a number")))
+          << path << " " << text << " " << message_of(path, text);
+    }
+    for (const char* text : {"nan", "inf", "-inf"}) {
+      EXPECT_TRUE(contains(message_of(path, text), "is not a finite number; " + path + " takes")) << path;
+    }
+  }
+}
+
+TEST(SetFromText, RefusesAbsurdSizesMassesAndSteps) {
+  for (const char* path : {"ball.radius_m", "ball.mass_kg", "world.width_m", "air.areal_density_kg_m2",
+                           "air.area_fraction", "run.time_scale", "run.displacement_per_step"}) {
+    EXPECT_TRUE(contains(message_of(path, "0"), "'0' is out of range")) << path;
+  }
+  for (const char* path :
+       {"ball.radius_m", "ball.mass_kg", "air.parcel_radius_m", "air.parcel_mass_kg", "air.parcel_speed_mps",
+        "run.dt_s", "run.threads", "run.substeps", "run.seconds"}) {
+    EXPECT_TRUE(contains(message_of(path, "-1"), "'-1' is out of range")) << path;
+  }
+  for (const char* path : {"ball.vx_mps", "ball.vy_mps", "air.flow_x_mps", "air.parcel_speed_mps"}) {
+    EXPECT_TRUE(contains(message_of(path, "3e8"), "to 100000 m/s")) << path;
+  }
+  EXPECT_TRUE(contains(message_of("air.area_fraction", "0.71"), "from 1e-12 to 0.7"));
+}
+
+TEST(CheckSettings, RefusesInTheWordsOfText) {
+  const auto message = [](const Settings& settings) {
+    try {
+      check_settings(settings, "panel");
+    } catch (const UserError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(message(Settings{}), "");
+  Settings settings;
+  settings.ball_spin_radps = std::nan("");
+  EXPECT_EQ(
+      message(settings),
+      "panel: 'nan' is not a finite number; ball.spin_radps takes a number from -100000 to 100000 rad/s "
+      "(default 25)");
+  settings = {};
+  settings.dt_s = HUGE_VAL;
+  EXPECT_TRUE(contains(message(settings), "panel: 'inf' is not a finite number; run.dt_s takes"));
+  settings = {};
+  settings.threads = -1;
+  EXPECT_TRUE(contains(message(settings), "panel: '-1' is out of range; run.threads takes"));
 }
 
 TEST(SetFromText, LeavesSettingsAloneWhenRefusing) {

@@ -1,0 +1,156 @@
+#include "view/setting_rows.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pf {
+namespace {
+
+const Field& field_of(const char* path) { return find_field(path, "panel"); }
+
+float label_width() { return ImGui::GetFontSize() * 7.6F; }
+
+double number_of(const Field& field, const Settings& settings) {
+  if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
+    return static_cast<double>(settings.**whole);
+  return settings.*std::get<double Settings::*>(field.member);
+}
+
+// Into the field's range. What is no finite number goes on as it is: the simulation refuses it, saying why.
+void set_number(const Field& field, double value, Settings& settings) {
+  if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member)) {
+    settings.** whole = static_cast<std::int64_t>(std::clamp(value, field.min, field.max));
+    return;
+  }
+  settings.*std::get<double Settings::*>(field.member) =
+      std::isfinite(value) ? std::clamp(value, field.min, field.max) : value;
+}
+
+}  // namespace
+
+std::string help_of(const char* path) {
+  const Field& field = field_of(path);
+  std::string text = field.doc;
+  if (!field.unit.empty()) text += fmt::format("\nUnit: {}", field.unit);
+  if (field.min < field.max) text += fmt::format("\nAllowed: {:g} to {:g}", field.min, field.max);
+  if (const auto* choice = std::get_if<Choice>(&field.member))
+    text += fmt::format("\nAllowed: {}", fmt::join(choice->names, ", "));
+  return text + fmt::format("\n{}", field.path());
+}
+
+void tooltip(const std::string& text) {
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 22.0F);
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
+}
+
+void SettingRows::begin_frame(const Settings& shown) {
+  controls_.clear();
+  edited_ = shown;
+  changed_ = false;
+}
+
+void SettingRows::begin_row(const char* label, const std::string& help) {
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(label);
+  tooltip(help);
+  ImGui::SameLine(label_width());
+  ImGui::SetNextItemWidth(-1.0F);
+}
+
+void SettingRows::end_row(const char* label, const std::string& help) {
+  controls_.note(label);
+  tooltip(help);
+}
+
+bool SettingRows::move(const Field& field, const SliderLook& look, double& value) {
+  const std::string id = "##" + field.path();
+  const int flags = ImGuiSliderFlags_NoRoundToFormat | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
+  const char* format = value == 0.0 && look.at_zero != nullptr ? look.at_zero : look.format;
+  if (std::holds_alternative<double Settings::*>(field.member))
+    return ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &look.low, &look.high, format,
+                               flags);
+  auto whole = static_cast<std::int64_t>(value);
+  const auto low = static_cast<std::int64_t>(look.low);
+  const auto high = static_cast<std::int64_t>(look.high);
+  const bool moved = ImGui::SliderScalar(id.c_str(), ImGuiDataType_S64, &whole, &low, &high, format, flags);
+  value = static_cast<double>(whole);
+  return moved;
+}
+
+void SettingRows::slider(const char* label, const char* path, const SliderLook& look) {
+  const Field& field = field_of(path);
+  const std::string help = help_of(path) + (look.on_release ? "\nTakes effect when you let go." : "");
+  double value = held_path_ == path ? held_value_ : number_of(field, edited_);
+  begin_row(label, help);
+  const bool moved = move(field, look, value);
+  // What is typed counts when it is finished: 1e9 on the way to 1e-9 must not.
+  const bool waits = look.on_release || ImGui::GetIO().WantTextInput;
+  const bool done = held_path_ == path || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
+  if (waits && ImGui::IsItemActive()) {
+    held_path_ = path;
+    held_value_ = value;
+  } else if (held_path_ == path) {
+    held_path_.clear();
+  }
+  end_row(label, help);
+  if (!done) return;
+  set_number(field, value, edited_);
+  changed_ = true;
+}
+
+void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes) {
+  const float width = ImGui::GetContentRegionAvail().x / static_cast<float>(boxes.size());
+  const float left = ImGui::GetCursorPosX();
+  float column = 0.0F;
+  for (const auto& [label, path] : boxes) {
+    if (column > 0.0F) ImGui::SameLine(left + column * width);
+    if (ImGui::Checkbox(label, &(edited_.*std::get<bool Settings::*>(field_of(path).member))))
+      changed_ = true;
+    end_row(label, help_of(path));
+    column += 1.0F;
+  }
+}
+
+void SettingRows::combo(const char* label, const char* path) {
+  const Choice& choice = std::get<Choice>(field_of(path).member);
+  const int present = choice.get(edited_);
+  const std::string help = help_of(path);
+  begin_row(label, help);
+  const std::string id = std::string("##") + path;
+  int chosen = present;
+  const bool open = ImGui::BeginCombo(id.c_str(), choice.names[static_cast<std::size_t>(present)].c_str());
+  end_row(label, help);
+  if (!open) return;
+  for (int i = 0; i < static_cast<int>(choice.names.size()); ++i) {
+    const std::string& name = choice.names[static_cast<std::size_t>(i)];
+    if (ImGui::Selectable(name.c_str(), i == present)) chosen = i;
+    controls_.note(std::string(label) + "." + name);
+  }
+  ImGui::EndCombo();
+  if (chosen == present) return;
+  choice.set(edited_, chosen);
+  changed_ = true;
+}
+
+bool SettingRows::button(const char* label, float width_px, const char* help) {
+  const bool pressed = ImGui::Button(label, ImVec2(width_px, 0.0F));
+  end_row(label, help);
+  return pressed;
+}
+
+bool SettingRows::header(const char* label, bool open) {
+  const bool shown =
+      ImGui::CollapsingHeader(label, open ? ImGuiTreeNodeFlags_DefaultOpen : ImGuiTreeNodeFlags_None);
+  controls_.note(std::string(label) + " header");
+  return shown;
+}
+
+}  // namespace pf

@@ -1,0 +1,199 @@
+#!/usr/bin/python3
+"""The program as a process: what it says to input that it cannot use, and how it ends when it is told to stop.
+
+test_cli.py PROGRAM CASE...   exit 0: as it should be, 1: not, 77: something that the case needs is missing
+"""
+import json
+import os
+import pathlib
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+SKIPPED = 77
+LIMIT_S = 60
+SOFTWARE = {"LIBGL_ALWAYS_SOFTWARE": "1"}
+
+
+def check(holds, text):
+    print(("ok: " if holds else "NOT: ") + text)
+    assert holds, text
+
+
+def skip_without(*tools):
+    missing = [tool for tool in tools if shutil.which(tool) is None]
+    if missing:
+        print(f"SKIPPED: {' and '.join(missing)} not found")
+        sys.exit(SKIPPED)
+
+
+class Bench:
+    def __init__(self, program, folder):
+        self.program, self.folder = program, pathlib.Path(folder)
+
+    def run(self, *words, environment=None, before=None):
+        surroundings = {**os.environ, **SOFTWARE, **(environment or {})}
+        return subprocess.run([self.program, *words], env=surroundings, preexec_fn=before, capture_output=True, text=True,
+                              errors="replace", timeout=LIMIT_S)
+
+    def refused(self, exit_code, parts, *words, **how):
+        """One line on the error output that holds all parts, nothing on the other, and the exit code."""
+        done = self.run(*words, **how)
+        shown = " ".join(words)
+        check(done.returncode == exit_code, f"{shown}: exit code {done.returncode}, to be {exit_code}")
+        last = done.stderr.rstrip("\n").split("\n")[-1]
+        check(last.startswith("pickleflight: "), f"   {last}")
+        for part in parts:
+            check(part in last, f"   names {part!r}")
+        check(len(done.stderr.splitlines()) == 1 and done.stdout == "", "   in one line, before anything is begun")
+
+    def write(self, name, content):
+        (self.folder / name).write_bytes(content)
+        return str(self.folder / name)
+
+
+def settings(bench):
+    """Flags and --set: infinite, absurd, zero, negative, unknown."""
+    for words, parts in (
+            (("--ball-vx", "inf"), ("--ball-vx: 'inf' is not a finite number", "from -100000 to 100000 m/s")),
+            (("--ball-vy", "3e8"), ("--ball-vy: '3e8' is out of range", "100000 m/s")),
+            (("--ball-spin", "nan"), ("--ball-spin: 'nan' is not a finite number",)),
+            (("--dt", "-1"), ("--dt: '-1' is out of range", "run.dt_s")),
+            (("--threads", "-1"), ("--threads: '-1' is out of range", "from 0 to 1024")),
+            (("--set", "air.area_fraction=0.8"), ("--set air.area_fraction: '0.8'", "to 0.7")),
+            (("--set", "air.parcel_radius_m=1"), ("parcels of radius 1 m fill", "at most 0.7 can be spawned")),
+            (("--set", "air.parcel_radius_m=1e-12"), ("smaller than positions can tell", "at least")),
+            (("--set", "ball.radius_m=0"), ("--set ball.radius_m: '0' is out of range", "from 1e-06")),
+            (("--set", "ball.radius_m=50"), ("does not fit the world", "lower ball.radius_m")),
+            (("--set", "ball.x_m=50"), ("outside the world", "ball.x_m")),
+            (("--set", "ball.mass_kg=-1"), ("--set ball.mass_kg: '-1' is out of range",)),
+            (("--set", "air.restituton=1"), ("'air.restituton' is not a setting", "the nearest is air.restitution")),
+            (("--draw-target", "interop"), ("--draw-target: interop needs the CUDA backend", "host")),
+            (("-p", "1"), ("more than half the world's smaller side", "raise air.num_parcels"))):
+        bench.refused(2, parts, "--headless", *words)
+
+
+def no_cuda(bench):
+    """Said where there is no CUDA backend: an error if it must be, else a line and the CPU."""
+    if "CUDA backend: no" not in bench.run("--version").stdout:
+        print("SKIPPED: this build has a CUDA backend")
+        sys.exit(SKIPPED)
+    bench.refused(3, ("--cuda-no-fallback: this build has no CUDA backend",), "--headless", "--cuda-no-fallback")
+    done = bench.run("--headless", "--cuda", "--seconds", "0.02", "-p", "100")
+    check(done.returncode == 0 and "falling back to the CPU" in done.stderr, "--cuda falls back, and says so")
+
+
+def scenes(bench):
+    """Scene files that are none."""
+    junk = bytes(i * i % 251 for i in range(1, 5000))
+    for file, parts in (
+            (bench.write("junk.toml", junk), ("junk.toml:1: not valid TOML",)),
+            (bench.write("latin.toml", b'[scene]\nname = "caf\xe9"\n'), ("latin.toml:2: not valid TOML", "utf-8")),
+            (bench.write("empty.toml", b""), ("empty.toml: is empty",)),
+            (bench.write("key.toml", b"[ball]\nspn_radps = 1\n"), ("key.toml:2: 'ball.spn_radps'", "ball.spin_radps")),
+            (bench.write("value.toml", b"[ball]\n\nmass_kg = inf\n"), ("value.toml:3: 'inf' is not a finite number",)),
+            (str(bench.folder / "none.toml"), ("none.toml: cannot be read",))):
+        bench.refused(2, parts, "--headless", "--scene", file)
+    huge = bench.write("huge.toml", b"")
+    os.truncate(huge, 100_000_000)
+    bench.refused(2, ("larger than 1 MiB", "100000000 bytes"), "--headless", "--scene", huge)
+    (bench.folder / "folder.toml").mkdir()
+    bench.refused(2, ("is a folder",), "--headless", "--scene", str(bench.folder / "folder.toml"))
+
+
+def files(bench):
+    """Files that cannot be written are refused before the run."""
+    missing = str(bench.folder / "none" / "a.mp4")
+    for words in (("--record", missing), ("--picture", missing.replace("mp4", "png")), ("--report", missing),
+                  ("--panel-map", missing)):
+        bench.refused(2, (f"{words[0]}: ", "the folder", "does not exist"), "--headless", *words)
+    bench.refused(2, ("--record: ", "must end in .mp4 or .mkv"), "--headless", "--record", "a.avi")
+
+
+def memory(bench):
+    """More parcels than memory: both figures, and nothing is allocated. The limit is that of the process."""
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
+    for command in ("run", "bench"):
+        words = (command, "-p", "1e8", "--threads", "2") + (("--headless",) if command == "run" else ())
+        bench.refused(2, ("100000000 parcels need", "GiB are available", "(-p)"), *words, before=limit)
+
+
+def old_gl(bench):
+    """No GL, or one that is too old: what was found is named."""
+    old = {"MESA_GL_VERSION_OVERRIDE": "3.3"}
+    if bench.run("--headless", "--seconds", "0.02", "-p", "100").returncode != 0:
+        print("SKIPPED: no GL here")
+        sys.exit(SKIPPED)
+    if bench.run("--headless", "--seconds", "0.02", "-p", "100", environment=old).returncode == 0:
+        print("SKIPPED: the driver here is not Mesa's")
+        sys.exit(SKIPPED)
+    bench.refused(3, ("no OpenGL 4.5", "with OpenGL 3.3", "graphics driver"), "--headless", environment=old)
+    none = {"__EGL_VENDOR_LIBRARY_DIRS": str(bench.folder)}
+    bench.refused(3, ("no OpenGL", "install"), "--headless", environment=none)
+
+
+def old_gl_window(bench):
+    skip_without("Xvfb", "xdotool")
+    sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "gui"))
+    from window import Screen
+    with Screen() as screen:
+        old = {"DISPLAY": screen.name, "MESA_GL_VERSION_OVERRIDE": "3.3"}
+        bench.refused(3, ("no window with OpenGL 4.5", "with OpenGL 3.3", "--headless"), environment=old)
+
+
+def stopped_film(bench, number, name):
+    film, report = bench.folder / "film.mp4", bench.folder / "report.json"
+    film.unlink(missing_ok=True)
+    command = [bench.program, "--headless", "--size", "160x90", "-p", "500", "--seconds", "600", "--record", str(film),
+               "--report", str(report)]
+    process = subprocess.Popen(command, env={**os.environ, **SOFTWARE}, stderr=subprocess.DEVNULL)
+    try:
+        end = time.monotonic() + LIMIT_S
+        while not (film.exists() and film.stat().st_size > 1000) and time.monotonic() < end:
+            time.sleep(0.05)
+        process.send_signal(number)
+        check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run that would last for ten minutes: exit code 0")
+    finally:
+        process.kill()
+    steps = json.loads(report.read_text())["steps"]
+    check(steps > 0, f"with a report of {steps} steps")
+    # Decodes every frame.
+    done = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
+                           "stream=nb_read_frames,width", "-of", "json", str(film)], capture_output=True, text=True)
+    stream = json.loads(done.stdout)["streams"][0]
+    check(done.stderr == "" and stream["width"] == 160, "and a film that plays to its end without a complaint")
+    check(int(stream["nb_read_frames"]) > 0, f"of {stream['nb_read_frames']} frames")
+
+
+def signals(bench):
+    skip_without("ffmpeg", "ffprobe")
+    stopped_film(bench, signal.SIGINT, "SIGINT")
+    stopped_film(bench, signal.SIGTERM, "SIGTERM")
+    # A shell's background jobs, as this may be one, start with SIGINT ignored.
+    process = subprocess.Popen([bench.program, "bench", "-p", "1000", "--steps", "1000000", "--repeats", "1000"],
+                               stdout=subprocess.DEVNULL,
+                               preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+    try:
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        check(process.wait(timeout=LIMIT_S) == -signal.SIGINT, "SIGINT ends a benchmark, which has nothing to finish")
+    finally:
+        process.kill()
+
+
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, files, memory, old_gl, old_gl_window, signals)}
+
+
+def main():
+    with tempfile.TemporaryDirectory() as folder:
+        for name in sys.argv[2:]:
+            CASES[name](Bench(sys.argv[1], folder))
+
+
+if __name__ == "__main__":
+    main()

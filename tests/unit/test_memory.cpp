@@ -1,0 +1,63 @@
+// Memory needed against memory there.
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "app/memory.hpp"
+#include "core/error.hpp"
+#include "support/scene_support.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf {
+namespace {
+
+std::string refusal(std::int64_t num_parcels, std::uint64_t needed, std::uint64_t available) {
+  try {
+    check_memory(num_parcels, needed, available);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+// The law is what the backend itself holds after a step, at any density, method and number of threads, and
+// not much more: twice at most, where cells are few (a dense gas), slices of the sort are not all used, or a
+// step of `exact` has little to undo.
+TEST(Memory, LawHoldsForTheBackend) {
+  for (const Method method : {Method::impulse, Method::exact}) {
+    for (const double area_fraction : {0.01, 0.1, 0.5}) {
+      for (const unsigned threads : {1U, 2U, 6U}) {
+        Settings settings = test::gas(10000, area_fraction);
+        settings.method = method;
+        test::SceneRun run(settings, threads);
+        run.advance(1);
+        const std::uint64_t law = cpu_backend_bytes(10000, threads, method);
+        EXPECT_GE(law + 4096, run.backend->memory_bytes()) << area_fraction << " " << threads;  // padding
+        EXPECT_LE(law, 2 * run.backend->memory_bytes()) << area_fraction << " " << threads;
+      }
+    }
+  }
+}
+
+TEST(Memory, RefusalNamesBothFigures) {
+  EXPECT_EQ(refusal(1000, 2ULL << 30, 2ULL << 30), "accepted");
+  EXPECT_EQ(
+      refusal(200000000, 24ULL << 30, 6ULL << 30),
+      "air.num_parcels: 200000000 parcels need 24.00 GiB of memory, but 6.00 GiB are available; give at "
+      "most about 4.8e+07 parcels (-p)");
+}
+
+TEST(Memory, AvailableIsReadFromTheKernelsTable) {
+  TemporaryFolder folder;
+  const auto table = folder.write("meminfo",
+                                  "MemTotal:       32000000 kB\nMemFree:        1000 kB\n"
+                                  "MemAvailable:   2048 kB\nSwapFree: 5 kB\n");
+  EXPECT_EQ(available_memory_bytes(table), 2048U * 1024U);
+  EXPECT_EQ(available_memory_bytes(folder.path() / "none"), std::numeric_limits<std::uint64_t>::max());
+  const std::uint64_t here = available_memory_bytes();
+  EXPECT_GT(here, 1U << 20);
+  EXPECT_LT(here, 1ULL << 50);
+}
+
+}  // namespace
+}  // namespace pf
