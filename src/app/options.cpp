@@ -44,7 +44,7 @@ constexpr const char* kBenchScene = "gas";  // its results can be held against t
 // The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
 // stand.
 struct Typed {
-  std::optional<std::string> scene, size, steps, warmup, repeats, frames;
+  std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map;
@@ -136,6 +136,8 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
+  add_text(app, "--warmup", typed.warmup, "N",
+           "frames before those that the report's means are of; 0 to 1000000; default 0");
   add_frame_flags(app, typed, options);
 }
 
@@ -145,6 +147,10 @@ void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--repeats", typed.repeats, "N",
            "repeats, of which median and minimum are given; 1 to 1000; default 5");
   add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
+  app.add_flag("--sweep", options.sweep,
+               "instead: whole frames, drawing included, over N, for every backend and neighbour search");
+  add_text(app, "--sweep-max", typed.sweep_max, "N",
+           "largest number of parcels of the sweep; 1000 to 100000000; default 1000000");
   add_frame_flags(app, typed, options);
   app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
 }
@@ -270,6 +276,19 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
                   in_quotes(word), nearest_name(word, kCommands), fmt::join(kCommands, ", "), help));
 }
 
+// A sweep has settings of its own; others would be dropped in silence.
+void check_sweep(const Typed& typed, const Options& options) {
+  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
+  const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.frames ||
+                          typed.steps || typed.warmup || typed.repeats || !typed.sets.empty() ||
+                          !typed.flags.empty();
+  if (options.sweep && has_others) {
+    throw UserError(
+        "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
+        "go with it, leave out the rest");
+  }
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
@@ -287,7 +306,12 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.cuda = options.cuda || options.cuda_no_fallback;
   if (typed.size) read_size(*typed.size, options);
   if (typed.steps) options.bench_steps = whole_number("--steps", *typed.steps, 1, 1000000);
-  if (typed.warmup) options.bench_warmup = whole_number("--warmup", *typed.warmup, 0, 1000000);
+  if (typed.warmup) {
+    (is_bench ? options.bench_warmup : options.warmup_frames) =
+        whole_number("--warmup", *typed.warmup, 0, 1000000);
+  }
+  if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
+  check_sweep(typed, options);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);

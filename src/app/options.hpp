@@ -27,12 +27,15 @@ struct Options {
   std::filesystem::path panel_map;   // --panel-map FILE: where each control is, for tests and scripts
   int width_px = 1280;               // --size WxH
   int height_px = 720;
+  int warmup_frames = 0;  // left out of the means in the report
   // bench
   int bench_steps = 200;
   int bench_warmup = 20;
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: whole frames are timed, not steps
   std::filesystem::path bench_json;  // --json FILE
+  bool sweep = false;                // --sweep: whole frames over N instead
+  std::int64_t sweep_max = 1'000'000;
 };
 
 struct ParseResult {

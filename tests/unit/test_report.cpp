@@ -115,6 +115,7 @@ TEST_F(Report, HasTheAgreedKeys) {
                                              "exact",
                                              "frame_ms",
                                              "max_overlap_diameters",
+                                             "memory_bytes",
                                              "method",
                                              "momentum",
                                              "neighbors",
