@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -131,7 +132,10 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag("--headless", options.headless, "no window");
   app.add_flag_callback(
       "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
-  app.add_option("--record", typed.record, "write a film, .mp4 or .mkv")->type_name("FILE");
+  app.add_option("--record", typed.record,
+                 "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png; without ffmpeg the frames of "
+                 "NAME.mp4 go to NAME_frames/%05d.png")
+      ->type_name("FILE");
   app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
@@ -253,6 +257,23 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
   return file;
 }
 
+// A film, or a pattern for its frames, whose folder is made later if the one above it is there.
+fs::path record_file(const CLI::App& app, const std::string& text) {
+  const fs::path file = text;
+  if (!is_frame_pattern(file)) {
+    if (CLI::detail::to_lower(file.extension().string()) == ".png") {
+      throw UserError(fmt::format(
+          "--record: {} has no place for the frame's number; give FOLDER/%05d.png, or a film that "
+          "ends in .mp4 or .mkv",
+          in_quotes(text)));
+    }
+    return output_file(app, "--record", text, {".mp4", ".mkv"});
+  }
+  const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
+  check_writable("--record", folder_is_new ? file.parent_path() : file);
+  return file;
+}
+
 // What CLI11 did not recognise.
 [[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
   std::vector<std::string> known;
@@ -315,7 +336,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
-  options.record = output_file(command, "--record", typed.record, {".mp4", ".mkv"});
+  options.record = record_file(command, typed.record);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});

@@ -20,7 +20,7 @@ struct Options {
   bool cuda_no_fallback = false;  // --cuda-no-fallback
   bool headless = false;
   bool show_panel = true;
-  std::filesystem::path record;      // --record FILE.mp4; empty: none
+  std::filesystem::path record;      // --record FILE.mp4 or FOLDER/%05d.png; empty: none
   std::filesystem::path report;      // --report FILE.json
   std::filesystem::path picture;     // --picture FILE.png: the last frame
   std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
