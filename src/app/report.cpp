@@ -153,7 +153,6 @@ void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, dou
   }
   last_frame_ = now;
   frames_.push_back(times);
-  last_frame_ = Clock::now();
   if (frames_.size() == num_warmup_) timed_from_ = last_frame_;
   totals_ += totals;
   simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;

@@ -44,7 +44,6 @@ class RunRecord {
   std::string device_;
   std::vector<PhaseTimes> frames_;
   std::vector<double> intervals_ms_;  // between the ends of successive frames
-  Clock::time_point last_frame_;
   StepTotals totals_;
   double simulated_s_ = 0.0;
   double dt_s_ = 0.0;

@@ -33,7 +33,10 @@ json definitions() {
       {"frame", "wall time from the end of one frame to the end of the next; means over the timed frames"},
       {"physics", "phases sort, grid, collide_integrate and ball; on a GPU measured by its own events"},
       {"render", "phases map, unmap, draw and present"},
-      {"overhead", "the frame less physics and render: overlay, input, the loop itself"},
+      {"overhead",
+       "the frame less physics and render: overlay, input, the loop itself; 0 where a GPU works beside the "
+       "host and "
+       "the parts exceed the frame; percentages are of the sum of the three"},
       {"gpu_utilization_percent",
        "share of the wall time in which the device's events were busy with physics; null on a CPU"},
       {"parcel_memory_bytes",
