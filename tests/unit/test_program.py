@@ -74,10 +74,12 @@ def sweep_stopped(folder):
     while time.monotonic() < end and child.poll() is None and not (file.exists() and file.stat().st_size):
         time.sleep(0.02)
     child.send_signal(signal.SIGINT)
-    start = time.monotonic()
-    text = child.communicate(timeout=30)[0]
+    try:
+        text = child.communicate(timeout=10)[0]
+    except subprocess.TimeoutExpired:
+        child.kill()
+        sys.exit("FAILED: Ctrl-C does not stop it")
     skip_without_gl(text)
-    require(time.monotonic() - start < 10, "took long to stop")
     require(child.returncode == 1 and "stopped" in text, f"exit code {child.returncode}: {text}")
     result = json.loads(file.read_text())
     require(result["complete"] is False, "an unfinished sweep calls itself complete")
