@@ -18,7 +18,8 @@ test_packages=(
 )
 
 # What each preset is configured with besides; ./demo needs no test packages.
-declare -A preset_arguments=([release]="-DBUILD_TESTING=OFF" [ci]="-DBUILD_TESTING=ON")
+declare -A preset_arguments=([release]="-DBUILD_TESTING=OFF" [ci]="-DBUILD_TESTING=ON" [asan]="-DBUILD_TESTING=ON"
+  [tsan]="-DBUILD_TESTING=ON")
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -98,10 +99,11 @@ configure() {
   echo "$nvcc" >"$folder/nvcc_path"
 }
 
-# build PRESET: silent if there is nothing to do. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
+# build PRESET [TARGET...]: silent if there is nothing to do. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
 build() {
   local folder=$root/build/$1
-  [[ $(ninja -C "$folder" -n 2>&1 | tail -n 1) == "ninja: no work to do." ]] && return
-  say "Building build/$1"
-  cmake --build "$folder" >&2 || stop "The build failed; see above."
+  shift
+  [[ $(ninja -C "$folder" -n "$@" 2>&1 | tail -n 1) == "ninja: no work to do." ]] && return
+  say "Building build/${folder##*/}"
+  cmake --build "$folder" ${1:+--target "$@"} >&2 || stop "The build failed; see above."
 }

@@ -13,6 +13,7 @@
 #include "app/options.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
+#include "app/sweep.hpp"
 #include "core/error.hpp"
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
@@ -110,11 +111,15 @@ StageRun run_on_stage(const Options& options) {
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
   RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
+  record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
   record.set_device(simulation.backend().device());
-  return {exit_code, record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
-                                   view.ball_distance_m)};
+  nlohmann::json report = record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
+                                        view.ball_distance_m);
+  report["renderer"] = context->info().renderer;
+  report["frames"] = record.frame_report();
+  return {exit_code, std::move(report)};
 }
 
 int run(const Options& options) {
@@ -134,6 +139,11 @@ int bench_frames(Options options) {
 }
 
 int bench(const Options& options) {
+  if (options.sweep) {
+    const std::string obstacle = cuda_obstacle();
+    if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
+    return run_sweep(options, obstacle, stop_requested);
+  }
   if (options.bench_frames > 0) return bench_frames(options);
   const std::unique_ptr<Backend> backend = choose_backend(options, 0);
   if (backend->name() == "cpu") {

@@ -1,12 +1,8 @@
-// The ffmpeg process: started without a shell, fed through a socket, its complaints kept for the message.
+// The ffmpeg process, fed through a socket.
 #include "app/encoder.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/mman.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <cassert>
@@ -17,35 +13,14 @@
 #include <utility>
 #include <vector>
 
+#include "app/child_process.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
-
-extern char** environ;
 
 namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Owner of a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(fd_, other.fd_);
-    return *this;
-  }
-  ~Descriptor() { close(); }
-  int get() const { return fd_; }
-  void close() {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = -1;
-  }
-
- private:
-  int fd_;
-};
 
 [[noreturn]] void fail(const char* call, int error) {
   throw DeviceError(fmt::format("film: {} failed: {}", call, std::strerror(error)));
@@ -68,7 +43,7 @@ void check_file(const fs::path& file, int width_px, int height_px, double frame_
   if (!ffmpeg_available()) {
     throw UserError(
         fmt::format("film {}: no ffmpeg on the PATH; install it (Debian, Ubuntu: apt install ffmpeg) "
-                    "or leave out --record",
+                    "or record PNG frames: --record FOLDER/%05d.png",
                     in_quotes(file.string())));
   }
 }
@@ -114,68 +89,24 @@ std::vector<std::string> ffmpeg_arguments(const fs::path& file, int width_px, in
   return arguments;
 }
 
-// Starts ffmpeg with the given standard input and error. In a process group of its own: Ctrl-C in the
-// terminal then ends the program only, and ffmpeg finishes the film at the end of its input.
-pid_t spawn_ffmpeg(std::vector<std::string> arguments, int input, int errors) {
-  std::vector<char*> argv;
-  for (std::string& argument : arguments) argv.push_back(argument.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawnattr_init(&attributes);
-  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  pid_t pid = -1;
-  const int error = posix_spawnp(&pid, "ffmpeg", &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  if (error != 0) fail("starting ffmpeg", error);
-  return pid;
-}
-
-// The last lines that ffmpeg wrote, joined to one.
-std::string last_words(int errors) {
-  constexpr off_t kMostBytes = 600;
-  const off_t end = ::lseek(errors, 0, SEEK_END);
-  if (end <= 0) return "it said nothing";
-  const off_t begin = end > kMostBytes ? end - kMostBytes : 0;
-  std::string text(static_cast<std::size_t>(end - begin), '\0');
-  const ssize_t got = ::pread(errors, text.data(), text.size(), begin);
-  text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");
-  return text;
-}
-
 }  // namespace
 
 struct Encoder::Process {
   std::string file;
-  pid_t pid = -1;  // -1: ended
   std::size_t frame_bytes = 0;
-  Descriptor input;   // our end of ffmpeg's standard input: a socket, so that MSG_NOSIGNAL spares the handler
-                      // of SIGPIPE
-  Descriptor errors;  // memory that holds ffmpeg's standard error: no pipe that could fill up
+  Descriptor input;  // our end of ffmpeg's standard input: a socket, so that MSG_NOSIGNAL spares the handler
+                     // of SIGPIPE
+  // In a process group of its own: Ctrl-C in the terminal ends the program only, and ffmpeg finishes the film
+  // at the end of its input.
+  ChildProcess ffmpeg;
 
-  // Ends the input and waits; the exit status of the process, as of waitpid.
-  int end() {
+  ChildExit end() {
     input.close();
-    int status = 0;
-    while (::waitpid(pid, &status, 0) < 0) {
-      if (errno == EINTR) continue;
-      pid = -1;
-      fail("waitpid", errno);
-    }
-    pid = -1;
-    return status;
+    return ffmpeg.wait();
   }
 
   [[noreturn]] void report_failure() {
-    throw DeviceError(fmt::format("film {}: ffmpeg failed: {}", in_quotes(file), last_words(errors.get())));
+    throw DeviceError(fmt::format("film {}: ffmpeg failed: {}", in_quotes(file), ffmpeg.last_words()));
   }
 };
 
@@ -194,17 +125,18 @@ bool ffmpeg_available() {
 
 Encoder::Encoder(const fs::path& file, int width_px, int height_px, double frame_rate_hz) {
   check_file(file, width_px, height_px, frame_rate_hz);
-  process_ = std::make_unique<Process>();
-  process_->file = file.string();
-  process_->frame_bytes = 4 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) fail("socketpair", errno);
-  process_->input = Descriptor(ends[0]);
+  Descriptor input(ends[0]);
   const Descriptor child_input(ends[1]);
-  process_->errors = Descriptor(::memfd_create("ffmpeg-errors", MFD_CLOEXEC));
-  if (process_->errors.get() < 0) fail("memfd_create", errno);
-  process_->pid = spawn_ffmpeg(ffmpeg_arguments(file, width_px, height_px, frame_rate_hz), child_input.get(),
-                               process_->errors.get());
+  const std::size_t frame_bytes =
+      4 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+  process_.reset(new Process{
+      file.string(),
+      frame_bytes,
+      std::move(input),
+      {ffmpeg_arguments(file, width_px, height_px, frame_rate_hz), child_input.get()},
+  });
 }
 
 Encoder::~Encoder() {
@@ -217,7 +149,7 @@ Encoder::~Encoder() {
 
 void Encoder::add_frame(std::span<const std::uint8_t> rgba) {
   assert(rgba.size() == process_->frame_bytes);
-  if (process_->pid < 0) process_->report_failure();
+  if (!process_->ffmpeg.running()) process_->report_failure();
   while (!rgba.empty()) {
     const ssize_t sent = ::send(process_->input.get(), rgba.data(), rgba.size(), MSG_NOSIGNAL);
     if (sent >= 0) {
@@ -230,9 +162,8 @@ void Encoder::add_frame(std::span<const std::uint8_t> rgba) {
 }
 
 void Encoder::finish() {
-  if (process_->pid < 0) return;
-  const int status = process_->end();
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) process_->report_failure();
+  if (!process_->ffmpeg.running()) return;
+  if (!process_->end().good) process_->report_failure();
 }
 
 }  // namespace pf

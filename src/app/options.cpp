@@ -12,6 +12,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -44,7 +45,7 @@ constexpr const char* kBenchScene = "gas";  // its results can be held against t
 // The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
 // stand.
 struct Typed {
-  std::optional<std::string> scene, size, steps, warmup, repeats, frames;
+  std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map;
@@ -131,11 +132,16 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag("--headless", options.headless, "no window");
   app.add_flag_callback(
       "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
-  app.add_option("--record", typed.record, "write a film, .mp4 or .mkv")->type_name("FILE");
+  app.add_option("--record", typed.record,
+                 "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png; without ffmpeg the frames of "
+                 "NAME.mp4 go to NAME_frames/%05d.png")
+      ->type_name("FILE");
   app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
+  add_text(app, "--warmup", typed.warmup, "N",
+           "frames before those that the report's means are of; 0 to 1000000; default 0");
   add_frame_flags(app, typed, options);
 }
 
@@ -145,6 +151,10 @@ void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--repeats", typed.repeats, "N",
            "repeats, of which median and minimum are given; 1 to 1000; default 5");
   add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
+  app.add_flag("--sweep", options.sweep,
+               "instead: whole frames, drawing included, over N, for every backend and neighbour search");
+  add_text(app, "--sweep-max", typed.sweep_max, "N",
+           "largest number of parcels of the sweep; 1000 to 100000000; default 1000000");
   add_frame_flags(app, typed, options);
   app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
 }
@@ -247,6 +257,23 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
   return file;
 }
 
+// A film, or a pattern for its frames, whose folder is made later if the one above it is there.
+fs::path record_file(const CLI::App& app, const std::string& text) {
+  const fs::path file = text;
+  if (!is_frame_pattern(file)) {
+    if (CLI::detail::to_lower(file.extension().string()) == ".png") {
+      throw UserError(fmt::format(
+          "--record: {} has no place for the frame's number; give FOLDER/%05d.png, or a film that "
+          "ends in .mp4 or .mkv",
+          in_quotes(text)));
+    }
+    return output_file(app, "--record", text, {".mp4", ".mkv"});
+  }
+  const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
+  check_writable("--record", folder_is_new ? file.parent_path() : file);
+  return file;
+}
+
 // What CLI11 did not recognise.
 [[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
   std::vector<std::string> known;
@@ -270,6 +297,19 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
                   in_quotes(word), nearest_name(word, kCommands), fmt::join(kCommands, ", "), help));
 }
 
+// A sweep has settings of its own; others would be dropped in silence.
+void check_sweep(const Typed& typed, const Options& options) {
+  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
+  const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.frames ||
+                          typed.steps || typed.warmup || typed.repeats || !typed.sets.empty() ||
+                          !typed.flags.empty();
+  if (options.sweep && has_others) {
+    throw UserError(
+        "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
+        "go with it, leave out the rest");
+  }
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
@@ -287,11 +327,16 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.cuda = options.cuda || options.cuda_no_fallback;
   if (typed.size) read_size(*typed.size, options);
   if (typed.steps) options.bench_steps = whole_number("--steps", *typed.steps, 1, 1000000);
-  if (typed.warmup) options.bench_warmup = whole_number("--warmup", *typed.warmup, 0, 1000000);
+  if (typed.warmup) {
+    (is_bench ? options.bench_warmup : options.warmup_frames) =
+        whole_number("--warmup", *typed.warmup, 0, 1000000);
+  }
+  if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
+  check_sweep(typed, options);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
-  options.record = output_file(command, "--record", typed.record, {".mp4", ".mkv"});
+  options.record = record_file(command, typed.record);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});

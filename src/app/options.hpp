@@ -20,19 +20,22 @@ struct Options {
   bool cuda_no_fallback = false;  // --cuda-no-fallback
   bool headless = false;
   bool show_panel = true;
-  std::filesystem::path record;      // --record FILE.mp4; empty: none
+  std::filesystem::path record;      // --record FILE.mp4 or FOLDER/%05d.png; empty: none
   std::filesystem::path report;      // --report FILE.json
   std::filesystem::path picture;     // --picture FILE.png: the last frame
   std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
   std::filesystem::path panel_map;   // --panel-map FILE: where each control is, for tests and scripts
   int width_px = 1280;               // --size WxH
   int height_px = 720;
+  int warmup_frames = 0;  // left out of the means in the report
   // bench
   int bench_steps = 200;
   int bench_warmup = 20;
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: whole frames are timed, not steps
   std::filesystem::path bench_json;  // --json FILE
+  bool sweep = false;                // --sweep: whole frames over N instead
+  std::int64_t sweep_max = 1'000'000;
 };
 
 struct ParseResult {

@@ -49,12 +49,19 @@ json phase_report(const std::vector<PhaseTimes>& frames) {
   return report;
 }
 
-// Time of the phases that compute, whole run; the rest draws.
+// Time of the phases that compute; the rest draws.
+double physics_ms(const PhaseTimes& times) {
+  return times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
+}
+
+double render_ms(const PhaseTimes& times) {
+  return times[Phase::map] + times[Phase::unmap] + times[Phase::draw] + times[Phase::present];
+}
+
+// Whole run.
 double physics_seconds(const std::vector<PhaseTimes>& frames) {
   double ms = 0.0;
-  for (const PhaseTimes& times : frames) {
-    ms += times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
-  }
+  for (const PhaseTimes& times : frames) ms += physics_ms(times);
   return 1e-3 * ms;
 }
 
@@ -135,7 +142,9 @@ RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& in
     : initial_(initial),
       device_(std::move(device)),
       speed_mps_(thermal_speed_mps(physics, initial.parcel_energy_j)),
-      start_(Clock::now()) {}
+      start_(Clock::now()),
+      timed_from_(start_),
+      last_frame_(start_) {}
 
 void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s) {
   const Clock::time_point now = Clock::now();
@@ -144,12 +153,33 @@ void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, dou
   }
   last_frame_ = now;
   frames_.push_back(times);
+  if (frames_.size() == num_warmup_) timed_from_ = last_frame_;
   totals_ += totals;
   simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;
   dt_s_ = dt_s;
 }
 
-void RunRecord::start_clock() { start_ = Clock::now(); }
+void RunRecord::start_clock() { start_ = timed_from_ = last_frame_ = Clock::now(); }
+
+json RunRecord::frame_report() const {
+  json report = {{"num", 0},
+                 {"warmup", num_warmup_},
+                 {"frame_ms", nullptr},
+                 {"physics_ms", nullptr},
+                 {"render_ms", nullptr},
+                 {"overhead_ms", nullptr}};
+  if (frames_.size() <= num_warmup_) return report;
+  PhaseTimes sum;
+  for (std::size_t i = num_warmup_; i < frames_.size(); ++i) sum += frames_[i];
+  const double num = static_cast<double>(frames_.size() - num_warmup_);
+  const double frame_ms = std::chrono::duration<double, std::milli>(last_frame_ - timed_from_).count() / num;
+  report["num"] = frames_.size() - num_warmup_;
+  report["frame_ms"] = number(frame_ms);
+  report["physics_ms"] = number(physics_ms(sum) / num);
+  report["render_ms"] = number(render_ms(sum) / num);
+  report["overhead_ms"] = number(std::max(0.0, frame_ms - (physics_ms(sum) + render_ms(sum)) / num));
+  return report;
+}
 
 json RunRecord::finish(const Settings& settings, const Physics& physics, Backend& backend,
                        const BallState& ball, double ball_distance_m) const {
@@ -189,6 +219,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"exact", exact_report(settings, totals_)},
       {"ball", ball_report(physics.ball, ball, totals_, ball_distance_m)},
       {"state_hash", fmt::format("{:016x}", backend.state_hash())},
+      {"memory_bytes", backend.memory_bytes()},
   };
 }
 

@@ -21,6 +21,7 @@ class RunRecord {
   void start_clock();  // wall_s counts from here
   // What the run ends on, when that has changed (threads of the CPU backend).
   void set_device(std::string device) { device_ = std::move(device); }
+  void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }  // before frames
 
   // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
   // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
@@ -28,23 +29,31 @@ class RunRecord {
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
-  // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string). A figure
-  // that has no meaning for the run (no parcels, nothing collided) is null. settings: as they are at the end
-  // (the panel may have changed them).
+  // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes
+  // (state and scratch of the parcels). A figure that has no meaning for the run (no parcels, nothing
+  // collided) is null. settings: as they are at the end (the panel may have changed them).
   nlohmann::json finish(const Settings& settings, const Physics& physics, Backend& backend,
                         const BallState& ball, double ball_distance_m) const;
+
+  // Means over the frames after the warm-up, for runs that add one frame per picture. Keys: num, warmup,
+  // frame_ms (wall time, end of frame to end of frame) = physics_ms (sort, grid, collide_integrate, ball) +
+  // render_ms (map, unmap, draw, present) + overhead_ms (the rest; 0 where a device worked beside the host so
+  // that the parts exceed the whole). null where there was no such frame.
+  nlohmann::json frame_report() const;
 
  private:
   Measures initial_;
   std::string device_;
   std::vector<PhaseTimes> frames_;
   std::vector<double> intervals_ms_;  // between the ends of successive frames
-  Clock::time_point last_frame_;
   StepTotals totals_;
   double simulated_s_ = 0.0;
   double dt_s_ = 0.0;
   double speed_mps_ = 0.0;
   Clock::time_point start_;
+  std::size_t num_warmup_ = 0;
+  Clock::time_point timed_from_;  // end of the warm-up
+  Clock::time_point last_frame_;  // its end
 };
 
 // Writes indented JSON; throws UserError if the file cannot be written.

@@ -1,6 +1,11 @@
 #include "view/film.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+
+#include "app/frame_names.hpp"
+#include "core/text.hpp"
 
 namespace pf {
 namespace {
@@ -24,15 +29,28 @@ void blit_fitting(GLuint from, SizePx from_size, const ColorTarget& to) {
 
 }  // namespace
 
-Film::Film(const Options& options, SizePx size) : picture_file_(options.picture), size_(even(size)) {
+Film::Film(const Options& options, SizePx size, const std::function<void(const std::string&)>& announce)
+    : picture_file_(options.picture), size_(even(size)) {
   if (options.record.empty()) return;
-  encoder_ =
-      std::make_unique<Encoder>(options.record, size_.width, size_.height, options.settings.frame_rate_hz);
-  reader_.emplace(size_, [this](std::span<const std::uint8_t> rgba) { encoder_->add_frame(rgba); });
+  const bool frames_asked = is_frame_pattern(options.record);
+  if (!frames_asked && ffmpeg_available()) {
+    encoder_ =
+        std::make_unique<Encoder>(options.record, size_.width, size_.height, options.settings.frame_rate_hz);
+    reader_.emplace(size_, [this](std::span<const std::uint8_t> rgba) { encoder_->add_frame(rgba); });
+    return;
+  }
+  const std::filesystem::path pattern = frames_asked ? options.record : frames_instead_of(options.record);
+  frames_.emplace(pattern, size_);
+  reader_.emplace(size_, [this](std::span<const std::uint8_t> rgba) { frames_->add_frame(rgba); });
+  if (frames_asked || !announce) return;
+  announce(fmt::format(
+      "--record: no ffmpeg on the PATH to write {} with; its frames go to {} instead (a film of them: "
+      "ffmpeg -framerate {} -i FRAMES FILM; to install it on Debian or Ubuntu: apt install ffmpeg)",
+      in_quotes(options.record.string()), in_quotes(pattern.string()), options.settings.frame_rate_hz));
 }
 
 void Film::add_frame(GLuint framebuffer, SizePx size) {
-  if (!encoder_) return;
+  if (!reader_) return;
   if (even(size) == size_) {
     reader_->read(framebuffer);
     return;
@@ -54,9 +72,10 @@ void Film::finish() {
     const SizePx size = {kept_.width_px(), kept_.height_px()};
     write_png(picture_file_, read_pixels(kept_.framebuffer(), size), size.width, size.height);
   }
-  if (!encoder_) return;
+  if (!reader_) return;
   reader_->finish();
-  encoder_->finish();
+  if (encoder_) encoder_->finish();
+  if (frames_) frames_->finish();
 }
 
 }  // namespace pf

@@ -101,7 +101,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
       overlay_({context.info().renderer, describe(*target_)}),
-      film_(options, context.size_px()),
+      film_(options, context.size_px(), hooks.announce),
       scale_(context.content_scale()) {
   switches_.show_panel = options.show_panel && context.window() != nullptr;
   switches_.show_path = options.show_path;

@@ -115,6 +115,7 @@ TEST_F(Report, HasTheAgreedKeys) {
                                              "exact",
                                              "frame_ms",
                                              "max_overlap_diameters",
+                                             "memory_bytes",
                                              "method",
                                              "momentum",
                                              "neighbors",
@@ -178,6 +179,38 @@ TEST_F(Report, RatesCountThePhysicsOnly) {
   const double seconds = (1.0 + 2.0 + 3.0 + 4.0 + 5.0 + 2.0 + 3.0 + 4.0) * 1e-3;
   EXPECT_NEAR(report["ns_per_particle_step"], 1e9 * seconds / 3000.0, 1e-6);
   EXPECT_NEAR(report["particle_steps_per_s"], 3000.0 / seconds, 1e-6);
+}
+
+// Three frames, the first of them warm-up: means of the two others.
+TEST(ReportFrames, MeansLeaveTheWarmUpOut) {
+  const Settings settings;
+  const Physics physics = hundred_parcels();
+  RunRecord record(settings, physics, {}, "d");
+  record.set_warmup(1);
+  EXPECT_TRUE(record.frame_report()["frame_ms"].is_null());
+  const auto add_after = [&record](double wait_ms, double sort_ms, double draw_ms) {
+    for (const auto start = Clock::now(); milliseconds_since(start) < wait_ms;) continue;
+    PhaseTimes times;
+    times[Phase::sort] = sort_ms;
+    times[Phase::draw] = draw_ms;
+    times[Phase::panel] = 0.25;
+    record.add_frame(times, {}, 0.1);
+  };
+  record.start_clock();
+  add_after(50.0, 1000.0, 1000.0);
+  EXPECT_TRUE(record.frame_report()["physics_ms"].is_null());
+  const auto start = Clock::now();
+  add_after(3.0, 1.0, 0.5);
+  add_after(3.0, 2.0, 0.0);
+  const double wall_ms = milliseconds_since(start);
+  const nlohmann::json frames = record.frame_report();
+  EXPECT_EQ(frames["num"], 2);
+  EXPECT_EQ(frames["warmup"], 1);
+  EXPECT_EQ(frames["physics_ms"], 1.5);
+  EXPECT_EQ(frames["render_ms"], 0.25);
+  EXPECT_GE(frames["frame_ms"], 3.0);
+  EXPECT_LE(frames["frame_ms"], 0.5 * wall_ms + 1.0);
+  EXPECT_NEAR(frames["overhead_ms"].get<double>(), frames["frame_ms"].get<double>() - 1.75, 1e-9);
 }
 
 TEST_F(Report, BallIsReported) {

@@ -1,0 +1,64 @@
+// Single frames: their names, and what --record makes of them.
+#include "app/frame_names.hpp"
+
+#include <gtest/gtest.h>
+
+#include "app/options.hpp"
+#include "core/error.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf {
+namespace {
+
+std::filesystem::path recorded(const std::string& value) {
+  const char* argv[] = {"pickleflight", "--record", value.c_str()};
+  return parse_options(3, argv).options.value().record;
+}
+
+std::string refusal(const std::string& value) {
+  try {
+    recorded(value);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+TEST(FrameNames, PatternsAreTold) {
+  for (const char* name : {"%05d.png", "a/%d.png", "a/b-%09d-c.PNG", "/%03d.png"}) {
+    EXPECT_TRUE(is_frame_pattern(name)) << name;
+  }
+  for (const char* name : {"a.png", "%05d.mp4", "%5d.png", "%00d.png", "%0d.png", "%s.png", "%05d%05d.png",
+                           "%.png", "%0", "", "a%d/%05d.png", "%05d"}) {
+    EXPECT_FALSE(is_frame_pattern(name)) << name;
+  }
+}
+
+TEST(FrameNames, NumbersAreFilledIn) {
+  EXPECT_EQ(frame_file("a/%05d.png", 0), "a/00000.png");
+  EXPECT_EQ(frame_file("a/%05d.png", 123456), "a/123456.png");
+  EXPECT_EQ(frame_file("x-%03d-y.png", 7), "x-007-y.png");
+  EXPECT_EQ(frame_file("%d.png", 42), "42.png");
+}
+
+TEST(FrameNames, FolderBesideTheFilm) {
+  EXPECT_EQ(frames_instead_of("out/flight.mp4"), "out/flight_frames/%05d.png");
+  EXPECT_EQ(frames_instead_of("a.b.mkv"), "a.b_frames/%05d.png");
+}
+
+TEST(FrameNames, RecordTakesAPatternWhoseFolderCanBeMade) {
+  TemporaryFolder folder;
+  const std::string in_new = (folder.path() / "new" / "%05d.png").string();
+  EXPECT_EQ(recorded(in_new), in_new);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "new")) << "reading the command line left something";
+  EXPECT_EQ(recorded((folder.path() / "%05d.png").string()), folder.path() / "%05d.png");
+  EXPECT_NE(refusal((folder.path() / "no" / "new" / "%05d.png").string()).find("does not exist"),
+            std::string::npos);
+  const std::string file = folder.write("file", "x").string();
+  EXPECT_NE(refusal(file + "/%05d.png").find("cannot be written"), std::string::npos);
+  EXPECT_NE(refusal("a.png").find("FOLDER/%05d.png"), std::string::npos) << refusal("a.png");
+  EXPECT_NE(refusal("a.avi").find(".mp4 or .mkv"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pf

@@ -1,0 +1,129 @@
+#!/usr/bin/python3
+"""Jobs of the whole program that leave files: the sweep, and films without ffmpeg.
+
+test_program.py PROGRAM sweep|sweep_stopped|frames|frames_without_ffmpeg
+exit 0: as it should be, 1: not, 77: nothing can be drawn here
+"""
+import json
+import math
+import os
+import pathlib
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import zlib
+
+NO_GL = ("no OpenGL 4.5 without a display", "libEGL cannot be loaded")  # context_egl.cpp
+CPU_SERIES = [f"CPU, {threads}, {search}" for search in ("all-pairs", "grid") for threads in ("1 thread", "all threads")]
+PROGRAM = pathlib.Path(sys.argv[1])
+
+
+def require(condition, message):
+    if not condition:
+        sys.exit(f"FAILED: {message}")
+
+
+def skip_without_gl(text):
+    if any(reason in text for reason in NO_GL):
+        print("skipped: no OpenGL 4.5 here")
+        sys.exit(77)
+
+
+def run(arguments, folder, **more):
+    done = subprocess.run([PROGRAM, *arguments], cwd=folder, capture_output=True, text=True, timeout=60, **more)
+    skip_without_gl(done.stdout + done.stderr)
+    return done
+
+
+def sweep(folder):
+    done = run(["bench", "--sweep", "--sweep-max", "1000", "--json", "s.json"], folder)
+    require(done.returncode == 0, f"exit code {done.returncode}: {done.stdout} {done.stderr}")
+    result = json.loads((folder / "s.json").read_text())
+    require(result["complete"] is True, "complete is not true")
+    series = {entry["name"]: entry for entry in result["series"]}
+    for name in CPU_SERIES:
+        require(name in series and name in done.stdout, f"no series '{name}'")
+        require(len(series[name]["points"]) == 1, f"{name}: {len(series[name]['points'])} points")
+        point = series[name]["points"][0]
+        require(point["num_parcels"] == 1000 and not point["extrapolated"], f"{name}: {point}")
+        require(point["frames"] == 60 and point["warmup_frames"] == 10, f"{name}: {point}")
+        parts = [point[f"{part}_ms"] for part in ("physics", "render", "overhead")]
+        require(min(parts) > 0, f"{name}: a part costs nothing: {parts}")
+        # The three parts are the frame, up to rounding.
+        require(math.isclose(sum(parts), point["frame_ms"], rel_tol=1e-9), f"{name}: parts {parts} of {point}")
+        shares = [point[f"{part}_percent"] for part in ("physics", "render", "overhead")]
+        require(math.isclose(sum(shares), 100.0, rel_tol=1e-9), f"{name}: shares {shares}")
+        require(math.isclose(point["total_ms"], 60 * point["frame_ms"], rel_tol=1e-9), f"{name}: {point}")
+        # Positions, velocities and ids alone are 20 bytes a parcel; a program without 10 MB does not draw.
+        require(point["parcel_memory_bytes"] >= 20_000 and point["process_peak_bytes"] > 10_000_000, f"{name}: {point}")
+    gone = {entry["name"]: entry["reason"] for entry in result["skipped"]}
+    for name in ("CUDA, all-pairs", "CUDA, grid"):
+        require((name in series) != (name in gone), f"{name} is neither measured nor said to be skipped")
+        require(name in series or gone[name], f"{name}: no reason")
+
+
+def sweep_stopped(folder):
+    """Ctrl-C after the first point: it stays, what follows is not there, and nothing keeps running."""
+    file = folder / "s.json"
+    child = subprocess.Popen([PROGRAM, "bench", "--sweep", "--json", file], cwd=folder, text=True,
+                             stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    end = time.monotonic() + 30
+    while time.monotonic() < end and child.poll() is None and not (file.exists() and file.stat().st_size):
+        time.sleep(0.02)
+    child.send_signal(signal.SIGINT)
+    try:
+        text = child.communicate(timeout=10)[0]
+    except subprocess.TimeoutExpired:
+        child.kill()
+        sys.exit("FAILED: Ctrl-C does not stop it")
+    skip_without_gl(text)
+    require(child.returncode == 1 and "stopped" in text, f"exit code {child.returncode}: {text}")
+    result = json.loads(file.read_text())
+    require(result["complete"] is False, "an unfinished sweep calls itself complete")
+    require(result["series"][0]["points"][0]["num_parcels"] == 1000, "the finished point is not there")
+    require(sum(len(entry["points"]) for entry in result["series"]) < 16, "was not stopped")
+
+
+def check_frames(frames, width, height):
+    """Whole PNG files of this size that are not all of one colour."""
+    for file in frames:
+        data = file.read_bytes()
+        require(data[:8] == b"\x89PNG\r\n\x1a\n" and data[-8:-4] == b"IEND", f"{file} is no whole PNG")
+        require(struct.unpack(">II", data[16:24]) == (width, height), f"{file} has another size")
+        require(len(data) > 2000, f"{file} shows nothing: {len(data)} bytes")
+    require(len({zlib.crc32(file.read_bytes()) for file in frames}) == len(frames), "frames repeat")
+
+
+FIVE_FRAMES = ["--headless", "-p", "200", "--size", "320x180", "--seconds", "0.0833333"]
+
+
+def frames(folder):
+    (folder / "f").mkdir()
+    for name in ("005.png", "006.png", "009.png"):  # of a longer, older film; 009 is not in its sequence
+        (folder / "f" / name).write_text("old")
+    done = run([*FIVE_FRAMES, "--record", "f/%03d.png"], folder)
+    require(done.returncode == 0, done.stderr)
+    require("ffmpeg" not in done.stderr, f"speaks of ffmpeg: {done.stderr}")
+    names = sorted(file.name for file in (folder / "f").iterdir())
+    require(names == ["000.png", "001.png", "002.png", "003.png", "004.png", "009.png"], f"left: {names}")
+    check_frames([folder / "f" / name for name in names[:5]], 320, 180)
+
+
+def frames_without_ffmpeg(folder):
+    bare = dict(os.environ, PATH=str(folder))
+    done = run([*FIVE_FRAMES, "--record", "flight.mp4"], folder, env=bare)
+    require(done.returncode == 0, done.stderr)
+    require(done.stderr.count("no ffmpeg on the PATH") == 1, f"not said once: {done.stderr}")
+    require("flight_frames/%05d.png" in done.stderr, f"does not say where: {done.stderr}")
+    require(not (folder / "flight.mp4").exists(), "an empty film was left")
+    found = sorted((folder / "flight_frames").iterdir())
+    require([file.name for file in found] == [f"{i:05d}.png" for i in range(5)], f"left: {found}")
+    check_frames(found, 320, 180)
+
+
+with tempfile.TemporaryDirectory(prefix="pf_test_") as name:
+    {"sweep": sweep, "sweep_stopped": sweep_stopped, "frames": frames,
+     "frames_without_ffmpeg": frames_without_ffmpeg}[sys.argv[2]](pathlib.Path(name))
