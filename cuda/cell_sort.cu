@@ -27,6 +27,8 @@ __global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* in
   to.position[i] = from.position[source];
   to.velocity[i] = from.velocity[source];
   to.id[i] = from.id[source];
+  if (from.tick != nullptr) to.tick[i] = from.tick[source];
+  if (from.clock != nullptr) to.clock[i] = from.clock[source];
   const std::uint32_t key = keys[i];
   const std::uint32_t first = i == 0 ? 0 : keys[i - 1] + 1;
   for (std::uint32_t cell = first; cell <= key; ++cell) cell_start[cell] = i;
@@ -48,7 +50,9 @@ std::size_t temporary_bytes(std::uint32_t n) {
   return std::max<std::size_t>(bytes, 1);
 }
 
-std::size_t num_cell_starts(std::uint32_t capacity) { return 2ULL * capacity + 8; }
+std::size_t num_cell_starts(std::uint32_t capacity) {
+  return static_cast<std::size_t>(kDeviceCellsPerParcel * capacity) + 8;
+}
 
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 

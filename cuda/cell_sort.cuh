@@ -6,6 +6,9 @@
 
 namespace pf {
 
+// At most so many cells: twice as many would take 4 bytes a parcel more.
+constexpr double kDeviceCellsPerParcel = 1.0;
+
 // Scratch of the sort: two arrays of keys and two of indices for `capacity` parcels, CUB's temporary storage,
 // and the cell starts. Kept between sorts; nothing is allocated in a step.
 class DeviceCellSort {
@@ -30,7 +33,12 @@ class DeviceCellSort {
   // Keys and indices written, read and written by each pass of 8 bits, read by the gather.
   static double least_bytes_per_parcel(const GridShape& grid);
   // What a sorter holds for each parcel: keys, indices, cell starts, and CUB's storage rounded up.
-  static constexpr double kBytesPerParcel = 16.0 + 8.0 + 1.0;
+  static constexpr double kBytesPerParcel = 16.0 + 4.0 * kDeviceCellsPerParcel + 1.0;
+
+  // Three arrays as long as the parcels, for whoever needs them between a gather and the next keys.
+  std::uint32_t* scratch(int k) const {
+    return k == 0 ? keys_[0].data() : k == 1 ? keys_[1].data() : indices_[0].data();
+  }
 
  private:
   DeviceBuffer<std::uint32_t> keys_[2];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nvtx3/nvtx3.hpp>
+#include <tuple>
 
 #include "cuda_backend.cuh"
 #include "model/step.hpp"
@@ -22,7 +23,7 @@ constexpr double kBytesPerParcel =
     2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + sizeof(Vec2f) + sizeof(float);
 
 // Slack for a slider that grows N, without going over 80 bytes a parcel.
-std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 8ULL; }
+std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 40ULL; }
 
 template <class T>
 DeviceBuffer<T> upload(const T* values, std::size_t count, cudaStream_t stream) {
@@ -170,9 +171,20 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   write_state(state);
   sorted_ = false;
   keys_are_written_ = false;
+  exact_.reset_time();
+  host_exact_->last_travel = 0;
+}
+
+void CudaBackend::set_physics(const Physics& physics) {
+  const auto lines_are_of = [](const Physics& p) {
+    return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
+  };
+  if (lines_are_of(physics) != lines_are_of(physics_)) stop_exact();
+  physics_ = physics;
 }
 
 void CudaBackend::set_ball(const BallState& ball) {
+  ball_was_set_ = true;
   StepState state = read_state();
   state.ball = ball;
   write_state(state);
@@ -181,6 +193,7 @@ void CudaBackend::set_ball(const BallState& ball) {
 void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   const auto n = static_cast<std::uint32_t>(snapshot.position.size());
   make_room(n);
+  exact_.forget();
   num_parcels_ = n;
   PF_CUDA(cudaMemcpyAsync(current_.position.data(), snapshot.position.data(), n * sizeof(Vec2i),
                           cudaMemcpyHostToDevice, stream_));
@@ -200,7 +213,8 @@ bool CudaBackend::sort_is_due(const StepConstants& constants) const {
 }
 
 void CudaBackend::sort(const StepConstants& constants) {
-  const GridShape grid = choose_grid(physics_.world, num_parcels_, kCellWidth * constants.contact_distance);
+  const GridShape grid = choose_grid(physics_.world, num_parcels_, kCellWidth * constants.contact_distance,
+                                     kDeviceCellsPerParcel);
   timer_.mark_sort(stream_);
   {
     const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::sort)]);
@@ -242,6 +256,8 @@ void CudaBackend::copy_to_host(const DrawBuffers& from, const DrawBuffers& to) {
 }
 
 void CudaBackend::submit(const StepRequest& request) {
+  if (request.method == Method::exact) return submit_exact(request);
+  stop_exact();
   const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
   const auto estimate =
@@ -250,7 +266,7 @@ void CudaBackend::submit(const StepRequest& request) {
       host_state_->last_travel > 0 ? host_state_->last_travel + host_state_->last_travel / 10 : estimate;
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   StepLaunch launch = plan_launch(constants, request);
-  submitted_ = {request.num_steps, 0, constants.per_impulse_count, constants.impulse_unit_kg_mps};
+  submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
@@ -272,8 +288,8 @@ void CudaBackend::submit(const StepRequest& request) {
 StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRequest& request) const {
   StepLaunch launch;
   launch.constants = constants;
-  launch.num_parcels = num_parcels_;
-  launch.all_pairs = request.neighbors == Neighbors::all_pairs;
+  launch.space = {physics_.world, grid_, cell_sort_.cell_start(), num_parcels_,
+                  request.neighbors == Neighbors::all_pairs};
   launch.state = state_.data();
   launch.slots = slots_.data();
   launch.method = request.method;
@@ -282,8 +298,7 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
 
 // One step and the ball's; the step also writes the keys of the sort that is due after it.
 void CudaBackend::step(StepLaunch& launch, bool sort_follows) {
-  launch.grid = grid_;
-  launch.cell_start = cell_sort_.cell_start();
+  launch.space.grid = grid_;
   launch.from = current_.pointers();
   launch.to = next_.pointers();
   launch.keys = sort_follows ? cell_sort_.keys_to_write() : SortKeys{};
@@ -306,7 +321,7 @@ StepReport CudaBackend::collect() {
   StepReport report;
   report.times = timer_.times(submitted_.num_steps);  // waits
   const StepState& state = *host_state_;
-  expected_travel_ = state.travel;
+  expected_travel_ = submitted_.exact ? host_exact_->progress.travel : state.travel;
   const RequestTotals& sum = state.totals;
   report.ball = state.ball;
   report.totals.num_steps = submitted_.num_steps;
@@ -320,6 +335,11 @@ StepReport CudaBackend::collect() {
   report.totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
   report.totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   report.totals.num_sorts = submitted_.num_sorts;
+  if (submitted_.exact) {
+    report.totals.num_rounds = host_exact_->num_rounds;
+    report.totals.num_redone_steps = host_exact_->num_redone;
+    report.totals.event_hash = host_exact_->event_hash;
+  }
   report.totals.ball_impulse_kg_mps =
       Vec2d{static_cast<double>(sum.ball_x), static_cast<double>(sum.ball_y)} *
       submitted_.impulse_unit_kg_mps;
@@ -330,18 +350,19 @@ StepReport CudaBackend::collect() {
 
 void CudaBackend::draw(const DrawBuffers& buffers) {
   const DrawBuffers on_device = device_draw_buffers(buffers);
-  launch_draw(physics_.world, current_.pointers(), num_parcels_, on_device, stream_);
+  launch_draw(physics_.world, present_parcels(), num_parcels_, on_device, stream_);
   copy_to_host(on_device, buffers);
 }
 
 ParcelSnapshot CudaBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(num_parcels_), std::vector<Vec2f>(num_parcels_)};
   if (num_parcels_ == 0) return snapshot;
-  launch_scatter_by_id(current_.pointers(), num_parcels_, next_.position.data(), next_.velocity.data(),
-                       stream_);
-  PF_CUDA(cudaMemcpyAsync(snapshot.position.data(), next_.position.data(), num_parcels_ * sizeof(Vec2i),
+  const DeviceBuffer<Vec2i> position(num_parcels_);
+  const DeviceBuffer<Vec2f> velocity(num_parcels_);
+  launch_scatter_by_id(present_parcels(), num_parcels_, position.data(), velocity.data(), stream_);
+  PF_CUDA(cudaMemcpyAsync(snapshot.position.data(), position.data(), num_parcels_ * sizeof(Vec2i),
                           cudaMemcpyDeviceToHost, stream_));
-  PF_CUDA(cudaMemcpyAsync(snapshot.velocity.data(), next_.velocity.data(), num_parcels_ * sizeof(Vec2f),
+  PF_CUDA(cudaMemcpyAsync(snapshot.velocity.data(), velocity.data(), num_parcels_ * sizeof(Vec2f),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
   return snapshot;
@@ -351,7 +372,7 @@ std::vector<MeasurePart> CudaBackend::measure_parts() {
   std::vector<MeasurePart> parts((num_parcels_ + kMeasureBlock - 1) / kMeasureBlock);
   if (parts.empty()) return parts;
   const DeviceBuffer<MeasurePart> on_device(parts.size());
-  launch_measure(current_.pointers(), num_parcels_, on_device.data(), stream_);
+  launch_measure(present_parcels(), num_parcels_, on_device.data(), stream_);
   PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
@@ -378,10 +399,9 @@ std::uint64_t CudaBackend::state_hash() {
 }
 
 std::uint64_t CudaBackend::memory_bytes() const {
-  const auto of = [](const Parcels& p) { return p.position.bytes() + p.velocity.bytes() + p.id.bytes(); };
-  return capacity_ == 0
-             ? 0
-             : of(current_) + of(next_) + cell_sort_.bytes() + draw_position_.bytes() + draw_speed_.bytes();
+  if (capacity_ == 0) return 0;
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + exact_.bytes() + draw_position_.bytes() +
+         draw_speed_.bytes();
 }
 
 double CudaBackend::least_bytes_moved(const StepTotals& totals) const {

@@ -5,6 +5,7 @@
 #include "cell_sort.cuh"
 #include "cuda_backend.hpp"
 #include "device_buffer.cuh"
+#include "exact_motion.cuh"
 #include "spawn_kernel.cuh"
 #include "step_kernel.cuh"
 
@@ -43,7 +44,7 @@ class CudaBackend final : public Backend {
   std::string name() const override { return "cuda"; }
   std::string device() const override { return device_name_; }
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
-  void set_physics(const Physics& physics) override { physics_ = physics; }
+  void set_physics(const Physics& physics) override;
   void set_ball(const BallState& ball) override;
   void restore(const ParcelSnapshot& snapshot) override;
   void submit(const StepRequest& request) override;
@@ -61,16 +62,33 @@ class CudaBackend final : public Backend {
     DeviceBuffer<Vec2i> position;
     DeviceBuffer<Vec2f> velocity;
     DeviceBuffer<std::uint32_t> id;
-    ParcelPointers pointers() const { return {position.data(), velocity.data(), id.data()}; }
+    DeviceBuffer<std::uint32_t> tick, clock;  // method exact; see ParcelPointers
+    ParcelPointers pointers() const {
+      return {position.data(), velocity.data(), id.data(), tick.data(), clock.data()};
+    }
+    std::size_t bytes() const {
+      return position.bytes() + velocity.bytes() + id.bytes() + tick.bytes() + clock.bytes();
+    }
   };
 
   // What collect() needs to know of the request.
   struct Submitted {
     std::uint32_t num_steps = 0;
     std::uint64_t num_sorts = 0;
+    bool exact = false;
     double per_impulse_count = 1.0;
     double impulse_unit_kg_mps = 0.0;
   };
+
+  // Method exact, in cuda_backend_exact.cpp.
+  void submit_exact(const StepRequest& request);
+  void start_exact(const StepRequest& request);
+  void stop_exact();
+  void push_out(const StepRequest& request);
+  void make_room_for_exact(bool with_clock);
+  void sort_exact(ExactLaunch& launch);
+  ExactLaunch plan_exact(const StepRequest& request) const;
+  ParcelPointers present_parcels() const;
 
   void make_room(std::uint32_t num_parcels);
   void sort(const StepConstants& constants);
@@ -98,6 +116,9 @@ class CudaBackend final : public Backend {
   PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;
+  DeviceExact exact_;
+  PinnedValue<ExactState> host_exact_;  // as of the last collected request
+  bool ball_was_set_ = false;
   bool sorted_ = false;
   bool keys_are_written_ = false;  // of the present positions in grid_
   Submitted submitted_;

@@ -7,23 +7,21 @@
 #pragma once
 
 #include "backend/backend.hpp"
+#include "search.cuh"
 #include "step_state.cuh"
 
 namespace pf {
 
 struct StepLaunch {
   StepConstants constants;
-  GridShape grid;
-  const std::uint32_t* cell_start = nullptr;  // grid.num_cells() + 2 entries
+  DeviceSearch space;
   ParcelPointers from;
   ParcelPointers to;  // id unused
-  std::uint32_t num_parcels = 0;
-  bool all_pairs = false;
   StepState* state = nullptr;
-  TallySlot* slots = nullptr;  // kNumSlots
-  SortKeys keys;               // of the positions after the step, in `grid`
-  DrawBuffers draw;            // device memory; null pointers: nothing is drawn
-  Method method = Method::impulse;
+  TallySlot* slots = nullptr;       // kNumSlots
+  SortKeys keys;                    // of the positions after the step, in `grid`
+  DrawBuffers draw;                 // device memory; null pointers: nothing is drawn
+  Method method = Method::impulse;  // exact: overlaps are pushed apart and nothing else, dt_s = 0
 };
 
 // One step of all parcels; the ball stays where it is until launch_ball.

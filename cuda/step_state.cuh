@@ -14,6 +14,8 @@ struct ParcelPointers {
   Vec2i* position = nullptr;
   Vec2f* velocity = nullptr;
   std::uint32_t* id = nullptr;
+  std::uint32_t* tick = nullptr;   // method exact only, else null
+  std::uint32_t* clock = nullptr;  // of the TC model, else null
 };
 
 // Keys and indices of a sort to come, n entries each; null: none is.
@@ -36,6 +38,7 @@ struct TallySlot {
   unsigned int max_overlap_bits;  // of a non-negative float, so ordered like the number
   unsigned int max_travel;
   unsigned int max_speed2_bits;
+  unsigned long long event_hash;  // method exact
 };
 
 // Blocks add to slot blockIdx % kNumSlots: one address would serialise tens of thousands of atomics.

@@ -16,7 +16,7 @@ namespace pf {
 namespace {
 
 // Far beyond every cache.
-constexpr std::size_t kCopyBytes = 512ULL << 20U;
+constexpr std::size_t kCopyBytes = 256ULL << 20U;
 
 struct Spread {
   double median, min, max;

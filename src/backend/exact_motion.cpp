@@ -77,7 +77,7 @@ void ExactMotion::find_present(const ExactConstants& c, const SortedParcels& par
 }
 
 void ExactMotion::sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report) {
-  if (!c.step.physics.parcels.contacts || parcels.size() == 0) return;
+  if (!c.step.physics.parcels.contacts || parcels.size() == 0 || needs_all_pairs(c)) return;
   const double reach = c.step.contact_distance + 2.0 * progress_.fastest_mps * c.units_per_tick * c.length +
                        static_cast<double>(progress_.travel);
   const bool moved = progress_.travel > 0 && reach > kWidestReach * c.step.contact_distance;
@@ -106,7 +106,7 @@ void ExactMotion::one_step(const ExactConstants& constants, std::uint64_t until,
                      static_cast<std::uint32_t>(parcels.size()),
                      0,
                      0.0F,
-                     request.neighbors == Neighbors::all_pairs};
+                     request.neighbors == Neighbors::all_pairs || needs_all_pairs(c)};
     problem.travel = progress_.travel;
     problem.fastest_mps = progress_.fastest_mps;
     ExactBall ball = ball_in_step(c, progress_);

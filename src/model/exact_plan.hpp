@@ -57,10 +57,17 @@ PF_HD inline double assumed_bound_mps(const Physics& physics, const ExactProgres
   return bound > progress.raised_bound_mps ? bound : progress.raised_bound_mps;
 }
 
+// Parcels so large that boxes around them would not stay within 32 bits are few: every pair is looked at.
+PF_HD inline bool needs_all_pairs(const ExactConstants& c) {
+  return c.step.contact_distance > 0.25 * kLongestReach;
+}
+
 // Search boxes stay within 32 bits, and a periodic world is so wide that only nearest images can meet.
 PF_HD inline std::uint32_t longest_step(const ExactConstants& c, std::int64_t travel) {
   const World& world = c.step.physics.world;
-  double room = kLongestReach - static_cast<double>(travel) - c.step.contact_distance;
+  const double anywhere = 8.0 * kLongestReach;
+  double room =
+      needs_all_pairs(c) ? anywhere : kLongestReach - static_cast<double>(travel) - c.step.contact_distance;
   if (world.boundary == Boundary::periodic) {
     const bool ball_is_wider = c.ball != BallRole::absent && c.ball_contact > c.step.contact_distance;
     const double widest = ball_is_wider ? c.ball_contact : c.step.contact_distance;

@@ -37,11 +37,12 @@ inline GridShape make_grid(const World& world, std::int32_t num_x, std::int32_t 
   return {world.half, num_x, num_y, factor(num_x, world.half.x), factor(num_y, world.half.y)};
 }
 
-// Cells at least width_units wide and at most 2 per parcel (and at least one).
-inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, double width_units) {
+// Cells at least width_units wide and at most cells_per_parcel of them for each parcel (and at least one).
+inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, double width_units,
+                             double cells_per_parcel = 2.0) {
   const double extent_x = 2.0 * world.half.x;
   const double extent_y = 2.0 * world.half.y;
-  const double widest_for_memory = std::sqrt(extent_x * extent_y / (2.0 * (num_parcels + 1.0)));
+  const double widest_for_memory = std::sqrt(extent_x * extent_y / (cells_per_parcel * (num_parcels + 1.0)));
   const double width = width_units > widest_for_memory ? width_units : widest_for_memory;
   const auto cells = [width](double extent) {
     const double fit = extent / width;

@@ -131,6 +131,21 @@ double fastest_expected_mps(const Settings& s, const Physics& physics, const Bal
   return std::max(thermal, thrown);
 }
 
+// In a periodic world `exact` looks at nearest images only.
+void check_exact(const Settings& s, const Physics& physics) {
+  if (s.method != Method::exact || s.boundary != Boundary::periodic || physics.parcels.num == 0) return;
+  const double radius_m = physics.parcels.radius_m;
+  const double widest_m =
+      (physics.ball.present ? std::max(physics.ball.radius_m, radius_m) : radius_m) + radius_m;
+  const double narrower_m = 2.0 * std::min(physics.world.half.x, physics.world.half.y) * physics.world.unit_m;
+  if (narrower_m > 2.05 * widest_m) return;
+  throw UserError(
+      fmt::format("run.method: exact needs a periodic world wider than 2.05 contact distances, {:.3g} m; it "
+                  "is {:.3g} m wide; "
+                  "use more or smaller parcels, or world.boundary = walls",
+                  2.05 * widest_m, narrower_m));
+}
+
 }  // namespace
 
 Physics derive_physics(const Settings& s) {
@@ -150,6 +165,7 @@ Physics derive_physics(const Settings& s) {
                      : 0.0;
   physics.reference_speed_mps =
       std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
+  check_exact(s, physics);
   check_sizes(s, physics);
   return physics;
 }

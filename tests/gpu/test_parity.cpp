@@ -40,6 +40,7 @@ void expect_same_hashes(const Settings& s, std::uint32_t steps) {
                             ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
   EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
   EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
+  EXPECT_EQ(on_gpu.totals.event_hash, on_cpu.totals.event_hash) << where;
   EXPECT_EQ(on_gpu.totals.num_ball_hits, on_cpu.totals.num_ball_hits) << where;
   EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
   EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
@@ -107,6 +108,63 @@ TEST_F(Gpu, SpringAndAllPairsAndNoContacts) {
   Settings vacuum = court(0);
   vacuum.air = Air::vacuum;
   expect_same_hashes(vacuum, 50);
+}
+
+TEST_F(Gpu, ExactSameBitsAsTheCpuForEverySceneAndBoundary) {
+  for (const std::int64_t n : {1, 2, 1000, 100000}) {
+    for (Settings s : scenes(n)) {
+      s.method = Method::exact;
+      for (const std::uint32_t steps : {1U, 100U}) expect_same_hashes(s, steps);
+    }
+  }
+}
+
+TEST_F(Gpu, ExactSameBitsAfterTwoThousandSteps) {
+  for (const std::int64_t n : {1, 2, 1000, 100000}) {
+    for (Settings s : scenes(n)) {
+      s.method = Method::exact;
+      expect_same_hashes(s, 2000);
+    }
+  }
+}
+
+TEST_F(Gpu, ExactSameEventsForEveryStepAndTheContactClock) {
+  Settings s = gas(5000, 0.6, Boundary::periodic);
+  s.method = Method::exact;
+  s.restitution = 0.7;
+  s.contact_clock_s = 1e-4;
+  expect_same_hashes(s, 40);
+  const auto events = [&](double dt_s, std::uint32_t steps) {
+    SceneRun run(s, make_cuda_backend(0));
+    return run.advance(steps, dt_s).totals.event_hash;
+  };
+  EXPECT_EQ(events(0.01, 80), events(0.04, 20));
+  EXPECT_EQ(events(0.01, 80), events(0.08, 10));
+}
+
+TEST_F(Gpu, ExactAfterAnotherMethodAndBack) {
+  const auto hash = [](std::unique_ptr<Backend> backend) {
+    SceneRun run(gas(4000, 0.5), std::move(backend));
+    for (const Method method : {Method::impulse, Method::exact, Method::impulse, Method::exact}) {
+      run.settings.method = method;
+      run.advance(30, 0.02);
+    }
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(hash(make_cuda_backend(0)), hash(make_cpu_backend(0)));
+}
+
+TEST_F(Gpu, ExactRunToRunAtTenMillion) {
+  Settings s = gas(10'000'000);
+  s.method = Method::exact;
+  const auto hash = [&] {
+    SceneRun run(s, make_cuda_backend(0));
+    const StepReport report = run.advance(30);
+    EXPECT_GT(report.totals.num_collisions, 1'000'000U);
+    EXPECT_LE(run.backend->memory_bytes(), 80U * 10'000'000U);
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(hash(), hash());
 }
 
 TEST_F(Gpu, RunToRunAtTenMillion) {

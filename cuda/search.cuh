@@ -1,0 +1,68 @@
+// Which parcels may be near one: the loop over the cells that its search box covers.
+#pragma once
+
+#include "model/grid.hpp"
+
+namespace pf {
+
+// By value to kernels.
+struct DeviceSearch {
+  World world;
+  GridShape grid;
+  const std::uint32_t* cell_start = nullptr;  // grid.num_cells() + 2 entries
+  std::uint32_t num_parcels = 0;
+  bool all_pairs = false;
+};
+
+#if defined(__CUDACC__)
+
+// Calls found(j, offset) for every parcel j but i within the distance whose square is filter_distance2 of
+// here. position: one for each parcel, in the order of the sort. kReadOnly: nothing writes it while the
+// kernel runs.
+template <Boundary kBoundary, bool kReadOnly, class Found>
+__device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i here, std::uint32_t i,
+                       std::int32_t reach, float filter_distance2, Found found) {
+  const auto visit = [&](std::uint32_t first, std::uint32_t last) {
+    for (std::uint32_t j = first; j < last; ++j) {
+      const int2* from = reinterpret_cast<const int2*>(position) + j;
+      const int2 there = kReadOnly ? __ldg(from) : *from;
+      const Vec2i offset = separation<kBoundary>(space.world, here, {there.x, there.y});
+      const float x = static_cast<float>(offset.x);
+      const float y = static_cast<float>(offset.y);
+      if (x * x + y * y < filter_distance2 && j != i) found(j, offset);
+    }
+  };
+  if (space.all_pairs) {
+    visit(0, space.num_parcels);
+  } else {
+    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, here, reach, visit);
+  }
+}
+
+// Up to four finds kept in registers, so that a warp's few are worked through together after its search
+// instead of one by one inside it.
+struct FindList {
+  static constexpr unsigned kMost = 4;
+  std::uint32_t j0 = 0, j1 = 0, j2 = 0, j3 = 0;
+  unsigned num = 0;
+
+  __device__ void push(std::uint32_t j) {
+    j3 = j2;
+    j2 = j1;
+    j1 = j0;
+    j0 = j;
+    ++num;
+  }
+  __device__ std::uint32_t pop() {
+    const std::uint32_t j = j0;
+    j0 = j1;
+    j1 = j2;
+    j2 = j3;
+    --num;
+    return j;
+  }
+};
+
+#endif
+
+}  // namespace pf
