@@ -20,6 +20,15 @@ constexpr std::uint32_t kParcelsPerSegment = 512;  // fewer blocks for few parce
 
 constexpr unsigned long long kNoKey = ~0ULL;
 
+// So many threads work on one parcel together where a block has few of them and each search's latency counts;
+// with many, one thread each wastes less.
+constexpr unsigned kTogether = 8;
+constexpr std::uint32_t kFew = 128;
+
+// With at most so many parcels active, one block does the remaining rounds alone: its barrier costs a tenth.
+constexpr std::uint32_t kAlone = 64;
+constexpr std::uint32_t kAloneNearBall = 2048;
+
 // A mark says in which round a parcel was last touched, and how: stamp * 8 + status. Of two marks of one
 // round the larger counts. kSaved: its line at the step's begin is in the list of saved ones.
 enum : std::uint32_t { kFlagged = 1, kChanged = 2, kSaved = 4 };
@@ -56,7 +65,7 @@ __device__ void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j, c
 template <Boundary kBoundary>
 __device__ void keep_others(const ExactConstants& c, const ExactState& state, const Line& line, Vec2i present,
                             Event& best) {
-  keep_edge_event<kBoundary>(c, line, best);
+  if (may_reach_edge<kBoundary>(c, present)) keep_edge_event<kBoundary>(c, line, best);
   if (c.ball != BallRole::absent && is_near_ball<kBoundary>(c.step.physics.world, state, present))
     keep_earlier(best, {meeting_ball<kBoundary>(c, state.ball.line, line), kBallPartner, kBallPartner});
 }
@@ -169,8 +178,8 @@ __device__ void predict_tile(const ExactConstants& c, const ExactLaunch& launch,
     if (active && event.partner == kBallPartner)
       offer_ball(state, state.stamp & 1U, event.tick, a.lines.id[i]);
   }
-  append(a.active[0], segment, i, active, state);
-  if (c.ball != BallRole::absent) append(a.near_ball, segment, i, near, state);
+  append(a.lists.active[0], segment, i, active, state);
+  if (c.ball != BallRole::absent) append(a.lists.near_ball, segment, i, near, state);
 }
 
 template <Boundary kBoundary>
@@ -226,8 +235,10 @@ struct Rounds {
   ExactState& state;
   TallySlot* block_tally;
   const ExactArrays& a = launch.arrays;
+  RoundLists lists = launch.arrays.lists;
   cg::grid_group grid = cg::this_grid();
   std::uint32_t segment = blockIdx.x;
+  bool alone = false;            // one block, with lists of its own
   std::uint32_t now_active = 0;  // which of the two lists
   std::uint32_t stamp = 0;
   double fastest_now = 0.0;  // bound on the speed of every line so far
@@ -263,6 +274,36 @@ struct Rounds {
   __device__ void each(const SegmentedList& list, Visit visit) {
     each(list, 0, count_of(list), visit);
   }
+  // The same, visit<kLanes>(parcel) being called by kLanes threads for each item: together if these are few.
+  template <class Visit>
+  __device__ void each_shared(const SegmentedList& list, std::uint32_t first, std::uint32_t end,
+                              Visit visit) {
+    if (end - first > kFew) {
+      each(list, first, end, [&](std::uint32_t i) { visit.template operator()<1>(i); });
+    } else {
+      for (std::uint32_t k = first + threadIdx.x / kTogether; k < end; k += kBlock / kTogether)
+        visit.template operator()<kTogether>(item_of(list, k));
+    }
+  }
+  template <class Visit>
+  __device__ void each_shared(const SegmentedList& list, Visit visit) {
+    each_shared(list, 0, count_of(list), visit);
+  }
+  template <unsigned kLanes>
+  __device__ static bool is_first_lane() {
+    return threadIdx.x % kLanes == 0;
+  }
+  // The earliest of the lanes' events, in every lane.
+  template <unsigned kLanes>
+  __device__ static Event earliest_of_lanes(Event best) {
+    if constexpr (kLanes == 1) return best;
+    const auto lanes = cg::tiled_partition<kLanes>(cg::this_thread_block());
+    for (unsigned offset = kLanes / 2; offset > 0; offset /= 2) {
+      keep_earlier(best, {lanes.shfl_xor(best.tick, offset), lanes.shfl_xor(best.partner, offset),
+                          lanes.shfl_xor(best.partner_id, offset)});
+    }
+    return best;
+  }
   __device__ void push(const SegmentedList& list, std::uint32_t item) {
     const std::uint32_t place = atomicAdd(&list.counts[segment], 1U);
     if (place < list.capacity) {
@@ -281,33 +322,46 @@ struct Rounds {
   }
   __device__ Vec2i present(std::uint32_t i) const { return a.present[state.parity][i]; }
 
-  // Calls found(j) for the parcels that i may touch within the step if it moves no further than moved_units
-  // from where it was at the begin, and they keep to their present lines.
-  template <class Found>
-  __device__ void search_near(std::uint32_t i, double moved_units, Found found) {
+  // Calls use(j), shared among kLanes threads, for the parcels that i may touch within the step if it moves
+  // no further than moved_units from where it was at the begin, and they keep to their present lines. What is
+  // found is used after the search, so that a warp's threads do it together.
+  template <unsigned kLanes, class Use>
+  __device__ void search_near(std::uint32_t i, double moved_units, Use use) {
     if (!c.step.physics.parcels.contacts) return;
     const double others = fastest_now * c.units_per_tick * c.length;
     const double distance = c.step.contact_distance + moved_units + others + kRoundingMargin;
-    search<kBoundary, false>(launch.space, a.present[state.parity], present(i), i,
-                             saturated(distance + static_cast<double>(state.progress.travel)),
-                             filter_of(distance), [&](std::uint32_t j, Vec2i) { found(j); });
+    const Vec2i at = present(i);
+    const auto find = [&](auto found) {
+      search<kBoundary, false, kLanes>(launch.space, a.present[state.parity], at, i,
+                                       saturated(distance + static_cast<double>(state.progress.travel)),
+                                       filter_of(distance), found);
+    };
+    FindList finds;
+    find([&](std::uint32_t j, Vec2i) { finds.push(j); });
+    if (finds.num > FindList::kMost) {
+      find([&](std::uint32_t j, Vec2i) { use(j); });
+    } else {
+      while (finds.num > 0) use(finds.pop());
+    }
   }
-  template <class Found>
-  __device__ void search_along_line(std::uint32_t i, Found found) {
-    search_near(i, fastest_now * c.units_per_tick * c.length, found);
+  template <unsigned kLanes, class Use>
+  __device__ void search_along_line(std::uint32_t i, Use use) {
+    search_near<kLanes>(i, fastest_now * c.units_per_tick * c.length, use);
   }
 
+  template <unsigned kLanes>
   __device__ void predict(std::uint32_t i) {
     const Line here = line_of(a, i);
     Event best;
     if (!is_retired(here.anchor)) {
-      search_along_line(i, [&](std::uint32_t j) {
+      search_along_line<kLanes>(i, [&](std::uint32_t j) {
         if (!is_retired(a.lines.position[j]))
           keep_meeting(best, meeting<kBoundary>(c, here, line_of(a, j)), j, a.lines.id);
       });
+      best = earliest_of_lanes<kLanes>(best);
       keep_others<kBoundary>(c, state, here, present(i), best);
     }
-    set_event(a, i, best);
+    if (is_first_lane<kLanes>()) set_event(a, i, best);
   }
 
   __device__ Event ball_event() const {
@@ -325,22 +379,24 @@ struct Rounds {
 
   __device__ bool lower_bound(std::uint32_t k, std::uint32_t to) {
     if (to == kNoTick || to >= a.bound[k] || atomicMin(&a.bound[k], to) <= to) return false;
-    push(a.lowered, k);
+    push(lists.lowered, k);
     return true;
   }
 
   // Passes on to the neighbours of i how early i, after whatever happens to it first, can touch them.
+  template <unsigned kLanes>
   __device__ bool spread(std::uint32_t i, std::uint32_t ball_tick) {
     const std::uint32_t at = *const_cast<volatile std::uint32_t*>(&a.bound[i]);
     const Line here = line_of(a, i);
     if (is_retired(here.anchor)) return false;
     bool any = false;
     const double moved = (fastest_now * at + c.max_speed_mps * (c.length - at)) * c.units_per_tick;
-    search_near(i, moved, [&](std::uint32_t k) {
+    search_near<kLanes>(i, moved, [&](std::uint32_t k) {
       if (is_retired(a.lines.position[k])) return;
       if (lower_bound(k, earliest_touch<kBoundary>(c, here, at, line_of(a, k)))) any = true;
     });
-    if (c.ball == BallRole::participant && is_near_ball<kBoundary>(c.step.physics.world, state, present(i))) {
+    if (is_first_lane<kLanes>() && c.ball == BallRole::participant &&
+        is_near_ball<kBoundary>(c.step.physics.world, state, present(i))) {
       const double ball_mps = speed_of(state.ball.line.velocity_mps);
       const std::uint32_t touch = earliest_touch_ball<kBoundary>(c, state.ball.line, here, at, ball_mps);
       if (touch < ball_tick && atomicMin(&state.ball_lowered[stamp & 1U], touch) > touch) any = true;
@@ -350,7 +406,7 @@ struct Rounds {
 
   __device__ bool spread_ball(std::uint32_t at) {
     bool any = false;
-    each(a.near_ball, [&](std::uint32_t k) {
+    each(lists.near_ball, [&](std::uint32_t k) {
       if (is_retired(a.lines.position[k])) return;
       const Line line = line_of(a, k);
       const double mps = speed_of(to_double(line.velocity));
@@ -359,14 +415,28 @@ struct Rounds {
     return any;
   }
 
-  // Whether `mine` is true anywhere; a barrier of the whole grid. turn: counts the calls of one step.
-  __device__ bool anywhere(bool mine, std::uint32_t& turn) {
-    if (__syncthreads_or(mine) && threadIdx.x == 0) atomicAdd(&state.pending[turn % 3], 1U);
-    if (grid.thread_rank() == 0) state.pending[(turn + 1) % 3] = 0;
+  __device__ void barrier() {
+    if (alone) {
+      __syncthreads();
+    } else {
+      grid.sync();
+    }
+  }
+  __device__ bool leads() const { return threadIdx.x == 0 && (alone || blockIdx.x == 0); }
+
+  // Sum of the blocks' numbers; a barrier. turn: counts the calls of one step.
+  __device__ std::uint32_t total(std::uint32_t of_block, std::uint32_t& turn) {
+    if (alone) {
+      __syncthreads();
+      return of_block;
+    }
+    __syncthreads();
+    if (threadIdx.x == 0 && of_block > 0) atomicAdd(&state.pending[turn % 3], of_block);
+    if (leads()) state.pending[(turn + 1) % 3] = 0;
     grid.sync();
-    const bool any = *const_cast<volatile std::uint32_t*>(&state.pending[turn % 3]) != 0;
+    const std::uint32_t sum = *const_cast<volatile std::uint32_t*>(&state.pending[turn % 3]);
     ++turn;
-    return any;
+    return sum;
   }
 
   // Lowers the bounds until nothing changes: then no true event of a parcel precedes its bound.
@@ -377,20 +447,22 @@ struct Rounds {
     while (true) {
       if (threadIdx.x == 0) ball_at = ball_bound(ball);
       __syncthreads();
-      const std::uint32_t end = count_of(a.lowered);
+      const std::uint32_t end = count_of(lists.lowered);
       __syncthreads();  // what is pushed from here on belongs to the next pass
       bool any = false;
-      const auto pass_on = [&](std::uint32_t i) { any = spread(i, ball.tick) || any; };
+      const auto pass_on = [&]<unsigned kLanes>(std::uint32_t i) {
+        any = spread<kLanes>(i, ball.tick) || any;
+      };
       if (initial) {
-        each(a.active[now_active], pass_on);
+        each_shared(lists.active[now_active], pass_on);
       } else {
-        each(a.lowered, first, end, pass_on);
+        each_shared(lists.lowered, first, end, pass_on);
       }
       if (ball_at < ball_spread_from) any = spread_ball(ball_at) || any;
       ball_spread_from = ball_at;
       first = initial ? 0 : end;
       initial = false;
-      if (!anywhere(any, turn)) return;
+      if (total(__syncthreads_or(any) ? 1U : 0U, turn) == 0) return;
     }
   }
 
@@ -409,12 +481,12 @@ struct Rounds {
   // Keeps the parcel's line at the begin, once a step; false if there is no room for it.
   __device__ bool save(std::uint32_t i) {
     if (is_saved(a.mark[i])) return true;
-    const std::uint32_t place = atomicAdd(&a.num_saved[segment], 1U);
-    if (place >= a.saved_capacity) {
+    const std::uint32_t place = atomicAdd(&lists.num_saved[segment], 1U);
+    if (place >= lists.saved_capacity) {
       state.failed = stamp;
       return false;
     }
-    a.saved[static_cast<std::size_t>(segment) * a.saved_capacity + place] = {
+    lists.saved[static_cast<std::size_t>(segment) * lists.saved_capacity + place] = {
         i, line_of(a, i), a.lines.clock ? a.lines.clock[i] : 0U};
     return true;
   }
@@ -428,7 +500,7 @@ struct Rounds {
     if (static_cast<double>(speed2) > fastest_now * fastest_now)
       atomicMax(&state.fastest_after_bits, __float_as_uint(speed2));
     a.mark[i] = stamp * 8U + kChanged + kSaved;
-    push(a.changed, i);
+    push(lists.changed, i);
   }
 
   __device__ void record(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
@@ -508,7 +580,7 @@ struct Rounds {
   __device__ void flag(std::uint32_t k) {
     const std::uint32_t before = *const_cast<volatile std::uint32_t*>(&a.mark[k]);
     const std::uint32_t mark = stamp * 8U + kFlagged + (is_saved(before) ? kSaved : 0U);
-    if (atomicMax(&a.mark[k], mark) < mark) push(a.flagged, k);
+    if (atomicMax(&a.mark[k], mark) < mark) push(lists.flagged, k);
   }
   __device__ bool has_changed(std::uint32_t k) const {
     const std::uint32_t mark = *const_cast<volatile std::uint32_t*>(&a.mark[k]);
@@ -516,12 +588,13 @@ struct Rounds {
   }
 
   // New prediction of a changed parcel; flags those neighbours that meet it first now, or were to before.
+  template <unsigned kLanes>
   __device__ void predict_changed(std::uint32_t i) {
     const Line here = line_of(a, i);
     const bool gone = is_retired(here.anchor);
     const std::uint32_t id = a.lines.id[i];
     Event best;
-    search_along_line(i, [&](std::uint32_t k) {
+    search_along_line<kLanes>(i, [&](std::uint32_t k) {
       if (is_retired(a.lines.position[k])) return;
       const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c, here, line_of(a, k));
       keep_meeting(best, tick, k, a.lines.id);
@@ -529,8 +602,9 @@ struct Rounds {
       const bool first_now = tick != kNoTick && comes_before({tick, i, id}, event(k));
       if (first_now || a.event_partner[k] == i) flag(k);
     });
+    best = earliest_of_lanes<kLanes>(best);
     if (!gone) keep_others<kBoundary>(c, state, here, present(i), best);
-    set_event(a, i, best);
+    if (is_first_lane<kLanes>()) set_event(a, i, best);
   }
 
   __device__ void flag_near_ball(std::uint32_t k) {
@@ -544,70 +618,103 @@ struct Rounds {
   __device__ void keep_active(std::uint32_t i) {
     const std::uint32_t tick = a.event_tick[i];
     if (tick == kNoTick) return;
-    push(a.active[now_active ^ 1U], i);
+    push(lists.active[now_active ^ 1U], i);
     if (a.event_partner[i] == kBallPartner) offer_ball(state, (stamp + 1) & 1U, tick, a.lines.id[i]);
   }
 
   __device__ void predict_again_and_rebuild() {
-    each(a.flagged, [&](std::uint32_t i) { predict(i); });
-    each(a.lowered, [&](std::uint32_t i) {
+    each_shared(lists.flagged, [&]<unsigned kLanes>(std::uint32_t i) { predict<kLanes>(i); });
+    __syncthreads();  // the block's own segment is what follows
+    each(lists.lowered, [&](std::uint32_t i) {
       if (a.mark[i] / 8U != stamp) a.bound[i] = a.event_tick[i];
     });
-    each(a.active[now_active], [&](std::uint32_t i) {
+    each(lists.active[now_active], [&](std::uint32_t i) {
       if (a.mark[i] / 8U != stamp) keep_active(i);
     });
-    each(a.changed, [&](std::uint32_t i) { keep_active(i); });
-    each(a.flagged, [&](std::uint32_t i) { keep_active(i); });
+    each(lists.changed, [&](std::uint32_t i) { keep_active(i); });
+    each(lists.flagged, [&](std::uint32_t i) { keep_active(i); });
   }
 
-  // Rounds until no event is left; whether they came to their end within the bounds and the lists.
+  // Takes over the other blocks' items; they wait at the end of the rounds.
+  __device__ void take_all(const SegmentedList& from, const SegmentedList& to) {
+    if (threadIdx.x == 0) to.counts[0] = 0;
+    __syncthreads();
+    for (std::uint32_t s = threadIdx.x / kTogether; s < a.num_segments; s += kBlock / kTogether) {
+      const std::uint32_t count = from.counts[s] < from.capacity ? from.counts[s] : from.capacity;
+      for (std::uint32_t k = threadIdx.x % kTogether; k < count; k += kTogether)
+        to.items[atomicAdd(&to.counts[0], 1U)] = from.items[static_cast<std::size_t>(s) * from.capacity + k];
+    }
+    __syncthreads();
+  }
+  __device__ void go_on_alone() {
+    take_all(lists.active[now_active], a.alone.active[now_active]);
+    take_all(lists.near_ball, a.alone.near_ball);
+    lists = a.alone;
+    segment = 0;
+    alone = true;
+  }
+
+  // One round. Returns whether the bound on speeds held.
+  __device__ bool round(const Event& ball, std::uint32_t& turn) {
+    if (leads()) {
+      state.num_rounds += 1;
+      state.ball_key[(stamp + 1) & 1U] = kNoKey;
+      state.ball_lowered[(stamp + 1) & 1U] = kNoTick;
+    }
+    clear(lists.lowered);
+    clear(lists.changed);
+    clear(lists.flagged);
+    clear(lists.active[now_active ^ 1U]);
+    __syncthreads();
+    spread_bounds(ball, turn);
+    const bool ball_is_safe = ball.tick != kNoTick && ball_bound(ball) == ball.tick;
+    each(lists.active[now_active], [&](std::uint32_t i) { resolve(i, ball, ball_is_safe); });
+    if (ball_is_safe && !is_parcel(ball.partner) && leads()) {
+      change_the_ball(ball.tick, ball.partner, {});
+      record(ball.tick, ball.partner, kBallPartner);
+    }
+    barrier();
+    const double after = sqrt(static_cast<double>(
+        __uint_as_float(*const_cast<volatile std::uint32_t*>(&state.fastest_after_bits))));
+    if (after > c.max_speed_mps || state.ball_fastest_mps > c.max_speed_mps) return false;
+    fastest_now = after > fastest_now ? after : fastest_now;
+    each_shared(lists.changed, [&]<unsigned kLanes>(std::uint32_t i) { predict_changed<kLanes>(i); });
+    if (state.ball_changed_in == stamp) each(lists.near_ball, [&](std::uint32_t k) { flag_near_ball(k); });
+    barrier();
+    predict_again_and_rebuild();
+    now_active ^= 1U;
+    return true;
+  }
+
+  // Rounds until no event is left; whether they came to their end within the bounds and the lists. Blocks
+  // that leave the rest to the first one return true.
   __device__ bool run(std::uint32_t most_rounds) {
     std::uint32_t turn = 0;
     fastest_now = state.progress.fastest_mps;
-    bool left = anywhere(count_of(a.active[now_active]) > 0, turn);
-    for (std::uint32_t round = 0;; ++round) {
-      stamp = *const_cast<volatile std::uint32_t*>(&state.stamp) + round;
+    const std::uint32_t num_near = total(count_of(lists.near_ball), turn);
+    for (std::uint32_t k = 0;; ++k) {
+      __syncthreads();
+      const std::uint32_t num_active = total(count_of(lists.active[now_active]), turn);
+      stamp = *const_cast<volatile std::uint32_t*>(&state.stamp) + k;
       // Of earlier rounds only: a block that is ahead may be failing in this one already.
       const std::uint32_t failed = *const_cast<volatile std::uint32_t*>(&state.failed);
-      if ((failed != 0 && failed < stamp) || round == most_rounds) return false;
+      if ((failed != 0 && failed < stamp) || k == most_rounds) return false;
       const Event ball = ball_event();
-      if (!left && ball.tick == kNoTick) return true;
-      if (grid.thread_rank() == 0) {
-        state.num_rounds += 1;
-        state.ball_key[(stamp + 1) & 1U] = kNoKey;
-        state.ball_lowered[(stamp + 1) & 1U] = kNoTick;
+      if (num_active == 0 && ball.tick == kNoTick) return true;
+      if (!alone && num_active <= kAlone && num_near <= kAloneNearBall) {
+        if (blockIdx.x != 0) return true;
+        go_on_alone();
       }
-      clear(a.lowered);
-      clear(a.changed);
-      clear(a.flagged);
-      clear(a.active[now_active ^ 1U]);
-      __syncthreads();
-      spread_bounds(ball, turn);
-      const bool ball_is_safe = ball.tick != kNoTick && ball_bound(ball) == ball.tick;
-      each(a.active[now_active], [&](std::uint32_t i) { resolve(i, ball, ball_is_safe); });
-      if (ball_is_safe && !is_parcel(ball.partner) && grid.thread_rank() == 0) {
-        change_the_ball(ball.tick, ball.partner, {});
-        record(ball.tick, ball.partner, kBallPartner);
-      }
-      grid.sync();
-      const double after = sqrt(static_cast<double>(__uint_as_float(state.fastest_after_bits)));
-      if (after > c.max_speed_mps || state.ball_fastest_mps > c.max_speed_mps) return false;
-      fastest_now = after > fastest_now ? after : fastest_now;
-      each(a.changed, [&](std::uint32_t i) { predict_changed(i); });
-      if (state.ball_changed_in == stamp) each(a.near_ball, [&](std::uint32_t k) { flag_near_ball(k); });
-      grid.sync();
-      predict_again_and_rebuild();
-      now_active ^= 1U;
-      __syncthreads();
-      left = anywhere(count_of(a.active[now_active]) > 0, turn);
+      if (!round(ball, turn)) return false;
     }
   }
 
-  __device__ void put_back() {
-    const std::uint32_t num =
-        a.num_saved[segment] < a.saved_capacity ? a.num_saved[segment] : a.saved_capacity;
+  // Lines as they were at the step's begin, of one block.
+  __device__ void put_back(const RoundLists& from, std::uint32_t of_segment) {
+    const std::uint32_t count = from.num_saved[of_segment];
+    const std::uint32_t num = count < from.saved_capacity ? count : from.saved_capacity;
     for (std::uint32_t k = threadIdx.x; k < num; k += kBlock) {
-      const SavedLine saved = a.saved[static_cast<std::size_t>(segment) * a.saved_capacity + k];
+      const SavedLine saved = from.saved[static_cast<std::size_t>(of_segment) * from.saved_capacity + k];
       a.lines.position[saved.index] = saved.line.anchor;
       a.lines.velocity[saved.index] = saved.line.velocity;
       a.lines.tick[saved.index] = saved.line.tick;
@@ -671,10 +778,11 @@ __device__ void anchor_parcel(const ExactArrays& a, const ExactState& state, std
 }
 
 __device__ void clear_counts(const ExactArrays& a, std::uint32_t segment) {
-  a.active[0].counts[segment] = 0;
-  a.active[1].counts[segment] = 0;
-  a.near_ball.counts[segment] = 0;
-  a.num_saved[segment] = 0;
+  a.lists.active[0].counts[segment] = 0;
+  a.lists.active[1].counts[segment] = 0;
+  a.lists.near_ball.counts[segment] = 0;
+  a.lists.num_saved[segment] = 0;
+  if (segment == 0) a.alone.num_saved[0] = 0;
 }
 
 // The rounds of one step, until its end: parts of it that must be redone shorter, too.
@@ -691,10 +799,15 @@ __global__ void __launch_bounds__(kBlock, kRoundBlocksPerSm)
     if (threadIdx.x == 0) c = state.plan;
     __syncthreads();
     Rounds<kBoundary> rounds{launch, c, state, &block_tally};
-    const bool finished = rounds.run(kMostRounds);
-    if (!finished) rounds.put_back();
+    const bool rounds_finished = rounds.run(kMostRounds);
     rounds.add_tally();
+    if (grid.thread_rank() == 0) state.finished = rounds_finished ? 1U : 0U;
     grid.sync();
+    const bool finished = *const_cast<volatile std::uint32_t*>(&state.finished) != 0;
+    if (!finished) {
+      rounds.put_back(launch.arrays.lists, blockIdx.x);
+      if (blockIdx.x == 0) rounds.put_back(launch.arrays.alone, 0);
+    }
     if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step_on_device(launch, finished, rounds.stamp);
     grid.sync();
     const bool anchoring = finished && state.progress.now % kAnchorPeriod == 0;

@@ -26,6 +26,13 @@ struct SavedLine {
   std::uint32_t clock;
 };
 
+struct RoundLists {
+  SegmentedList active[2], lowered, changed, flagged, near_ball;
+  SavedLine* saved = nullptr;  // num_segments x saved_capacity
+  std::uint32_t* num_saved = nullptr;
+  std::uint32_t saved_capacity = 0;
+};
+
 // What the rounds work on; n entries each where nothing else is said.
 struct ExactArrays {
   ParcelPointers lines;    // sorted; positions are anchors
@@ -33,11 +40,9 @@ struct ExactArrays {
   std::uint32_t* event_tick = nullptr;
   std::uint32_t* event_partner = nullptr;
   std::uint32_t* bound = nullptr;
-  std::uint32_t* mark = nullptr;  // when last touched by a round, and how: see exact_kernel.cu
-  SegmentedList active[2], lowered, changed, flagged, near_ball;
-  SavedLine* saved = nullptr;  // num_segments x saved_capacity
-  std::uint32_t* num_saved = nullptr;
-  std::uint32_t saved_capacity = 0;
+  std::uint32_t* mark = nullptr;   // when last touched by a round, and how: see exact_kernel.cu
+  RoundLists lists;                // a segment for each block of the cooperative kernel
+  RoundLists alone;                // one segment, for the block that does the last rounds alone
   std::uint32_t num_segments = 0;  // blocks of the cooperative kernel
 };
 
@@ -52,6 +57,7 @@ struct ExactState {
   std::uint32_t parity = 0;
   std::uint32_t stamp = 2;       // of the coming round; never comes back
   std::uint32_t step_stamp = 2;  // of the step's first round
+  std::uint32_t finished = 0;    // whether the rounds came to their end
   std::uint32_t failed = 0;      // stamp of a round in which a list was full; 0: none
   std::uint32_t pending[3] = {};
   std::uint32_t ball_changed_in = 0;  // stamp of the round

@@ -5,11 +5,8 @@
 namespace pf {
 namespace {
 
-// Room in a segment for one in `share` of its parcels, and some more where parcels are few.
-std::uint32_t segment_capacity(std::uint32_t num_parcels, std::uint32_t num_segments, std::uint32_t share) {
-  constexpr std::uint32_t kLeast = 64;
-  return num_parcels / (num_segments * share) + kLeast;
-}
+constexpr std::uint32_t kLeastInSegment = 64;    // where parcels are few
+constexpr std::uint32_t kLeastAlone = 4 * 2048;  // several times what one block takes over
 
 // One parcel in so many may have an event, be lowered, change, be flagged, be near the ball.
 constexpr std::uint32_t kShares[6] = {4, 4, 4, 8, 8, 16};
@@ -23,33 +20,50 @@ void DeviceExact::reset_time() {
   now_ = 0;
 }
 
-DeviceExact::List DeviceExact::make_list(std::uint32_t num_parcels, std::uint32_t share) const {
-  List list;
-  list.capacity = segment_capacity(num_parcels, num_segments_, share);
-  list.items = DeviceBuffer<std::uint32_t>(static_cast<std::size_t>(list.capacity) * num_segments_);
-  list.counts = DeviceBuffer<std::uint32_t>(num_segments_);
-  return list;
+RoundLists DeviceExact::Lists::view() const {
+  RoundLists v;
+  SegmentedList* const views[6] = {&v.active[0], &v.active[1], &v.lowered,
+                                   &v.changed,   &v.flagged,   &v.near_ball};
+  for (int k = 0; k < 6; ++k) *views[k] = list[k].view();
+  v.saved = saved.data();
+  v.num_saved = num_saved.data();
+  v.saved_capacity = saved_capacity;
+  return v;
+}
+
+std::size_t DeviceExact::Lists::bytes() const {
+  std::size_t sum = saved.bytes() + num_saved.bytes();
+  for (const List& one : list) sum += one.items.bytes() + one.counts.bytes();
+  return sum;
+}
+
+// Room in each segment for one in `share` of its parcels, and `least` more.
+DeviceExact::Lists DeviceExact::make_lists(std::uint32_t num_parcels, std::uint32_t num_segments,
+                                           std::uint32_t least) {
+  const auto capacity = [&](std::uint32_t share) { return num_parcels / (num_segments * share) + least; };
+  Lists lists;
+  for (int k = 0; k < 6; ++k) {
+    lists.list[k].capacity = capacity(kShares[k]);
+    lists.list[k].items =
+        DeviceBuffer<std::uint32_t>(static_cast<std::size_t>(lists.list[k].capacity) * num_segments);
+    lists.list[k].counts = DeviceBuffer<std::uint32_t>(num_segments);
+  }
+  lists.saved_capacity = capacity(kSavedShare);
+  lists.saved = DeviceBuffer<SavedLine>(static_cast<std::size_t>(lists.saved_capacity) * num_segments);
+  lists.num_saved = DeviceBuffer<std::uint32_t>(num_segments);
+  return lists;
 }
 
 void DeviceExact::reserve(std::uint32_t num_parcels) {
   if (num_parcels == reserved_) return;
   num_segments_ = exact_num_segments(num_parcels);
-  for (int k = 0; k < 6; ++k) {
-    lists_[k] = {};
-    lists_[k] = make_list(num_parcels, kShares[k]);
-  }
-  saved_capacity_ = segment_capacity(num_parcels, num_segments_, kSavedShare);
-  saved_ = {};
-  saved_ = DeviceBuffer<SavedLine>(static_cast<std::size_t>(saved_capacity_) * num_segments_);
-  num_saved_ = DeviceBuffer<std::uint32_t>(num_segments_);
+  lists_ = {};
+  lists_ = make_lists(num_parcels, num_segments_, kLeastInSegment);
+  alone_ = make_lists(0, 1, kLeastAlone);
   reserved_ = num_parcels;
 }
 
-std::size_t DeviceExact::bytes() const {
-  std::size_t sum = saved_.bytes() + num_saved_.bytes();
-  for (const List& list : lists_) sum += list.items.bytes() + list.counts.bytes();
-  return sum;
-}
+std::size_t DeviceExact::bytes() const { return lists_.bytes() + alone_.bytes(); }
 
 void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   ExactArrays& a = launch.arrays;
@@ -60,15 +74,8 @@ void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   a.event_tick = memory.scratch[0];
   a.event_partner = memory.scratch[1];
   a.bound = memory.scratch[2];
-  a.active[0] = lists_[0].view();
-  a.active[1] = lists_[1].view();
-  a.lowered = lists_[2].view();
-  a.changed = lists_[3].view();
-  a.flagged = lists_[4].view();
-  a.near_ball = lists_[5].view();
-  a.saved = saved_.data();
-  a.num_saved = num_saved_.data();
-  a.saved_capacity = saved_capacity_;
+  a.lists = lists_.view();
+  a.alone = alone_.view();
   a.num_segments = num_segments_;
   launch.state = state_.data();
 }

@@ -40,17 +40,22 @@ class DeviceExact {
     std::uint32_t capacity = 0;
     SegmentedList view() const { return {items.data(), counts.data(), capacity}; }
   };
-  List make_list(std::uint32_t num_parcels, std::uint32_t share) const;
+  struct Lists {
+    List list[6];
+    DeviceBuffer<SavedLine> saved;
+    DeviceBuffer<std::uint32_t> num_saved;
+    std::uint32_t saved_capacity = 0;
+    RoundLists view() const;
+    std::size_t bytes() const;
+  };
+  static Lists make_lists(std::uint32_t num_parcels, std::uint32_t num_segments, std::uint32_t least);
 
   bool active_ = false;
   double time_s_ = 0.0;
   std::uint64_t now_ = 0;
   std::uint32_t reserved_ = 0;
   std::uint32_t num_segments_ = 0;
-  List lists_[6];
-  DeviceBuffer<SavedLine> saved_;
-  DeviceBuffer<std::uint32_t> num_saved_;
-  std::uint32_t saved_capacity_ = 0;
+  Lists lists_, alone_;
   DeviceBuffer<ExactState> state_{1};
 };
 

@@ -19,11 +19,13 @@ struct DeviceSearch {
 // Calls found(j, offset) for every parcel j but i within the distance whose square is filter_distance2 of
 // here. position: one for each parcel, in the order of the sort. kReadOnly: nothing writes it while the
 // kernel runs.
-template <Boundary kBoundary, bool kReadOnly, class Found>
+// kLanes threads in a row may share one search: each sees its share of the candidates.
+template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Found>
 __device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i here, std::uint32_t i,
                        std::int32_t reach, float filter_distance2, Found found) {
+  const unsigned lane = threadIdx.x % kLanes;
   const auto visit = [&](std::uint32_t first, std::uint32_t last) {
-    for (std::uint32_t j = first; j < last; ++j) {
+    for (std::uint32_t j = first + lane; j < last; j += kLanes) {
       const int2* from = reinterpret_cast<const int2*>(position) + j;
       const int2 there = kReadOnly ? __ldg(from) : *from;
       const Vec2i offset = separation<kBoundary>(space.world, here, {there.x, there.y});

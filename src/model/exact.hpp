@@ -261,6 +261,19 @@ PF_HD inline void keep_ball_edge_event(const ExactConstants& c, const BallLine& 
                {crossing(c, ball.tick, ball.anchor_units.y, v.y, world.half.y - radius), kWallY, kWallY});
 }
 
+// Cheap first test: false only if the parcel certainly does not come to the edge within the step. present: at
+// the step's begin. It moves at the assumed bound at most, whatever happens to it.
+template <Boundary kBoundary>
+PF_HD inline bool may_reach_edge(const ExactConstants& c, Vec2i present) {
+  if constexpr (kBoundary == Boundary::periodic) return false;
+  const World& world = c.step.physics.world;
+  const float room = static_cast<float>(c.max_speed_mps * c.units_per_tick * c.length) * 1.001F +
+                     static_cast<float>(wall_radius(c.step)) + 256.0F;
+  const float x = static_cast<float>(present.x < 0 ? -present.x : present.x);
+  const float y = static_cast<float>(present.y < 0 ? -present.y : present.y);
+  return x + room >= static_cast<float>(world.half.x) || y + room >= static_cast<float>(world.half.y);
+}
+
 // Position units by which what is computed may differ from what is stored: two roundings of a position and
 // one of a tick each.
 constexpr double kRoundingMargin = 4.0;
