@@ -4,6 +4,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "lab/theory.hpp"
+#include "model/exact_plan.hpp"
+
 namespace pf::test {
 namespace {
 
@@ -187,26 +190,44 @@ void note_clocks(const MeetLists& lists, std::vector<double>& last_s) {
   }
 }
 
+// Of a parcel: collisions by Enskog at the present temperature, and its share of those with the ball.
+double events_per_s(const Physics& physics, const Measures& now, const BallState& ball) {
+  const ParcelConstants& parcels = physics.parcels;
+  const double c = std::sqrt(now.parcel_energy_j / (parcels.mass_kg * parcels.num));
+  const double eta = area_fraction_of(physics);
+  double rate = theory::collision_rate_per_s(eta, c, parcels.radius_m);
+  if (physics.ball.present) {
+    const Vec2d half = to_metres(physics.world, physics.world.half);
+    const double speed = std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)) + c;
+    rate += 2.0 * (physics.ball.radius_m + parcels.radius_m) * speed / (4.0 * half.x * half.y);
+  }
+  return rate;
+}
+
 }  // namespace
 
 MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
   MatchResult result;
-  const std::uint32_t num = run.physics.parcels.num;
-  const double tick_s = tick_seconds(run.physics.world, run.physics.reference_speed_mps);
+  const Physics& physics = run.physics;
+  const std::uint32_t num = physics.parcels.num;
+  const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
   std::vector<double> last_s(num, -1e30);
   BallState ball = run.ball;
+  double asked_s = 0.0;
   for (int k = 0; k < plan.num_windows; ++k) {
-    if (run.backend->measure().num_live == 0) break;
-    Window window{run, run.physics, {}, ball, 0.0, 0.0};
-    window.start_s = std::round(k * plan.window_s / tick_s) * tick_s;
-    window.end_s = std::round((k + 1) * plan.window_s / tick_s) * tick_s;
+    const Measures before = run.backend->measure();
+    if (before.num_live == 0) break;
+    const double window_s = plan.collisions_per_window / events_per_s(physics, before, ball);
+    Window window{run, physics, {}, ball, 0.0, 0.0};
+    window.start_s = std::round(asked_s / tick_s) * tick_s;
+    asked_s += window_s;
+    window.end_s = std::round(asked_s / tick_s) * tick_s;
     if (plan.wrong_radius_m > 0.0) window.physics.parcels.radius_m = plan.wrong_radius_m;
-    window.parcels = reference_parcels(run.physics.world, run.backend->snapshot());
+    window.parcels = reference_parcels(physics.world, run.backend->snapshot());
     for (std::uint32_t i = 0; i < num; ++i) window.parcels[i].last_event_s = last_s[i] - window.start_s;
 
     std::vector<EventRecord> events;
-    StepRequest request =
-        step_request(run.settings, plan.steps_per_window, plan.window_s / plan.steps_per_window);
+    StepRequest request = step_request(run.settings, plan.steps_per_window, window_s / plan.steps_per_window);
     request.events = &events;
     ball = run.backend->advance(request).ball;
 

@@ -16,7 +16,7 @@
 namespace pf::test {
 
 struct MatchPlan {
-  double window_s = 0.0;
+  double collisions_per_window = 0.5;  // of a parcel, at the present temperature
   std::uint32_t steps_per_window = 1;
   int num_windows = 1;
   // What the reference has instead of the scene's, to see the comparison fail; 0: the scene's.

@@ -19,10 +19,4 @@ inline int test_scale() {
   return text == nullptr ? 1 : std::max(1, std::atoi(text));
 }
 
-// Collisions per parcel and second that Enskog expects.
-inline double rate_per_s(const SceneRun& run) {
-  return theory::collision_rate_per_s(area_fraction_of(run.physics), run.physics.parcels.speed_mps,
-                                      run.physics.parcels.radius_m);
-}
-
 }  // namespace pf::test

@@ -60,7 +60,7 @@ TEST_P(Events, AreTheReferences) {
   const MatchCase& c = GetParam();
   SceneRun run(c.settings, 1);
   MatchPlan plan;
-  plan.window_s = c.collisions_per_window / rate_per_s(run);
+  plan.collisions_per_window = c.collisions_per_window;
   plan.steps_per_window = c.steps_per_window;
   plan.num_windows = c.num_windows * test_scale();
   const MatchResult result = match_events(run, plan);
@@ -86,7 +86,7 @@ constexpr auto kOpen = Boundary::open;
 INSTANTIATE_TEST_SUITE_P(
     Gas, Events,
     testing::Values(
-        MatchCase{"2_periodic", exact(gas(2, 0.05, kPeriodic)), 0.5, 1, 200},
+        MatchCase{"2_periodic", exact(gas(2, 0.05, kPeriodic)), 0.5, 1, 400},
         MatchCase{"2_walls", exact(gas(2, 0.2, kWalls)), 0.5, 3, 200},
         MatchCase{"10_dilute_walls", exact(gas(10, 0.05, kWalls)), 0.5, 1, 200},
         MatchCase{"10_dense_walls", exact(gas(10, 0.6, kWalls)), 0.5, 2, 200},
@@ -94,34 +94,38 @@ INSTANTIATE_TEST_SUITE_P(
         MatchCase{"100_dilute_periodic", exact(gas(100, 0.05, kPeriodic)), 0.5, 1, 200},
         MatchCase{"100_periodic", exact(gas(100, 0.2, kPeriodic)), 0.5, 5, 200},
         MatchCase{"100_dense_periodic", exact(gas(100, 0.6, kPeriodic)), 0.5, 1, 200},
-        MatchCase{"100_inelastic_walls", with_restitution(exact(gas(100, 0.2, kWalls)), 0.9), 0.2, 1, 200},
+        MatchCase{"100_inelastic_walls", with_restitution(exact(gas(100, 0.2, kWalls)), 0.9), 0.5, 1, 100},
         MatchCase{"100_open", exact(gas(100, 0.2, kOpen)), 0.5, 1, 40},
         MatchCase{"100_clock", with_clock(with_restitution(exact(gas(100, 0.6, kPeriodic)), 0.8), 0.02), 0.5,
                   1, 100},
-        MatchCase{"2000_dilute_walls", exact(gas(2000, 0.05, kWalls)), 0.25, 2, 10},
-        MatchCase{"2000_periodic", exact(gas(2000, 0.2, kPeriodic)), 0.5, 2, 10},
-        MatchCase{"2000_dense_periodic", exact(gas(2000, 0.6, kPeriodic)), 0.5, 1, 20},
-        MatchCase{"2000_dense_walls", with_restitution(exact(gas(2000, 0.6, kWalls)), 0.9), 0.5, 1, 20}),
+        MatchCase{"2000_dilute_walls", exact(gas(2000, 0.05, kWalls)), 0.5, 3, 20},
+        MatchCase{"2000_dilute_inelastic", with_restitution(exact(gas(2000, 0.05, kPeriodic)), 0.9), 0.5, 3,
+                  20},
+        MatchCase{"2000_periodic", exact(gas(2000, 0.2, kPeriodic)), 0.5, 1, 40},
+        MatchCase{"2000_dense_periodic", exact(gas(2000, 0.6, kPeriodic)), 0.5, 1, 80},
+        MatchCase{"2000_dense_walls", with_restitution(exact(gas(2000, 0.6, kWalls)), 0.9), 0.5, 1, 40},
+        MatchCase{"2000_open", with_restitution(exact(gas(2000, 0.6, kOpen)), 0.9), 0.5, 1, 40},
+        MatchCase{"2000_densest_periodic", exact(gas(2000, 0.69, kPeriodic)), 0.5, 1, 40}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
 INSTANTIATE_TEST_SUITE_P(
     Ball, Events,
     testing::Values(MatchCase{"100_walls", with_ball(exact(gas(100, 0.2, kWalls))), 0.5, 1, 200},
-                    MatchCase{"100_light_ball", with_ball(exact(gas(100, 0.2, kPeriodic)), 2.0), 0.5, 1, 200},
+                    MatchCase{"100_light", with_ball(exact(gas(100, 0.2, kPeriodic)), 2.0), 0.5, 1, 200},
                     MatchCase{"100_inelastic_open",
-                              with_restitution(with_ball(exact(gas(100, 0.2, kOpen))), 0.9), 0.2, 1, 40},
-                    MatchCase{"100_fast_ball", with_ball(exact(gas(100, 0.05, kWalls)), 1e4, 15.0), 0.1, 2,
-                              100},
-                    MatchCase{"100_frozen", with_ball(exact(gas(100, 0.1, kWalls)), 1e9, 3.0), 0.2, 1, 100},
-                    MatchCase{"2000_walls", with_ball(exact(gas(2000, 0.6, kWalls))), 0.5, 1, 10},
-                    MatchCase{"2000_court", court_like(2000), 0.1, 3, 15}),
+                              with_restitution(with_ball(exact(gas(100, 0.2, kOpen))), 0.9), 0.3, 1, 40},
+                    MatchCase{"100_fast", with_ball(exact(gas(100, 0.05, kWalls)), 1e4, 15.0), 0.3, 2, 100},
+                    MatchCase{"100_frozen", with_ball(exact(gas(100, 0.1, kPeriodic)), 1e9, 3.0), 0.3, 1, 100},
+                    MatchCase{"2000_walls", with_ball(exact(gas(2000, 0.6, kWalls))), 0.5, 1, 40},
+                    MatchCase{"2000_fast_periodic", with_ball(exact(gas(2000, 0.2, kPeriodic)), 200.0, 15.0),
+                              0.3, 1, 40},
+                    MatchCase{"2000_court", court_like(2000), 0.3, 3, 30}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
 // The comparison notices parcels that are wider by 1e-4 of their radius.
 TEST(EventMatch, NoticesAWrongRadius) {
   SceneRun run(exact(gas(100, 0.2, kPeriodic)), 1);
   MatchPlan plan;
-  plan.window_s = 0.5 / rate_per_s(run);
   plan.num_windows = 50;
   plan.wrong_radius_m = 0.5 * (1.0 - 1e-4);
   const MatchResult result = match_events(run, plan);
