@@ -204,6 +204,12 @@ double events_per_s(const Physics& physics, const Measures& now, const BallState
   return rate;
 }
 
+double ball_difference(const Physics& physics, const BallState& a, const BallState& b) {
+  const Vec2d off = a.velocity_mps - b.velocity_mps;
+  const double rim = std::fabs(a.spin_radps - b.spin_radps) * physics.ball.radius_m;
+  return std::max(std::sqrt(dot(off, off)), rim) / physics.reference_speed_mps;
+}
+
 }  // namespace
 
 MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
@@ -236,7 +242,13 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
     reference.run_until(window.end_s - window.start_s, &expected);
 
     const MeetLists exact_lists = lists_of(events, num, tick_s);
+    const std::uint64_t differed = result.num_differences();
     Comparison(window, exact_lists, lists_of(expected, num, window.start_s), result);
+    if (physics.ball.present && result.num_differences() == differed) {
+      reference.apply_ball_impulses();
+      const double off = ball_difference(physics, reference.ball(), ball);
+      result.largest_ball_difference = std::max(result.largest_ball_difference, off);
+    }
     note_clocks(exact_lists, last_s);
     result.num_events += expected.size();
     ++result.num_windows;

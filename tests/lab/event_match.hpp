@@ -33,8 +33,11 @@ struct MatchResult {
   std::uint64_t num_consequences = 0;
   std::uint64_t num_unexplained = 0;
   double largest_shift = 0.0;  // of the time of an event that both have, times speed over parcel diameter
+  // Velocity of the ball, or of its rim, at the end of a window without differences, over reference speed.
+  double largest_ball_difference = 0.0;
   std::string first_unexplained;
 
+  std::uint64_t num_differences() const { return num_explained() + num_unexplained; }
   std::uint64_t num_explained() const { return num_near_ties + num_grazing + num_at_end + num_consequences; }
 };
 
