@@ -76,7 +76,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   constexpr double kEta = 0.2, kRestitution = 0.9, kNum = 200.0, kCollisionTimes = 14.0;
   const Clock::time_point start = Clock::now();
   Mean ratio;
-  const auto seeds = static_cast<int>(plan.amount(1000, 64));
+  const auto seeds = static_cast<int>(plan.amount(1000, 256));
   for (int seed = 1; seed <= seeds; ++seed) {
     Settings s = unit_gas(static_cast<std::int64_t>(kNum), kEta, method);
     s.seed = seed;
