@@ -70,8 +70,9 @@ void add_excess(const ValidationPlan& plan, const RowSink& add) {
   }
 }
 
-// T / T0 after 14 initial collision times at e = 0.9, N = 200, below the 242 from which clusters form. 1 %:
-// so close to clustering the longest shear waves, 4 of 400 degrees of freedom, hold up to twice their share.
+// T / T0 after 14 initial collision times at e = 0.9, N = 200, below the 242 from which clusters form. 2 %:
+// shear waves of all lengths are damped more slowly than the gas cools and come to hold more than their
+// share, which Haff's law does not know of. The serial reference is 1.2 +- 0.2 % above the law as well.
 void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) {
   constexpr double kEta = 0.2, kRestitution = 0.9, kNum = 200.0, kCollisionTimes = 14.0;
   const Clock::time_point start = Clock::now();
@@ -98,7 +99,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   row.expected = theory::cooled_fraction(kRestitution, 1.0, kCollisionTimes);
   row.measured = ratio.value();
   row.sigma = ratio.error();
-  row.tolerance = 0.01;
+  row.tolerance = 0.02;
   row.seconds = milliseconds_since(start) * 1e-3;
   add(row);
 }
