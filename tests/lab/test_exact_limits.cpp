@@ -233,7 +233,7 @@ TEST(Exact, ASmallWorld) {
     SceneRun run(exact(gas(2, 0.2, boundary)), 1);
     expect_sound(run, run.advance(2000, 0.1).totals, 2000);
   }
-  Settings alone = exact(gas(10, 0.2, kWalls));
+  Settings alone = exact(gas(100, 0.2, kWalls));
   alone.contacts = false;
   SceneRun run(alone, 1);
   EXPECT_EQ(run.advance(2000, 0.1).totals.num_collisions, 0U);
