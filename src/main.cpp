@@ -15,6 +15,7 @@
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
 #include "core/error.hpp"
+#include "lab/validate.hpp"
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
@@ -156,6 +157,20 @@ int bench(const Options& options) {
   return 0;
 }
 
+// 1 if a row fails.
+int lab(const Options& options) {
+  // One thread is quickest for the small gases of the quick ladder.
+  const ValidationPlan plan{options.lab_quick, options.lab_quick ? 1U : 0U};
+  fmt::print("{}\n", table_head());
+  const auto show = [](const ValidationRow& row) {
+    fmt::print("{}\n", table_line(row));
+    std::fflush(stdout);
+  };
+  const nlohmann::json result = to_json(run_validation(plan, show), plan);
+  if (!options.lab_json.empty()) write_report(options.lab_json, result);
+  return result["passed"].get<bool>() ? 0 : 1;
+}
+
 int list() {
   for (const SceneEntry& scene : list_scenes()) {
     fmt::print("{:<18} {}\n", scene.name, load_scene(scene.name).description);
@@ -174,6 +189,8 @@ int dispatch(int argc, char** argv) {
       return bench(*parsed.options);
     case Command::scenes:
       return list();
+    case Command::lab:
+      return lab(*parsed.options);
     default:
       return run(*parsed.options);
   }

@@ -37,7 +37,8 @@ constexpr SettingFlag kSettingFlags[] = {
     {"--seed", "run.seed", "N"},         {"--seconds", "run.seconds", "SECONDS"},
 };
 
-const std::vector<std::string> kCommands = {"run", "bench", "scenes"};
+const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
+const std::vector<std::string> kStudies = {"validate"};
 const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
@@ -48,7 +49,7 @@ struct Typed {
   std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
-  std::string record, report, picture, json, panel_map;
+  std::string record, report, picture, json, panel_map, study;
 };
 
 bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
@@ -143,6 +144,13 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--warmup", typed.warmup, "N",
            "frames before those that the report's means are of; 0 to 1000000; default 0");
   add_frame_flags(app, typed, options);
+}
+
+void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_option("study", typed.study, "validate: the methods against what theory gives in figures")
+      ->type_name("NAME");
+  app.add_flag("--quick", options.lab_quick, "two minutes instead of an hour, with wider tolerances");
+  app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
 }
 
 void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
@@ -310,11 +318,28 @@ void check_sweep(const Typed& typed, const Options& options) {
   }
 }
 
+// The study is named here and not by CLI11, so that a wrong one is answered like any other wrong name.
+void read_lab(const CLI::App& command, const Typed& typed, Options& options) {
+  if (std::find(kStudies.begin(), kStudies.end(), typed.study) == kStudies.end()) {
+    throw UserError(
+        fmt::format("lab: {}; the studies are: {}; as in pickleflight lab validate --quick",
+                    typed.study.empty() ? "no study is named" : in_quotes(typed.study) + " is no study",
+                    fmt::join(kStudies, ", ")));
+  }
+  options.command = Command::lab;
+  options.lab_study = typed.study;
+  options.lab_json = output_file(command, "--json", typed.json, {});
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
   if (command.get_name() == "scenes") {
     options.command = Command::scenes;
+    return options;
+  }
+  if (command.get_name() == "lab") {
+    read_lab(command, typed, options);
     return options;
   }
   if (std::find(kDrawTargets.begin(), kDrawTargets.end(), options.draw_target) == kDrawTargets.end()) {
@@ -374,9 +399,10 @@ ParseResult parse_options(int argc, const char* const* argv) {
   CLI::App& run = *app.add_subcommand("run", "fly, in a window or headless (also without a command)");
   CLI::App& bench = *app.add_subcommand("bench", "time the steps of a scene, without drawing");
   CLI::App& scenes = *app.add_subcommand("scenes", "list the scenes");
+  CLI::App& lab = *app.add_subcommand("lab", "measure the accuracy of the methods: lab validate");
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text(), "version and backends");
-  for (CLI::App* command : {&run, &bench, &scenes}) {
+  for (CLI::App* command : {&run, &bench, &scenes, &lab}) {
     command->allow_extras();  // refused later, with the nearest name
     command->set_version_flag("--version", version_text(), "version and backends");
   }
@@ -384,6 +410,7 @@ ParseResult parse_options(int argc, const char* const* argv) {
   add_run_flags(run, typed, options);
   add_setting_flags(bench, typed, options, kBenchScene);
   add_bench_flags(bench, typed, options);
+  add_lab_flags(lab, typed, options);
 
   std::vector<std::string> words = words_of(argc, argv);
   std::reverse(words.begin(), words.end());  // the order that CLI11 wants

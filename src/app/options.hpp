@@ -10,7 +10,7 @@
 
 namespace pf {
 
-enum class Command { run, bench, scenes };
+enum class Command { run, bench, scenes, lab };
 
 struct Options {
   Command command = Command::run;
@@ -34,7 +34,11 @@ struct Options {
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: whole frames are timed, not steps
   std::filesystem::path bench_json;  // --json FILE
-  bool sweep = false;                // --sweep: whole frames over N instead
+  // lab
+  std::string lab_study;  // validate
+  bool lab_quick = false;
+  std::filesystem::path lab_json;
+  bool sweep = false;  // --sweep: whole frames over N instead
   std::int64_t sweep_max = 1'000'000;
 };
 

@@ -62,15 +62,17 @@ PF_HD inline bool needs_all_pairs(const ExactConstants& c) {
   return c.step.contact_distance > 0.25 * kLongestReach;
 }
 
-// Search boxes stay within 32 bits, and a periodic world is so wide that only nearest images can meet.
+// Search boxes stay within 32 bits, and a periodic world is so wide that only nearest images can meet. Boxes
+// of parcels grow with what was travelled since the sort; without contacts there are none.
 PF_HD inline std::uint32_t longest_step(const ExactConstants& c, std::int64_t travel) {
   const World& world = c.step.physics.world;
   const double anywhere = 8.0 * kLongestReach;
-  double room =
-      needs_all_pairs(c) ? anywhere : kLongestReach - static_cast<double>(travel) - c.step.contact_distance;
+  const double ball_contact = c.ball != BallRole::absent ? c.ball_contact : 0.0;
+  const bool boxes = c.step.physics.parcels.contacts && !needs_all_pairs(c);
+  double room = boxes ? kLongestReach - static_cast<double>(travel) - c.step.contact_distance : anywhere;
+  if (ball_contact > 0.0 && kLongestReach - ball_contact < room) room = kLongestReach - ball_contact;
   if (world.boundary == Boundary::periodic) {
-    const bool ball_is_wider = c.ball != BallRole::absent && c.ball_contact > c.step.contact_distance;
-    const double widest = ball_is_wider ? c.ball_contact : c.step.contact_distance;
+    const double widest = ball_contact > c.step.contact_distance ? ball_contact : c.step.contact_distance;
     const double narrower = world.half.x < world.half.y ? world.half.x : world.half.y;
     if (narrower - widest < room) room = narrower - widest;
   }

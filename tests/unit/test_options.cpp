@@ -164,6 +164,16 @@ TEST(Options, Bench) {
 
 TEST(Options, Scenes) { EXPECT_EQ(options_of({"scenes"}).command, Command::scenes); }
 
+TEST(Options, Lab) {
+  const Options options = options_of({"lab", "validate", "--quick"});
+  EXPECT_EQ(options.command, Command::lab);
+  EXPECT_EQ(options.lab_study, "validate");
+  EXPECT_TRUE(options.lab_quick);
+  EXPECT_FALSE(options_of({"lab", "validate"}).lab_quick);
+  EXPECT_TRUE(contains(refusal({"lab"}), "no study is named"));
+  EXPECT_TRUE(contains(refusal({"lab", "valid"}), "'valid' is no study; the studies are: validate"));
+}
+
 TEST(Options, VersionAndHelpAreText) {
   const std::string version =
       std::string("pickleflight ") + PF_VERSION + " (CUDA backend: " + (PF_HAVE_CUDA ? "yes" : "no") + ")\n";

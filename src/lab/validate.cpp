@@ -1,0 +1,79 @@
+#include "lab/validate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pf {
+namespace {
+
+const char* method_name(Method method) {
+  return method == Method::exact ? "exact" : method == Method::impulse ? "impulse" : "spring";
+}
+
+}  // namespace
+
+double ValidationRow::error() const {
+  const double off = measured - expected;
+  return relative ? off / std::fabs(expected) : off;
+}
+
+double ValidationRow::error_of_error() const { return relative ? sigma / std::fabs(expected) : sigma; }
+
+bool ValidationRow::passed() const {
+  return std::fabs(error()) <= std::max(3.0 * error_of_error(), tolerance);  // false for what is not a number
+}
+
+std::string ValidationRow::verdict() const { return !judged ? "-" : passed() ? "pass" : "FAIL"; }
+
+std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowSink& add) {
+  std::vector<ValidationRow> rows;
+  const RowSink both = [&](const ValidationRow& row) {
+    rows.push_back(row);
+    add(row);
+  };
+  validate_pairs(plan, both);
+  validate_gas(plan, both);
+  validate_relaxation(plan, both);
+  validate_ball(plan, both);
+  return rows;
+}
+
+std::string table_head() {
+  return fmt::format("{:<46} {:<8} {:>13} {:>13} {:>10} {:>9} {:>9} {:>7} {}", "yardstick", "method",
+                     "expected", "measured", "error", "sigma", "allowed", "time", "verdict");
+}
+
+std::string table_line(const ValidationRow& row) {
+  const auto size = [&](double x) {
+    return row.relative ? fmt::format("{:.3f} %", 100.0 * x) : fmt::format("{:.2g}", x);
+  };
+  const double allowed = std::max(3.0 * row.error_of_error(), row.tolerance);
+  return fmt::format("{:<46} {:<8} {:>13.6g} {:>13.6g} {:>10} {:>9} {:>9} {:>5.1f} s {}", row.yardstick,
+                     method_name(row.method), row.expected, row.measured, size(row.error()),
+                     row.sigma > 0.0 ? size(row.error_of_error()) : "", row.judged ? size(allowed) : "",
+                     row.seconds, row.verdict());
+}
+
+nlohmann::json to_json(const std::vector<ValidationRow>& rows, const ValidationPlan& plan) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const ValidationRow& row : rows) {
+    list.push_back({{"yardstick", row.yardstick},
+                    {"method", method_name(row.method)},
+                    {"expected", row.expected},
+                    {"measured", row.measured},
+                    {"error", row.error()},
+                    {"sigma", row.error_of_error()},
+                    {"relative", row.relative},
+                    {"tolerance", row.tolerance},
+                    {"judged", row.judged},
+                    {"verdict", row.verdict()},
+                    {"seconds", row.seconds}});
+  }
+  const bool all = std::all_of(rows.begin(), rows.end(),
+                               [](const ValidationRow& row) { return !row.judged || row.passed(); });
+  return {{"study", "validate"}, {"quick", plan.quick}, {"passed", all}, {"rows", list}};
+}
+
+}  // namespace pf

@@ -1,0 +1,228 @@
+// Rungs of the ladder: what a free stream of parcels does to a ball, and what share of the energy the ball
+// holds in equilibrium.
+#include <fmt/format.h>
+
+#include "core/timing.hpp"
+#include "lab/lab_scene.hpp"
+#include "lab/theory.hpp"
+#include "lab/validate.hpp"
+
+namespace pf {
+namespace {
+
+// A held ball in a stream of parcels without mutual contacts, in a periodic square of side 1.
+struct Stream {
+  double speed_mps = 1.0;    // of the stream, along x
+  double thermal_mps = 1.0;  // per component
+  double restitution = 1.0;
+  double friction = 0.0;
+  double spin_radps = 0.0;
+};
+
+constexpr double kContact = 0.1;        // R + r
+constexpr double kParcelRadius = 1e-4;  // of no importance: parcels do not see each other
+
+struct Force {
+  Mean hits_per_s, drag_n, transverse_n, torque_n_m;
+  double density = 0.0;  // parcels per area, of mass 1
+};
+
+Settings stream_settings(const Stream& stream, Method method, std::int64_t num) {
+  Settings s;
+  s.width_m = s.height_m = 1.0;
+  s.boundary = Boundary::periodic;
+  s.num_parcels = num;
+  s.parcel_radius_m = kParcelRadius;
+  s.parcel_mass_kg = 1.0;
+  s.contacts = false;
+  s.restitution = stream.restitution;
+  s.ball_held = true;
+  s.ball_radius_m = kContact - kParcelRadius;
+  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_vy_mps = 0.0;
+  s.ball_spin_radps = stream.spin_radps;
+  s.friction = stream.friction;
+  s.magnus = false;
+  s.method = method;
+  return s;
+}
+
+// Uniform outside the ball, so that what reaches the ball is stationary from the first moment on.
+void start_stream(LabRun& run, const Stream& stream, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  ParcelSnapshot state = run.backend->snapshot();
+  for (std::size_t i = 0; i < state.position.size(); ++i) {
+    Vec2d at;
+    do {
+      at = {uniform(random) - 0.5, uniform(random) - 0.5};
+    } while (dot(at, at) < kContact * kContact);
+    const double speed = stream.thermal_mps * std::sqrt(-2.0 * std::log(1.0 - uniform(random)));
+    const double angle = 2.0 * kPi * uniform(random);
+    state.position[i] = to_units(run.physics.world, at);
+    state.velocity[i] = to_float({stream.speed_mps + speed * std::cos(angle), speed * std::sin(angle)});
+  }
+  run.backend->restore(state);
+}
+
+// Each run ends before a parcel thrown back by the ball, at the speed of hardly any, can come round.
+Force measure_force(const Stream& stream, Method method, const ValidationPlan& plan) {
+  const auto num = static_cast<std::int64_t>(plan.amount(1'000'000, 100'000));
+  const auto runs = static_cast<int>(plan.amount(100, 16));
+  const double end_s = (1.0 - 2.0 * kContact) / (2.0 * stream.speed_mps + 5.0 * stream.thermal_mps);
+  const std::uint32_t steps = method == Method::exact ? 12 : 48;
+  LabRun run(stream_settings(stream, method, num), plan.threads);
+  Force force;
+  force.density = static_cast<double>(num) / (1.0 - kPi * kContact * kContact);
+  for (int k = 0; k < runs; ++k) {
+    start_stream(run, stream, static_cast<std::uint64_t>(k) + 1);
+    const StepTotals totals = run.advance(steps, end_s / steps).totals;
+    force.hits_per_s.add(static_cast<double>(totals.num_ball_hits) / end_s);
+    force.drag_n.add(totals.ball_impulse_kg_mps.x / end_s);
+    force.transverse_n.add(totals.ball_impulse_kg_mps.y / end_s);
+    force.torque_n_m.add(totals.ball_torque_impulse_kg_m2ps / end_s);
+  }
+  return force;
+}
+
+void add_row(const ValidationPlan& plan, const std::string& name, Method method, double expected,
+             const Mean& measured, double scale, double seconds, const RowSink& add) {
+  ValidationRow row;
+  row.yardstick = name;
+  row.method = method;
+  row.judged = method == Method::exact;
+  row.expected = expected;
+  row.measured = measured.value() / scale;
+  row.sigma = measured.error() / scale;
+  row.tolerance = plan.tolerance();
+  row.seconds = seconds;
+  add(row);
+}
+
+double seconds_since(Clock::time_point start) { return milliseconds_since(start) * 1e-3; }
+
+// Drag coefficient: force over rho V^2 R_c.
+double drag_scale(const Force& force, const Stream& stream) {
+  return force.density * stream.speed_mps * stream.speed_mps * kContact;
+}
+
+void add_smooth(const ValidationPlan& plan, Method method, double speed_ratio, const RowSink& add) {
+  const Clock::time_point start = Clock::now();
+  Stream stream;
+  stream.speed_mps = speed_ratio * std::sqrt(2.0);
+  const Force force = measure_force(stream, method, plan);
+  add_row(plan, fmt::format("hits on the ball per s, S {:g}", speed_ratio), method,
+          theory::hits_per_s(kContact, force.density, stream.speed_mps, speed_ratio), force.hits_per_s, 1.0,
+          seconds_since(start), add);
+  add_row(plan, fmt::format("drag coefficient, S {:g}", speed_ratio), method,
+          theory::drag_specular(speed_ratio), force.drag_n, drag_scale(force, stream), 0.0, add);
+}
+
+void add_restitution(const ValidationPlan& plan, const RowSink& add) {
+  const Clock::time_point start = Clock::now();
+  Stream stream;
+  stream.speed_mps = 2.0 * std::sqrt(2.0);
+  stream.restitution = 0.6;
+  const Force force = measure_force(stream, Method::exact, plan);
+  add_row(plan, "drag over elastic drag, (1 + e) / 2, e 0.6, S 2", Method::exact, 0.8, force.drag_n,
+          drag_scale(force, stream) * theory::drag_specular(2.0), seconds_since(start), add);
+}
+
+void add_friction(const ValidationPlan& plan, const RowSink& add) {
+  const Clock::time_point start = Clock::now();
+  Stream stream;
+  stream.thermal_mps = 0.0;
+  stream.restitution = 0.8;
+  stream.friction = 0.3;
+  const Force force = measure_force(stream, Method::exact, plan);
+  add_row(plan, "drag coefficient, cold, e 0.8, friction 0.3", Method::exact,
+          theory::drag_cold(stream.restitution, stream.friction), force.drag_n, drag_scale(force, stream),
+          seconds_since(start), add);
+}
+
+// Full sticking: friction beyond what any hit needs.
+void add_spin(const ValidationPlan& plan, const RowSink& add) {
+  const Clock::time_point start = Clock::now();
+  Stream stream;
+  stream.speed_mps = 0.5 * std::sqrt(2.0);
+  stream.friction = 1e9;
+  stream.spin_radps = 20.0;
+  const Force force = measure_force(stream, Method::exact, plan);
+  const double radius = kContact - kParcelRadius;
+  const double hits = theory::hits_per_s(kContact, force.density, stream.speed_mps, 0.5);
+  add_row(plan, "torque, rough ball, S 0.5", Method::exact,
+          theory::spin_torque_n_m(1.0, stream.spin_radps, radius, hits), force.torque_n_m, 1.0,
+          seconds_since(start), add);
+  // The stream goes along +x, the ball through it along -x.
+  add_row(
+      plan, "transverse force, rough ball, S 0.5", Method::exact,
+      theory::transverse_force_n(1.0, force.density, kContact, radius, stream.spin_radps, -stream.speed_mps),
+      force.transverse_n, 1.0, 0.0, add);
+}
+
+// Without friction a spinning ball takes no torque, exactly, and no transverse force.
+void add_null(const ValidationPlan& plan, const RowSink& add) {
+  const Clock::time_point start = Clock::now();
+  Stream stream;
+  stream.speed_mps = 2.0 * std::sqrt(2.0);
+  stream.spin_radps = 20.0;
+  const Force force = measure_force(stream, Method::exact, plan);
+  ValidationRow row;
+  row.yardstick = "torque without friction";
+  row.relative = false;
+  row.measured = force.torque_n_m.value();
+  row.seconds = seconds_since(start);
+  add(row);
+  row.yardstick = "transverse force over drag without friction";
+  row.measured = force.transverse_n.value() / force.drag_n.value();
+  row.sigma = force.transverse_n.error() / force.drag_n.value();
+  row.seconds = 0.0;
+  add(row);
+}
+
+// A smooth ball of 20 parcel masses holds kT (1 - m_b / M), M the mass of all, total momentum zero.
+void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
+  constexpr double kNum = 80.0, kMass = 20.0;
+  const Clock::time_point start = Clock::now();
+  Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.2, Method::exact);
+  s.ball_present = true;
+  s.ball_mass_kg = kMass;
+  s.ball_radius_m = 1.5;
+  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
+  s.magnus = false;
+  LabRun run(s, 1);
+  run.advance(500, 0.1);
+  Mean energy;
+  const auto blocks = static_cast<int>(plan.amount(2000, 80));
+  for (int block = 0; block < blocks; ++block) {
+    Mean within;
+    for (int k = 0; k < 400; ++k) {
+      const Vec2d v = run.advance(5, 0.1).ball.velocity_mps;
+      within.add(0.5 * kMass * dot(v, v));
+    }
+    energy.add(within.value());
+  }
+  const double kT = run.backend->measure().energy_j() / kNum;
+  ValidationRow row;
+  row.yardstick = "energy of a ball of 20 parcel masses";
+  row.expected = kT * (1.0 - kMass / (kMass + kNum));
+  row.measured = energy.value();
+  row.sigma = energy.error();
+  row.tolerance = 0.02;
+  row.seconds = seconds_since(start);
+  add(row);
+}
+
+}  // namespace
+
+void validate_ball(const ValidationPlan& plan, const RowSink& add) {
+  for (const double speed_ratio : {0.5, 2.0, 5.0}) {
+    add_smooth(plan, Method::exact, speed_ratio, add);
+    add_smooth(plan, Method::impulse, speed_ratio, add);
+  }
+  add_restitution(plan, add);
+  add_friction(plan, add);
+  add_spin(plan, add);
+  add_null(plan, add);
+  add_equipartition(plan, add);
+}
+
+}  // namespace pf

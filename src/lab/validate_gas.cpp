@@ -1,0 +1,102 @@
+// Rungs of the ladder: collision rate and pressure of the gas in equilibrium.
+#include <fmt/format.h>
+
+#include "core/timing.hpp"
+#include "lab/lab_scene.hpp"
+#include "lab/theory.hpp"
+#include "lab/validate.hpp"
+
+namespace pf {
+namespace {
+
+struct Equilibrium {
+  Mean rate_per_s;  // collisions per parcel
+  Mean z;           // compressibility by the virial theorem
+  double c2 = 0.0;  // temperature: K / (N - 1), since the total momentum is zero
+  double seconds = 0.0;
+};
+
+// num_events collisions after `equilibrate` per parcel, in 25 blocks; steps of 0.1 collisions per parcel for
+// `exact`, of 0.01 for `impulse`.
+Equilibrium measure_equilibrium(const Settings& settings, double equilibrate, double num_events,
+                                unsigned threads) {
+  constexpr int kBlocks = 25;
+  const Clock::time_point start = Clock::now();
+  LabRun run(settings, threads);
+  const double num = run.physics.parcels.num;
+  const double rate = theory::collision_rate_per_s(settings.area_fraction, 1.0, 0.5);
+  const double step_s = (settings.method == Method::exact ? 0.1 : 0.01) / rate;
+  const auto steps_for = [&](double per_parcel) {
+    return static_cast<std::uint32_t>(std::max(1.0, std::round(per_parcel / (rate * step_s))));
+  };
+  run.advance(steps_for(equilibrate), step_s);
+  Equilibrium result;
+  result.c2 = run.backend->measure().parcel_energy_j / (num - 1.0);
+  const std::uint32_t steps = steps_for(2.0 * num_events / num / kBlocks);
+  for (int block = 0; block < kBlocks; ++block) {
+    const StepTotals totals = run.advance(steps, step_s).totals;
+    const double time_s = steps * step_s;
+    result.rate_per_s.add(2.0 * static_cast<double>(totals.num_collisions) / (num * time_s));
+    result.z.add(theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, result.c2, 1.0));
+  }
+  result.seconds = milliseconds_since(start) * 1e-3;
+  return result;
+}
+
+// Equilibration after PHYSICS 9: order relaxes slowly near freezing.
+double equilibration(double area_fraction) { return area_fraction >= 0.6 ? 500.0 : 50.0; }
+
+void add_density(const ValidationPlan& plan, double eta, Method method, const RowSink& add) {
+  const bool exact = method == Method::exact;
+  const auto num = static_cast<std::int64_t>(plan.amount(4096, 1024));
+  const double events = exact ? plan.amount(4e7, 2.5e5) : 1e5;
+  const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
+  const Equilibrium found =
+      measure_equilibrium(unit_gas(num, eta, method), equilibrate, events, plan.threads);
+  ValidationRow row;
+  row.method = method;
+  row.judged = exact;
+  row.tolerance = plan.tolerance();
+  row.seconds = found.seconds;
+  row.yardstick = fmt::format("collision rate, eta {:.2f} (Kolafa-Rottner)", eta);
+  row.expected = theory::collision_rate_per_s(eta, std::sqrt(found.c2), 0.5);
+  row.measured = found.rate_per_s.value();
+  row.sigma = found.rate_per_s.error();
+  add(row);
+  row.yardstick = fmt::format("Z = P / n kT, eta {:.2f} (Kolafa-Rottner)", eta);
+  row.expected = theory::compressibility(eta);
+  row.measured = found.z.value();
+  row.sigma = found.z.error();
+  row.seconds = 0.0;
+  add(row);
+}
+
+// P* = P d^2 / kT of 870 discs in a box of 29 : 30 sqrt(3) / 2: Li et al. 2022.
+void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected, const RowSink& add) {
+  Settings s = unit_gas(870, eta, Method::exact);
+  s.width_m = 29.0;
+  s.height_m = 15.0 * std::sqrt(3.0);
+  const Equilibrium found = measure_equilibrium(s, 500.0, plan.amount(4e7, 3e5), plan.threads);
+  const double per_z = 4.0 * eta / kPi;
+  ValidationRow row;
+  row.yardstick = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);
+  row.expected = expected;
+  row.measured = found.z.value() * per_z;
+  row.sigma = found.z.error() * per_z;
+  row.tolerance = plan.tolerance();
+  row.seconds = found.seconds;
+  add(row);
+}
+
+}  // namespace
+
+void validate_gas(const ValidationPlan& plan, const RowSink& add) {
+  for (const double eta : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65}) {
+    add_density(plan, eta, Method::exact, add);
+    add_density(plan, eta, Method::impulse, add);
+  }
+  add_pressure_of_870(plan, 0.67, 7.986735, add);
+  if (!plan.quick) add_pressure_of_870(plan, 0.69, 8.969476, add);
+}
+
+}  // namespace pf
