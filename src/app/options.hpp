@@ -12,6 +12,13 @@ namespace pf {
 
 enum class Command { run, bench, scenes, lab };
 
+// Names of what a person chooses about the picture, in the order of the view's enumerations.
+inline const std::vector<std::string> kThemeNames = {"dark", "light"};
+inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
+inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
+constexpr double kLeastUiScale = 0.75;
+constexpr double kMostUiScale = 3.0;
+
 struct Options {
   Command command = Command::run;
   Settings settings;              // scene, then --set, then the flags
@@ -20,12 +27,23 @@ struct Options {
   bool cuda_no_fallback = false;  // --cuda-no-fallback
   bool headless = false;
   bool show_panel = true;
-  std::filesystem::path record;      // --record FILE.mp4 or FOLDER/%05d.png; empty: none
-  std::filesystem::path report;      // --report FILE.json
-  std::filesystem::path picture;     // --picture FILE.png: the last frame
-  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
-  std::filesystem::path panel_map;   // --panel-map FILE: where each control is, for tests and scripts
-  int width_px = 1280;               // --size WxH
+  std::filesystem::path record;       // --record FILE.mp4 or FOLDER/%05d.png; empty: none
+  std::filesystem::path report;       // --report FILE.json
+  std::filesystem::path picture;      // --picture FILE.png: the last frame
+  std::string draw_target = "auto";   // --draw-target auto|interop|staged|host
+  std::filesystem::path panel_map;    // --panel-map FILE: where each control is, for tests and scripts
+  bool paused = false;                // --paused: the window waits for the space bar
+  bool seconds_given = false;         // run.seconds was asked for on the command line: it ends a window, too
+  bool vsync = true;                  // --no-vsync
+  bool full_screen = false;           // --full-screen
+  bool ghosts = false;                // --ghosts
+  std::string theme = "dark";         // --theme
+  std::string color_map = "viridis";  // --color-map
+  std::string overlay = "full";       // --overlay
+  double ui_scale = 1.0;              // --ui-scale: of text and overlay, kLeastUiScale to kMostUiScale
+  std::filesystem::path overlay_csv;  // --overlay-csv FILE: what the overlay shows, a line per frame
+  std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings, before the run
+  int width_px = 1280;                // --size WxH
   int height_px = 720;
   int warmup_frames = 0;  // left out of the means in the report
   // bench

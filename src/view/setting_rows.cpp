@@ -140,6 +140,30 @@ void SettingRows::combo(const char* label, const char* path) {
   changed_ = true;
 }
 
+void SettingRows::any(const Field& field) {
+  if (std::holds_alternative<std::string Settings::*>(field.member)) return;
+  const std::string path = field.path();
+  if (std::holds_alternative<Choice>(field.member)) return combo(path.c_str(), path.c_str());
+  if (std::holds_alternative<bool Settings::*>(field.member))
+    return checkboxes({{path.c_str(), path.c_str()}});
+  begin_row(field.key.c_str(), help_of(path.c_str()));
+  const std::string id = "##all " + path;
+  const std::string held = "all " + path;
+  double value = held_path_ == held ? held_value_ : number_of(field, edited_);
+  ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
+  const bool done = ImGui::IsItemDeactivatedAfterEdit();
+  if (ImGui::IsItemActive()) {
+    held_path_ = held;
+    held_value_ = value;
+  } else if (held_path_ == held) {
+    held_path_.clear();
+  }
+  end_row(path.c_str(), help_of(path.c_str()));
+  if (!done) return;
+  set_number(field, value, edited_);
+  changed_ = true;
+}
+
 bool SettingRows::button(const char* label, float width_px, const char* help) {
   const bool pressed = ImGui::Button(label, ImVec2(width_px, 0.0F));
   end_row(label, help);

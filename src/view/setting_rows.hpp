@@ -36,6 +36,9 @@ class SettingRows {
   void checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes);
   void combo(const char* label, const char* path);
 
+  // Any setting but a text, by its key; a number is typed and counts when finished.
+  void any(const Field& field);
+
   // For rows of another kind: label at the left with its tooltip, the next widget takes the rest.
   void begin_row(const char* label, const std::string& help);
   void end_row(const char* label, const std::string& help);
