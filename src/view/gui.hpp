@@ -18,7 +18,7 @@ class ControlMap {
   void clear() { rectangles_.clear(); }
   void note(const std::string& label);  // the rectangle of the widget made last
   void note(const std::string& label, const std::array<float, 4>& rectangle);
-  std::string text() const;             // JSON {label: [x0, y0, x1, y1]}
+  std::string text() const;  // JSON {label: [x0, y0, x1, y1]}
   // Writes the text in one move, so that a reader never sees half a file. Throws UserError.
   void write(const std::filesystem::path& file) const;
 

@@ -16,7 +16,8 @@ constexpr float kPadding_px = 12.0F;
 constexpr float kStatusWidth_px = 292.0F;
 constexpr float kPhasesWidth_px = 330.0F;
 constexpr float kLegendWidth_px = 140.0F;
-constexpr float kLeastPlot_px = 70.0F;
+constexpr float kLeastPlot_px = 50.0F;
+constexpr float kTermsRow_px = 21.0F;  // the line above the strip
 constexpr float kGap_px = 22.0F;
 constexpr std::uint64_t kFramesPerText = 6;
 
@@ -150,6 +151,11 @@ float Overlay::height_px(OverlayMode mode, float scale) {
   }
 }
 
+float Overlay::used_height_px(OverlayMode mode, float scale) const {
+  const bool has_terms = mode == OverlayMode::full && !terms_.empty();
+  return height_px(mode, scale) + (has_terms ? kTermsRow_px * scale : 0.0F);
+}
+
 void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame) {
   history_.add(times, frame_ms, frame);
   term_costs_.add_frame(frame);
@@ -171,7 +177,7 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   ImGui::End();
   if (mode != OverlayMode::full || terms_.empty()) return;
   const ImVec2 at(place.left_px + kPadding_px * place.scale,
-                  place.bottom_px - height_px(mode, place.scale) - 1.2F * kRow_px * place.scale);
+                  place.bottom_px - height_px(mode, place.scale) - kTermsRow_px * place.scale);
   ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), 0.9F * ImGui::GetFontSize(), at, colors_.dim,
                                           terms_.c_str());
 }

@@ -44,6 +44,8 @@ class Overlay {
   static OverlayMode fitting_mode(OverlayMode mode, float width_px, float scale);
   // Height that the strip takes.
   static float height_px(OverlayMode mode, float scale);
+  // With the line above it, if there is one.
+  float used_height_px(OverlayMode mode, float scale) const;
 
  private:
   void write_texts(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look);

@@ -10,6 +10,9 @@ namespace pf {
 namespace {
 
 constexpr int kFramesPerText = 6;
+constexpr float kTop_px = 10.0F;  // layout pixels, as those below
+constexpr float kRow_px = 17.0F;
+constexpr float kPad_px = 10.0F;
 constexpr std::size_t kNumColumns = 7;
 constexpr std::array<std::string FlightRow::*, kNumColumns> kCells = {
     &FlightRow::number, &FlightRow::method, &FlightRow::speed, &FlightRow::spin,
@@ -83,8 +86,7 @@ float show_chip(const std::string& what, ImU32 edge, float y, const OverlayPlace
   return y + height + 6.0F * place.scale;
 }
 
-void show_notices(const FrameView& frame, const OverlayPlace& place, const OverlayColors& colors) {
-  float y = 10.0F * place.scale;
+void show_notices(const FrameView& frame, float y, const OverlayPlace& place, const OverlayColors& colors) {
   const float width = place.width_px - 40.0F * place.scale;
   if (frame.paused) {
     y = show_chip("Paused: space runs on, S steps", colors.accent, y, place, colors);
@@ -129,13 +131,26 @@ std::vector<FlightRow> flight_rows(const FrameView& frame) {
 
 void SceneMarks::show(const FrameView& frame, const Camera& camera, const OverlayPlace& place,
                       float height_px, const Look& look) {
-  OverlayPlace beside = place;  // notices keep clear of the legend
+  const OverlayColors& colors = overlay_colors(look.theme);
+  float y = kTop_px * place.scale;
+  OverlayPlace beside = place;
   if (look.paths && frame.physics->ball.present) {
-    const float legend_px = show_flights(frame, place, look);
-    if (legend_px < 0.5F * place.width_px) beside.width_px -= legend_px;
+    // Notices stand beside the legend, or below one that is too wide.
+    const ImVec2 legend = show_flights(frame, place, look);
+    if (legend.x < 0.6F * place.width_px)
+      beside.width_px -= legend.x;
+    else
+      y += legend.y;
     show_numbers(frame, camera, place, height_px, look);
   }
-  show_notices(frame, beside, overlay_colors(look.theme));
+  show_notices(frame, y, beside, colors);
+}
+
+float SceneMarks::reserved_px(const FrameView& frame, const Look& look, float scale, float height_px) {
+  if (!look.paths || !frame.physics->ball.present) return 0.0F;
+  constexpr float kNumRows = 4.0F;  // with the heads
+  constexpr float kMostShare = 0.2F;
+  return std::min((kTop_px + kNumRows * kRow_px + 1.4F * kPad_px) * scale, kMostShare * height_px);
 }
 
 void SceneMarks::write_rows(const FrameView& frame) {
@@ -145,8 +160,8 @@ void SceneMarks::write_rows(const FrameView& frame) {
   frames_since_ = 0;
 }
 
-// Returns the width that it takes.
-float SceneMarks::show_flights(const FrameView& frame, const OverlayPlace& place, const Look& look) {
+// Returns the room that it takes.
+ImVec2 SceneMarks::show_flights(const FrameView& frame, const OverlayPlace& place, const Look& look) {
   write_rows(frame);
   const OverlayColors& colors = overlay_colors(look.theme);
   const float s = place.scale;
@@ -162,13 +177,11 @@ float SceneMarks::show_flights(const FrameView& frame, const OverlayPlace& place
     width += widths[c] + gap;
   }
   const std::size_t num_ghosts = look.ghosts && frame.ghosts != nullptr ? frame.ghosts->size() : 0;
-  const float row_px = 17.0F * s;
-  const float pad = 10.0F * s;
+  const float row_px = kRow_px * s;
+  const float pad = kPad_px * s;
   const float height = row_px * static_cast<float>(1 + rows_.size() + num_ghosts) + 1.4F * pad;
   const float left = place.left_px + std::max(place.width_px - width - 2.0F * pad - 10.0F * s, 4.0F * s);
-  float y = 10.0F * s;
-  const bool is_wide = width + 2.0F * pad > 0.5F * place.width_px;
-  if (is_wide) y += 38.0F * s;  // below a notice
+  float y = kTop_px * s;
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   list->AddRectFilled(ImVec2(left, y), ImVec2(left + width + 2.0F * pad, y + height), colors.ground,
                       5.0F * s);
@@ -201,7 +214,7 @@ float SceneMarks::show_flights(const FrameView& frame, const OverlayPlace& place
                  ghost_dash_px(air) * s, s);
     write(left + pad + sample + gap, y + row_px * static_cast<float>(r + 1), colors.dim, ghost_name(air));
   }
-  return width + 2.0F * pad + 20.0F * s;
+  return {width + 2.0F * pad + 20.0F * s, height + 6.0F * s};
 }
 
 // At the newest point of each earlier path, inside the scene.

@@ -26,13 +26,16 @@ class SceneMarks {
   // place: of the scene, as for the overlay. height_px: of the window.
   void show(const FrameView& frame, const Camera& camera, const OverlayPlace& place, float height_px,
             const Look& look);
+  // Kept free for the legend at the top when the world is fitted: that of three flights. Longer ones, and
+  // very large text, let the scene shine through.
+  static float reserved_px(const FrameView& frame, const Look& look, float scale, float height_px);
   // Arrow and figures at the ball's start.
   static void show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m, const Camera& camera,
                        const OverlayPlace& place, float height_px, const Look& look);
 
  private:
   void write_rows(const FrameView& frame);
-  float show_flights(const FrameView& frame, const OverlayPlace& place, const Look& look);
+  ImVec2 show_flights(const FrameView& frame, const OverlayPlace& place, const Look& look);
   static void show_numbers(const FrameView& frame, const Camera& camera, const OverlayPlace& place,
                            float height_px, const Look& look);
 

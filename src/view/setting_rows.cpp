@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 namespace pf {
 namespace {
@@ -32,14 +33,18 @@ void set_number(const Field& field, double value, Settings& settings) {
 
 }  // namespace
 
-std::string help_of(const char* path) {
+const std::string& help_of(const char* path) {
+  static std::unordered_map<const Field*, std::string> made;
   const Field& field = field_of(path);
-  std::string text = field.doc;
+  std::string& text = made[&field];
+  if (!text.empty()) return text;
+  text = field.doc;
   if (!field.unit.empty()) text += fmt::format("\nUnit: {}", field.unit);
   if (field.min < field.max) text += fmt::format("\nAllowed: {:g} to {:g}", field.min, field.max);
   if (const auto* choice = std::get_if<Choice>(&field.member))
     text += fmt::format("\nAllowed: {}", fmt::join(choice->names, ", "));
-  return text + fmt::format("\n{}", field.path());
+  text += fmt::format("\n{}", field.path());
+  return text;
 }
 
 void tooltip(const std::string& text) {

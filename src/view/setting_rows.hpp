@@ -57,7 +57,7 @@ class SettingRows {
 };
 
 // Meaning, unit and allowed values of a setting, as the scene file has them.
-std::string help_of(const char* path);
+const std::string& help_of(const char* path);
 
 // For the widget made last.
 void tooltip(const std::string& text);

@@ -318,8 +318,10 @@ ViewRegion Stage::free_region() const {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
-  const double bottom = Overlay::height_px(mode, scale_);
-  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom, 1.0)};
+  const double bottom = overlay_.used_height_px(mode, scale_);
+  const double top = SceneMarks::reserved_px(simulation_.view(), switches_.look, scale_,
+                                             static_cast<float>(size_.height - bottom));
+  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
 }
 
 void Stage::fit_camera() {
