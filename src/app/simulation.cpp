@@ -72,6 +72,7 @@ struct Simulation::State {
   std::deque<FlightRecord> old_flights;
   std::vector<Ghost> ghosts;
   std::optional<Moments> moments;  // none: not kept
+  bool by_hand = false;            // the launch
   double launched_at_s = 0.0;      // simulated
   double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
   std::int64_t flight_seed = 0;    // of the air that the flight began in
@@ -93,10 +94,10 @@ struct Simulation::State {
   void keep_old_flight();
   void begin_flight(bool fresh_air);
   void launch_again();
-  void fly(const BallLaunch& by_hand);
+  void fly(const BallLaunch& wanted);
   void compare(Comparison comparison);
   bool repeat_flight(const Settings& with);
-  bool is_compared() const;
+  bool launches_by_itself() const;
   void scale_time(double factor);
   void save_scene(const std::string& name);
   void keep_moment_when_due();
@@ -165,6 +166,7 @@ void Simulation::State::launch(bool fresh_air) {
   ++num_launches;
   begin_flight(fresh_air);
   flight.launch = num_launches;
+  by_hand = false;
 }
 
 // What its parcels and ball have in the end. To be called before the air is spawned anew.
@@ -217,17 +219,18 @@ void Simulation::State::launch_again() {
 }
 
 // Throws UserError, and changes nothing, if it cannot be set.
-void Simulation::State::fly(const BallLaunch& by_hand) {
+void Simulation::State::fly(const BallLaunch& wanted) {
   Settings with = settings;
-  with.ball_vx_mps = by_hand.velocity_mps.x;
-  with.ball_vy_mps = by_hand.velocity_mps.y;
-  with.ball_spin_radps = by_hand.spin_radps;
+  with.ball_vx_mps = wanted.velocity_mps.x;
+  with.ball_vy_mps = wanted.velocity_mps.y;
+  with.ball_spin_radps = wanted.spin_radps;
   check_settings(with, "launch");
   end_flight();
   respawn(with, initial_ball(with));
   settings = with;
   flight_seed = settings.seed;
   launch(true);
+  by_hand = true;
 }
 
 // The present launch again, in the same air. Returns false, with the reason as message, if it cannot run so.
@@ -269,10 +272,12 @@ void Simulation::State::compare(Comparison comparison) {
   }
 }
 
-// Whether an earlier flight had the same launch: then both stay to be looked at.
-bool Simulation::State::is_compared() const {
-  return std::any_of(old_flights.begin(), old_flights.end(),
-                     [this](const FlightRecord& old) { return old.launch == flight.launch; });
+// A flight that was launched by hand, or is compared with another, stays to be looked at.
+bool Simulation::State::launches_by_itself() const {
+  const bool is_compared =
+      std::any_of(old_flights.begin(), old_flights.end(),
+                  [this](const FlightRecord& old) { return old.launch == flight.launch; });
+  return settings.relaunch && !by_hand && !is_compared;
 }
 
 void Simulation::State::scale_time(double factor) {
@@ -452,7 +457,7 @@ void Simulation::State::draw_again(DrawTarget& target) {
 
 void Simulation::State::launch_again_when_due() {
   landed_for_s += 1.0 / settings.frame_rate_hz;
-  if (settings.relaunch && !is_compared() && landed_for_s >= kPauseAfterLanding_s) launch_again();
+  if (launches_by_itself() && landed_for_s >= kPauseAfterLanding_s) launch_again();
 }
 
 // Goes on with another backend from the start of the scene, the state having gone with the device.
@@ -499,6 +504,7 @@ void Simulation::State::update_view() {
   view.num_parcels = physics.parcels.num;
   view.backend = backend->name();
   view.memory_bytes = backend->memory_bytes();
+  view.waits = !launches_by_itself();
 }
 
 Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)

@@ -65,6 +65,7 @@ struct FrameView {
   double slow_motion = 0.0;  // simulated over wall time
   bool paused = false;
   Flight flight = Flight::flying;
+  bool waits = false;            // once landed: it is not launched again by itself
   double ball_distance_m = 0.0;  // flown since the launch
   PhaseTimes times;              // of the last frame, physics phases
   StepTotals totals;             // of the run so far

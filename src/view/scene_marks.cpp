@@ -91,7 +91,9 @@ void show_notices(const FrameView& frame, float y, const OverlayPlace& place, co
   if (frame.paused) {
     y = show_chip("Paused: space runs on, S steps", colors.accent, y, place, colors);
   } else if (frame.flight == Flight::landed) {
-    y = show_chip("The ball has left the court", colors.accent, y, place, colors);
+    y = show_chip(
+        frame.waits ? "The ball has left: M next method, L launch again" : "The ball has left the court",
+        colors.accent, y, place, colors);
   }
   if (!frame.notice.empty()) y = show_chip(fitting(frame.notice, width), colors.accent, y, place, colors);
   if (!frame.message.empty()) show_chip(fitting(frame.message, width), colors.warning, y, place, colors);

@@ -217,6 +217,19 @@ TEST_F(SimulationCommands, ComparedFlightsAreNotRelaunched) {
   EXPECT_GT(view().old_flights->size(), 0U);
 }
 
+TEST_F(SimulationCommands, AFlightByHandStays) {
+  Commands fly;
+  fly.fly = BallLaunch{{-15.0, 0.0}, 0.0};  // out over the near edge
+  advance(200, fly);
+  EXPECT_EQ(view().flight, Flight::landed);
+  EXPECT_TRUE(view().waits);
+  EXPECT_TRUE(view().flight_record->energy_drift());
+  Commands launch;
+  launch.launch = true;
+  advance(1, launch);
+  EXPECT_FALSE(view().waits);
+}
+
 TEST_F(SimulationCommands, BackIsTheSameStateAsThen) {
   simulation_.keep_moments();
   std::vector<std::uint64_t> hashes = {simulation_.backend().state_hash()};
