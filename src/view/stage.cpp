@@ -75,6 +75,7 @@ class Stage {
   void follow_switches(const Commands& commands);
   void follow_camera(const InputFrame& input);
   void measure_copy_bandwidth();
+  Look look_of_marks() const;
   ViewRegion free_region() const;
   void fit_camera();
   void begin_steps();
@@ -314,12 +315,19 @@ void Stage::measure_copy_bandwidth() {
   }
 }
 
+// Without an overlay there is no legend either: the scene alone.
+Look Stage::look_of_marks() const {
+  Look look = switches_.look;
+  look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
+  return look;
+}
+
 ViewRegion Stage::free_region() const {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_);
-  const double top = SceneMarks::reserved_px(simulation_.view(), switches_.look, scale_,
+  const double top = SceneMarks::reserved_px(simulation_.view(), look_of_marks(), scale_,
                                              static_cast<float>(size_.height - bottom));
   return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
 }
@@ -376,7 +384,7 @@ void Stage::describe_overlay() {
   overlay_.show(view, mode, place, switches_.look);
   place.bottom_px -= Overlay::height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
   const auto height_px = static_cast<float>(size_.height);
-  marks_.show(view, camera_, place, height_px, switches_.look);
+  marks_.show(view, camera_, place, height_px, look_of_marks());
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          camera_, place, height_px, switches_.look);
