@@ -320,6 +320,7 @@ def save(bench):
         for header in ("Ball", "Air", "Method", "View"):
             window.click(f"{header} header")
         window.click("Show header")
+        window.wait_for_control("Scene file")
         window.type_text("Scene file", str(file))
         window.click("Save")
         wait_for("saved scene", file.exists, 1.0 if bench.hands_off else 5.0)
