@@ -1,7 +1,9 @@
 // What the window does that needs no window: aiming, the figures of the overlay, the legend of flights.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "support/scene_support.hpp"
 #include "temporary_folder.hpp"
