@@ -111,7 +111,7 @@ TEST(OverlayFigures, RateAndShareOfCopying) {
   for (int i = 0; i < 10; ++i) history.add(computing(2.0), 16.0, frames.view);
   frames.view.frame_totals = {};
   frames.view.least_bytes_moved = 0.0;
-  for (int i = 0; i < 10; ++i) history.add(computing(0.0), 16.0, frames.view);
+  for (int i = 0; i < 10; ++i) history.add(computing(5.0), 16.0, frames.view);
   const OverlayFigures figures = history.figures(2.5e8);
   EXPECT_DOUBLE_EQ(figures.particle_steps_per_s, 2e6);
   EXPECT_DOUBLE_EQ(figures.copy_share, 0.2);
