@@ -35,7 +35,8 @@ std::string toml_text(const std::string& text) {
 std::string array_text(const char* key, const std::vector<std::string>& values, const char* between) {
   std::vector<std::string> words;
   for (const std::string& value : values) words.push_back(toml_text(value));
-  return fmt::format("{} = [{}]\n", key, fmt::join(words, between));
+  const bool is_one_line = std::string_view(between) == ", ";
+  return fmt::format("{} = [{}{}]\n", key, is_one_line ? "" : "\n  ", fmt::join(words, between));
 }
 
 std::string edit_text(const Field& field, const Settings& settings) {
@@ -48,10 +49,14 @@ std::string settings_text(const Settings& settings) {
   return fmt::format("scene = {}\n", toml_text(settings.name)) + array_text("settings", all, ",\n  ");
 }
 
-std::vector<std::string> edits_between(const Settings& before, const Settings& after) {
+// What a person changed and what came of it: a refused edit is none, and the number of parcels may have been
+// counted for the backend.
+std::vector<std::string> edits_between(const Settings& before, const Settings& asked, const Settings& after) {
   std::vector<std::string> edits;
   for (const Field& field : fields()) {
-    if (value_text(field, before) != value_text(field, after)) edits.push_back(edit_text(field, after));
+    const auto differs = [&](const Settings& s) { return value_text(field, s) != value_text(field, before); };
+    const bool is_asked = differs(asked) || field.path() == "air.num_parcels";
+    if (is_asked && differs(after)) edits.push_back(edit_text(field, after));
   }
   return edits;
 }
@@ -214,6 +219,7 @@ void InputLog::begin_frame(const Commands& commands, const Simulation& simulatio
     if (commands.*one.member) frame_.presses.emplace_back(one.name);
   }
   settings_before_ = simulation.settings();
+  asked_ = commands.settings;
   num_scenes_before_ = simulation.view().num_scenes;
   num_fallbacks_before_ = simulation.num_fallbacks();
 }
@@ -224,8 +230,8 @@ void InputLog::end_frame(Simulation& simulation) {
                       simulation.num_fallbacks() != num_fallbacks_before_;
   if (is_new) {
     frame_.restart = simulation.settings();
-  } else {
-    frame_.edits = edits_between(settings_before_, simulation.settings());
+  } else if (asked_) {
+    frame_.edits = edits_between(settings_before_, *asked_, simulation.settings());
   }
   if (!files_.empty() && num_frames_ % kFramesPerHash == 0) frame_.hash = hash_of(simulation);
   if (is_new || !frame_.edits.empty() || !frame_.presses.empty() || !frame_.hash.empty()) note(frame_);
@@ -234,6 +240,7 @@ void InputLog::end_frame(Simulation& simulation) {
 void InputLog::note(const LoggedFrame& frame) {
   const std::string text = frame_text(frame);
   text_ += text;
+  if (!frame.hash.empty()) last_hashed_ = frame.number;
   for (File& file : files_) write(file, text);
 }
 
@@ -262,8 +269,8 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
   const auto found =
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
-  // Of the last frame; a log without a frame has nothing to prove.
-  if (num_frames_ > 0)
+  // Of the last frame, unless it is there already.
+  if (num_frames_ - 1 > last_hashed_)
     write(*found, frame_text({num_frames_ - 1, std::nullopt, {}, {}, hash_of(simulation)}));
   files_.erase(found);
 }

@@ -78,9 +78,11 @@ class InputLog {
   std::list<File> files_;
   std::string failure_;
   std::int64_t num_frames_ = 0;
+  std::int64_t last_hashed_ = -1;  // frame whose state stands in text_
   // Of the frame in hand.
   LoggedFrame frame_;
   Settings settings_before_;
+  std::optional<Settings> asked_;
   std::int64_t num_scenes_before_ = 0;
   int num_fallbacks_before_ = 0;
 };

@@ -19,6 +19,8 @@ struct InputFrame {
   bool next_overlay = false;
   bool toggle_path = false;
   bool fit = false;
+  bool toggle_film = false;
+  bool take_picture = false;
   Vec2d pan_px;       // since the last frame, upwards positive
   double zoom = 1.0;  // > 1: nearer
   Vec2d pointer_px;   // from the lower left corner

@@ -1,0 +1,46 @@
+#include "view/film_scene.hpp"
+
+#include <algorithm>
+
+namespace pf {
+namespace {
+
+// Text as large beside the picture as that of a window of 1280x720.
+float scale_of(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
+
+}  // namespace
+
+FilmScene::FilmScene(SizePx size) : size_(size), scale_(scale_of(size)), gui_(scale_) {
+  canvas_.resize(size.width, size.height);
+}
+
+void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
+                         const ViewRegion& seen, bool overlay) {
+  const double bottom = Overlay::height_px(overlay ? OverlayMode::full : OverlayMode::off, scale_);
+  const ViewRegion region = {0.0, bottom, static_cast<double>(size_.width),
+                             std::max(size_.height - bottom, 1.0)};
+  if (window.fitted) {
+    fit_world(camera_, frame.physics->world, region, scale_);
+  } else {
+    camera_.center_m = window.to_world(seen.center_px());
+    camera_.anchor_px = region.center_px();
+    camera_.metres_per_px =
+        window.metres_per_px * std::max(seen.width_px / region.width_px, seen.height_px / region.height_px);
+  }
+  renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
+}
+
+void FilmScene::draw_rest(const FrameView& frame, bool show_path, const Overlay* overlay, Gui& window_gui) {
+  renderer_.set_show_path(show_path);
+  renderer_.draw_flight(frame, camera_, {canvas_.framebuffer(), size_, scale_});
+  if (overlay == nullptr) return;
+  gui_.make_current();
+  gui_.begin_frame(size_, 1.0 / 60.0);
+  overlay->show(frame, OverlayMode::full,
+                {0.0F, static_cast<float>(size_.width), static_cast<float>(size_.height), scale_});
+  gui_.end_frame();
+  gui_.draw(canvas_.framebuffer(), size_);
+  window_gui.make_current();
+}
+
+}  // namespace pf
