@@ -97,6 +97,7 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
     ImGui::SetCurrentContext(before);
     throw DeviceError("ImGui_ImplOpenGL3_Init: no GL for the panel; install libgl1 (Debian, Ubuntu)");
   }
+  if (before != nullptr) ImGui::SetCurrentContext(before);
 }
 
 Gui::~Gui() {

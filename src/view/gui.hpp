@@ -37,7 +37,7 @@ class Gui {
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  void make_current();  // ImGui's functions then speak of this one; a new Gui is current
+  void make_current();  // ImGui's functions then speak of this one, as of the first that was made
   void begin_frame(SizePx size, double frame_s);
   void end_frame();                                  // ends the description of the frame
   void draw(unsigned int framebuffer, SizePx size);  // draws what was described
