@@ -56,6 +56,10 @@ using Words = std::vector<std::string>;
 constexpr const char* kHardware = "h264_nvenc";
 constexpr const char* kSoftware = "libx264";
 
+// Players take films of this size for BT.709; said in the film, too.
+const std::string kTurnToVideo = "scale=out_color_matrix=bt709:out_range=tv";
+const Words kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
+
 const Words kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
 
 // Both at a quality where loss cannot be seen in moving parcels; constant quality, not constant rate.
@@ -85,14 +89,14 @@ Words ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double
                        "pipe:0",
                        "-an",
                        "-vf",
-                       is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2" : "vflip"};
+                       (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kTurnToVideo};
   // A fragment ends at a key frame: what comes after the last one is lost if ffmpeg dies.
   const Words frames = {"-c:v",     encoder,  "-g", fmt::format("{:.0f}", std::ceil(frame_rate_hz)),
                         "-pix_fmt", "yuv420p"};
   const Words mp4 = {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"};
   const Words mkv = {"-f", "matroska"};
   // file: since else a colon or a leading dash in the name has a meaning.
-  return kQuiet + input + frames + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
+  return kQuiet + input + frames + kColors + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
          Words{"-flush_packets", "1", "file:" + file.string()};
 }
 

@@ -107,7 +107,7 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   auto film = std::make_unique<Film>(request, announce_);
   const fs::path log = log_beside(film->file());
   log_.open(log);
-  running_.emplace(Running{std::move(film), log});
+  running_.emplace(Running{std::move(film), log, false});
 }
 
 void Recorder::toggle(Simulation& simulation) {
@@ -136,6 +136,7 @@ void Recorder::end(Simulation& simulation) {
 void Recorder::follow(Simulation& simulation) {
   if (running_ && !running_->film->failure().empty()) {
     tell(fmt::format("recording stopped, the run goes on: {}", running_->film->failure()));
+    running_->failure_told = true;
     end(simulation);
   }
   for (auto it = ending_.begin(); it != ending_.end();) {
@@ -145,8 +146,9 @@ void Recorder::follow(Simulation& simulation) {
     }
     const FilmFigures film = it->film->figures();
     failed_ = failed_ || !film.failure.empty();
-    tell(fmt::format("film {}: {}{}", in_quotes(film.file.string()), count_text(film),
-                     film.failure.empty() ? "" : "; it broke off: " + film.failure));
+    const std::string end = film.failure.empty() ? "" : "; it broke off";
+    const std::string reason = end.empty() || it->failure_told ? "" : ": " + film.failure;
+    tell(fmt::format("film {}: {}{}{}", in_quotes(film.file.string()), count_text(film), end, reason));
     ended_.emplace_back(film, it->log);
     it = ending_.erase(it);
   }

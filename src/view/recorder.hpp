@@ -61,6 +61,7 @@ class Recorder {
   struct Running {
     std::unique_ptr<Film> film;
     std::filesystem::path log;
+    bool failure_told = false;
   };
 
   SizePx film_size() const;
