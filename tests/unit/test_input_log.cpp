@@ -3,105 +3,18 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <nlohmann/json.hpp>
-
-#include "app/replay.hpp"
 #include "core/error.hpp"
-#include "support/scene_support.hpp"
+#include "support/logged_flight.hpp"
 #include "temporary_folder.hpp"
 
-namespace pf {
+namespace pf::test {
 namespace {
-
-constexpr int kNumFrames = 70;
-
-// What a person does in the flight below, by frame.
-Commands inputs_at(int frame, const Settings& present) {
-  Commands commands;
-  const auto edit = [&](const std::function<void(Settings&)>& change) {
-    commands.settings = present;
-    change(*commands.settings);
-  };
-  switch (frame) {
-    case 3:
-      edit([](Settings& s) { s.ball_spin_radps = -0.1; });
-      break;
-    case 5:
-      edit([](Settings& s) { s.restitution = 1.0 / 3.0; });
-      commands.launch = true;
-      break;
-    case 8:
-      commands.toggle_pause = true;
-      break;
-    case 10:
-      commands.single_step = true;
-      break;
-    case 12:
-      commands.toggle_pause = true;
-      break;
-    case 15:
-      commands.reset = true;
-      break;
-    case 20:
-      edit([](Settings& s) { s.threads = 1; });
-      break;
-    case 25:
-      edit([](Settings& s) { s.restitution = 2.0; });  // refused
-      break;
-    case 30:
-      edit([](Settings& s) { s.num_parcels = 333; });
-      break;
-    case 40:
-      commands.scene = "regulation";
-      break;
-    case 42:
-      edit([](Settings& s) { s.num_parcels = 444; });
-      break;
-    default:
-      break;
-  }
-  return commands;
-}
-
-// Flies it, with a log from `from_frame` on, and returns the last state.
-std::uint64_t fly_logged(const std::filesystem::path& file, int from_frame) {
-  Simulation simulation(test::court(500), make_cpu_backend(2));
-  InputLog log(simulation, "cpu");
-  for (int frame = 0; frame < kNumFrames; ++frame) {
-    if (frame == from_frame) log.open(file);
-    const Commands commands = inputs_at(frame, simulation.settings());
-    log.begin_frame(commands, simulation);
-    simulation.advance_frame(commands, nullptr);
-    log.end_frame(simulation);
-  }
-  log.close_all(simulation);
-  EXPECT_EQ(log.take_failure(), "");
-  return simulation.backend().state_hash();
-}
-
-struct Flown {
-  std::uint64_t hash = 0;
-  std::string summary;
-  nlohmann::json report;
-};
-
-Flown fly_again(const std::filesystem::path& file, unsigned threads) {
-  const RunLog log = read_log(file);
-  Simulation simulation(log.settings, make_cpu_backend(threads));
-  Replay replay(log);
-  while (!replay.ended()) {
-    simulation.advance_frame(replay.commands(simulation.settings()), nullptr);
-    replay.end_frame(simulation);
-  }
-  return {simulation.backend().state_hash(), replay.summary(), replay.report()};
-}
 
 TEST(InputLog, TheSameFlightAgain) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
-  const std::uint64_t hash = fly_logged(file, 0);
-  const Flown flown = fly_again(file, 1);
+  const std::uint64_t hash = fly_logged(file, 0, make_cpu_backend(2));
+  const Flown flown = fly_again(file, make_cpu_backend(1));
   EXPECT_EQ(flown.hash, hash);
   EXPECT_EQ(flown.report["flown"], kNumFrames);
   EXPECT_EQ(flown.report["checks"], 2);  // after 60 frames and at the end
@@ -113,19 +26,19 @@ TEST(InputLog, TheSameFlightAgain) {
 TEST(InputLog, BegunLaterItHoldsTheWholeFlight) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
-  const std::uint64_t hash = fly_logged(file, 33);
-  EXPECT_EQ(fly_again(file, 2).hash, hash);
+  const std::uint64_t hash = fly_logged(file, 33, make_cpu_backend(2));
+  EXPECT_EQ(fly_again(file, make_cpu_backend(2)).hash, hash);
 }
 
 TEST(InputLog, OneLineChangedDivergesAtTheNextState) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
-  fly_logged(file, 0);
+  fly_logged(file, 0, make_cpu_backend(2));
   std::string text = contents_of(file);
   const std::size_t at = text.find("air.num_parcels = 444");
   ASSERT_NE(at, std::string::npos);
   text.replace(at, 21, "air.num_parcels = 445");
-  const Flown flown = fly_again(folder.write("b.toml", text), 2);
+  const Flown flown = fly_again(folder.write("b.toml", text), make_cpu_backend(2));
   EXPECT_EQ(flown.report["same"], false);
   EXPECT_EQ(flown.report["first_divergence"]["frame"], 59);
   EXPECT_EQ(flown.report["first_divergence"]["last_same_frame"], nullptr);
@@ -136,9 +49,10 @@ TEST(InputLog, OneLineChangedDivergesAtTheNextState) {
 TEST(InputLog, CutShortItStillPlays) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
-  fly_logged(file, 0);
+  fly_logged(file, 0, make_cpu_backend(2));
   std::string text = contents_of(file);
-  const Flown flown = fly_again(folder.write("b.toml", text.substr(0, text.rfind("\n[[frame]]"))), 2);
+  const Flown flown =
+      fly_again(folder.write("b.toml", text.substr(0, text.rfind("\n[[frame]]"))), make_cpu_backend(2));
   EXPECT_EQ(flown.report["flown"], 60);
   EXPECT_EQ(flown.report["same"], true);
 }
@@ -169,4 +83,4 @@ TEST(InputLog, WhatIsNoLogIsRefused) {
 }
 
 }  // namespace
-}  // namespace pf
+}  // namespace pf::test
