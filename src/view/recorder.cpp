@@ -213,17 +213,16 @@ void Recorder::write_picture(const fs::path& file, const SeenPicture& picture,
 }
 
 void Recorder::finish(Simulation& simulation) {
-  if (kept_.texture() != 0) {
-    const SeenPicture kept = {kept_.framebuffer(), {kept_.width_px(), kept_.height_px()}};
-    if (!options_.picture.empty()) write_picture(options_.picture, kept, simulation);
-    if (options_.still_s) write_picture(options_.still, kept, simulation);
-  }
   if (running_) end(simulation);
   follow(simulation);
   while (!ending_.empty()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     follow(simulation);
   }
+  if (kept_.texture() == 0) return;
+  const SeenPicture kept = {kept_.framebuffer(), {kept_.width_px(), kept_.height_px()}};
+  if (!options_.picture.empty()) write_picture(options_.picture, kept, simulation);
+  if (options_.still_s) write_picture(options_.still, kept, simulation);
 }
 
 std::string Recorder::notice() const {

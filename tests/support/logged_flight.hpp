@@ -51,10 +51,10 @@ inline Commands inputs_at(int frame, const Settings& present) {
     case 30:
       edit([](Settings& s) { s.num_parcels = 333; });
       break;
-    case 40:
+    case 62:
       commands.scene = "regulation";
       break;
-    case 42:
+    case 64:
       edit([](Settings& s) { s.num_parcels = 444; });
       break;
     default:
