@@ -94,6 +94,9 @@ def picture_key(bench):
     check(len(names) == 2 and names[0].startswith(names[1].removesuffix(".png")), f"the same moment twice: {names}")
     pictures = [read_png(name) for name in names]
     check(pictures[0].width == 800 and pictures[0].height == 700, "as large as the window")
+    # The panel is 318 pixels wide; without it, the court's left line is there, as long as the court is high.
+    line = max(sum(min(pictures[0].at(x, y)) > 150 for y in range(700)) for x in range(318))
+    check(line > 150, f"without the panel: a line of {line} pixels where it would be")
     text = pathlib.Path(names[0]).read_bytes()
     check(b"tEXtScene\0[scene]\nname = \"court\"" in text and b"num_parcels = 2000 " in text, "with the scene in it")
 
