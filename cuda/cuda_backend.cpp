@@ -200,7 +200,9 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   PF_CUDA(cudaMemcpyAsync(current_.velocity.data(), snapshot.velocity.data(), n * sizeof(Vec2f),
                           cudaMemcpyHostToDevice, stream_));
   launch_number(current_.id.data(), n, stream_);
-  PF_CUDA(cudaStreamSynchronize(stream_));
+  StepState state = read_state();
+  state.step = snapshot.step;
+  write_state(state);
   sorted_ = false;
   keys_are_written_ = false;
 }
@@ -355,7 +357,8 @@ void CudaBackend::draw(const DrawBuffers& buffers) {
 }
 
 ParcelSnapshot CudaBackend::snapshot() {
-  ParcelSnapshot snapshot{std::vector<Vec2i>(num_parcels_), std::vector<Vec2f>(num_parcels_)};
+  ParcelSnapshot snapshot{std::vector<Vec2i>(num_parcels_), std::vector<Vec2f>(num_parcels_),
+                          read_state().step};
   if (num_parcels_ == 0) return snapshot;
   const DeviceBuffer<Vec2i> position(num_parcels_);
   const DeviceBuffer<Vec2f> velocity(num_parcels_);

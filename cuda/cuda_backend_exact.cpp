@@ -141,7 +141,7 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = plan_exact(request);
   const ExactConstants& c = launch.constants;
-  const bool search = physics_.parcels.contacts && !launch.space.all_pairs && num_parcels_ > 0;
+  const bool search = physics_.parcels.contacts && !needs_all_pairs(c) && num_parcels_ > 0;
   const std::vector<std::uint64_t> ends = exact_.plan(request, c.tick_s);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   submitted_ = {request.num_steps, 0, true, c.step.per_impulse_count, c.step.impulse_unit_kg_mps};

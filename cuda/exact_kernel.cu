@@ -14,11 +14,15 @@ namespace {
 namespace cg = cooperative_groups;
 
 constexpr unsigned kBlock = 256;
-constexpr unsigned kPredictBlocksPerSm = 4;
+constexpr unsigned kPredictBlocksPerSm = 5;  // ms at 10^7: 0.63; with 4 0.74, with 3 0.93
 constexpr unsigned kRoundBlocksPerSm = 2;
-constexpr std::uint32_t kParcelsPerSegment = 512;  // fewer blocks for few parcels: the barrier is cheaper
+constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
 constexpr unsigned long long kNoKey = ~0ULL;
+
+// Counts of a block's items: six lists (SegmentedList::slot) and the saved lines.
+constexpr unsigned kSavedSlot = 6;
+constexpr unsigned kNumSlotsOfLists = 7;
 
 // So many threads work on one parcel together where a block has few of them and each search's latency counts;
 // with many, one thread each wastes less.
@@ -234,6 +238,7 @@ struct Rounds {
   const ExactConstants& c;
   ExactState& state;
   TallySlot* block_tally;
+  std::uint32_t* counts;  // of this block's items in each list, shared memory
   const ExactArrays& a = launch.arrays;
   RoundLists lists = launch.arrays.lists;
   cg::grid_group grid = cg::this_grid();
@@ -241,11 +246,27 @@ struct Rounds {
   bool alone = false;            // one block, with lists of its own
   std::uint32_t now_active = 0;  // which of the two lists
   std::uint32_t stamp = 0;
-  double fastest_now = 0.0;  // bound on the speed of every line so far
+  double fastest_now = 0.0;         // bound on the speed of every line so far
+  const Vec2i* at_begin = nullptr;  // what does not change during the rounds, out of `state`
+  Vec2i* at_end = nullptr;
+  double travel = 0.0;
+  std::uint64_t begin_tick = 0;
+  std::uint32_t step_stamp = 0;
+  bool draws = false;
   unsigned num_collisions = 0, num_hits = 0;
   long long impulse_sum = 0;
   float max_overlap = 0.0F;
   unsigned long long hash = 0;
+
+  __device__ void look_up() {
+    at_begin = a.present[state.parity];
+    at_end = a.present[state.parity ^ 1U];
+    travel = static_cast<double>(state.progress.travel);
+    begin_tick = state.progress.now;
+    step_stamp = state.step_stamp;
+    draws = launch.draw.position_m != nullptr && reaches_end(state, launch.until);
+    fastest_now = state.progress.fastest_mps;
+  }
 
   // The model's Tally.
   __device__ void begin_contact() { ++num_collisions; }
@@ -259,7 +280,7 @@ struct Rounds {
   }
 
   __device__ std::uint32_t count_of(const SegmentedList& list) const {
-    const std::uint32_t count = list.counts[segment];
+    const std::uint32_t count = counts[list.slot];
     return count < list.capacity ? count : list.capacity;
   }
   __device__ std::uint32_t& item_of(const SegmentedList& list, std::uint32_t k) const {
@@ -305,7 +326,7 @@ struct Rounds {
     return best;
   }
   __device__ void push(const SegmentedList& list, std::uint32_t item) {
-    const std::uint32_t place = atomicAdd(&list.counts[segment], 1U);
+    const std::uint32_t place = atomicAdd(&counts[list.slot], 1U);
     if (place < list.capacity) {
       item_of(list, place) = item;
     } else {
@@ -313,14 +334,14 @@ struct Rounds {
     }
   }
   __device__ void clear(const SegmentedList& list) {
-    if (threadIdx.x == 0) list.counts[segment] = 0;
+    if (threadIdx.x == 0) counts[list.slot] = 0;
   }
 
   __device__ Event event(std::uint32_t i) const {
     const std::uint32_t partner = a.event_partner[i];
     return {a.event_tick[i], partner, is_parcel(partner) ? a.lines.id[partner] : partner};
   }
-  __device__ Vec2i present(std::uint32_t i) const { return a.present[state.parity][i]; }
+  __device__ Vec2i present(std::uint32_t i) const { return at_begin[i]; }
 
   // Calls use(j), shared among kLanes threads, for the parcels that i may touch within the step if it moves
   // no further than moved_units from where it was at the begin, and they keep to their present lines. What is
@@ -332,8 +353,7 @@ struct Rounds {
     const double distance = c.step.contact_distance + moved_units + others + kRoundingMargin;
     const Vec2i at = present(i);
     const auto find = [&](auto found) {
-      search<kBoundary, false, kLanes>(launch.space, a.present[state.parity], at, i,
-                                       saturated(distance + static_cast<double>(state.progress.travel)),
+      search<kBoundary, false, kLanes>(launch.space, at_begin, at, i, saturated(distance + travel),
                                        filter_of(distance), found);
     };
     FindList finds;
@@ -475,13 +495,13 @@ struct Rounds {
   }
 
   __device__ bool is_saved(std::uint32_t mark) const {
-    return mark / 8U >= state.step_stamp && (mark & kSaved) != 0;
+    return mark / 8U >= step_stamp && (mark & kSaved) != 0;
   }
 
   // Keeps the parcel's line at the begin, once a step; false if there is no room for it.
   __device__ bool save(std::uint32_t i) {
     if (is_saved(a.mark[i])) return true;
-    const std::uint32_t place = atomicAdd(&lists.num_saved[segment], 1U);
+    const std::uint32_t place = atomicAdd(&counts[kSavedSlot], 1U);
     if (place >= lists.saved_capacity) {
       state.failed = stamp;
       return false;
@@ -495,7 +515,9 @@ struct Rounds {
     a.lines.position[i] = now.anchor;
     a.lines.velocity[i] = now.velocity;
     a.lines.tick[i] = now.tick;
-    write_end<kBoundary>(c, launch, state, i, now);
+    const Vec2i end = position_at<kBoundary>(c, now, static_cast<std::int32_t>(c.length));
+    at_end[i] = end;
+    if (draws) draw_parcel(launch.draw, c.step.physics.world, i, end, now.velocity);
     const float speed2 = dot(now.velocity, now.velocity);
     if (static_cast<double>(speed2) > fastest_now * fastest_now)
       atomicMax(&state.fastest_after_bits, __float_as_uint(speed2));
@@ -504,8 +526,7 @@ struct Rounds {
   }
 
   __device__ void record(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    hash += event_hash(state.progress.now + tick, first < second ? first : second,
-                       first < second ? second : first);
+    hash += event_hash(begin_tick + tick, first < second ? first : second, first < second ? second : first);
   }
 
   __device__ bool in_contact_time(std::uint32_t i, std::uint32_t tick) const {
@@ -637,16 +658,24 @@ struct Rounds {
 
   // Takes over the other blocks' items; they wait at the end of the rounds.
   __device__ void take_all(const SegmentedList& from, const SegmentedList& to) {
-    if (threadIdx.x == 0) to.counts[0] = 0;
+    if (threadIdx.x == 0) counts[to.slot] = 0;
     __syncthreads();
     for (std::uint32_t s = threadIdx.x / kTogether; s < a.num_segments; s += kBlock / kTogether) {
       const std::uint32_t count = from.counts[s] < from.capacity ? from.counts[s] : from.capacity;
       for (std::uint32_t k = threadIdx.x % kTogether; k < count; k += kTogether)
-        to.items[atomicAdd(&to.counts[0], 1U)] = from.items[static_cast<std::size_t>(s) * from.capacity + k];
+        to.items[atomicAdd(&counts[to.slot], 1U)] =
+            from.items[static_cast<std::size_t>(s) * from.capacity + k];
     }
     __syncthreads();
   }
+  // Lines saved so far stay in the block's segment; num_saved says how many.
+  __device__ void publish_saved() {
+    if (threadIdx.x == 0) (alone ? a.alone : a.lists).num_saved[segment] = counts[kSavedSlot];
+  }
   __device__ void go_on_alone() {
+    publish_saved();
+    __syncthreads();
+    if (threadIdx.x == 0) counts[kSavedSlot] = 0;
     take_all(lists.active[now_active], a.alone.active[now_active]);
     take_all(lists.near_ball, a.alone.near_ball);
     lists = a.alone;
@@ -690,10 +719,11 @@ struct Rounds {
   // that leave the rest to the first one return true.
   __device__ bool run(std::uint32_t most_rounds) {
     std::uint32_t turn = 0;
-    fastest_now = state.progress.fastest_mps;
     const std::uint32_t num_near = total(count_of(lists.near_ball), turn);
     for (std::uint32_t k = 0;; ++k) {
       __syncthreads();
+      if (!alone && threadIdx.x == 0)
+        lists.active[now_active].counts[segment] = count_of(lists.active[now_active]);
       const std::uint32_t num_active = total(count_of(lists.active[now_active]), turn);
       stamp = *const_cast<volatile std::uint32_t*>(&state.stamp) + k;
       // Of earlier rounds only: a block that is ahead may be failing in this one already.
@@ -792,14 +822,23 @@ __global__ void __launch_bounds__(kBlock, kRoundBlocksPerSm)
   constexpr std::uint32_t kMostRounds = 10000;
   __shared__ ExactConstants c;
   __shared__ TallySlot block_tally;
+  __shared__ std::uint32_t counts[kNumSlotsOfLists];
   cg::grid_group grid = cg::this_grid();
   ExactState& state = *launch.state;
   if (threadIdx.x == 0) block_tally = {};
   while (true) {
-    if (threadIdx.x == 0) c = state.plan;
+    if (threadIdx.x == 0) {
+      c = state.plan;
+      for (std::uint32_t& count : counts) count = 0;
+      const RoundLists& lists = launch.arrays.lists;
+      counts[lists.active[0].slot] = lists.active[0].counts[blockIdx.x];
+      counts[lists.near_ball.slot] = lists.near_ball.counts[blockIdx.x];
+    }
     __syncthreads();
-    Rounds<kBoundary> rounds{launch, c, state, &block_tally};
+    Rounds<kBoundary> rounds{launch, c, state, &block_tally, counts};
+    rounds.look_up();
     const bool rounds_finished = rounds.run(kMostRounds);
+    rounds.publish_saved();
     rounds.add_tally();
     if (grid.thread_rank() == 0) state.finished = rounds_finished ? 1U : 0U;
     grid.sync();

@@ -17,6 +17,7 @@ struct SegmentedList {
   std::uint32_t* items = nullptr;   // num_segments x capacity
   std::uint32_t* counts = nullptr;  // num_segments
   std::uint32_t capacity = 0;
+  std::uint32_t slot = 0;  // which of the lists it is
 };
 
 // A parcel as it was at the step's begin.

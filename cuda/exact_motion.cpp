@@ -24,7 +24,10 @@ RoundLists DeviceExact::Lists::view() const {
   RoundLists v;
   SegmentedList* const views[6] = {&v.active[0], &v.active[1], &v.lowered,
                                    &v.changed,   &v.flagged,   &v.near_ball};
-  for (int k = 0; k < 6; ++k) *views[k] = list[k].view();
+  for (std::uint32_t k = 0; k < 6; ++k) {
+    *views[k] = list[k].view();
+    views[k]->slot = k;
+  }
   v.saved = saved.data();
   v.num_saved = num_saved.data();
   v.saved_capacity = saved_capacity;

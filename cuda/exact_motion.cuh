@@ -38,7 +38,7 @@ class DeviceExact {
   struct List {
     DeviceBuffer<std::uint32_t> items, counts;
     std::uint32_t capacity = 0;
-    SegmentedList view() const { return {items.data(), counts.data(), capacity}; }
+    SegmentedList view() const { return {items.data(), counts.data(), capacity, 0}; }
   };
   struct Lists {
     List list[6];

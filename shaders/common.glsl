@@ -5,16 +5,19 @@ layout(std140, binding = 0) uniform View {
   vec2 size_px;
   float m_per_px;
   float scale;       // pixels per layout pixel
+  float map_low;     // part of the colour map that is used
+  float map_high;
+  float map_kind;    // 0 viridis, 1 cividis, 2 grey
+  float light;       // 1: light theme
 } view;
 
 vec2 px_of(vec2 world_m) { return (world_m - view.center_m) / view.m_per_px + view.anchor_px; }
 vec4 clip_of(vec2 px) { return vec4(px / view.size_px * 2.0 - 1.0, 0.0, 1.0); }
 
-// Viridis (van der Walt and Smith 2015), sixth-order fit. Its luminance rises all the way, also for colour-blind
-// eyes; the darkest quarter is left out, because it would not show on the floor. t in [0, 1].
-// view/color_map.hpp holds the same text for the legend.
-vec3 speed_color(float t) {
-  t = 0.28 + 0.72 * clamp(t, 0.0, 1.0);
+// Sixth-order fits of viridis (van der Walt and Smith 2015) and cividis (Nunez, Anderton and Renslow 2018), and
+// grey. Lightness rises all the way in each, also for colour-blind eyes; the part that would not show on the floor
+// is left out. t in [0, 1], slow to fast. view/color_map.hpp holds the same text for the legend.
+vec3 viridis(float t) {
   const vec3 c0 = vec3(0.2777273272, 0.0054073445, 0.3340998053);
   const vec3 c1 = vec3(0.1050930431, 1.4046135299, 1.3845901628);
   const vec3 c2 = vec3(-0.3308618287, 0.2148475595, 0.0950951630);
@@ -22,5 +25,22 @@ vec3 speed_color(float t) {
   const vec3 c4 = vec3(6.2282699363, 14.1799333668, 56.6905526007);
   const vec3 c5 = vec3(4.7763849977, -13.7451453777, -65.3530326334);
   const vec3 c6 = vec3(-5.4354558559, 4.6458526122, 26.3124352496);
-  return clamp(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6))))), 0.0, 1.0);
+  return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6)))));
+}
+
+vec3 cividis(float t) {
+  const vec3 c0 = vec3(-0.0089734425, 0.1367558936, 0.2941701871);
+  const vec3 c1 = vec3(-0.3846890463, 0.6394937024, 2.9826539258);
+  const vec3 c2 = vec3(15.4292103485, 0.3855616507, -22.3637603722);
+  const vec3 c3 = vec3(-58.9770314611, -1.4041971194, 74.8635610979);
+  const vec3 c4 = vec3(102.3704915104, 2.6009142965, -121.3031642206);
+  const vec3 c5 = vec3(-83.1872389608, -2.1407503893, 93.9742163957);
+  const vec3 c6 = vec3(25.7760701436, 0.6881223150, -28.2625330184);
+  return c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * (c5 + t * c6)))));
+}
+
+vec3 speed_color(float t) {
+  t = mix(view.map_low, view.map_high, clamp(t, 0.0, 1.0));
+  if (view.map_kind > 1.5) return vec3(t);
+  return clamp(view.map_kind > 0.5 ? cividis(t) : viridis(t), 0.0, 1.0);
 }

@@ -30,10 +30,10 @@ float lines(vec2 p) {
 }
 
 vec3 floor_color(vec2 p) {
-  vec3 outside = vec3(0.043, 0.071, 0.090);
-  vec3 apron = vec3(0.067, 0.129, 0.149);
-  vec3 court = vec3(0.058, 0.158, 0.228);
-  vec3 zone = vec3(0.066, 0.205, 0.222);
+  vec3 outside = mix(vec3(0.043, 0.071, 0.090), vec3(0.878, 0.902, 0.906), view.light);
+  vec3 apron = mix(vec3(0.067, 0.129, 0.149), vec3(0.827, 0.867, 0.859), view.light);
+  vec3 court = mix(vec3(0.058, 0.158, 0.228), vec3(0.902, 0.933, 0.957), view.light);
+  vec3 zone = mix(vec3(0.066, 0.205, 0.222), vec3(0.871, 0.922, 0.910), view.light);
   vec3 c = mix(outside, apron, cover(box(p, kHalfPlay - 0.25) - 0.25));
   c = mix(c, court, cover(box(p, kHalfCourt)));
   return mix(c, zone, cover(box(p, vec2(kZone, kHalfCourt.y))));
@@ -41,19 +41,19 @@ vec3 floor_color(vec2 p) {
 
 vec3 with_net(vec3 c, vec2 p) {
   float w = max(0.022, 0.75 * view.m_per_px);
-  float shadow = 0.42 * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
+  float shadow = mix(0.42, 0.16, view.light) * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
   c *= 1.0 - shadow * step(0.0, p.x);
   float mesh = max(abs(p.x) - w, abs(p.y) - kHalfPosts);
-  c = mix(c, vec3(0.86, 0.89, 0.88), 0.92 * cover(mesh));
+  c = mix(c, mix(vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), view.light), 0.92 * cover(mesh));
   float post = length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.06;
-  return mix(c, vec3(0.72, 0.76, 0.78), cover(post));
+  return mix(c, mix(vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), view.light), cover(post));
 }
 
 void main() {
   vec2 p = (gl_FragCoord.xy - view.anchor_px) * view.m_per_px + view.center_m;
   vec3 c = floor_color(p);
-  c *= 1.0 - 0.18 * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
-  c = mix(c, vec3(0.87, 0.90, 0.89), 0.80 * cover(lines(p)));
+  c *= 1.0 - mix(0.18, 0.05, view.light) * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
+  c = mix(c, mix(vec3(0.87, 0.90, 0.89), vec3(0.30, 0.38, 0.43), view.light), 0.80 * cover(lines(p)));
   c = with_net(c, p);
   // Half a grey level of noise hides the bands of the soft shading.
   float noise = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;

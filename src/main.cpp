@@ -124,6 +124,7 @@ StageRun run_on_stage(const Options& options) {
 }
 
 int run(const Options& options) {
+  if (!options.save_scene.empty()) save_new_scene_file(options.save_scene, options.settings);
   const StageRun run = run_on_stage(options);
   if (!options.report.empty()) write_report(options.report, run.report);
   return run.exit_code;

@@ -5,6 +5,7 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -13,6 +14,9 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
+
+// In the order of Comparison.
+const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step"};
 
 constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
 
@@ -66,6 +70,14 @@ std::string frame_text(const LoggedFrame& frame) {
   if (frame.restart) text += settings_text(*frame.restart);
   if (!frame.edits.empty()) text += array_text("set", frame.edits, ", ");
   if (!frame.presses.empty()) text += array_text("press", frame.presses, ", ");
+  if (frame.fly) {
+    text += fmt::format("fly = [{}, {}, {}]\n", frame.fly->velocity_mps.x, frame.fly->velocity_mps.y,
+                        frame.fly->spin_radps);
+  }
+  if (frame.compare != Comparison::none)
+    text += fmt::format("compare = {}\n", toml_text(kComparisonNames[static_cast<int>(frame.compare)]));
+  if (frame.time_scale_factor != 1.0)
+    text += fmt::format("time_scale_factor = {}\n", frame.time_scale_factor);
   if (!frame.hash.empty()) text += fmt::format("hash = {}\n", toml_text(frame.hash));
   return text;
 }
@@ -89,6 +101,8 @@ class Reader {
   std::string text(const toml::table& table, const char* key) const;
   std::vector<std::string> texts(const toml::table& table, const char* key) const;
   Settings settings(const toml::table& table) const;
+  double number(const toml::node& node, const char* key) const;
+  void read_launch(const toml::table& table, LoggedFrame& frame) const;
   LoggedFrame frame(const toml::table& table) const;
   toml::table parse() const;
 
@@ -141,6 +155,32 @@ Settings Reader::settings(const toml::table& table) const {
   return settings;
 }
 
+double Reader::number(const toml::node& node, const char* key) const {
+  const auto value = node.value<double>();
+  if (!node.is_number() || !std::isfinite(*value)) refuse(node, fmt::format("{} takes finite numbers", key));
+  return *value;
+}
+
+void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
+  if (const toml::node* fly = table.get("fly")) {
+    const toml::array* parts = fly->as_array();
+    if (parts == nullptr || parts->size() != 3)
+      refuse(*fly, "fly takes velocity and spin, [x in m/s, y in m/s, rad/s]");
+    frame.fly = {{number(*parts->get(0), "fly"), number(*parts->get(1), "fly")},
+                 number(*parts->get(2), "fly")};
+  }
+  if (const toml::node* compare = table.get("compare")) {
+    const auto found = std::find(kComparisonNames.begin(), kComparisonNames.end(), text(table, "compare"));
+    if (found == kComparisonNames.end())
+      refuse(*compare, fmt::format("compare takes one of {}", fmt::join(kComparisonNames, ", ")));
+    frame.compare = static_cast<Comparison>(found - kComparisonNames.begin());
+  }
+  if (const toml::node* factor = table.get("time_scale_factor")) {
+    frame.time_scale_factor = number(*factor, "time_scale_factor");
+    if (frame.time_scale_factor <= 0.0) refuse(*factor, "time_scale_factor takes a number above 0");
+  }
+}
+
 LoggedFrame Reader::frame(const toml::table& table) const {
   LoggedFrame frame;
   const toml::node* number = table.get("number");
@@ -151,6 +191,7 @@ LoggedFrame Reader::frame(const toml::table& table) const {
   frame.edits = texts(table, "set");
   frame.presses = texts(table, "press");
   frame.hash = text(table, "hash");
+  read_launch(table, frame);
   // Tried here, so that a log that cannot be played is refused before the run.
   Settings scratch;
   apply_edits(frame.edits, scratch, fmt::format("{}:{}", file_, table.source().begin.line));
@@ -201,7 +242,9 @@ std::vector<CommandSwitch> command_switches() {
   return {{"toggle_pause", &Commands::toggle_pause},
           {"single_step", &Commands::single_step},
           {"reset", &Commands::reset},
-          {"launch", &Commands::launch}};
+          {"launch", &Commands::launch},
+          {"hold", &Commands::hold},
+          {"back", &Commands::back}};
 }
 
 RunLog read_log(const fs::path& file) { return Reader(file).read(); }
@@ -218,6 +261,9 @@ void InputLog::begin_frame(const Commands& commands, const Simulation& simulatio
   for (const CommandSwitch& one : command_switches()) {
     if (commands.*one.member) frame_.presses.emplace_back(one.name);
   }
+  frame_.fly = commands.fly;
+  frame_.compare = commands.compare;
+  frame_.time_scale_factor = commands.time_scale_factor;
   settings_before_ = simulation.settings();
   asked_ = commands.settings;
   num_scenes_before_ = simulation.view().num_scenes;
@@ -234,7 +280,9 @@ void InputLog::end_frame(Simulation& simulation) {
     frame_.edits = edits_between(settings_before_, *asked_, simulation.settings());
   }
   if (!files_.empty() && num_frames_ % kFramesPerHash == 0) frame_.hash = hash_of(simulation);
-  if (is_new || !frame_.edits.empty() || !frame_.presses.empty() || !frame_.hash.empty()) note(frame_);
+  const bool has_launch = frame_.fly || frame_.compare != Comparison::none || frame_.time_scale_factor != 1.0;
+  const bool has_input = is_new || has_launch || !frame_.edits.empty() || !frame_.presses.empty();
+  if (has_input || !frame_.hash.empty()) note(frame_);
 }
 
 void InputLog::note(const LoggedFrame& frame) {
@@ -270,8 +318,12 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
   // Of the last frame, unless it is there already.
-  if (num_frames_ - 1 > last_hashed_)
-    write(*found, frame_text({num_frames_ - 1, std::nullopt, {}, {}, hash_of(simulation)}));
+  if (num_frames_ - 1 > last_hashed_) {
+    LoggedFrame last;
+    last.number = num_frames_ - 1;
+    last.hash = hash_of(simulation);
+    write(*found, frame_text(last));
+  }
   files_.erase(found);
 }
 

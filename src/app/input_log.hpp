@@ -21,7 +21,10 @@ struct LoggedFrame {
   std::optional<Settings> restart;   // these settings from their start: another scene, or another backend
   std::vector<std::string> edits;    // "section.key = value" of each setting that changed
   std::vector<std::string> presses;  // names of Commands that are on or off (command_switches)
-  std::string hash;                  // of the state after the frame; empty: not taken
+  std::optional<BallLaunch> fly;
+  Comparison compare = Comparison::none;
+  double time_scale_factor = 1.0;
+  std::string hash;  // of the state after the frame; empty: not taken
 };
 
 struct RunLog {

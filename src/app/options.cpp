@@ -48,10 +48,11 @@ constexpr const char* kBenchScene = "gas";  // its results can be held against t
 // The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
 // stand.
 struct Typed {
-  std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max;
+  std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max, theme, color_map,
+      overlay, ui_scale;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
-  std::string record, report, picture, json, panel_map, log, study;
+  std::string record, report, picture, json, panel_map, log, study, overlay_csv, save_scene;
   std::string record_time = "simulation", record_overlay = "on";
   std::optional<std::string> record_size, replay;
   std::vector<std::string> still;
@@ -155,7 +156,34 @@ void add_record_flags(CLI::App& app, Typed& typed, Options& options) {
       ->type_name("FILE.toml");
 }
 
+std::string one_of(const char* what, const std::vector<std::string>& names) {
+  return fmt::format("{}; {}; default {}", what, fmt::join(names, ", "), names.front());
+}
+
+// What the panel and the keys do to the picture.
+void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_flag("--paused", options.paused, "start paused; the space bar starts");
+  app.add_flag("--ghosts", options.ghosts,
+               "draw the paths of the same launch in a vacuum and in closed-form drag");
+  add_text(app, "--theme", typed.theme, "NAME", one_of("colours of floor, panel and overlay", kThemeNames));
+  add_text(app, "--color-map", typed.color_map, "NAME",
+           one_of("colours of the parcels' speed", kColorMapNames));
+  add_text(app, "--overlay", typed.overlay, "NAME",
+           one_of("times and figures at the lower edge", kOverlayNames));
+  add_text(app, "--ui-scale", typed.ui_scale, "X",
+           fmt::format("size of text and overlay; {} to {}; default 1", kLeastUiScale, kMostUiScale));
+  app.add_flag_callback(
+      "--no-vsync", [&options] { options.vsync = false; }, "frames do not wait for the screen");
+  app.add_flag("--full-screen", options.full_screen, "a window that fills the screen");
+  app.add_option("--overlay-csv", typed.overlay_csv, "write what the overlay shows, one line per frame")
+      ->type_name("FILE");
+  app.add_option("--save-scene", typed.save_scene,
+                 "write the settings of this command line as a scene file that is not there yet, .toml")
+      ->type_name("FILE");
+}
+
 void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
+  add_stage_flags(app, typed, options);
   app.add_flag("-t", options.show_path, "draw the path of the ball");
   app.add_flag("--headless", options.headless, "no window");
   app.add_flag_callback(
@@ -312,6 +340,49 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
   return file;
 }
 
+std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names) {
+  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
+  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(text),
+                              nearest_name(text, names), fmt::join(names, ", ")));
+}
+
+double read_ui_scale(const std::string& text) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() ||
+      !(value >= kLeastUiScale && value <= kMostUiScale)) {
+    throw UserError(fmt::format("--ui-scale: {} cannot be used; give a number from {} to {}", in_quotes(text),
+                                kLeastUiScale, kMostUiScale));
+  }
+  return value;
+}
+
+void read_stage_options(const CLI::App& command, const Typed& typed, Options& options) {
+  if (typed.theme) options.theme = name_of("--theme", *typed.theme, kThemeNames);
+  if (typed.color_map) options.color_map = name_of("--color-map", *typed.color_map, kColorMapNames);
+  if (typed.overlay) options.overlay = name_of("--overlay", *typed.overlay, kOverlayNames);
+  if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
+  if (options.paused && options.headless)
+    throw UserError(
+        "--paused: a headless run has no space bar that would start it; leave out one of the two");
+  options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
+  if (typed.save_scene.empty()) return;
+  if (fs::exists(fs::symlink_status(typed.save_scene))) {
+    throw UserError(fmt::format("--save-scene: {} is there already and stays as it is; choose another name",
+                                in_quotes(typed.save_scene)));
+  }
+  options.save_scene = output_file(command, "--save-scene", typed.save_scene, {".toml"});
+}
+
+bool gives_seconds(const Typed& typed) {
+  const auto is_seconds = [](const std::string& path) { return path == "run.seconds"; };
+  for (const std::string& set : typed.sets) {
+    if (is_seconds(CLI::detail::trim_copy(set.substr(0, set.find('='))))) return true;
+  }
+  return std::any_of(typed.flags.begin(), typed.flags.end(),
+                     [&](const auto& flag) { return is_seconds(flag.first->path); });
+}
+
 // What CLI11 did not recognise.
 [[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
   std::vector<std::string> known;
@@ -443,6 +514,8 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
+  options.seconds_given = gives_seconds(typed);
+  read_stage_options(command, typed, options);
   if (!is_bench) read_record(command, typed, options);
   read_still(typed, options);
   if (typed.replay) read_replay(typed, options);

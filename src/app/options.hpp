@@ -13,6 +13,13 @@ namespace pf {
 
 enum class Command { run, bench, scenes, lab };
 
+// Names of what a person chooses about the picture, in the order of the view's enumerations.
+inline const std::vector<std::string> kThemeNames = {"dark", "light"};
+inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
+inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
+constexpr double kLeastUiScale = 0.75;
+constexpr double kMostUiScale = 3.0;
+
 struct Options {
   Command command = Command::run;
   Settings settings;              // scene, then --set, then the flags
@@ -31,11 +38,22 @@ struct Options {
   std::optional<RunLog> replay;   // FILE.toml: the flight of this log
   std::optional<double> still_s;  // --still T FILE.png: this simulated time
   std::filesystem::path still;
-  std::filesystem::path report;      // --report FILE.json
-  std::filesystem::path picture;     // --picture FILE.png: the last frame
-  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
-  std::filesystem::path panel_map;   // --panel-map FILE: where each control is, for tests and scripts
-  int width_px = 1280;               // --size WxH
+  std::filesystem::path report;       // --report FILE.json
+  std::filesystem::path picture;      // --picture FILE.png: the last frame
+  std::string draw_target = "auto";   // --draw-target auto|interop|staged|host
+  std::filesystem::path panel_map;    // --panel-map FILE: where each control is, for tests and scripts
+  bool paused = false;                // --paused: the window waits for the space bar
+  bool seconds_given = false;         // run.seconds was asked for on the command line: it ends a window, too
+  bool vsync = true;                  // --no-vsync
+  bool full_screen = false;           // --full-screen
+  bool ghosts = false;                // --ghosts
+  std::string theme = "dark";         // --theme
+  std::string color_map = "viridis";  // --color-map
+  std::string overlay = "full";       // --overlay
+  double ui_scale = 1.0;              // --ui-scale: of text and overlay, kLeastUiScale to kMostUiScale
+  std::filesystem::path overlay_csv;  // --overlay-csv FILE: what the overlay shows, a line per frame
+  std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings, before the run
+  int width_px = 1280;                // --size WxH
   int height_px = 720;
   int warmup_frames = 0;  // left out of the means in the report
   // bench

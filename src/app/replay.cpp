@@ -13,6 +13,9 @@ Commands Replay::commands(const Settings& present) const {
   for (std::size_t i = next_; i < log_.frames.size() && log_.frames[i].number == num_frames_; ++i) {
     const LoggedFrame& frame = log_.frames[i];
     if (frame.restart) commands.restart = frame.restart;
+    if (frame.fly) commands.fly = frame.fly;
+    if (frame.compare != Comparison::none) commands.compare = frame.compare;
+    commands.time_scale_factor *= frame.time_scale_factor;
     if (!frame.edits.empty()) {
       if (!commands.settings) commands.settings = present;
       apply_edits(frame.edits, *commands.settings, "replay");

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "app/memory.hpp"
+#include "app/moments.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
 #include "scene/scene_file.hpp"
@@ -13,7 +15,8 @@
 namespace pf {
 namespace {
 
-constexpr std::size_t kMaxOldPaths = 5;
+constexpr std::size_t kMaxOldFlights = 5;
+constexpr double kSlowest = 0.001;  // that keys reach; the panel and a scene may go on
 constexpr double kPauseAfterLanding_s = 1.0;
 
 // Whether going from one to the other needs the parcels to be spawned anew.
@@ -24,6 +27,23 @@ bool needs_respawn(const Settings& a, const Settings& b) {
                       s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
   };
   return spawned_from(a) != spawned_from(b);
+}
+
+// Whether a change made in flight makes it another one than was launched.
+bool disturbs(const Settings& a, Settings b) {
+  b.ball_vx_mps = a.ball_vx_mps;
+  b.ball_vy_mps = a.ball_vy_mps;
+  b.time_scale = a.time_scale;
+  b.threads = a.threads;
+  b.seconds = a.seconds;
+  b.relaunch = a.relaunch;
+  b.drawn_area_fraction = a.drawn_area_fraction;
+  return !(a == b);
+}
+
+// NAME or NAME.toml, as typed.
+std::filesystem::path scene_file_of(const std::string& name) {
+  return name.ends_with(".toml") ? name : name + ".toml";
 }
 
 bool has_left(const Physics& physics, const BallState& ball) {
@@ -48,8 +68,14 @@ struct Simulation::State {
   std::unique_ptr<Backend> backend;
   BallState ball;
   FrameView view;
-  std::vector<Vec2f> path_m;
-  std::deque<std::vector<Vec2f>> old_paths_m;
+  FlightRecord flight;
+  std::deque<FlightRecord> old_flights;
+  std::vector<Ghost> ghosts;
+  std::optional<Moments> moments;  // none: not kept
+  bool by_hand = false;            // the launch
+  double launched_at_s = 0.0;      // simulated
+  double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
+  std::int64_t flight_seed = 0;    // of the air that the flight began in
   std::function<std::unique_ptr<Backend>()> make_fallback;
   int num_fallbacks = 0;
   std::int64_t num_launches = 0;
@@ -63,8 +89,20 @@ struct Simulation::State {
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
   void reset(const Settings& with);
   void respawn(const Settings& with, const BallState& around);
-  void launch();
+  void launch(bool fresh_air);
+  void end_flight();
+  void keep_old_flight();
+  void begin_flight(bool fresh_air);
   void launch_again();
+  void fly(const BallLaunch& wanted);
+  void compare(Comparison comparison);
+  bool repeat_flight(const Settings& with);
+  bool launches_by_itself() const;
+  void scale_time(double factor);
+  void save_scene(const std::string& name);
+  void keep_moment_when_due();
+  void go_back();
+  void change(const Commands& commands);
   void apply(const Settings& edited);
   void change_scene(const std::string& name);
   void restart(Settings with);
@@ -102,12 +140,13 @@ void Simulation::State::reset(const Settings& with) {
   settings = with;
   num_launches = 0;
   left_once = false;
-  old_paths_m.clear();
-  path_m.clear();
+  old_flights.clear();
+  flight = {};
   view.totals = {};
   view.simulated_s = 0.0;
   collision_rate_per_s = 0.0;
-  launch();
+  flight_seed = settings.seed;
+  launch(true);
 }
 
 // Spawns parcels for the settings around a ball. Leaves everything as it was if they do not fit.
@@ -118,20 +157,49 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   backend->reset(derived, spawner.plan(), around);
   physics = derived;
   ball = around;
+  if (moments) moments->clear();
 }
 
-void Simulation::State::launch() {
-  if (path_m.size() > 1) {
-    old_paths_m.push_front(std::move(path_m));
-    if (old_paths_m.size() > kMaxOldPaths) old_paths_m.pop_back();
-  }
-  path_m.clear();
+void Simulation::State::launch(bool fresh_air) {
+  keep_old_flight();
   ball = initial_ball(settings);
   backend->set_ball(ball);
+  ++num_launches;
+  begin_flight(fresh_air);
+  flight.launch = num_launches;
+  by_hand = false;
+}
+
+// What its parcels and ball have in the end. To be called before the air is spawned anew.
+void Simulation::State::end_flight() {
+  if (physics.ball.present && flight.points_m.size() > 1 && !flight.end_energy_j)
+    flight.end_energy_j = backend->measure().energy_j();
+}
+
+void Simulation::State::keep_old_flight() {
+  end_flight();
+  if (flight.points_m.size() > 1) old_flights.push_front(std::move(flight));
+  if (old_flights.size() > kMaxOldFlights) old_flights.pop_back();
+  flight = {};
+}
+
+// The ball is at its start, the air as it is to be.
+void Simulation::State::begin_flight(bool fresh_air) {
+  flight = {};
+  flight.fresh_air = fresh_air;
+  flight.air = settings.air;
+  flight.method = settings.method;
+  flight.set_dt_s = settings.dt_s;
+  flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
+  flight.spin_radps = settings.ball_spin_radps;
+  if (physics.ball.present) flight.start_energy_j = backend->measure().energy_j();
   view.flight = Flight::flying;
   view.ball_distance_m = 0.0;
   landed_for_s = 0.0;
-  ++num_launches;
+  shown_s = 0.0;
+  if (moments) moments->clear();
+  ghosts = ghosts_of(settings);
+  ++view.num_flights;
   follow_ball();
 }
 
@@ -139,12 +207,119 @@ void Simulation::State::launch() {
 void Simulation::State::launch_again() {
   Settings with = settings;
   with.seed += num_launches;  // fresh air for each flight, the same in every run
+  end_flight();
+  bool fresh_air = true;
   try {
     respawn(with, initial_ball(with));
+    flight_seed = with.seed;
   } catch (const UserError& error) {  // edited in flight, the air does not fit around the start
     view.message = error.what();
+    fresh_air = false;
   }
-  launch();
+  launch(fresh_air);
+}
+
+// Throws UserError, and changes nothing, if it cannot be set.
+void Simulation::State::fly(const BallLaunch& wanted) {
+  Settings with = settings;
+  with.ball_vx_mps = wanted.velocity_mps.x;
+  with.ball_vy_mps = wanted.velocity_mps.y;
+  with.ball_spin_radps = wanted.spin_radps;
+  check_settings(with, "launch");
+  end_flight();
+  respawn(with, initial_ball(with));
+  settings = with;
+  flight_seed = settings.seed;
+  launch(true);
+  by_hand = true;
+}
+
+// The present launch again, in the same air. Returns false, with the reason as message, if it cannot run so.
+bool Simulation::State::repeat_flight(const Settings& with) {
+  Settings spawned = with;
+  spawned.seed = flight_seed;
+  const std::int64_t same_launch = flight.launch;
+  end_flight();
+  try {
+    respawn(spawned, initial_ball(spawned));
+  } catch (const UserError& error) {
+    view.message = error.what();
+    return false;
+  }
+  settings = with;
+  keep_old_flight();
+  begin_flight(true);
+  flight.launch = same_launch;
+  std::erase_if(old_flights, [this](const FlightRecord& old) {  // of two alike the newer stays
+    return old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
+  });
+  view.message.clear();
+  return true;
+}
+
+void Simulation::State::compare(Comparison comparison) {
+  if (!physics.ball.present) throw UserError("compare: this scene has no ball to launch again");
+  Settings with = settings;
+  if (comparison == Comparison::half_step) {
+    const double dt_s = settings.dt_s > 0.0 ? settings.dt_s : plan_frame(settings, physics, ball).dt_s;
+    with.dt_s = 0.5 * dt_s;
+    repeat_flight(with);
+    return;
+  }
+  constexpr int kNumMethods = 3;
+  for (int next = 1; next < kNumMethods; ++next) {
+    with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);
+    if (repeat_flight(with)) return;
+  }
+}
+
+// A flight that was launched by hand, or is compared with another, stays to be looked at.
+bool Simulation::State::launches_by_itself() const {
+  const bool is_compared =
+      std::any_of(old_flights.begin(), old_flights.end(),
+                  [this](const FlightRecord& old) { return old.launch == flight.launch; });
+  return settings.relaunch && !by_hand && !is_compared;
+}
+
+void Simulation::State::scale_time(double factor) {
+  const double most = find_field("run.time_scale", "keys").max;
+  const double least = std::min(kSlowest, settings.time_scale);
+  settings.time_scale = std::clamp(settings.time_scale * factor, least, most);
+}
+
+void Simulation::State::save_scene(const std::string& name) {
+  const std::filesystem::path file = scene_file_of(name);
+  save_new_scene_file(file, settings);
+  view.notice = fmt::format("Saved: {}", file.string());
+}
+
+void Simulation::State::keep_moment_when_due() {
+  if (!moments || !moments->is_due(shown_s, physics.parcels.num)) return;
+  moments->keep({shown_s, backend->snapshot(), ball, view.totals, view.simulated_s, view.ball_distance_m,
+                 collision_rate_per_s, view.flight == Flight::landed, flight});
+}
+
+// Parcels, ball, totals and path as they were then; settings stay as the person has them now.
+void Simulation::State::go_back() {
+  const Moment* moment = moments ? moments->back_from(shown_s) : nullptr;
+  if (moment == nullptr) {
+    throw UserError(
+        fmt::format("back: no moment is kept{}", moments && moments->most(physics.parcels.num) == 0
+                                                     ? " of so many parcels; give fewer"
+                                                     : " yet; let it run"));
+  }
+  backend->restore(moment->parcels);
+  ball = moment->ball;
+  backend->set_ball(ball);
+  view.totals = moment->totals;
+  view.simulated_s = moment->simulated_s;
+  view.ball_distance_m = moment->ball_distance_m;
+  view.flight = moment->landed ? Flight::landed : Flight::flying;
+  collision_rate_per_s = moment->collision_rate_per_s;
+  landed_for_s = 0.0;
+  shown_s = moment->shown_s;
+  flight = moment->flight;
+  ++view.num_flights;
 }
 
 // Takes over edited settings.
@@ -163,7 +338,9 @@ void Simulation::State::apply(const Settings& edited) {
     ball.spin_radps = with.ball_spin_radps;
     backend->set_ball(ball);
   }
+  flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
   settings = with;
+  ghosts = ghosts_of(settings);
 }
 
 // Another scene, from its start. What belongs to the run and its film and not to the scene stays.
@@ -198,22 +375,38 @@ void Simulation::State::change_threads(const Settings& with) {
   backend->restore(parcels);
 }
 
+// Throws UserError for what cannot be done.
+void Simulation::State::change(const Commands& commands) {
+  if (commands.settings) apply(*commands.settings);
+  if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
+  if (commands.reset) reset(settings);
+  if (!commands.scene.empty()) change_scene(commands.scene);
+  if (commands.restart) restart(*commands.restart);
+  if (commands.fly) fly(*commands.fly);
+  if (commands.compare != Comparison::none) compare(commands.compare);
+  if (commands.back) go_back();
+  if (!commands.save_scene.empty()) save_scene(commands.save_scene);
+}
+
 void Simulation::State::obey(const Commands& commands) {
+  const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
+                       commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
+                       !commands.save_scene.empty();
+  if (changes) {
+    view.message.clear();
+    view.notice.clear();
+  }
   try {
-    const bool changes = commands.settings || commands.reset || commands.restart || !commands.scene.empty();
-    if (commands.settings) apply(*commands.settings);
-    if (commands.reset) reset(settings);
-    if (!commands.scene.empty()) change_scene(commands.scene);
-    if (commands.restart) restart(*commands.restart);
-    if (changes) view.message.clear();
+    change(commands);
   } catch (const UserError& error) {
     view.message = error.what();
   }
-  if (commands.launch) launch();
+  if (commands.launch) launch(false);
   if (commands.toggle_pause) view.paused = !view.paused;
 }
 
 void Simulation::State::submit_steps(DrawTarget* target) {
+  keep_moment_when_due();
   const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
   StepRequest request = step_request(settings, plan.num_steps, plan.dt_s);
   DrawBuffers buffers;
@@ -241,6 +434,7 @@ void Simulation::State::collect_steps() {
   view.times = report.times;
   view.times += mapping;
   view.frame_totals = report.totals;
+  view.least_bytes_moved = backend->least_bytes_moved(report.totals);
   view.totals += report.totals;
   view.simulated_s += plan.num_steps * plan.dt_s;
   collision_rate_per_s = physics.parcels.num == 0 ? 0.0
@@ -254,10 +448,15 @@ void Simulation::State::collect_steps() {
         "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
         report.totals.num_invalid, report.totals.first_invalid_step, report.totals.first_invalid_id);
   }
+  shown_s += 1.0 / settings.frame_rate_hz;
+  flight.dt_s = plan.dt_s;
+  flight.num_steps += plan.num_steps;
+  flight.compute_ms += report.times.total();
   follow_ball();
   if (view.flight == Flight::flying && has_left(physics, ball)) {
     view.flight = Flight::landed;
     left_once = true;
+    end_flight();
   }
 }
 
@@ -270,7 +469,7 @@ void Simulation::State::draw_again(DrawTarget& target) {
 
 void Simulation::State::launch_again_when_due() {
   landed_for_s += 1.0 / settings.frame_rate_hz;
-  if (settings.relaunch && landed_for_s >= kPauseAfterLanding_s) launch_again();
+  if (launches_by_itself() && landed_for_s >= kPauseAfterLanding_s) launch_again();
 }
 
 // Goes on with another backend from the start of the scene, the state having gone with the device.
@@ -290,26 +489,34 @@ void Simulation::State::fall_back(const DeviceError& error) {
 
 void Simulation::State::follow_ball() {
   if (!physics.ball.present) return;
-  const Vec2f here = to_float(ball.position_m);
-  if (!path_m.empty()) {
-    const Vec2d moved = ball.position_m - to_double(path_m.back());
+  const bool is_first = flight.points_m.empty();
+  if (!is_first) {
+    const Vec2d moved = ball.position_m - to_double(flight.points_m.back());
     const double length = std::sqrt(dot(moved, moved));
     const World& world = physics.world;
     const bool wrapped = world.boundary == Boundary::periodic && length > 0.5 * world.half.y * world.unit_m;
-    if (wrapped) path_m.clear();
     if (!wrapped) view.ball_distance_m += length;
+    if (wrapped) {
+      flight.points_m.clear();
+      flight.times_s.clear();
+    }
   }
-  path_m.push_back(here);
+  if (is_first) launched_at_s = view.simulated_s;
+  flight.points_m.push_back(to_float(ball.position_m));
+  flight.times_s.push_back(view.simulated_s - launched_at_s);
 }
 
 void Simulation::State::update_view() {
   view.settings = &settings;
   view.physics = &physics;
   view.ball = ball;
-  view.path_m = &path_m;
-  view.old_paths_m = &old_paths_m;
+  view.flight_record = &flight;
+  view.old_flights = &old_flights;
+  view.ghosts = &ghosts;
   view.num_parcels = physics.parcels.num;
   view.backend = backend->name();
+  view.memory_bytes = backend->memory_bytes();
+  view.waits = !launches_by_itself();
 }
 
 Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)
@@ -328,15 +535,16 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   obey(commands);
   view.times = {};
   view.frame_totals = {};
+  view.least_bytes_moved = 0.0;
   mapping = {};
   const bool waiting = view.flight == Flight::landed;
   const bool is_new = view.num_scenes != scenes_before;  // shown as it starts, to be measured
-  if (!is_new && ((!view.paused && !waiting) || commands.single_step)) {
+  if (!is_new && !commands.hold && ((!view.paused && !waiting) || commands.single_step)) {
     submit_steps(target);
   } else if (target) {
     draw_again(*target);
   }
-  if (waiting && !view.paused && !in_flight) launch_again_when_due();
+  if (waiting && !view.paused && !commands.hold && !in_flight) launch_again_when_due();
 }
 
 void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
@@ -361,6 +569,11 @@ void Simulation::finish_frame() {
 
 void Simulation::set_fallback(std::function<std::unique_ptr<Backend>()> make) {
   state_->make_fallback = std::move(make);
+}
+
+void Simulation::keep_moments() {
+  constexpr std::uint64_t kMost_bytes = 1'000'000'000;
+  state_->moments.emplace(std::min(kMost_bytes, available_memory_bytes() / 4));
 }
 
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }

@@ -10,11 +10,21 @@
 #include <string>
 #include <vector>
 
+#include "app/flight.hpp"
 #include "backend/backend.hpp"
 #include "scene/derive.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
+
+// A launch by hand: it becomes the settings' own.
+struct BallLaunch {
+  Vec2d velocity_mps;
+  double spin_radps = 0.0;
+};
+
+// The same launch once more, with one thing changed.
+enum class Comparison { none, next_method, half_step };
 
 // What the panel (or a key, or the mouse) asks for. It never touches the simulation itself.
 struct Commands {
@@ -22,9 +32,15 @@ struct Commands {
   std::string scene;                 // load it (name or file) and start anew; empty: none
   std::optional<Settings> restart;   // start anew with these: a scene that is not a file, as a log has it
   bool toggle_pause = false;
-  bool single_step = false;  // one frame, while paused
-  bool reset = false;        // back to the start of the scene, same seed
-  bool launch = false;       // the ball back to its start, parcels as they are
+  bool single_step = false;       // one frame, while paused
+  bool reset = false;             // back to the start of the scene, same seed
+  bool launch = false;            // the ball back to its start, parcels as they are
+  std::optional<BallLaunch> fly;  // set this and start, into fresh air of the scene's seed
+  Comparison compare = Comparison::none;
+  bool hold = false;               // no step in this frame
+  bool back = false;               // to an earlier moment of the flight
+  double time_scale_factor = 1.0;  // multiplies run.time_scale
+  std::string save_scene;          // write the settings as a scene file of this name; empty: no
   bool quit = false;
 };
 
@@ -37,20 +53,26 @@ struct FrameView {
   std::string backend;          // "cpu" or "cuda"
   std::int64_t num_scenes = 1;  // shown so far; goes up when another one is loaded
   BallState ball;
-  const std::vector<Vec2f>* path_m = nullptr;                   // of the present flight, oldest first
-  const std::deque<std::vector<Vec2f>>* old_paths_m = nullptr;  // of earlier flights, newest first
+  const FlightRecord* flight_record = nullptr;            // the present one
+  const std::deque<FlightRecord>* old_flights = nullptr;  // newest first
+  const std::vector<Ghost>* ghosts = nullptr;             // of the present launch
+  std::int64_t num_flights = 0;  // shown so far; goes up with each that begins, or is returned to
   std::uint32_t num_parcels = 0;
+  std::uint64_t memory_bytes = 0;  // of the backend
+  double least_bytes_moved = 0.0;  // by the last frame's steps (Backend::least_bytes_moved)
   double simulated_s = 0.0;
   double dt_s = 0.0;
   std::uint32_t steps_per_frame = 0;
   double slow_motion = 0.0;  // simulated over wall time
   bool paused = false;
   Flight flight = Flight::flying;
+  bool waits = false;            // once landed: it is not launched again by itself
   double ball_distance_m = 0.0;  // flown since the launch
   PhaseTimes times;              // of the last frame, physics phases
   StepTotals totals;             // of the run so far
   StepTotals frame_totals;       // of the last frame
-  std::string message;           // one line to show, or empty
+  std::string message;           // one line that says what could not be done, or empty
+  std::string notice;            // one line that says what was done, or empty
 };
 
 class Simulation {
@@ -70,6 +92,9 @@ class Simulation {
     begin_frame(commands, draw);
     finish_frame();
   }
+
+  // Keeps moments of the flight from now on, for Commands::back. Off at first: they cost memory and time.
+  void keep_moments();
 
   // Called if the backend's device fails: makes the one to go on with. Without it the DeviceError goes to the
   // caller. The scene starts again, with at most the number of parcels that is the scene's own for a CPU; the

@@ -40,6 +40,7 @@ struct StepReport {
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
+  std::uint64_t step = 0;  // since the reset: it keys the random roundings of the next one
 };
 
 class Backend {
@@ -54,7 +55,7 @@ class Backend {
   // Replaces all constants but the number of parcels and the world, which must be those of the last reset.
   virtual void set_physics(const Physics& physics) = 0;
   virtual void set_ball(const BallState& ball) = 0;
-  // Replaces the parcels' state; entries in the order of ids, as many as were spawned.
+  // Replaces the parcels' state and the count of steps; entries in the order of ids, as many as were spawned.
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
   // Starts a request. A device works on it while the caller goes on; draw buffers in device memory are in

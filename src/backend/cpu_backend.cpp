@@ -77,6 +77,7 @@ void CpuBackend::set_ball(const BallState& ball) {
 
 void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   stop_exact();
+  step_ = snapshot.step;
   parcels_.resize(snapshot.position.size());
   std::copy(snapshot.position.begin(), snapshot.position.end(), parcels_.current.position.begin());
   std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels_.current.velocity.begin());
@@ -266,7 +267,7 @@ void CpuBackend::draw(const DrawBuffers& buffers) {
 }
 
 ParcelSnapshot CpuBackend::snapshot() {
-  ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size())};
+  ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_};
   for (std::size_t i = 0; i < size(); ++i) {
     snapshot.position[parcels_.current.id[i]] = present()[i];
     snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];

@@ -198,6 +198,20 @@ void save_scene_file(const fs::path& file, const Settings& settings) {
   }
 }
 
+void save_new_scene_file(const fs::path& file, Settings settings) {
+  settings.name = file.stem().string();
+  if (settings.name.empty() || settings.name.size() > kMaxNameBytes) {
+    throw UserError(fmt::format("{}: a scene's name has 1 to {} bytes; choose another name",
+                                in_quotes(file.string()), kMaxNameBytes));
+  }
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(file, error))) {
+    throw UserError(fmt::format("{}: is there already and stays as it is; choose another name",
+                                in_quotes(file.string())));
+  }
+  save_scene_file(file, settings);
+}
+
 std::vector<fs::path> asset_folders() {
   std::vector<fs::path> folders;
   const char* from_environment = std::getenv("PICKLEFLIGHT_ASSETS");

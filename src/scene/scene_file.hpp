@@ -19,6 +19,9 @@ std::string scene_text(const Settings& settings);
 
 // Writes all settings that differ from the defaults, with units as comments. Throws UserError if unwritable.
 void save_scene_file(const std::filesystem::path& file, const Settings& settings);
+// The same under the file's own name, for a file that is not there yet; throws UserError if it is, or if the
+// name is too long for a scene.
+void save_new_scene_file(const std::filesystem::path& file, Settings settings);
 
 // Folders searched for NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, the source tree's assets (a build
 // that is not installed), the installed share folder.

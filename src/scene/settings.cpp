@@ -8,6 +8,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -156,12 +157,27 @@ void check_settings(const Settings& settings, const std::string& where) {
   }
 }
 
+namespace {
+
+// The field of exactly this path, or null. Nothing is allocated: the panel asks for dozens in every frame.
+const Field* exact_field(std::string_view path) {
+  for (const Field& field : fields()) {
+    const std::size_t dot = field.section.size();
+    if (path.size() == dot + 1 + field.key.size() && path[dot] == '.' && path.starts_with(field.section) &&
+        path.ends_with(field.key))
+      return &field;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
 const Field& find_field(const std::string& path, const std::string& where) {
+  if (const Field* found = exact_field(path)) return *found;
   std::vector<std::string> paths;
   const Field* same_key = nullptr;  // for a key given without its section, or with a wrong one
   const std::string key = path.substr(path.find('.') == std::string::npos ? 0 : path.find('.') + 1);
   for (const Field& field : fields()) {
-    if (field.path() == path) return field;
     if (field.key == key) same_key = &field;
     paths.push_back(field.path());
   }

@@ -81,8 +81,44 @@ class WindowContext final : public GlContext {
   void poll_events() override { glfwPollEvents(); }
   bool close_asked() const override { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
   GLFWwindow* window() const override { return window_; }
+  void set_vsync(bool on) override { glfwSwapInterval(on ? 1 : 0); }
+  void set_full_screen(bool on) override {
+    if (on == (glfwGetWindowMonitor(window_) != nullptr)) return;
+    if (!on) {
+      glfwSetWindowMonitor(window_, nullptr, place_.x, place_.y, place_.width, place_.height, GLFW_DONT_CARE);
+      return;
+    }
+    glfwGetWindowPos(window_, &place_.x, &place_.y);
+    glfwGetWindowSize(window_, &place_.width, &place_.height);
+    GLFWmonitor* monitor = monitor_of_window();
+    const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+    if (mode != nullptr)
+      glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+  }
 
  private:
+  struct Place {
+    int x = 0, y = 0, width = 0, height = 0;
+  };
+
+  // The one that has the window's centre, else the first.
+  GLFWmonitor* monitor_of_window() const {
+    int num_monitors = 0;
+    GLFWmonitor** monitors = glfwGetMonitors(&num_monitors);
+    const int x = place_.x + place_.width / 2;
+    const int y = place_.y + place_.height / 2;
+    for (int i = 0; i < num_monitors; ++i) {
+      Place area;
+      glfwGetMonitorPos(monitors[i], &area.x, &area.y);
+      const GLFWvidmode* mode = glfwGetVideoMode(monitors[i]);
+      if (mode != nullptr && x >= area.x && x < area.x + mode->width && y >= area.y &&
+          y < area.y + mode->height)
+        return monitors[i];
+    }
+    return glfwGetPrimaryMonitor();
+  }
+
+  Place place_;  // before it filled the screen
   GLFWwindow* window_ = nullptr;
 };
 

@@ -36,6 +36,10 @@ class GlContext {
   virtual void poll_events() = 0;
   virtual bool close_asked() const = 0;
   virtual GLFWwindow* window() const { return nullptr; }
+  // Whether present() waits for the screen. Nothing offscreen.
+  virtual void set_vsync(bool) {}
+  // Fills the monitor that the window is on, or gives it back its place and size. Nothing offscreen.
+  virtual void set_full_screen(bool) {}
 
  protected:
   void read_info(const std::string& platform);  // after GL is loaded; throws DeviceError below GL 4.5

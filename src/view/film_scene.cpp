@@ -14,11 +14,23 @@ FilmScene::FilmScene(SizePx size) : size_(size), scale_(scale_of(size)), gui_(sc
   canvas_.resize(size.width, size.height);
 }
 
+void FilmScene::set_look(const Look& look) {
+  look_ = look;
+  renderer_.set_look(look);
+}
+
+OverlayMode FilmScene::mode() const {
+  return Overlay::fitting_mode(OverlayMode::full, static_cast<float>(size_.width), scale_);
+}
+
 void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
-                         const ViewRegion& seen, bool overlay) {
-  const double bottom = Overlay::height_px(overlay ? OverlayMode::full : OverlayMode::off, scale_);
+                         const ViewRegion& seen, const Overlay* overlay) {
+  const double bottom = overlay == nullptr ? 0.0 : overlay->used_height_px(mode(), scale_);
+  const double top = overlay == nullptr ? 0.0
+                                        : SceneMarks::reserved_px(frame, look_, scale_,
+                                                                  static_cast<float>(size_.height - bottom));
   const ViewRegion region = {0.0, bottom, static_cast<double>(size_.width),
-                             std::max(size_.height - bottom, 1.0)};
+                             std::max(size_.height - bottom - top, 1.0)};
   if (window.fitted) {
     fit_world(camera_, frame.physics->world, region, scale_);
   } else {
@@ -30,14 +42,18 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
 }
 
-void FilmScene::draw_rest(const FrameView& frame, bool show_path, const Overlay* overlay, Gui& window_gui) {
-  renderer_.set_show_path(show_path);
+void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui) {
   renderer_.draw_flight(frame, camera_, {canvas_.framebuffer(), size_, scale_});
   if (overlay == nullptr) return;
+  const auto height_px = static_cast<float>(size_.height);
+  OverlayPlace place = {0.0F, static_cast<float>(size_.width), height_px, scale_};
   gui_.make_current();
+  gui_.set_look(look_.theme, scale_);
   gui_.begin_frame(size_, 1.0 / 60.0);
-  overlay->show(frame, OverlayMode::full,
-                {0.0F, static_cast<float>(size_.width), static_cast<float>(size_.height), scale_});
+  Overlay shown = *overlay;  // the window's keeps what it has written for its own place
+  shown.show(frame, mode(), place, look_);
+  place.bottom_px -= Overlay::height_px(mode(), scale_);
+  marks_.show(frame, camera_, place, height_px, look_);
   gui_.end_frame();
   gui_.draw(canvas_.framebuffer(), size_);
   window_gui.make_current();

@@ -23,6 +23,7 @@ constexpr float kFontHeight_px = 14.0F;
 
 void load_font(float scale) {
   ImGuiIO& io = ImGui::GetIO();
+  io.FontGlobalScale = 1.0F;
   for (const char* file : kFontFiles) {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) continue;
@@ -34,27 +35,40 @@ void load_font(float scale) {
   io.FontGlobalScale = scale;
 }
 
-void set_colors(ImVec4* colors) {
-  const ImVec4 ground(0.055F, 0.090F, 0.114F, 0.96F);
-  const ImVec4 field(0.110F, 0.173F, 0.208F, 1.0F);
-  const ImVec4 field_hot(0.149F, 0.239F, 0.282F, 1.0F);
-  const ImVec4 field_active(0.176F, 0.290F, 0.337F, 1.0F);
-  const ImVec4 accent(0.949F, 0.831F, 0.247F, 1.0F);
-  colors[ImGuiCol_Text] = ImVec4(0.886F, 0.914F, 0.918F, 1.0F);
-  colors[ImGuiCol_TextDisabled] = ImVec4(0.545F, 0.620F, 0.647F, 1.0F);
-  colors[ImGuiCol_WindowBg] = colors[ImGuiCol_PopupBg] = ground;
-  colors[ImGuiCol_Border] = colors[ImGuiCol_Separator] = ImVec4(0.165F, 0.239F, 0.275F, 1.0F);
-  colors[ImGuiCol_FrameBg] = field;
-  colors[ImGuiCol_FrameBgHovered] = field_hot;
-  colors[ImGuiCol_FrameBgActive] = field_active;
-  colors[ImGuiCol_Button] = colors[ImGuiCol_Header] = field;
-  colors[ImGuiCol_ButtonHovered] = colors[ImGuiCol_HeaderHovered] = field_hot;
-  colors[ImGuiCol_ButtonActive] = colors[ImGuiCol_HeaderActive] = field_active;
-  colors[ImGuiCol_SliderGrab] = ImVec4(0.404F, 0.714F, 0.733F, 1.0F);
-  colors[ImGuiCol_SliderGrabActive] = colors[ImGuiCol_CheckMark] = accent;
+struct GuiColors {
+  ImVec4 ground, field, field_hot, field_active, accent, text, dim, border, grab, selection;
+};
+
+GuiColors gui_colors(Theme theme) {
+  if (theme == Theme::light) {
+    return {{0.957F, 0.969F, 0.973F, 0.97F}, {0.863F, 0.894F, 0.906F, 1.0F}, {0.792F, 0.843F, 0.863F, 1.0F},
+            {0.722F, 0.792F, 0.820F, 1.0F},  {0.588F, 0.329F, 0.0F, 1.0F},   {0.086F, 0.129F, 0.157F, 1.0F},
+            {0.329F, 0.404F, 0.443F, 1.0F},  {0.745F, 0.792F, 0.816F, 1.0F}, {0.165F, 0.471F, 0.502F, 1.0F},
+            {0.60F, 0.78F, 0.83F, 0.8F}};
+  }
+  return {{0.055F, 0.090F, 0.114F, 0.96F}, {0.110F, 0.173F, 0.208F, 1.0F}, {0.149F, 0.239F, 0.282F, 1.0F},
+          {0.176F, 0.290F, 0.337F, 1.0F},  {0.949F, 0.831F, 0.247F, 1.0F}, {0.886F, 0.914F, 0.918F, 1.0F},
+          {0.545F, 0.620F, 0.647F, 1.0F},  {0.165F, 0.239F, 0.275F, 1.0F}, {0.404F, 0.714F, 0.733F, 1.0F},
+          {0.25F, 0.47F, 0.53F, 0.7F}};
+}
+
+void set_colors(Theme theme, ImVec4* colors) {
+  const GuiColors c = gui_colors(theme);
+  colors[ImGuiCol_Text] = c.text;
+  colors[ImGuiCol_TextDisabled] = c.dim;
+  colors[ImGuiCol_WindowBg] = colors[ImGuiCol_PopupBg] = c.ground;
+  colors[ImGuiCol_Border] = colors[ImGuiCol_Separator] = c.border;
+  colors[ImGuiCol_FrameBg] = c.field;
+  colors[ImGuiCol_FrameBgHovered] = c.field_hot;
+  colors[ImGuiCol_FrameBgActive] = c.field_active;
+  colors[ImGuiCol_Button] = colors[ImGuiCol_Header] = c.field;
+  colors[ImGuiCol_ButtonHovered] = colors[ImGuiCol_HeaderHovered] = c.field_hot;
+  colors[ImGuiCol_ButtonActive] = colors[ImGuiCol_HeaderActive] = c.field_active;
+  colors[ImGuiCol_SliderGrab] = c.grab;
+  colors[ImGuiCol_SliderGrabActive] = colors[ImGuiCol_CheckMark] = c.accent;
   colors[ImGuiCol_ScrollbarBg] = ImVec4(0.0F, 0.0F, 0.0F, 0.0F);
-  colors[ImGuiCol_ScrollbarGrab] = field_hot;
-  colors[ImGuiCol_TextSelectedBg] = ImVec4(0.25F, 0.47F, 0.53F, 0.7F);
+  colors[ImGuiCol_ScrollbarGrab] = c.field_hot;
+  colors[ImGuiCol_TextSelectedBg] = c.selection;
 }
 
 }  // namespace
@@ -63,6 +77,10 @@ void ControlMap::note(const std::string& label) {
   const ImVec2 low = ImGui::GetItemRectMin();
   const ImVec2 high = ImGui::GetItemRectMax();
   rectangles_[label] = {low.x, low.y, high.x, high.y};
+}
+
+void ControlMap::note(const std::string& label, const std::array<float, 4>& rectangle) {
+  rectangles_[label] = rectangle;
 }
 
 std::string ControlMap::text() const { return nlohmann::json(rectangles_).dump(1); }
@@ -89,7 +107,7 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // nothing is left behind in the folder that the program is called from
-  apply_style(scale);
+  apply_style(Theme::dark, scale);
   if (window_ != nullptr) ImGui_ImplGlfw_InitForOpenGL(window_, true);
   if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
     if (window_ != nullptr) ImGui_ImplGlfw_Shutdown();
@@ -111,19 +129,33 @@ Gui::~Gui() {
 
 void Gui::make_current() { ImGui::SetCurrentContext(imgui_); }
 
-void Gui::apply_style(float scale) {
+void Gui::set_look(Theme theme, float scale) {
+  if (theme == theme_ && scale == scale_) return;
+  if (scale != scale_) ImGui_ImplOpenGL3_DestroyFontsTexture();
+  const bool is_rescaled = scale != scale_;
+  apply_style(theme, scale);
+  if (is_rescaled) ImGui_ImplOpenGL3_CreateFontsTexture();
+}
+
+void Gui::apply_style(Theme theme, float scale) {
   ImGuiStyle& style = ImGui::GetStyle();
+  style = ImGuiStyle();
   style.WindowRounding = 0.0F;
   style.FrameRounding = style.GrabRounding = style.PopupRounding = 4.0F;
   style.WindowBorderSize = 0.0F;
   style.FramePadding = ImVec2(8.0F, 3.5F);
-  style.ItemSpacing = ImVec2(8.0F, 3.0F);
+  style.ItemSpacing = ImVec2(8.0F, 2.0F);
   style.WindowPadding = ImVec2(14.0F, 10.0F);
   style.GrabMinSize = 14.0F;
   style.ScrollbarSize = 10.0F;
-  set_colors(style.Colors);
+  set_colors(theme, style.Colors);
   style.ScaleAllSizes(scale);
-  load_font(scale);
+  if (scale != scale_) {
+    ImGui::GetIO().Fonts->Clear();
+    load_font(scale);
+  }
+  theme_ = theme;
+  scale_ = scale;
 }
 
 void Gui::begin_frame(SizePx size, double frame_s) {

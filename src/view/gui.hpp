@@ -7,6 +7,7 @@
 #include <string>
 
 #include "view/context.hpp"
+#include "view/look.hpp"
 
 struct ImGuiContext;
 
@@ -18,7 +19,8 @@ class ControlMap {
  public:
   void clear() { rectangles_.clear(); }
   void note(const std::string& label);  // the rectangle of the widget made last
-  std::string text() const;             // JSON {label: [x0, y0, x1, y1]}
+  void note(const std::string& label, const std::array<float, 4>& rectangle);
+  std::string text() const;  // JSON {label: [x0, y0, x1, y1]}
   // Writes the text in one move, so that a reader never sees half a file. Throws UserError.
   void write(const std::filesystem::path& file) const;
 
@@ -42,15 +44,21 @@ class Gui {
   void end_frame();                                  // ends the description of the frame
   void draw(unsigned int framebuffer, SizePx size);  // draws what was described
 
+  // Colours and the size of everything, scale in pixels per layout pixel; the font is made anew for another
+  // scale. Between frames only.
+  void set_look(Theme theme, float scale);
+
   bool wants_mouse() const;
   bool wants_text() const;
 
  private:
   Gui(GLFWwindow* window, float scale);
-  void apply_style(float scale);
+  void apply_style(Theme theme, float scale);
 
   GLFWwindow* window_;
   ImGuiContext* imgui_;
+  Theme theme_ = Theme::dark;
+  float scale_ = 0.0F;
 };
 
 // A line in a dark box at the upper right corner of a picture so wide.

@@ -2,23 +2,19 @@
 // mean.
 #pragma once
 
-#include <array>
 #include <string>
 
 #include "app/simulation.hpp"
+#include "view/look.hpp"
+#include "view/overlay_figures.hpp"
+#include "view/overlay_paint.hpp"
 #include "view/term_costs.hpp"
 
 namespace pf {
 
-enum class OverlayMode { full, compact, off };
+enum class OverlayMode { full, compact, off };  // in the order of kOverlayNames (app/options.hpp)
 
 constexpr int kNumOverlayModes = 3;
-
-// What the overlay shows beyond the frame: the view's own figures.
-struct OverlayInfo {
-  std::string device;       // what draws
-  std::string draw_target;  // kind and reason
-};
 
 // Pixels from the top left.
 struct OverlayPlace {
@@ -26,40 +22,59 @@ struct OverlayPlace {
   float width_px = 0.0F;
   float bottom_px = 0.0F;  // lower edge
   float scale = 1.0F;
+
+  bool operator==(const OverlayPlace&) const = default;
 };
 
 class Overlay {
  public:
-  explicit Overlay(OverlayInfo info) : info_(std::move(info)) {}
+  // every_frame: the figures follow every frame, for pictures; else they stay for a few, to be read.
+  Overlay(OverlayInfo info, bool every_frame) : info_(std::move(info)), every_frame_(every_frame) {}
 
   // One frame's phases and the wall time from the last frame to this one.
-  void add_frame(const PhaseTimes& times, double frame_ms);
-  // What the frame's steps cost, for the cost of each term.
-  void add_steps(const FrameView& frame) { term_costs_.add_frame(frame); }
-  // Describes the strip, and the notices at the top of the scene, to ImGui.
-  void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place) const;
+  void add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame);
+  // Describes the strip to ImGui.
+  void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look);
   void set_draw_target(std::string text) { info_.draw_target = std::move(text); }
+  void set_copy_bandwidth(double bytes_per_s) { info_.copy_bytes_per_s = bytes_per_s; }
+  const OverlayInfo& info() const { return info_; }
+  const FrameHistory& history() const { return history_; }
 
+  // What is shown of a mode: a strip too narrow for its columns has the most important in one line.
+  static OverlayMode fitting_mode(OverlayMode mode, float width_px, float scale);
   // Height that the strip takes.
   static float height_px(OverlayMode mode, float scale);
+  // With the line above it, if there is one.
+  float used_height_px(OverlayMode mode, float scale) const;
 
  private:
-  static constexpr std::size_t kNumKept = 120;
-
-  void show_full(const FrameView& frame, const OverlayPlace& place) const;
-  void show_compact(const FrameView& frame, const OverlayPlace& place) const;
-  void show_status(const FrameView& frame, float x, float y, float scale) const;
-  void show_phases(float x, float y, float scale) const;
-  double usual_most_ms(std::size_t count) const;
-  void show_terms(const OverlayPlace& place) const;
-  void show_plot(float x, float y, float width, float height, float scale) const;
+  void write_texts(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look);
+  void write_full(const FrameView& frame, const OverlayPlace& place);
+  void write_compact(const FrameView& frame, const OverlayPlace& place);
+  void write_status(const FrameView& frame, float x, float y, float scale);
+  void write_work(const FrameView& frame, float x, float y, float scale);
+  void write_phases(float x, float y, float scale);
+  void write_terms(const OverlayPlace& place);
+  void write_legend(const FrameView& frame, float x, float y, float scale);
+  void paint_swatches(const OverlayPlace& place) const;
+  void paint_legend(const FrameView& frame, const OverlayPlace& place, const Look& look) const;
+  void paint_plot(const OverlayPlace& place) const;
+  double usual_most_ms() const;
 
   OverlayInfo info_;
+  bool every_frame_;
   TermCosts term_costs_;
-  std::array<PhaseTimes, kNumKept> kept_{};
-  std::size_t num_added_ = 0;
-  PhaseTimes smooth_;  // means that follow slowly, so that they can be read
-  double smooth_frame_ms_ = 0.0;
+  FrameHistory history_;
+  // What was written last, for what, and when.
+  TextSheet texts_;
+  std::string terms_;
+  OverlayFigures figures_;
+  OverlayColors colors_{};
+  OverlayMode written_mode_ = OverlayMode::off;
+  OverlayPlace written_place_;
+  Theme written_theme_ = Theme::dark;
+  std::uint64_t written_at_ = 0;  // frames added by then
+  double top_ms_ = 1.0;           // upper end of the plot
 };
 
 }  // namespace pf

@@ -7,12 +7,28 @@
 #include <cmath>
 #include <thread>
 
+#include "app/options.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
 
 constexpr double kDegree = kPi / 180.0;
+
+// A menu of names whose index is chosen.
+template <class Index>
+void choose(const char* id, const std::vector<std::string>& names, Index& chosen, const char* label,
+            ControlMap& controls) {
+  const auto present = static_cast<std::size_t>(chosen);
+  const bool open = ImGui::BeginCombo(id, names[present].c_str());
+  controls.note(label);
+  if (!open) return;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (ImGui::Selectable(names[i].c_str(), i == present)) chosen = static_cast<Index>(i);
+    controls.note(std::string(label) + "." + names[i]);
+  }
+  ImGui::EndCombo();
+}
 
 }  // namespace
 
@@ -38,6 +54,8 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (rows_.header("Air", true)) edit_air();
   if (rows_.header("Method", true)) edit_method(frame);
   if (rows_.header("View", true)) edit_view(switches);
+  if (rows_.header("Show", false)) edit_show(frame, switches, commands);
+  if (rows_.header("All settings", false)) edit_all();
   ImGui::End();
   if (rows_.changed()) commands.settings = rows_.edited();
   if (!commands.scene.empty()) switches.fit_camera = true;
@@ -48,7 +66,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
 void Panel::edit_scene(const FrameView& frame, Commands& commands) {
   const std::string& present = frame.settings->name;
   ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(ImVec4(0.949F, 0.831F, 0.247F, 1.0F), "Pickleball Flight");
+  ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "Pickleball Flight");
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
   const bool open = ImGui::BeginCombo("##scene", present.c_str(), ImGuiComboFlags_HeightLarge);
@@ -212,6 +230,64 @@ void Panel::edit_view(ViewSwitches& switches) {
   rows_.begin_row("Draw target", target_help);
   ImGui::TextDisabled("%s", draw_target_.c_str());
   rows_.end_row("Draw target", target_help);
+}
+
+// What a talk needs: comparing, jumping back, looks, saving.
+void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& commands) {
+  const float space = ImGui::GetStyle().ItemSpacing.x;
+  const float width = (ImGui::GetContentRegionAvail().x - 2.0F * space) / 3.0F;
+  ImGui::BeginDisabled(!frame.settings->ball_present);
+  if (rows_.button("Next method", width, "M: the same launch again with the next method; both paths stay"))
+    commands.compare = Comparison::next_method;
+  ImGui::SameLine();
+  if (rows_.button("Half step", width, "Shift+M: the same launch again with half the time step"))
+    commands.compare = Comparison::half_step;
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  commands.back = rows_.button("Back", width, "B: to an earlier moment of this flight, about a second each");
+  edit_look(switches);
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.5F);
+  ImGui::InputTextWithHint("##file", "NAME.toml", scene_file_.data(), scene_file_.size());
+  rows_.end_row("Scene file", "a new file; one that is there already stays as it is");
+  ImGui::SameLine();
+  ImGui::BeginDisabled(scene_file_[0] == '\0');
+  if (rows_.button("Save", -1.0F, "write the present settings as a scene: --scene NAME.toml loads it"))
+    commands.save_scene = scene_file_.data();
+  ImGui::EndDisabled();
+}
+
+void Panel::edit_look(ViewSwitches& switches) {
+  const float half = ImGui::GetCursorPosX() + 0.5F * ImGui::GetContentRegionAvail().x;
+  ImGui::Checkbox("Ghost paths (G)", &switches.look.ghosts);
+  rows_.end_row("Ghosts", "the same launch in a vacuum and with drag in closed form, dashed");
+  ImGui::SameLine(half);
+  ImGui::Checkbox("Full screen (F11)", &switches.full_screen);
+  rows_.end_row("Full screen", "F11");
+  ImGui::Checkbox("Vertical sync (V)", &switches.vsync);
+  rows_.end_row("Vsync", "frames wait for the screen; without it they come at the scene's frame rate");
+  rows_.begin_row("Theme (D)", "colours of floor, panel and overlay");
+  choose("##theme", kThemeNames, switches.look.theme, "Theme", rows_.controls());
+  rows_.begin_row("Colours (C)",
+                  "of the parcels' speed; lightness rises in each, also for colour-blind eyes");
+  choose("##colours", kColorMapNames, switches.look.color_map, "Colours", rows_.controls());
+  rows_.begin_row("Text size", "+ and -: text, panel and overlay. Takes effect when you let go.");
+  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) ui_scale_ = switches.ui_scale;
+  ImGui::SliderScalar("##scale", ImGuiDataType_Double, &ui_scale_, &kLeastUiScale, &kMostUiScale, "%.2f");
+  if (ImGui::IsItemDeactivatedAfterEdit())
+    switches.ui_scale = std::clamp(ui_scale_, kLeastUiScale, kMostUiScale);
+  rows_.end_row("Text size", "+ and -");
+}
+
+// Every setting there is, from the table, by its name in a scene file.
+void Panel::edit_all() {
+  ImGui::PushID("all");  // some settings have a row above, too
+  std::string section;
+  for (const Field& field : fields()) {
+    if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());
+    section = field.section;
+    rows_.any(field);
+  }
+  ImGui::PopID();
 }
 
 }  // namespace pf

@@ -2,12 +2,14 @@
 // never touched.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/simulation.hpp"
+#include "view/look.hpp"
 #include "view/setting_rows.hpp"
 
 namespace pf {
@@ -16,7 +18,11 @@ namespace pf {
 struct ViewSwitches {
   bool show_panel = true;
   bool show_path = true;
-  int overlay_mode = 0;     // index of OverlayMode
+  int overlay_mode = 0;   // index of OverlayMode
+  Look look;              // its paths are show_path
+  double ui_scale = 1.0;  // of text and overlay
+  bool vsync = true;
+  bool full_screen = false;
   bool fit_camera = false;  // asked for; the stage puts it back
 };
 
@@ -32,6 +38,7 @@ class Panel {
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
   float width_px(float scale) const { return kWidth_px * scale; }
   const ControlMap& controls() const { return rows_.controls(); }
+  ControlMap& controls() { return rows_.controls(); }  // for what can be clicked outside the panel
 
  private:
   static constexpr float kWidth_px = 318.0F;
@@ -45,6 +52,9 @@ class Panel {
   void edit_air();
   void edit_method(const FrameView& frame);
   void edit_view(ViewSwitches& switches);
+  void edit_show(const FrameView& frame, ViewSwitches& switches, Commands& commands);
+  void edit_look(ViewSwitches& switches);
+  void edit_all();
 
   std::int64_t max_parcels_;
   std::string draw_target_;
@@ -54,6 +64,8 @@ class Panel {
   // A change of N spawns the air anew: it is applied when the person lets go, not on the way.
   std::int64_t num_parcels_ = 0;
   bool holds_num_parcels_ = false;
+  std::array<char, 256> scene_file_{};
+  double ui_scale_ = 1.0;          // in hand
   double launch_angle_deg_ = 0.0;  // remembered here, because a speed of 0 has no direction
 };
 

@@ -16,6 +16,8 @@ constexpr double kCourtHeight_m = 6.1;
 struct ViewBlock {
   Vec2f center_m, anchor_px, size_px;
   float metres_per_px, scale;
+  float map_low, map_high;  // the part of the colour map that is used
+  float map_kind, light;
 };
 
 bool is_court(double width_m, double height_m) {
@@ -28,6 +30,11 @@ void set_uniform(const GlProgram& program, const char* name, float value) {
 
 void set_uniform(const GlProgram& program, const char* name, Vec2f value) {
   glProgramUniform2f(program.get(), glGetUniformLocation(program.get(), name), value.x, value.y);
+}
+
+void set_color(auto& style, const std::array<float, 3>& color, float alpha) {
+  std::copy(color.begin(), color.end(), style.color);
+  style.color[3] = alpha;
 }
 
 // From this diameter on a parcel is drawn as a disc of its own; below, it is counted in its pixel.
@@ -79,7 +86,7 @@ Renderer::Renderer()
   add(parcel_array_, 1, 1, 0, 1);
   add(path_array_, 0, 2, offsetof(PathVertex, position_m), 0);
   add(path_array_, 1, 2, offsetof(PathVertex, normal), 0);
-  add(path_array_, 2, 1, offsetof(PathVertex, along), 0);
+  add(path_array_, 2, 2, offsetof(PathVertex, along), 0);
 }
 
 void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
@@ -95,7 +102,7 @@ void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, co
 void Renderer::draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
   set_view(camera, viewport);
   bind_for_blending(viewport);
-  if (show_path_) draw_paths(frame, camera, viewport.scale);
+  if (look_.paths) draw_paths(frame, camera, viewport.scale);
   if (frame.physics->ball.present) draw_ball(frame, camera);
 }
 
@@ -112,7 +119,11 @@ void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
       to_float(camera.anchor_px),
       {static_cast<float>(viewport.size.width), static_cast<float>(viewport.size.height)},
       static_cast<float>(camera.metres_per_px),
-      viewport.scale};
+      viewport.scale,
+      map_range(look_.theme).low,
+      map_range(look_.theme).high,
+      static_cast<float>(look_.color_map),
+      look_.theme == Theme::light ? 1.0F : 0.0F};
   glNamedBufferSubData(view_buffer_.get(), 0, sizeof(block), &block);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, view_buffer_.get());
 }
@@ -123,7 +134,7 @@ void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Vi
   const World& world = frame.physics->world;
   const Vec2d half_m = to_metres(world, world.half);
   const FloorKey key = {camera.center_m, camera.anchor_px, camera.metres_per_px, viewport.size,
-                        2.0 * half_m.x,  2.0 * half_m.y,   world.boundary};
+                        2.0 * half_m.x,  2.0 * half_m.y,   world.boundary,       look_.theme};
   if (!(key == floor_key_)) paint_floor(key);
   floor_key_ = key;
   const auto [width, height] = viewport.size;
@@ -177,18 +188,33 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
 }
 
+// Earlier flights fade with age, ghosts are dashed, the present flight is on top.
 void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
-  constexpr std::size_t kMostOldPaths = 5;
-  if (frame.old_paths_m != nullptr) {
-    float fading = 0.34F;
-    for (std::size_t i = 0; i < std::min(frame.old_paths_m->size(), kMostOldPaths); ++i) {
-      draw_path((*frame.old_paths_m)[i], camera, {0.9F * scale, {0.88F, 0.92F, 0.94F, fading}, {0.8F, 1.0F}});
-      fading *= 0.65F;
+  const ThemeColors& theme = theme_colors(look_.theme);
+  if (frame.old_flights != nullptr) {
+    float fading = 0.8F;
+    for (std::size_t i = frame.old_flights->size(); i-- > 0;) {
+      PathStyle style = {1.1F * scale, {}, {0.8F, 1.0F}};
+      set_color(style, old_flight_color(look_.theme, i), std::pow(fading, static_cast<float>(i)));
+      draw_path((*frame.old_flights)[i].points_m, camera, style);
     }
   }
-  if (frame.path_m != nullptr) {
-    draw_path(*frame.path_m, camera, {3.0F * scale, {0.02F, 0.04F, 0.05F, 0.45F}, {0.4F, 1.0F}});
-    draw_path(*frame.path_m, camera, {1.6F * scale, {1.0F, 0.93F, 0.45F, 0.95F}, {0.45F, 1.0F}});
+  if (look_.ghosts && frame.ghosts != nullptr) draw_ghosts(*frame.ghosts, camera, scale);
+  if (frame.flight_record == nullptr) return;
+  const std::vector<Vec2f>& points_m = frame.flight_record->points_m;
+  PathStyle shadow = {3.0F * scale, {}, {0.4F, 1.0F}};
+  set_color(shadow, theme.path_shadow, 0.45F);
+  draw_path(points_m, camera, shadow);
+  PathStyle line = {1.6F * scale, {}, {0.45F, 1.0F}};
+  set_color(line, theme.path, 0.95F);
+  draw_path(points_m, camera, line);
+}
+
+void Renderer::draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camera, float scale) {
+  for (const Ghost& ghost : ghosts) {
+    PathStyle style = {1.0F * scale, {}, {0.9F, 0.9F}, ghost_dash_px(ghost.air) * scale};
+    set_color(style, theme_colors(look_.theme).ghost, 0.85F);
+    draw_path(ghost.points_m, camera, style);
   }
 }
 
@@ -202,12 +228,18 @@ void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camer
   }
   if (path_points_.size() < 2) return;
   path_vertices_.clear();
+  float flown_m = 0.0F;
   const std::size_t last = path_points_.size() - 1;
   for (std::size_t i = 0; i <= last; ++i) {
     const Vec2f span = path_points_[std::min(i + 1, last)] - path_points_[i == 0 ? 0 : i - 1];
     const float length = std::max(std::sqrt(dot(span, span)), 1e-12F);
-    const PathVertex vertex = {path_points_[i], perpendicular(span) * (1.0F / length),
-                               static_cast<float>(i) / static_cast<float>(last)};
+    if (i > 0) {
+      const Vec2f moved = path_points_[i] - path_points_[i - 1];
+      flown_m += std::sqrt(dot(moved, moved));
+    }
+    const PathVertex vertex = {path_points_[i],
+                               perpendicular(span) * (1.0F / length),
+                               {static_cast<float>(i) / static_cast<float>(last), flown_m}};
     path_vertices_.insert(path_vertices_.end(), 2, vertex);
   }
   const std::size_t bytes = path_vertices_.size() * sizeof(PathVertex);
@@ -220,6 +252,7 @@ void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camer
   glNamedBufferSubData(path_buffer_.get(), 0, static_cast<GLsizeiptr>(bytes), path_vertices_.data());
   glVertexArrayVertexBuffer(path_array_.get(), 0, path_buffer_.get(), 0, sizeof(PathVertex));
   set_uniform(path_, "half_width_px", style.half_width_px);
+  set_uniform(path_, "dash_px", style.dash_px);
   glProgramUniform4fv(path_.get(), glGetUniformLocation(path_.get(), "path_color"), 1, style.color);
   glProgramUniform2fv(path_.get(), glGetUniformLocation(path_.get(), "fade"), 1, style.fade);
   glUseProgram(path_.get());

@@ -8,6 +8,7 @@
 #include "view/camera.hpp"
 #include "view/context.hpp"
 #include "view/gl.hpp"
+#include "view/look.hpp"
 #include "view/parcel_buffers.hpp"
 #include "view/splat.hpp"
 
@@ -31,7 +32,7 @@ class Renderer {
   // Paths and ball, on top.
   void draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport);
 
-  void set_show_path(bool shown) { show_path_ = shown; }
+  void set_look(const Look& look) { look_ = look; }
 
  private:
   // What the kept picture of the floor was drawn for.
@@ -42,16 +43,18 @@ class Renderer {
     double width_m = 0.0;
     double height_m = 0.0;
     Boundary boundary = Boundary::open;
+    Theme theme = Theme::dark;
     bool operator==(const FloorKey&) const = default;
   };
   struct PathVertex {
     Vec2f position_m, normal;
-    float along;
+    Vec2f along;  // 0 at the oldest point to 1 at the newest; metres from the oldest
   };
   struct PathStyle {
     float half_width_px;
     float color[4];
-    float fade[2];  // alpha at the oldest and the newest point
+    float fade[2];         // alpha at the oldest and the newest point
+    float dash_px = 0.0F;  // length of a dash and the gap after it; 0: solid
   };
 
   void set_view(const Camera& camera, const Viewport& viewport);
@@ -61,6 +64,7 @@ class Renderer {
   void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                     const Viewport& viewport);
   void draw_paths(const FrameView& frame, const Camera& camera, float scale);
+  void draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camera, float scale);
   void draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style);
   void draw_ball(const FrameView& frame, const Camera& camera);
 
@@ -73,7 +77,7 @@ class Renderer {
   std::vector<Vec2f> path_points_;
   std::vector<PathVertex> path_vertices_;
   std::size_t path_capacity_ = 0;
-  bool show_path_ = true;
+  Look look_;
 };
 
 }  // namespace pf

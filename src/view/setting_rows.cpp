@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 namespace pf {
 namespace {
@@ -32,14 +33,18 @@ void set_number(const Field& field, double value, Settings& settings) {
 
 }  // namespace
 
-std::string help_of(const char* path) {
+const std::string& help_of(const char* path) {
+  static std::unordered_map<const Field*, std::string> made;
   const Field& field = field_of(path);
-  std::string text = field.doc;
+  std::string& text = made[&field];
+  if (!text.empty()) return text;
+  text = field.doc;
   if (!field.unit.empty()) text += fmt::format("\nUnit: {}", field.unit);
   if (field.min < field.max) text += fmt::format("\nAllowed: {:g} to {:g}", field.min, field.max);
   if (const auto* choice = std::get_if<Choice>(&field.member))
     text += fmt::format("\nAllowed: {}", fmt::join(choice->names, ", "));
-  return text + fmt::format("\n{}", field.path());
+  text += fmt::format("\n{}", field.path());
+  return text;
 }
 
 void tooltip(const std::string& text) {
@@ -137,6 +142,30 @@ void SettingRows::combo(const char* label, const char* path) {
   ImGui::EndCombo();
   if (chosen == present) return;
   choice.set(edited_, chosen);
+  changed_ = true;
+}
+
+void SettingRows::any(const Field& field) {
+  if (std::holds_alternative<std::string Settings::*>(field.member)) return;
+  const std::string path = field.path();
+  if (std::holds_alternative<Choice>(field.member)) return combo(path.c_str(), path.c_str());
+  if (std::holds_alternative<bool Settings::*>(field.member))
+    return checkboxes({{path.c_str(), path.c_str()}});
+  begin_row(field.key.c_str(), help_of(path.c_str()));
+  const std::string id = "##all " + path;
+  const std::string held = "all " + path;
+  double value = held_path_ == held ? held_value_ : number_of(field, edited_);
+  ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
+  const bool done = ImGui::IsItemDeactivatedAfterEdit();
+  if (ImGui::IsItemActive()) {
+    held_path_ = held;
+    held_value_ = value;
+  } else if (held_path_ == held) {
+    held_path_.clear();
+  }
+  end_row(path.c_str(), help_of(path.c_str()));
+  if (!done) return;
+  set_number(field, value, edited_);
   changed_ = true;
 }
 

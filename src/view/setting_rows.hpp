@@ -36,6 +36,9 @@ class SettingRows {
   void checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes);
   void combo(const char* label, const char* path);
 
+  // Any setting but a text, by its key; a number is typed and counts when finished.
+  void any(const Field& field);
+
   // For rows of another kind: label at the left with its tooltip, the next widget takes the rest.
   void begin_row(const char* label, const std::string& help);
   void end_row(const char* label, const std::string& help);
@@ -54,7 +57,7 @@ class SettingRows {
 };
 
 // Meaning, unit and allowed values of a setting, as the scene file has them.
-std::string help_of(const char* path);
+const std::string& help_of(const char* path);
 
 // For the widget made last.
 void tooltip(const std::string& text);

@@ -11,6 +11,7 @@
 #include "app/input_log.hpp"
 #include "app/replay.hpp"
 #include "core/error.hpp"
+#include "view/aim.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
 #include "view/host_draw_target.hpp"
@@ -18,6 +19,7 @@
 #include "view/panel.hpp"
 #include "view/recorder.hpp"
 #include "view/renderer.hpp"
+#include "view/scene_marks.hpp"
 #include "view/window_input.hpp"
 
 namespace pf {
@@ -29,6 +31,34 @@ constexpr double kAfterFlight_s = 0.5;
 std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const std::string& backend) {
   if (hooks.make_draw_target) return hooks.make_draw_target(backend);
   return std::make_unique<HostDrawTarget>("CPU backend");
+}
+
+// The place of a checked name.
+template <class Index>
+Index index_of(const std::string& name, const std::vector<std::string>& names) {
+  return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+ViewSwitches switches_of(const Options& options, bool window) {
+  ViewSwitches switches;
+  switches.show_panel = window ? options.show_panel : options.record_panel;
+  switches.show_path = options.show_path || options.ghosts;
+  switches.overlay_mode = index_of<int>(options.overlay, kOverlayNames);
+  // Without a window what is drawn is the film.
+  if (!window && !options.record_overlay) switches.overlay_mode = static_cast<int>(OverlayMode::off);
+  switches.look.theme = index_of<Theme>(options.theme, kThemeNames);
+  switches.look.color_map = index_of<ColorMap>(options.color_map, kColorMapNames);
+  switches.look.ghosts = options.ghosts;
+  switches.ui_scale = options.ui_scale;
+  switches.vsync = options.vsync;
+  switches.full_screen = options.full_screen && window;
+  return switches;
+}
+
+// Steps of 2^(1/4) from 1, within what the flag takes.
+double scaled_text(double scale, int steps) {
+  const double place = std::round(4.0 * std::log2(scale)) + steps;
+  return std::clamp(std::exp2(0.25 * place), kLeastUiScale, kMostUiScale);
 }
 
 std::string describe(const GlDrawTarget& target) {
@@ -43,7 +73,13 @@ class Stage {
 
  private:
   Commands handle_input();
-  void follow_switches(const InputFrame& input);
+  void aim(const InputFrame& input, Commands& commands);
+  bool is_at_ball(Vec2d pointer_px) const;
+  void follow_keys(const InputFrame& input);
+  void follow_switches(const Commands& commands);
+  void follow_camera(const InputFrame& input);
+  void measure_copy_bandwidth();
+  Look look_of_marks() const;
   ViewRegion free_region() const;
   void fit_camera();
   void begin_steps();
@@ -78,6 +114,10 @@ class Stage {
   Renderer renderer_;
   Panel panel_;
   Overlay overlay_;
+  SceneMarks marks_;
+  Aim aim_;
+  std::vector<Ghost> aimed_ghosts_;
+  std::optional<OverlayCsv> csv_;
   InputLog log_;
   Recorder recorder_;
   std::optional<Replay> replay_;
@@ -88,7 +128,8 @@ class Stage {
   ViewSwitches switches_;
   Commands commands_;
   SizePx size_;
-  float scale_;       // of text and margins; fonts are made for it once
+  float scale_;  // of text and margins, in pixels per layout pixel
+  bool vsync_ = true;
   PhaseTimes times_;  // of the frame in hand
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
@@ -110,19 +151,20 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
-      overlay_({context.info().renderer, describe(*target_)}),
+      overlay_({context.info().renderer, describe(*target_)}, context.window() == nullptr),
       log_(simulation, simulation.backend().name()),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
-      scale_(context.content_scale()) {
+      scale_(context.content_scale() * static_cast<float>(options.ui_scale)),
+      vsync_(options.vsync) {
   const bool has_window = context.window() != nullptr;
-  switches_.show_panel = has_window ? options.show_panel : options.record_panel;
-  // Without a window what is drawn is the film.
-  if (!has_window && !options.record_overlay) switches_.overlay_mode = static_cast<int>(OverlayMode::off);
+  switches_ = switches_of(options, has_window);
+  if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (!options.log.empty()) log_.open(options.log);
+  if (has_window || replay_) simulation_.keep_moments();  // a log may go back to them
+  if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
   recorder_.set_seen(context.size_px());
   recorder_.begin(simulation);
-  switches_.show_path = options.show_path;
   if (hooks.announce) {
     hooks.announce(fmt::format("drawing: {} ({}), draw target {}", context.info().renderer,
                                context.info().platform, describe(*target_)));
@@ -206,7 +248,9 @@ bool Stage::ended() {
   if (options_.still_s) return still_ended();
   const Settings& settings = simulation_.settings();
   const double shown_s = static_cast<double>(num_frames_) / settings.frame_rate_hz;
-  if (settings.seconds > 0.0 && shown_s >= settings.seconds - 1e-9) return true;
+  // A scene's own length is that of a headless run: a window stays until it is closed, or as long as asked.
+  const bool has_end = settings.seconds > 0.0 && (context_.window() == nullptr || options_.seconds_given);
+  if (has_end && shown_s >= settings.seconds - 1e-9) return true;
   if (context_.window() != nullptr) return false;
   if (simulation_.view().paused) return true;  // by itself: nobody is there to press a key
   if (settings.seconds > 0.0) return false;
@@ -228,27 +272,92 @@ bool Stage::still_ended() const {
 Commands Stage::handle_input() {
   ScopedPhase timing(times_, Phase::panel);
   context_.poll_events();
+  gui_.set_look(switches_.look.theme, scale_);
   gui_.begin_frame(size_, frame_s_);
   InputFrame input;
   if (input_) input = input_->take(gui_);
   Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
+  if (num_frames_ == 0) commands.toggle_pause = commands.toggle_pause != (options_.paused && input_);
   commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
   commands.single_step = commands.single_step || input.commands.single_step;
   commands.reset = commands.reset || input.commands.reset;
   commands.launch = commands.launch || input.commands.launch;
+  commands.back = commands.back || input.commands.back;
+  commands.time_scale_factor = input.commands.time_scale_factor;
+  if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
   commands.quit = input.commands.quit;
   // S steps while paused; while running it does nothing.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();
-  follow_switches(input);
+  aim(input, commands);
+  follow_keys(input);
+  follow_switches(commands);
+  follow_camera(input);
   return commands;
 }
 
-void Stage::follow_switches(const InputFrame& input) {
+// The ball is grabbed where it is, or at its start, and the show waits until it is let go.
+void Stage::aim(const InputFrame& input, Commands& commands) {
+  const FrameView& view = simulation_.view();
+  const Settings& settings = *view.settings;
+  if (!aim_.active() && input.pressed_left && view.physics->ball.present && is_at_ball(input.pointer_px))
+    aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
+  if (!aim_.active()) return;
+  aim_.drag(input.drag_px, input.shift);
+  commands.hold = true;
+  if (commands.quit) aim_.cancel();
+  commands.quit = false;
+  if (input.released) commands.fly = aim_.release();
+  Settings aimed = settings;
+  aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
+  aimed.ball_vy_mps = aim_.launch().velocity_mps.y;
+  aimed.ball_spin_radps = aim_.launch().spin_radps;
+  aimed_ghosts_ = ghosts_of(aimed);
+}
+
+bool Stage::is_at_ball(Vec2d pointer_px) const {
+  const FrameView& view = simulation_.view();
+  constexpr double kLeastReach_px = 14.0;
+  const double reach_m =
+      std::max(view.physics->ball.radius_m, kLeastReach_px * scale_ * camera_.metres_per_px);
+  const Vec2d pointer_m = camera_.to_world(pointer_px);
+  const auto is_near = [&](Vec2d place_m) {
+    const Vec2d away = pointer_m - place_m;
+    return dot(away, away) <= reach_m * reach_m;
+  };
+  return is_near(view.ball.position_m) || is_near({view.settings->ball_x_m, view.settings->ball_y_m});
+}
+
+void Stage::follow_keys(const InputFrame& input) {
   if (input.toggle_panel) switches_.show_panel = !switches_.show_panel;
   if (input.toggle_path) switches_.show_path = !switches_.show_path;
   if (input.next_overlay) switches_.overlay_mode = (switches_.overlay_mode + 1) % kNumOverlayModes;
-  if (input.pan_px.x != 0.0 || input.pan_px.y != 0.0) camera_.pan(input.pan_px);
+  Look& look = switches_.look;
+  if (input.toggle_ghosts) look.ghosts = !look.ghosts;
+  if (input.next_theme) look.theme = look.theme == Theme::dark ? Theme::light : Theme::dark;
+  if (input.next_color_map) {
+    const auto next = (static_cast<std::size_t>(look.color_map) + 1) % kColorMapNames.size();
+    look.color_map = static_cast<ColorMap>(next);
+  }
+  if (input.toggle_vsync) switches_.vsync = !switches_.vsync;
+  if (input.toggle_full_screen) switches_.full_screen = !switches_.full_screen;
+  if (input.larger_text != 0) switches_.ui_scale = scaled_text(switches_.ui_scale, input.larger_text);
+  // Ghosts are paths; asked for, they are shown.
+  if (input.toggle_ghosts && look.ghosts) switches_.show_path = true;
+}
+
+void Stage::follow_switches(const Commands& commands) {
+  // What is launched by hand or compared is to be seen.
+  if (commands.fly || commands.compare != Comparison::none) switches_.show_path = true;
+  switches_.look.paths = switches_.show_path;
+  scale_ = context_.content_scale() * static_cast<float>(switches_.ui_scale);  // from the next frame on
+  if (switches_.vsync != vsync_) context_.set_vsync(switches_.vsync);
+  vsync_ = switches_.vsync;
+  context_.set_full_screen(switches_.full_screen);
+}
+
+void Stage::follow_camera(const InputFrame& input) {
+  if (!aim_.active() && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) camera_.pan(input.drag_px);
   const World& world = simulation_.view().physics->world;
   const Vec2d half_m = to_metres(world, world.half);
   if (input.zoom != 1.0) camera_.zoom_at(input.pointer_px, input.zoom, 2.0 * std::max(half_m.x, half_m.y));
@@ -259,10 +368,34 @@ void Stage::follow_switches(const InputFrame& input) {
   if (input.take_picture) recorder_.ask_picture();
 }
 
+// Once per backend: what the share of the copying speed is of. Without it the share is left out.
+void Stage::measure_copy_bandwidth() {
+  Backend& backend = simulation_.backend();
+  const std::size_t num_bytes = backend.name() == "cuda" ? 256U << 20 : 32U << 20;  // beyond the caches
+  try {
+    overlay_.set_copy_bandwidth(backend.measure_copy_bandwidth(num_bytes));
+  } catch (const DeviceError&) {  // no room for the copy
+    overlay_.set_copy_bandwidth(0.0);
+  } catch (const std::bad_alloc&) {
+    overlay_.set_copy_bandwidth(0.0);
+  }
+}
+
+// Without an overlay there is no legend either: the scene alone.
+Look Stage::look_of_marks() const {
+  Look look = switches_.look;
+  look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
+  return look;
+}
+
 ViewRegion Stage::free_region() const {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
-  const double bottom = Overlay::height_px(static_cast<OverlayMode>(switches_.overlay_mode), scale_);
-  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom, 1.0)};
+  const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
+                                                 static_cast<float>(size_.width - left), scale_);
+  const double bottom = overlay_.used_height_px(mode, scale_);
+  const double top = SceneMarks::reserved_px(simulation_.view(), look_of_marks(), scale_,
+                                             static_cast<float>(size_.height - bottom));
+  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
 }
 
 void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
@@ -297,6 +430,7 @@ void Stage::follow_fallback() {
   target_ = make_draw_target(hooks_, simulation_.backend().name());
   overlay_.set_draw_target(describe(*target_));
   panel_.set_draw_target(describe(*target_));
+  measure_copy_bandwidth();
   if (hooks_.announce)
     hooks_.announce(fmt::format("{} Draw target {}", simulation_.view().message, describe(*target_)));
 }
@@ -308,7 +442,16 @@ void Stage::describe_overlay() {
   place.width_px = static_cast<float>(size_.width) - place.left_px;
   place.bottom_px = static_cast<float>(size_.height);
   place.scale = scale_;
-  overlay_.show(simulation_.view(), static_cast<OverlayMode>(switches_.overlay_mode), place);
+  const FrameView& view = simulation_.view();
+  const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
+  overlay_.show(view, mode, place, switches_.look);
+  place.bottom_px -= Overlay::height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
+  const auto height_px = static_cast<float>(size_.height);
+  marks_.show(view, camera_, place, height_px, look_of_marks());
+  if (aim_.active()) {
+    SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
+                         camera_, place, height_px, switches_.look);
+  }
   if (context_.window() != nullptr) show_recording();
   gui_.end_frame();
 }
@@ -322,12 +465,15 @@ void Stage::show_recording() {
 void Stage::draw_air(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
   const ParcelBuffers parcels = target_->buffers();
+  renderer_.set_look(switches_.look);
   draw_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
   draw_timer_.end();
   if (FilmScene* film = recorder_.scene()) {
     ScopedPhase timing(times_, Phase::encode);
-    film->draw_air(simulation_.view(), parcels, camera_, free_region(), recorder_.has_overlay());
+    film->set_look(switches_.look);
+    film->draw_air(simulation_.view(), parcels, camera_, free_region(),
+                   recorder_.has_overlay() ? &overlay_ : nullptr);
   }
   target_->frame_drawn();
   settle();
@@ -336,8 +482,15 @@ void Stage::draw_air(const Viewport& viewport) {
 
 void Stage::draw_flight(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
-  renderer_.set_show_path(switches_.show_path);
-  renderer_.draw_flight(simulation_.view(), camera_, viewport);
+  if (aim_.active()) {
+    FrameView aimed = simulation_.view();
+    aimed.ball = initial_ball(*aimed.settings);
+    aimed.ghosts = &aimed_ghosts_;
+    renderer_.set_look({switches_.look.theme, switches_.look.color_map, true, true});
+    renderer_.draw_flight(aimed, camera_, viewport);
+  } else {
+    renderer_.draw_flight(simulation_.view(), camera_, viewport);
+  }
   settle();
   const double host_ms = draw_air_ms_ + milliseconds_since(start);
   // A GPU works on after the calls return; its own clock tells how long the parcels took, a frame or two
@@ -354,8 +507,7 @@ void Stage::draw_gui(const Viewport& viewport) {
 void Stage::take_frame(const Viewport& viewport) {
   ScopedPhase timing(times_, Phase::encode);
   if (FilmScene* film = recorder_.scene()) {
-    film->draw_rest(simulation_.view(), switches_.show_path, recorder_.has_overlay() ? &overlay_ : nullptr,
-                    gui_);
+    film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, gui_);
     settle();
   }
   recorder_.take({viewport.framebuffer, viewport.size}, simulation_);
@@ -376,6 +528,14 @@ void Stage::present(const Viewport& viewport) {
 
 void Stage::write_panel_map() {
   if (hooks_.panel_map.empty()) return;
+  if (simulation_.view().physics->ball.present) {
+    const Vec2d start_px =
+        (initial_ball(simulation_.settings()).position_m - camera_.center_m) * (1.0 / camera_.metres_per_px) +
+        camera_.anchor_px;
+    const auto x = static_cast<float>(start_px.x);
+    const auto y = static_cast<float>(size_.height - start_px.y);
+    panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
+  }
   std::string layout = panel_.controls().text();
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);
@@ -387,8 +547,11 @@ void Stage::keep_pace() {
   const Clock::time_point now = Clock::now();
   frame_s_ = std::chrono::duration<double>(now - last_frame_).count();
   last_frame_ = now;
-  overlay_.add_frame(times_, 1e3 * frame_s_);
-  overlay_.add_steps(simulation_.view());
+  overlay_.add_frame(times_, 1e3 * frame_s_, simulation_.view());
+  if (csv_) {
+    csv_->add_line(times_, 1e3 * frame_s_, simulation_.view(),
+                   overlay_.history().figures(overlay_.info().copy_bytes_per_s), overlay_.info());
+  }
   if (context_.window() == nullptr) return;
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(1.0 / simulation_.settings().frame_rate_hz));
@@ -409,6 +572,7 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
   ContextRequest request;
   request.width_px = options.width_px;
   request.height_px = options.height_px;
+  request.vsync = options.vsync;
   if (options.headless) return open_offscreen(request);
   if (display_available()) return open_window(request);
   if (hooks.announce) hooks.announce("no display (DISPLAY, WAYLAND_DISPLAY): running without a window");

@@ -12,7 +12,7 @@ namespace {
 
 WindowInput& self(GLFWwindow* window) { return *static_cast<WindowInput*>(glfwGetWindowUserPointer(window)); }
 
-void apply_key(int key, InputFrame& input) {
+void apply_key(int key, int mods, InputFrame& input) {
   switch (key) {
     case GLFW_KEY_SPACE:
       input.commands.toggle_pause = !input.commands.toggle_pause;
@@ -44,8 +44,52 @@ void apply_key(int key, InputFrame& input) {
     case GLFW_KEY_F12:
       input.take_picture = true;
       break;
+    case GLFW_KEY_M:
+      input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
+      break;
+    case GLFW_KEY_B:
+      input.commands.back = true;
+      break;
+    case GLFW_KEY_G:
+      input.toggle_ghosts = !input.toggle_ghosts;
+      break;
+    case GLFW_KEY_C:
+      input.next_color_map = true;
+      break;
+    case GLFW_KEY_D:
+      input.next_theme = !input.next_theme;
+      break;
+    case GLFW_KEY_V:
+      input.toggle_vsync = !input.toggle_vsync;
+      break;
+    case GLFW_KEY_F11:
+      input.toggle_full_screen = !input.toggle_full_screen;
+      break;
     case GLFW_KEY_ESCAPE:
       input.commands.quit = true;
+      break;
+    default:
+      break;
+  }
+}
+
+// Signs come as letters, wherever the keyboard has them; comma and point do for those that hide the brackets.
+void apply_letter(unsigned int letter, InputFrame& input) {
+  switch (letter) {
+    case '+':
+    case '=':
+      ++input.larger_text;
+      break;
+    case '-':
+      --input.larger_text;
+      break;
+    case '[':
+    case ',':
+      input.commands.time_scale_factor *= 0.5;
+      break;
+    case ']':
+    case '.':
+      input.commands.time_scale_factor *= 2.0;
       break;
     default:
       break;
@@ -57,18 +101,24 @@ void apply_key(int key, InputFrame& input) {
 WindowInput::WindowInput(GLFWwindow* window) : window_(window) {
   glfwSetWindowUserPointer(window, this);
   glfwSetKeyCallback(window, on_key);
+  glfwSetCharCallback(window, on_char);
   glfwSetScrollCallback(window, on_scroll);
   glfwSetMouseButtonCallback(window, on_button);
 }
 
 WindowInput::~WindowInput() {
   glfwSetKeyCallback(window_, nullptr);
+  glfwSetCharCallback(window_, nullptr);
   glfwSetScrollCallback(window_, nullptr);
   glfwSetMouseButtonCallback(window_, nullptr);
 }
 
-void WindowInput::on_key(GLFWwindow* window, int key, int, int action, int) {
-  if (action == GLFW_PRESS) self(window).keys_.push_back(key);
+void WindowInput::on_key(GLFWwindow* window, int key, int, int action, int mods) {
+  if (action == GLFW_PRESS) self(window).keys_.emplace_back(key, mods);
+}
+
+void WindowInput::on_char(GLFWwindow* window, unsigned int letter) {
+  self(window).letters_.push_back(letter);
 }
 
 void WindowInput::on_scroll(GLFWwindow* window, double, double y) { self(window).scrolled_ += y; }
@@ -79,6 +129,7 @@ void WindowInput::on_button(GLFWwindow* window, int button, int action, int) {
   WindowInput& input = self(window);
   const double now_s = glfwGetTime();
   input.pressed_ = true;
+  input.pressed_button_ = button;
   input.double_clicked_ = now_s - input.pressed_at_s_ < kDoubleClick_s;
   input.pressed_at_s_ = now_s;
 }
@@ -87,7 +138,8 @@ InputFrame WindowInput::take(const Gui& gui) {
   InputFrame input;
   input.pointer_px = pointer_px();
   if (!gui.wants_text()) {
-    for (int key : keys_) apply_key(key, input);
+    for (const auto& [key, mods] : keys_) apply_key(key, mods, input);
+    for (const unsigned int letter : letters_) apply_letter(letter, input);
   }
   if (!gui.wants_mouse()) {
     constexpr double kZoomPerNotch = 1.15;
@@ -96,6 +148,7 @@ InputFrame WindowInput::take(const Gui& gui) {
   }
   drag(gui, input);
   keys_.clear();
+  letters_.clear();
   scrolled_ = 0.0;
   pressed_ = double_clicked_ = false;
   return input;
@@ -103,16 +156,20 @@ InputFrame WindowInput::take(const Gui& gui) {
 
 // A drag belongs to whom it began at: the scene keeps it even when the pointer crosses the panel.
 void WindowInput::drag(const Gui& gui, InputFrame& input) {
-  const bool down = glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS ||
-                    glfwGetMouseButton(window_, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
-  if (pressed_ && !gui.wants_mouse()) {
+  input.shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
+                glfwGetKey(window_, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
+  if (pressed_ && !dragging_ && !gui.wants_mouse()) {
     dragging_ = true;
+    dragged_button_ = pressed_button_;
     dragged_from_px_ = input.pointer_px;
+    input.pressed_left = dragged_button_ == GLFW_MOUSE_BUTTON_LEFT;
   }
-  if (!down) dragging_ = false;
   if (!dragging_) return;
-  input.pan_px = input.pointer_px - dragged_from_px_;
+  input.drags_left = dragged_button_ == GLFW_MOUSE_BUTTON_LEFT;
+  input.drag_px = input.pointer_px - dragged_from_px_;
   dragged_from_px_ = input.pointer_px;
+  dragging_ = glfwGetMouseButton(window_, dragged_button_) == GLFW_PRESS;
+  input.released = !dragging_;
 }
 
 // The cursor counts in screen units from the top left; a framebuffer may have more pixels than that.

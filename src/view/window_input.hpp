@@ -2,6 +2,7 @@
 // queue, and a short press between two frames must not be lost.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "app/simulation.hpp"
@@ -18,10 +19,20 @@ struct InputFrame {
   bool toggle_panel = false;
   bool next_overlay = false;
   bool toggle_path = false;
+  bool toggle_ghosts = false;
+  bool next_color_map = false;
+  bool next_theme = false;
+  bool toggle_vsync = false;
+  bool toggle_full_screen = false;
+  int larger_text = 0;  // steps
   bool fit = false;
   bool toggle_film = false;
   bool take_picture = false;
-  Vec2d pan_px;       // since the last frame, upwards positive
+  bool pressed_left = false;  // in the scene, in this frame
+  bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
+  bool released = false;      // it ended
+  bool shift = false;
+  Vec2d drag_px;      // since the last frame, upwards positive, of a drag that began in the scene
   double zoom = 1.0;  // > 1: nearer
   Vec2d pointer_px;   // from the lower left corner
 };
@@ -39,6 +50,7 @@ class WindowInput {
 
  private:
   static void on_key(GLFWwindow* window, int key, int scancode, int action, int mods);
+  static void on_char(GLFWwindow* window, unsigned int letter);
   static void on_scroll(GLFWwindow* window, double x, double y);
   static void on_button(GLFWwindow* window, int button, int action, int mods);
 
@@ -46,12 +58,15 @@ class WindowInput {
   void drag(const Gui& gui, InputFrame& input);
 
   GLFWwindow* window_;
-  std::vector<int> keys_;
+  std::vector<std::pair<int, int>> keys_;  // key, modifiers
+  std::vector<unsigned int> letters_;
   double scrolled_ = 0.0;
   bool pressed_ = false;
+  int pressed_button_ = 0;
   bool double_clicked_ = false;
   double pressed_at_s_ = -1.0;
   bool dragging_ = false;
+  int dragged_button_ = 0;
   Vec2d dragged_from_px_;
 };
 

@@ -185,6 +185,18 @@ TEST_F(Gpu, SnapshotAndRestoreKeepTheState) {
   EXPECT_EQ(run.backend->state_hash(), hash);
 }
 
+// The count of steps goes with it: it keys the random roundings.
+TEST_F(Gpu, ARestoredSnapshotGoesOnAsItDid) {
+  SceneRun run(gas(5000), make_cuda_backend(0));
+  run.advance(40);
+  const ParcelSnapshot then = run.backend->snapshot();
+  run.advance(30);
+  const std::uint64_t hash = run.backend->state_hash();
+  run.backend->restore(then);
+  run.advance(30);
+  EXPECT_EQ(run.backend->state_hash(), hash);
+}
+
 TEST_F(Gpu, MeasuresAgreeWithTheCpu) {
   SceneRun cpu(court(30000), make_cpu_backend(0));
   SceneRun gpu(court(30000), make_cuda_backend(0));

@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 
-from window import Screen, Window, skip_if_missing
+from window import Screen, Window, skip_if_missing, wait_for
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
 from png import read_png
@@ -166,10 +166,10 @@ def scene_menu(bench):
     check(report["ball"]["distance_m"] > 0.2, f"after the broken one, too: {report['ball']['distance_m']:.2f} m")
 
 
-def fresh_hash(bench, num_frames):
+def fresh_hash(bench, num_frames, words=STEPWISE):
     """State after so many frames of the same scene, without a window."""
     file = bench.folder / "fresh.json"
-    subprocess.run([bench.program, "--headless", "-p", "2000", *STEPWISE, "--seconds", str(num_frames / 60), "--report",
+    subprocess.run([bench.program, "--headless", "-p", "2000", *words, "--seconds", str(num_frames / 60), "--report",
                     str(file)], check=True, stderr=subprocess.DEVNULL)
     return json.loads(file.read_text())["state_hash"]
 
@@ -268,6 +268,113 @@ def is_yellow(color):
     return color[0] > 100 and color[1] > 90 and color[2] < 0.8 * color[0] and color[0] > color[1]
 
 
+def slingshot(bench):
+    """A pull of 60 pixels left and 40 down is 15 m/s to the right and 10 up; with Shift, 80 up are 40 rad/s more."""
+    with bench.open(*NEARLY_STILL, "--set", "air.kind=vacuum", "--set", "ball.vx_mps=3") as window:
+        window.drag("Ball's start", [(-30, 10), (-30, 30)])
+        time.sleep(0.3)
+        window.drag("Ball's start", [(0, -50), (0, -30)], shift=True)
+        time.sleep(0.3)
+        ball = window.stop()["ball"]
+    speed = math.hypot(ball["vx_mps"], ball["vy_mps"])
+    check(abs(speed - math.hypot(15.0, 10.0)) < 0.01, f"speed is that pulled: {speed:.2f} m/s")
+    check(abs(ball["vy_mps"] / ball["vx_mps"] - 2 / 3) < 0.02, f"and so is the direction: {ball['vy_mps']:.2f} up")
+    check(abs(ball["spin_radps"] - 65.0) < 0.01, f"spin is that dragged with Shift: {ball['spin_radps']:.2f} rad/s")
+    check(ball["distance_m"] < 0.2, f"it starts anew: {ball['distance_m']:.3f} m flown")
+
+
+def method_key(bench):
+    """M: the next method with the same launch; Shift+M: half the step. B: back to where the flight began."""
+    with bench.open(*STEPWISE, "--paused") as window:
+        window.press_key("s")
+        window.press_key("m")
+        window.press_shifted("m")
+        for _ in range(3):
+            window.press_key("s")
+        window.press_key("b")
+        for _ in range(2):
+            window.press_key("s")
+        report = window.stop()
+    check(report["method"] == "spring", f"M: the method is the next: {report['method']}")
+    check(report["dt_s"] == 0.0005, f"Shift+M: the step is half of 1 ms: {report['dt_s'] * 1e3} ms")
+    fresh = fresh_hash(bench, 2, ("--dt", "0.0005", "--substeps", "1", "--method", "spring"))
+    check(report["state_hash"] == fresh, "B: two steps from the start again, as of a run just begun")
+
+
+def time_keys(bench):
+    """Started paused, nothing moves; then a frame of 1/60 s at time scale 0.1 * 2 * 2 / 2."""
+    with bench.open("--paused", "--substeps", "1", "--set", "air.kind=vacuum") as window:
+        time.sleep(0.5)
+        for key in ("bracketright", "bracketright", "bracketleft", "s"):
+            window.press_key(key)
+        report = window.stop()
+    check(report["steps"] == 1, f"--paused: one step only, that of S: {report['steps']}")
+    check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
+
+
+def save(bench):
+    """The panel's settings as a scene, loaded back by name; a file that is there stays as it is."""
+    file = bench.folder / "saved.toml"
+    file.unlink(missing_ok=True)
+    with bench.open("--set", "air.restitution=0.4", "--paused") as window:
+        for header in ("Ball", "Air", "Method", "View"):
+            window.click(f"{header} header")
+        window.click("Show header")
+        window.wait_for_control("Scene file")
+        window.type_text("Scene file", str(file))
+        window.click("Save")
+        wait_for("saved scene", file.exists, 1.0 if bench.hands_off else 5.0)
+        window.stop()
+    done = subprocess.run([bench.program, "--headless", "--seconds", "0.02", "--scene", str(file), "--report",
+                           str(bench.folder / "saved.json")], stderr=subprocess.DEVNULL)
+    report = json.loads((bench.folder / "saved.json").read_text())
+    check(done.returncode == 0 and report["scene"] == "saved", f"it loads under its name: {report['scene']}")
+    check(report["restitution"] == 0.4 and report["num_parcels"] == 2000, "with the settings of the window")
+
+
+def looks(bench):
+    """D, C, +, F11 and ghosts, seen in the last picture; what the overlay shows is in a file."""
+    file, csv = bench.folder / "looks.png", bench.folder / "overlay.csv"
+    with bench.open("--picture", str(file), "--overlay-csv", str(csv), "--paused") as window:
+        x0, _, x1, _ = window.controls()["Restitution"]
+        window.press_key("plus")
+        wait_for("larger text", lambda: wider(window, x1 - x0), 1.0 if bench.hands_off else 5.0)
+        print("ok: + makes the panel larger")
+        window.press_key("minus")
+        for key in ("h", "d", "c", "c", "g", "F11"):
+            window.press_key(key)
+        time.sleep(0.5)
+        window.stop()
+    picture = read_png(file)
+    check((picture.width, picture.height) == (1280, 800), f"F11: it fills the screen: {picture.width} wide")
+    check(min(picture.at(8, 8)) > 180, f"D: the floor is light: {picture.at(8, 8)}")
+    colors = [picture.at(x, y) for x in range(0, picture.width, 3) for y in range(60, 600, 3)]
+    grey = sum(1 for color in colors if max(color) < 150 and max(color) - min(color) < 12)
+    green = sum(1 for color in colors if color[1] - color[0] > 40)
+    # 2000 parcels of some 30 pixels, a ninth of which is looked at.
+    check(grey > 1000 and green < grey / 10, f"C twice: parcels are grey: {grey} pixels, {green} green")
+    lines = csv.read_text().splitlines()
+    row = dict(zip(lines[0].split(","), lines[-1].split(",")))
+    check(len(lines) > 5 and row["num_parcels"] == "2000" and row["draw_target"] == "host",
+          f"--overlay-csv: {len(lines) - 1} frames, draw target {row['draw_target']}")
+
+
+def wider(window, width):
+    x0, _, x1, _ = window.controls()["Restitution"]
+    return x1 - x0 > 1.15 * width
+
+
+def stays(bench):
+    """The length that a scene has for a headless run does not close a window; --seconds does."""
+    (bench.folder / "short.toml").write_text("[run]\nseconds = 0.2\n")
+    with bench.open("--scene", str(bench.folder / "short.toml")) as window:
+        time.sleep(1.0)
+        check(window.is_running(), "a window outlives the seconds of its scene")
+        window.end()
+    with bench.open("--seconds", "2") as window:
+        check(window.process.wait(timeout=20) == 0, "and ends after --seconds")
+
+
 def leave(bench):
     """H hides the panel and shows it; Esc ends."""
     with bench.open() as window:
@@ -283,7 +390,8 @@ def leave(bench):
 
 
 CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, launch, terms, scene_menu, keys, launch_key,
-                                          buttons, view_keys, leave)}
+                                          buttons, view_keys, slingshot, method_key, time_keys, save, looks, stays,
+                                          leave)}
 
 
 def fails(case, bench):

@@ -120,6 +120,31 @@ class Window:
             self._move_to(label, share)
         self._press("mouseup", "1")
 
+    def drag(self, label, moves, shift=False):
+        """From a place with the button down by so many pixels, each (right, down)."""
+        x0, y0, x1, y1 = self.controls()[label]
+        x, y = round(0.5 * (x0 + x1)), round(0.5 * (y0 + y1))
+        self._press("mousemove", str(x), str(y))
+        if shift:
+            self._press("keydown", "shift")
+        self._press("mousedown", "1")
+        for right, down in moves:
+            x, y = x + right, y + down
+            self._press("mousemove", str(x), str(y))
+        self._press("mouseup", "1")
+        if shift:
+            self._press("keyup", "shift")
+
+    def press_shifted(self, key):
+        self._press("keydown", "shift")
+        self.press_key(key)
+        self._press("keyup", "shift")
+
+    def type_text(self, label, text):
+        """Into a field for text."""
+        self.click(label)
+        self._press("type", "--delay", "60", text)
+
     def choose(self, label, item):
         """An item of a menu that opens."""
         self.click(label)

@@ -140,5 +140,164 @@ TEST_F(SimulationCommands, ResetRepeatsTheRun) {
   EXPECT_EQ(simulation_.backend().state_hash(), hash);
 }
 
+// A launch by hand is the settings' own, so that a run that begins with them is the same.
+TEST_F(SimulationCommands, FlyingStartsAsTheSettingsSay) {
+  advance(7);
+  Commands commands;
+  commands.fly = BallLaunch{{9.0, 4.0}, -30.0};
+  advance(5, commands);
+  EXPECT_EQ(view().message, "");
+  EXPECT_EQ(simulation_.settings().ball_vx_mps, 9.0);
+  EXPECT_EQ(simulation_.settings().ball_spin_radps, -30.0);
+  Settings same = test::court(500);
+  same.ball_vx_mps = 9.0;
+  same.ball_vy_mps = 4.0;
+  same.ball_spin_radps = -30.0;
+  Simulation other(same, make_cpu_backend(1));
+  for (int k = 0; k < 5; ++k) other.advance_frame({}, nullptr);
+  EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash());
+  ASSERT_EQ(view().old_flights->size(), 1U);  // the one before stays
+  EXPECT_EQ(view().old_flights->front().speed_mps, 15.0);
+}
+
+TEST_F(SimulationCommands, FlyingTooFastIsRefused) {
+  Commands commands;
+  commands.fly = BallLaunch{{1e9, 0.0}, 0.0};
+  advance(1, commands);
+  EXPECT_TRUE(contains(view().message, "ball.vx_mps")) << view().message;
+  EXPECT_EQ(simulation_.settings().ball_vx_mps, 15.0);
+}
+
+TEST_F(SimulationCommands, NextMethodRepeatsTheLaunch) {
+  advance(6);
+  Commands next;
+  next.compare = Comparison::next_method;
+  for (const Method method : {Method::spring, Method::exact, Method::impulse}) {
+    advance(4, next);
+    EXPECT_EQ(view().message, "");
+    EXPECT_EQ(simulation_.settings().method, method);
+    Settings same = test::court(500);
+    same.method = method;
+    Simulation other(same, make_cpu_backend(1));
+    for (int k = 0; k < 4; ++k) other.advance_frame({}, nullptr);
+    EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash()) << static_cast<int>(method);
+  }
+  ASSERT_EQ(view().old_flights->size(), 2U);  // the first impulse has given way to the newer
+  for (const FlightRecord& old : *view().old_flights) {
+    EXPECT_EQ(old.launch, view().flight_record->launch);
+    EXPECT_TRUE(old.energy_drift());
+    EXPECT_GT(old.compute_ms, 0.0);
+  }
+}
+
+TEST_F(SimulationCommands, HalfTheStep) {
+  advance(3);
+  const double dt_s = view().dt_s;
+  Commands half;
+  half.compare = Comparison::half_step;
+  advance(2, half);
+  EXPECT_DOUBLE_EQ(view().dt_s, 0.5 * dt_s);
+  EXPECT_EQ(view().flight_record->set_dt_s, view().dt_s);
+  ASSERT_EQ(view().old_flights->size(), 1U);
+  EXPECT_EQ(view().old_flights->front().launch, view().flight_record->launch);
+}
+
+// Compared flights stay to be looked at: nothing is launched over them.
+TEST_F(SimulationCommands, ComparedFlightsAreNotRelaunched) {
+  edit([](Settings& s) { s.ball_x_m = 6.0; });
+  Commands next;
+  next.compare = Comparison::next_method;
+  Commands reset;
+  reset.reset = true;
+  advance(3, reset);
+  advance(200, next);
+  EXPECT_EQ(view().flight, Flight::landed);
+  EXPECT_EQ(view().old_flights->size(), 1U);
+  advance(200, reset);
+  EXPECT_GT(view().old_flights->size(), 0U);
+}
+
+TEST_F(SimulationCommands, AFlightByHandStays) {
+  Commands fly;
+  fly.fly = BallLaunch{{-15.0, 0.0}, 0.0};  // out over the near edge
+  advance(200, fly);
+  EXPECT_EQ(view().flight, Flight::landed);
+  EXPECT_TRUE(view().waits);
+  EXPECT_TRUE(view().flight_record->energy_drift());
+  Commands launch;
+  launch.launch = true;
+  advance(1, launch);
+  EXPECT_FALSE(view().waits);
+}
+
+TEST_F(SimulationCommands, BackIsTheSameStateAsThen) {
+  simulation_.keep_moments();
+  std::vector<std::uint64_t> hashes = {simulation_.backend().state_hash()};
+  for (int frame = 0; frame < 160; ++frame) {
+    advance(1);
+    hashes.push_back(simulation_.backend().state_hash());
+  }
+  Commands back;
+  back.back = true;
+  back.hold = true;
+  simulation_.advance_frame(back, nullptr);
+  EXPECT_EQ(view().message, "");
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[120]);  // 160 frames are 2.7 s
+  EXPECT_EQ(view().flight_record->points_m.size(), 121U);
+  advance(40);
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[160]);  // and it goes on as it did
+  simulation_.advance_frame(back, nullptr);
+  simulation_.advance_frame(back, nullptr);
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[60]);
+}
+
+TEST_F(SimulationCommands, BackNeedsAMoment) {
+  Commands back;
+  back.back = true;
+  advance(3);
+  simulation_.advance_frame(back, nullptr);
+  EXPECT_TRUE(contains(view().message, "no moment is kept yet")) << view().message;
+}
+
+TEST_F(SimulationCommands, TimeIsScaledDownToAThousandth) {
+  Commands slower;
+  slower.time_scale_factor = 0.5;
+  simulation_.advance_frame(slower, nullptr);
+  EXPECT_DOUBLE_EQ(simulation_.settings().time_scale, 0.05);
+  for (int k = 0; k < 20; ++k) simulation_.advance_frame(slower, nullptr);
+  EXPECT_DOUBLE_EQ(simulation_.settings().time_scale, 0.001);
+  Commands faster;
+  faster.time_scale_factor = 2.0;
+  for (int k = 0; k < 20; ++k) simulation_.advance_frame(faster, nullptr);
+  EXPECT_DOUBLE_EQ(simulation_.settings().time_scale, 100.0);
+}
+
+TEST_F(SimulationCommands, HoldingStandsStill) {
+  advance(3);
+  const std::uint64_t hash = simulation_.backend().state_hash();
+  Commands hold;
+  hold.hold = true;
+  simulation_.advance_frame(hold, nullptr);
+  EXPECT_EQ(simulation_.backend().state_hash(), hash);
+  EXPECT_FALSE(view().paused);
+}
+
+TEST_F(SimulationCommands, SavedSettingsLoadBackTheSame) {
+  TemporaryFolder folder;
+  edit([](Settings& s) { s.restitution = 0.123; });
+  Commands save;
+  save.save_scene = (folder.path() / "mine").string();
+  simulation_.advance_frame(save, nullptr);
+  EXPECT_TRUE(contains(view().notice, "mine.toml")) << view().notice;
+  Settings expected = simulation_.settings();
+  expected.name = "mine";
+  EXPECT_EQ(load_scene_file(folder.path() / "mine.toml"), expected);
+  const std::string text = contents_of(folder.path() / "mine.toml");
+  edit([](Settings& s) { s.restitution = 0.5; });
+  simulation_.advance_frame(save, nullptr);
+  EXPECT_TRUE(contains(view().message, "is there already")) << view().message;
+  EXPECT_EQ(contents_of(folder.path() / "mine.toml"), text);
+}
+
 }  // namespace
 }  // namespace pf

@@ -75,6 +75,43 @@ TEST(Options, EveryFlagReachesItsPlace) {
   EXPECT_EQ(options.height_px, 601);
 }
 
+TEST(Options, EveryFlagOfTheShowReachesItsPlace) {
+  TemporaryFolder folder;
+  const std::string csv = (folder.path() / "o.csv").string(), scene = (folder.path() / "s.toml").string();
+  const Options o = options_of({"--paused", "--ghosts", "--theme", "light", "--color-map", "cividis",
+                                "--overlay", "compact", "--ui-scale", "1.5", "--no-vsync", "--full-screen",
+                                "--overlay-csv", csv, "--save-scene", scene});
+  EXPECT_TRUE(o.paused && o.ghosts && o.full_screen && !o.vsync);
+  EXPECT_EQ(o.theme + o.color_map + o.overlay, "lightcividiscompact");
+  EXPECT_EQ(o.ui_scale, 1.5);
+  EXPECT_EQ(o.overlay_csv, csv);
+  EXPECT_EQ(o.save_scene, scene);
+  const Options none = options_of({});
+  EXPECT_TRUE(!none.paused && !none.ghosts && !none.full_screen && none.vsync);
+  EXPECT_EQ(none.theme + none.color_map + none.overlay, "darkviridisfull");
+}
+
+TEST(Options, FlagsOfTheShowAreChecked) {
+  TemporaryFolder folder;
+  const std::string there = folder.write("there.toml", "x").string();
+  EXPECT_TRUE(contains(refusal({"--theme", "ligt"}), "the nearest is light; one of dark, light"));
+  EXPECT_TRUE(contains(refusal({"--color-map", "jet"}), "one of viridis, cividis, grey"));
+  EXPECT_TRUE(contains(refusal({"--overlay", "on"}), "one of full, compact, off"));
+  for (const char* bad : {"0.5", "9", "nan", "x", ""})
+    EXPECT_TRUE(contains(refusal({"--ui-scale", bad}), "give a number from 0.75 to 3")) << bad;
+  EXPECT_TRUE(contains(refusal({"--paused", "--headless"}), "leave out one of the two"));
+  EXPECT_TRUE(contains(refusal({"--save-scene", there}), "is there already"));
+  EXPECT_TRUE(contains(refusal({"--save-scene", "/tmp/x.txt"}), "must end in .toml"));
+}
+
+// A scene's own length is that of a headless run only.
+TEST(Options, SecondsCountAsGivenOnlyWhenTyped) {
+  EXPECT_FALSE(options_of({"--scene", "gas"}).seconds_given);
+  EXPECT_TRUE(options_of({"--scene", "gas", "--seconds", "2"}).seconds_given);
+  EXPECT_TRUE(options_of({"--set", " run.seconds = 2"}).seconds_given);
+  EXPECT_FALSE(options_of({"--set", "run.seed=2"}).seconds_given);
+}
+
 TEST(Options, SceneThenSetThenFlags) {
   const Options options = options_of({"-p", "7", "--ball-vx", "4", "--set", "air.num_parcels=5", "--set",
                                       " ball.vy_mps = 6 ", "--set", "ball.vx_mps=5", "--scene", "gas"});

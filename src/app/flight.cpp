@@ -1,0 +1,89 @@
+#include "app/flight.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+double length(Vec2d v) { return std::sqrt(dot(v, v)); }
+
+// Where a flight is at a time within it, on the straight line between its points. `at` is where the search
+// begins; it moves on.
+Vec2d place_at(const FlightRecord& flight, double time_s, std::size_t& at) {
+  while (at + 1 < flight.times_s.size() && flight.times_s[at + 1] < time_s) ++at;
+  const Vec2d from = to_double(flight.points_m[at]);
+  if (at + 1 >= flight.times_s.size()) return from;
+  const double span_s = flight.times_s[at + 1] - flight.times_s[at];
+  const double share = span_s > 0.0 ? std::clamp((time_s - flight.times_s[at]) / span_s, 0.0, 1.0) : 0.0;
+  return from + (to_double(flight.points_m[at + 1]) - from) * share;
+}
+
+// Fine enough to be seen as a curve: this share of the world's larger side per point, and this turn.
+constexpr double kPointsPerSide = 120.0;
+constexpr double kTurnPerPoint_rad = 0.05;
+constexpr std::size_t kMostPoints = 600;
+
+}  // namespace
+
+std::optional<double> FlightRecord::energy_drift() const {
+  if (!end_energy_j || disturbed || !(start_energy_j > 0.0)) return std::nullopt;
+  return (*end_energy_j - start_energy_j) / start_energy_j;
+}
+
+std::optional<FlightDistance> distance_between(const FlightRecord& a, const FlightRecord& b) {
+  if (a.points_m.empty() || b.points_m.empty()) return std::nullopt;
+  FlightDistance distance;
+  distance.until_s = std::min(a.time_s(), b.time_s());
+  std::size_t at_a = 0;
+  std::size_t at_b = 0;
+  const auto apart_at = [&](double time_s) {
+    return length(place_at(a, time_s, at_a) - place_at(b, time_s, at_b));
+  };
+  for (const double time_s : b.times_s) {
+    if (time_s > distance.until_s) break;
+    distance.largest_m = std::max(distance.largest_m, apart_at(time_s));
+  }
+  distance.at_end_m = apart_at(distance.until_s);
+  distance.largest_m = std::max(distance.largest_m, distance.at_end_m);
+  return distance;
+}
+
+std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
+  Settings with = settings;
+  with.air = air;
+  const Physics physics = derive_physics(with);
+  const BallConstants& ball = physics.ball;
+  BallState state = initial_ball(with);
+  const double speed_mps = length(state.velocity_mps);
+  if (!ball.present || ball.held || !(speed_mps > 0.0)) return {};
+  const Vec2d half_m = to_metres(physics.world, physics.world.half);
+  const double turn_per_s = std::fabs(ball.magnus_per_rad * state.spin_radps);
+  const double dt_s = std::min(2.0 * std::max(half_m.x, half_m.y) / (kPointsPerSide * speed_mps),
+                               turn_per_s > 0.0 ? kTurnPerPoint_rad / turn_per_s : 1e30);
+  std::vector<Vec2f> points = {to_float(state.position_m)};
+  while (points.size() < kMostPoints) {
+    const Vec2d before = state.position_m;
+    advance_ball(physics.world, ball, {}, 0.0, dt_s, state);
+    if (physics.world.boundary == Boundary::periodic && length(state.position_m - before) > half_m.y) break;
+    points.push_back(to_float(state.position_m));
+    const bool is_out = std::fabs(state.position_m.x) > half_m.x + ball.radius_m ||
+                        std::fabs(state.position_m.y) > half_m.y + ball.radius_m;
+    if (is_out) break;
+  }
+  return points;
+}
+
+std::vector<Ghost> ghosts_of(const Settings& settings) {
+  std::vector<Ghost> ghosts;
+  for (const Air air : {Air::vacuum, Air::drag}) {
+    if (air == settings.air) continue;
+    std::vector<Vec2f> points_m = ghost_path(settings, air);
+    if (points_m.size() > 1) ghosts.push_back({air, std::move(points_m)});
+  }
+  return ghosts;
+}
+
+}  // namespace pf

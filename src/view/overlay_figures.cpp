@@ -1,0 +1,104 @@
+#include "view/overlay_figures.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <span>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+// values is left in another order.
+MedianP99 statistics(std::span<double> values) {
+  if (values.empty()) return {};
+  const auto at = [&](std::size_t rank) {
+    const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(values.begin(), place, values.end());
+    return *place;
+  };
+  const std::size_t num = values.size();
+  return {0.5 * (at((num - 1) / 2) + at(num / 2)), at((99 * num + 99) / 100 - 1)};
+}
+
+double compute_ms(const PhaseTimes& times) {
+  return times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
+}
+
+}  // namespace
+
+void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame) {
+  const double steps = static_cast<double>(frame.frame_totals.num_steps);
+  kept_[num_added_ % kNumKept] = {times, frame_ms, steps * frame.num_parcels, frame.least_bytes_moved};
+  ++num_added_;
+}
+
+OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
+  OverlayFigures figures;
+  std::array<double, kNumKept> values{};
+  const auto of = [&](const auto& value_of) {
+    for (std::size_t i = 0; i < size(); ++i) values[i] = value_of(kept_[i]);
+    return statistics(std::span(values).first(size()));
+  };
+  for (std::size_t phase = 0; phase < kNumPhases; ++phase)
+    figures.phase_ms[phase] = of([phase](const Kept& kept) { return kept.times.ms[phase]; });
+  figures.total_ms = of([](const Kept& kept) { return kept.times.total(); });
+  figures.frame_ms = of([](const Kept& kept) { return kept.frame_ms; });
+  double seconds = 0.0;
+  double particle_steps = 0.0;
+  double bytes = 0.0;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (kept_[i].particle_steps == 0.0) continue;  // it stood still
+    seconds += 1e-3 * compute_ms(kept_[i].times);
+    particle_steps += kept_[i].particle_steps;
+    bytes += kept_[i].least_bytes;
+  }
+  if (seconds > 0.0) figures.particle_steps_per_s = particle_steps / seconds;
+  if (seconds > 0.0 && copy_bytes_per_s > 0.0) figures.copy_share = bytes / seconds / copy_bytes_per_s;
+  return figures;
+}
+
+OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::ios::trunc) {
+  stream_ << "frame,simulated_s,slow_motion,frames_per_s";
+  const auto add = [this](const char* name) {
+    stream_ << fmt::format(",{0}_ms,{0}_median_ms,{0}_p99_ms", name);
+  };
+  add("frame");
+  add("total");
+  for (const char* name : kPhaseNames) add(name);
+  stream_
+      << ",num_parcels,method,neighbors,dt_s,steps,particle_steps_per_s,copy_share,memory_bytes,draw_target,"
+         "collisions,ball_hits,rounds,redone_steps\n";
+  if (!stream_) {
+    throw UserError(
+        fmt::format("--overlay-csv: {} cannot be written; choose another file", in_quotes(file.string())));
+  }
+}
+
+void OverlayCsv::add_line(const PhaseTimes& times, double frame_ms, const FrameView& frame,
+                          const OverlayFigures& figures, const OverlayInfo& info) {
+  const auto name = [&](const char* path) {
+    return value_text(find_field(path, "overlay"), *frame.settings);
+  };
+  fmt::memory_buffer line;
+  const auto out = std::back_inserter(line);
+  fmt::format_to(out, "{},{},{},{:.2f}", num_lines_++, frame.simulated_s, frame.slow_motion,
+                 figures.frame_ms.median > 0.0 ? 1e3 / figures.frame_ms.median : 0.0);
+  const auto add = [&](double ms, const MedianP99& usual) {
+    fmt::format_to(out, ",{:.4f},{:.4f},{:.4f}", ms, usual.median, usual.p99);
+  };
+  add(frame_ms, figures.frame_ms);
+  add(times.total(), figures.total_ms);
+  for (std::size_t phase = 0; phase < kNumPhases; ++phase) add(times.ms[phase], figures.phase_ms[phase]);
+  const std::string target = info.draw_target.substr(0, info.draw_target.find(':'));
+  const StepTotals& totals = frame.frame_totals;
+  fmt::format_to(out, ",{},{},{},{},{},{:.6g},{:.4f},{},{},{},{},{},{}\n", frame.num_parcels,
+                 name("run.method"), name("run.neighbors"), frame.dt_s, totals.num_steps,
+                 figures.particle_steps_per_s, figures.copy_share, frame.memory_bytes, target,
+                 totals.num_collisions, totals.num_ball_hits, totals.num_rounds, totals.num_redone_steps);
+  stream_.write(line.data(), static_cast<std::streamsize>(line.size()));
+}
+
+}  // namespace pf

@@ -1,0 +1,74 @@
+// The figures that the overlay shows, over the last frames; and a file of them, one line per frame.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "app/simulation.hpp"
+
+namespace pf {
+
+struct MedianP99 {
+  double median = 0.0;
+  double p99 = 0.0;  // smallest value that 99 % do not exceed
+};
+
+struct OverlayFigures {
+  std::array<MedianP99, kNumPhases> phase_ms;
+  MedianP99 total_ms;                 // all phases
+  MedianP99 frame_ms;                 // from one frame to the next
+  double particle_steps_per_s = 0.0;  // in the phases that compute; 0: nothing stepped
+  double copy_share = 0.0;  // of the speed of a plain copy, by what must be moved at least; 0: unknown
+};
+
+// The last kNumKept frames.
+class FrameHistory {
+ public:
+  static constexpr std::size_t kNumKept = 120;
+
+  // times: all phases of one frame; frame_ms: wall time from the frame before to it.
+  void add(const PhaseTimes& times, double frame_ms, const FrameView& frame);
+  std::size_t size() const { return num_added_ < kNumKept ? num_added_ : kNumKept; }
+  std::uint64_t num_added() const { return num_added_; }
+  const PhaseTimes& times(std::size_t age) const { return kept_[(num_added_ - 1 - age) % kNumKept].times; }
+
+  // copy_bytes_per_s: of a plain copy, read plus written; 0: not known.
+  OverlayFigures figures(double copy_bytes_per_s) const;
+
+ private:
+  struct Kept {
+    PhaseTimes times;
+    double frame_ms = 0.0;
+    double particle_steps = 0.0;
+    double least_bytes = 0.0;
+  };
+  std::array<Kept, kNumKept> kept_{};
+  std::size_t num_added_ = 0;
+};
+
+// What the view knows besides the frame.
+struct OverlayInfo {
+  std::string device;             // what draws
+  std::string draw_target;        // kind and reason
+  double copy_bytes_per_s = 0.0;  // 0: not measured
+};
+
+// Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
+// each phase (of this frame, median and 99th percentile of the last 120), num_parcels, method, neighbors,
+// dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits, rounds,
+// redone_steps (of this frame).
+class OverlayCsv {
+ public:
+  explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written
+  void add_line(const PhaseTimes& times, double frame_ms, const FrameView& frame,
+                const OverlayFigures& figures, const OverlayInfo& info);
+
+ private:
+  std::ofstream stream_;
+  std::uint64_t num_lines_ = 0;
+};
+
+}  // namespace pf

@@ -1,0 +1,76 @@
+// What the overlay and the marks in the scene paint with: colours of the theme, texts that are made rarely
+// and painted often.
+#pragma once
+
+#include <imgui.h>
+
+#include <string>
+#include <vector>
+
+#include "view/look.hpp"
+
+namespace pf {
+
+struct OverlayColors {
+  ImU32 ground, plot, edge, text, dim, accent, warning, line;
+};
+
+inline const OverlayColors& overlay_colors(Theme theme) {
+  static const OverlayColors kDark = {IM_COL32(11, 19, 25, 235),    IM_COL32(20, 32, 40, 255),
+                                      IM_COL32(38, 56, 66, 255),    IM_COL32(226, 233, 234, 255),
+                                      IM_COL32(139, 158, 165, 255), IM_COL32(242, 212, 63, 255),
+                                      IM_COL32(238, 110, 110, 255), IM_COL32(255, 255, 255, 90)};
+  static const OverlayColors kLight = {IM_COL32(246, 248, 249, 240), IM_COL32(228, 234, 237, 255),
+                                       IM_COL32(190, 202, 208, 255), IM_COL32(22, 33, 40, 255),
+                                       IM_COL32(84, 103, 113, 255),  IM_COL32(150, 84, 0, 255),
+                                       IM_COL32(190, 30, 40, 255),   IM_COL32(0, 0, 0, 110)};
+  return theme == Theme::light ? kLight : kDark;
+}
+
+inline ImU32 packed(const Rgb& color, float alpha = 1.0F) {
+  return ImGui::ColorConvertFloat4ToU32(ImVec4(color[0], color[1], color[2], alpha));
+}
+
+// size: relative to the font's height.
+inline float text_width(const std::string& what, float size = 1.0F) {
+  return ImGui::GetFont()->CalcTextSizeA(ImGui::GetFontSize() * size, 1e9F, 0.0F, what.c_str()).x;
+}
+
+// Cut with dots to what fits, never within a letter of several bytes.
+inline std::string fitting(std::string what, float width) {
+  if (text_width(what) <= width) return what;
+  while (what.size() > 4 && text_width(what + "...") > width) {
+    while ((static_cast<unsigned char>(what.back()) & 0xC0U) == 0x80U) what.pop_back();
+    what.pop_back();
+  }
+  return what + "...";
+}
+
+// Texts with their places: made a few times a second, painted in every frame.
+class TextSheet {
+ public:
+  void clear() { items_.clear(); }
+  void add(float x, float y, ImU32 color, std::string what, float size = 1.0F) {
+    items_.push_back({ImVec2(x, y), color, size, std::move(what)});
+  }
+  void add_right(float right, float y, ImU32 color, std::string what, float size = 1.0F) {
+    const float left = right - text_width(what, size);
+    add(left, y, color, std::move(what), size);
+  }
+  void paint(ImDrawList* list) const {
+    for (const Item& item : items_)
+      list->AddText(ImGui::GetFont(), ImGui::GetFontSize() * item.size, item.at, item.color,
+                    item.what.c_str());
+  }
+
+ private:
+  struct Item {
+    ImVec2 at;
+    ImU32 color;
+    float size;
+    std::string what;
+  };
+  std::vector<Item> items_;
+};
+
+}  // namespace pf

@@ -1,0 +1,124 @@
+// Flights beside each other: how far they are apart, and what the same launch would do without parcels.
+#include "app/flight.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "app/moments.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf {
+namespace {
+
+// Along x at 2 m/s for `until_s`, a point each `every_s`, at height y that grows by `rise` per second.
+FlightRecord straight(double y, double rise, double every_s, double until_s) {
+  FlightRecord flight;
+  for (double t = 0.0; t <= until_s + 1e-9; t += every_s) {
+    flight.points_m.push_back(to_float(Vec2d{2.0 * t, y + rise * t}));
+    flight.times_s.push_back(t);
+  }
+  return flight;
+}
+
+TEST(FlightDistance, IsTakenAtTheSameTimes) {
+  const auto distance = distance_between(straight(0.0, 0.0, 0.1, 2.0), straight(0.5, 0.25, 0.07, 1.4));
+  ASSERT_TRUE(distance);
+  EXPECT_NEAR(distance->until_s, 1.4, 1e-9);
+  EXPECT_NEAR(distance->at_end_m, 0.5 + 0.25 * 1.4, 1e-6);
+  EXPECT_NEAR(distance->largest_m, distance->at_end_m, 1e-6);
+}
+
+TEST(FlightDistance, LargestNeedNotBeTheEnd) {
+  const auto distance = distance_between(straight(0.0, 0.0, 0.1, 2.0), straight(-1.0, 1.0, 0.1, 1.0));
+  ASSERT_TRUE(distance);
+  EXPECT_NEAR(distance->at_end_m, 0.0, 1e-6);
+  EXPECT_NEAR(distance->largest_m, 1.0, 1e-6);
+}
+
+TEST(FlightDistance, NothingToCompare) {
+  EXPECT_FALSE(distance_between(straight(0.0, 0.0, 0.1, 1.0), FlightRecord{}));
+}
+
+TEST(FlightRecord, EnergyDriftNeedsAnUndisturbedEnd) {
+  FlightRecord flight;
+  flight.start_energy_j = 4.0;
+  EXPECT_FALSE(flight.energy_drift());
+  flight.end_energy_j = 3.0;
+  EXPECT_DOUBLE_EQ(*flight.energy_drift(), -0.25);
+  flight.disturbed = true;
+  EXPECT_FALSE(flight.energy_drift());
+}
+
+TEST(Ghost, VacuumWithoutSpinIsAStraightLineOutOfTheCourt) {
+  Settings s = test::court(100);
+  s.ball_spin_radps = 0.0;
+  const auto path = ghost_path(s, Air::vacuum);
+  ASSERT_GT(path.size(), 10U);
+  for (const Vec2f& point : path) EXPECT_NEAR(point.y, -1.4F, 1e-5F);
+  EXPECT_NEAR(path.front().x, -6.4F, 1e-5F);
+  EXPECT_GT(path.back().x, 6.7F + 0.185F);
+}
+
+// A circle of radius v / (k_M omega / m) = 15 / (0.0005 * 25 / 0.026) = 31.2 m about a point above the start.
+TEST(Ghost, SpinBendsTheVacuumsPathToACircle) {
+  const auto path = ghost_path(test::court(100), Air::vacuum);
+  for (const Vec2f& point : path) EXPECT_NEAR(std::hypot(point.x + 6.4, point.y + 1.4 - 31.2), 31.2, 1e-4);
+}
+
+// Drag slows, so that the same spin has more time to bend.
+TEST(Ghost, DragBendsMore) {
+  EXPECT_GT(ghost_path(test::court(100), Air::drag).back().y,
+            ghost_path(test::court(100), Air::vacuum).back().y + 0.1F);
+}
+
+TEST(Ghost, OnlyOfWhatTheSettingsAreNot) {
+  Settings s = test::court(100);
+  EXPECT_EQ(ghosts_of(s).size(), 2U);
+  s.air = Air::drag;
+  const auto ghosts = ghosts_of(s);
+  ASSERT_EQ(ghosts.size(), 1U);
+  EXPECT_EQ(ghosts[0].air, Air::vacuum);
+  s.ball_held = true;
+  EXPECT_TRUE(ghosts_of(s).empty());
+}
+
+Moment moment_at(double shown_s, std::size_t num_parcels) {
+  Moment moment;
+  moment.shown_s = shown_s;
+  moment.parcels.position.resize(num_parcels);
+  return moment;
+}
+
+TEST(Moments, ASecondApartAndEightAtMost) {
+  Moments moments;
+  for (double t = 0.0; t < 20.0; t += 0.25) {
+    if (moments.is_due(t, 10)) moments.keep(moment_at(t, 10));
+  }
+  EXPECT_EQ(moments.size(), 8U);
+  EXPECT_EQ(moments.back_from(19.75)->shown_s, 19.0);
+}
+
+TEST(Moments, EachJumpGoesFurtherBackDownToTheOldest) {
+  Moments moments;
+  for (double t : {0.0, 1.0, 2.0}) moments.keep(moment_at(t, 10));
+  EXPECT_EQ(moments.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
+  EXPECT_EQ(moments.back_from(1.0)->shown_s, 0.0);
+  EXPECT_EQ(moments.back_from(0.0)->shown_s, 0.0);
+  moments.clear();
+  EXPECT_EQ(moments.back_from(3.0), nullptr);
+}
+
+TEST(Moments, MemoryBoundsThem) {
+  const Moments moments(3 * Moments::bytes_of(1000) + 1);
+  EXPECT_EQ(moments.most(1000), 3U);
+  EXPECT_EQ(moments.most(4000), 0U);
+  EXPECT_FALSE(moments.is_due(0.0, 4000));
+  // A gigabyte holds 8 moments of up to 7.8 million parcels and one of 62 million.
+  EXPECT_EQ(Moments().most(7'800'000), 8U);
+  EXPECT_EQ(Moments().most(62'000'000), 1U);
+  EXPECT_EQ(Moments().most(63'000'000), 0U);
+}
+
+}  // namespace
+}  // namespace pf
