@@ -214,7 +214,7 @@ def program_killed(bench):
 
 
 FULL_DISK = """
-mount -t tmpfs -o size=40k none disk || exit 77
+mount -t tmpfs -o size=120k none disk || exit 77
 "$@"
 code=$?
 cp disk/a.mp4 kept.mp4
@@ -229,7 +229,7 @@ def disk_full(bench):
              *bench.words("--headless", *SMALL, "--seconds", "8", "--record", "disk/a.mp4")]
     done = subprocess.run(words, cwd=bench.folder, env=SURROUNDINGS, capture_output=True, text=True, timeout=LIMIT_S)
     if not (bench.folder / "report.json").exists():
-        skip(f"no disk of 40 kB can be mounted here: {done.stderr.strip()}")
+        skip(f"no disk of 120 kB can be mounted here: {done.stderr.strip()}")
     check("recording stopped, the run goes on" in done.stderr and "No space left on device" in done.stderr,
           f"it is said: {done.stderr.strip()[-300:]}")
     check(done.returncode == 1, f"exit code {done.returncode}, to be 1: the film is not whole")

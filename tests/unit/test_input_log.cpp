@@ -22,6 +22,37 @@ TEST(InputLog, TheSameFlightAgain) {
   EXPECT_NE(flown.summary.find("the same flight"), std::string::npos) << flown.summary;
 }
 
+// Launches by hand, comparisons, jumps back, the keys of the time scale, and frames held while aiming.
+Commands launches_at(int frame) {
+  Commands commands;
+  commands.hold = frame >= 5 && frame < 9;
+  if (frame == 8) commands.fly = BallLaunch{{11.0 / 3.0, 1.7}, -40.1};
+  if (frame == 14) commands.compare = Comparison::half_step;
+  if (frame == 20) commands.compare = Comparison::next_method;
+  if (frame == 27) commands.time_scale_factor = 0.5;
+  if (frame == 35) commands.back = true;
+  return commands;
+}
+
+TEST(InputLog, LaunchesByHandAgain) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  Simulation simulation(court(500), make_cpu_backend(2));
+  simulation.keep_moments();
+  InputLog log(simulation, "cpu");
+  log.open(file);
+  for (int frame = 0; frame < 45; ++frame) {
+    log.begin_frame(launches_at(frame), simulation);
+    simulation.advance_frame(launches_at(frame), nullptr);
+    EXPECT_EQ(simulation.view().message, "") << "frame " << frame;
+    log.end_frame(simulation);
+  }
+  log.close_all(simulation);
+  const Flown flown = fly_again(file, make_cpu_backend(1));
+  EXPECT_EQ(flown.hash, simulation.backend().state_hash());
+  EXPECT_EQ(flown.report["same"], true) << flown.summary;
+}
+
 // A film may begin at any time; its log has all from the start.
 TEST(InputLog, BegunLaterItHoldsTheWholeFlight) {
   TemporaryFolder folder;
@@ -70,6 +101,10 @@ TEST(InputLog, WhatIsNoLogIsRefused) {
       {head + "number = 1\nset = [\"air.restituton = 1\"]\n", "the nearest is air.restitution"},
       {head + "number = 5\n[[frame]]\nnumber = 4\n", "in their order"},
       {head + "number = 1\nhash = 5\n", "hash takes a text"},
+      {head + "number = 1\nfly = [1.0, 2.0]\n", "fly takes velocity and spin"},
+      {head + "number = 1\nfly = [1.0, 2.0, inf]\n", "fly takes finite numbers"},
+      {head + "number = 1\ncompare = \"other\"\n", "compare takes one of"},
+      {head + "number = 1\ntime_scale_factor = 0\n", "takes a number above 0"},
       {"", "cannot be read as a log"},
   };
   for (const auto& [text, reason] : wrong) {
