@@ -7,8 +7,11 @@
 
 #include <cassert>
 #include <cerrno>
+#include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,65 +51,84 @@ void check_file(const fs::path& file, int width_px, int height_px, double frame_
   }
 }
 
-std::vector<std::string> ffmpeg_arguments(const fs::path& file, int width_px, int height_px,
-                                          double frame_rate_hz) {
+using Words = std::vector<std::string>;
+
+constexpr const char* kHardware = "h264_nvenc";
+constexpr const char* kSoftware = "libx264";
+
+// Players take films of this size for BT.709; said in the film, too.
+const std::string kTurnToVideo = "scale=out_color_matrix=bt709:out_range=tv";
+const Words kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
+
+const Words kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
+
+// Both at a quality where loss cannot be seen in moving parcels; constant quality, not constant rate.
+Words quality_of(const std::string& encoder) {
+  if (encoder == kHardware) return {"-preset", "p4", "-rc", "vbr", "-cq", "20", "-b:v", "0"};
+  return {"-preset", "veryfast", "-crf", "18"};
+}
+
+Words operator+(Words words, const Words& more) {
+  words.insert(words.end(), more.begin(), more.end());
+  return words;
+}
+
+Words ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double frame_rate_hz,
+                       const std::string& encoder) {
   // yuv420p halves both sides, so odd ones get a black column or row.
   const bool is_odd = width_px % 2 != 0 || height_px % 2 != 0;
-  std::vector<std::string> arguments = {"ffmpeg",
-                                        "-hide_banner",
-                                        "-loglevel",
-                                        "error",
-                                        "-nostdin",
-                                        "-y",
-                                        "-f",
-                                        "rawvideo",
-                                        "-pixel_format",
-                                        "rgba",
-                                        "-video_size",
-                                        fmt::format("{}x{}", width_px, height_px),
-                                        "-framerate",
-                                        fmt::format("{}", frame_rate_hz),
-                                        "-i",
-                                        "pipe:0",
-                                        "-an",
-                                        "-vf",
-                                        is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2" : "vflip",
-                                        "-c:v",
-                                        "libx264",
-                                        "-preset",
-                                        "veryfast",
-                                        "-crf",
-                                        "18",
-                                        "-pix_fmt",
-                                        "yuv420p"};
-  if (is_mp4(file)) {
-    arguments.insert(arguments.end(),
-                     {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"});
-  } else {
-    arguments.insert(arguments.end(), {"-f", "matroska"});
-  }
-  arguments.push_back("file:" + file.string());  // else a colon or a leading dash in the name has a meaning
-  return arguments;
+  const Words input = {"-f",
+                       "rawvideo",
+                       "-pixel_format",
+                       "rgba",
+                       "-video_size",
+                       fmt::format("{}x{}", width_px, height_px),
+                       "-framerate",
+                       fmt::format("{}", frame_rate_hz),
+                       "-i",
+                       "pipe:0",
+                       "-an",
+                       "-vf",
+                       (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kTurnToVideo};
+  // A fragment ends at a key frame: what comes after the last one is lost if ffmpeg dies.
+  const Words frames = {"-c:v",     encoder,  "-g", fmt::format("{:.0f}", std::ceil(frame_rate_hz)),
+                        "-pix_fmt", "yuv420p"};
+  const Words mp4 = {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"};
+  const Words mkv = {"-f", "matroska"};
+  // file: since else a colon or a leading dash in the name has a meaning.
+  return kQuiet + input + frames + kColors + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
+         Words{"-flush_packets", "1", "file:" + file.string()};
+}
+
+bool encodes_a_trial(const std::string& encoder) {
+  const Words trial = {"-f", "lavfi", "-i", "color=size=256x144:rate=30", "-frames:v", "2", "-c:v", encoder};
+  ChildProcess ffmpeg(kQuiet + trial + quality_of(encoder) + Words{"-f", "null", "-"}, -1);
+  return ffmpeg.wait().good;
 }
 
 }  // namespace
 
 struct Encoder::Process {
   std::string file;
+  std::string encoder;
   std::size_t frame_bytes = 0;
   Descriptor input;  // our end of ffmpeg's standard input: a socket, so that MSG_NOSIGNAL spares the handler
                      // of SIGPIPE
   // In a process group of its own: Ctrl-C in the terminal ends the program only, and ffmpeg finishes the film
   // at the end of its input.
   ChildProcess ffmpeg;
+  bool was_killed = false;
 
   ChildExit end() {
     input.close();
-    return ffmpeg.wait();
+    const ChildExit exit = ffmpeg.wait();
+    was_killed = exit.code < 0;
+    return exit;
   }
 
   [[noreturn]] void report_failure() {
-    throw DeviceError(fmt::format("film {}: ffmpeg failed: {}", in_quotes(file), ffmpeg.last_words()));
+    const char* how = was_killed ? "ffmpeg was killed" : "ffmpeg failed";
+    throw DeviceError(fmt::format("film {}: {}: {}", in_quotes(file), how, ffmpeg.last_words()));
   }
 };
 
@@ -123,6 +145,16 @@ bool ffmpeg_available() {
   return false;
 }
 
+std::string h264_encoder() {
+  static std::mutex mutex;
+  static std::map<std::string, std::string> found;  // by PATH
+  const std::lock_guard lock(mutex);
+  const char* path = std::getenv("PATH");
+  std::string& encoder = found[path != nullptr ? path : ""];
+  if (encoder.empty()) encoder = encodes_a_trial(kHardware) ? kHardware : kSoftware;
+  return encoder;
+}
+
 Encoder::Encoder(const fs::path& file, int width_px, int height_px, double frame_rate_hz) {
   check_file(file, width_px, height_px, frame_rate_hz);
   int ends[2];
@@ -131,11 +163,13 @@ Encoder::Encoder(const fs::path& file, int width_px, int height_px, double frame
   const Descriptor child_input(ends[1]);
   const std::size_t frame_bytes =
       4 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
+  const std::string encoder = h264_encoder();
   process_.reset(new Process{
       file.string(),
+      encoder,
       frame_bytes,
       std::move(input),
-      {ffmpeg_arguments(file, width_px, height_px, frame_rate_hz), child_input.get()},
+      {ffmpeg_arguments(file, width_px, height_px, frame_rate_hz, encoder), child_input.get()},
   });
 }
 
@@ -165,5 +199,7 @@ void Encoder::finish() {
   if (!process_->ffmpeg.running()) return;
   if (!process_->end().good) process_->report_failure();
 }
+
+std::string Encoder::name() const { return process_->encoder; }
 
 }  // namespace pf

@@ -45,4 +45,9 @@ fs::path frames_instead_of(const fs::path& film) {
   return film.parent_path() / (film.stem().string() + "_frames") / "%05d.png";
 }
 
+fs::path log_beside(const fs::path& film) {
+  if (!is_frame_pattern(film)) return film.string() + ".toml";
+  return film.has_parent_path() ? film.parent_path().string() + ".toml" : "frames.toml";
+}
+
 }  // namespace pf

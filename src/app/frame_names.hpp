@@ -15,4 +15,7 @@ std::filesystem::path frame_file(const std::filesystem::path& pattern, int index
 // Where the frames of a film go if there is nothing to encode it with: flight.mp4 -> flight_frames/%05d.png.
 std::filesystem::path frames_instead_of(const std::filesystem::path& film);
 
+// The log of inputs of a film: flight.mp4.toml, or FOLDER.toml for the frames in FOLDER.
+std::filesystem::path log_beside(const std::filesystem::path& film);
+
 }  // namespace pf

@@ -39,6 +39,8 @@ constexpr SettingFlag kSettingFlags[] = {
 
 const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
 const std::vector<std::string> kStudies = {"validate"};
+const std::vector<std::string> kRecordTimes = {"simulation", "real"};
+const std::vector<std::string> kOnOff = {"on", "off"};
 const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
@@ -50,7 +52,10 @@ struct Typed {
       overlay, ui_scale;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
-  std::string record, report, picture, json, panel_map, study, overlay_csv, save_scene;
+  std::string record, report, picture, json, panel_map, log, study, overlay_csv, save_scene;
+  std::string record_time = "simulation", record_overlay = "on";
+  std::optional<std::string> record_size, replay;
+  std::vector<std::string> still;
 };
 
 bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
@@ -129,6 +134,28 @@ void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
            "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
 }
 
+void add_record_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_option(
+         "--record", typed.record,
+         "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png, or raw as .rgb (RGBA, top row "
+         "first); without ffmpeg the frames of NAME.mp4 go to NAME_frames/%05d.png; beside it "
+         "FILE.toml, the log of the flight; F9 in the window stops it and starts others")
+      ->type_name("FILE");
+  app.add_option("--record-time", typed.record_time,
+                 "simulation: every frame that is drawn is one of the film; real: one per period of the "
+                 "clock, others are repeated or left out; default simulation")
+      ->type_name("NAME");
+  add_text(app, "--record-size", typed.record_size, "WxH",
+           "size of the film, as 1280x720 or 1920x1080; each 16 to 16384 and even; default: the window's");
+  app.add_flag("--record-panel", options.record_panel, "with the panel in the film, and in pictures by F12");
+  app.add_option("--record-overlay", typed.record_overlay,
+                 "whether the film has the overlay; on, off; default on")
+      ->type_name("NAME");
+  app.add_option("--log", typed.log,
+                 "write settings and inputs: 'pickleflight run FILE.toml' flies them again")
+      ->type_name("FILE.toml");
+}
+
 std::string one_of(const char* what, const std::vector<std::string>& names) {
   return fmt::format("{}; {}; default {}", what, fmt::join(names, ", "), names.front());
 }
@@ -161,13 +188,16 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag("--headless", options.headless, "no window");
   app.add_flag_callback(
       "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
-  app.add_option("--record", typed.record,
-                 "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png; without ffmpeg the frames of "
-                 "NAME.mp4 go to NAME_frames/%05d.png")
-      ->type_name("FILE");
+  add_record_flags(app, typed, options);
   app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
+  app.add_option("--still", typed.still,
+                 "headless: write the picture at T seconds of simulated time, and end")
+      ->type_name("T FILE.png")
+      ->expected(2);
+  app.add_option("replay", typed.replay, "a log of inputs (--log, or beside a film): the same flight again")
+      ->type_name("FILE.toml");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
   add_text(app, "--warmup", typed.warmup, "N",
            "frames before those that the report's means are of; 0 to 1000000; default 0");
@@ -205,18 +235,18 @@ int whole_number(const std::string& place, const std::string& text, int min, int
   return value;
 }
 
-void read_size(const std::string& text, Options& options) {
+void read_size(const std::string& flag, const std::string& text, int& width_px, int& height_px) {
   constexpr int kMin = 16, kMax = 16384;
   const std::size_t cross = text.find_first_of("xX");
   try {
     if (cross == std::string::npos) throw UserError("");
-    options.width_px = whole_number("--size", text.substr(0, cross), kMin, kMax);
-    options.height_px = whole_number("--size", text.substr(cross + 1), kMin, kMax);
+    width_px = whole_number(flag, text.substr(0, cross), kMin, kMax);
+    height_px = whole_number(flag, text.substr(cross + 1), kMin, kMax);
   } catch (const UserError&) {
     throw UserError(
-        fmt::format("--size: {} is not a size; give WIDTHxHEIGHT, each a whole number from {} to {} pixels, "
+        fmt::format("{}: {} is not a size; give WIDTHxHEIGHT, each a whole number from {} to {} pixels, "
                     "as 1280x720",
-                    in_quotes(text), kMin, kMax));
+                    flag, in_quotes(text), kMin, kMax));
   }
 }
 
@@ -300,10 +330,10 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
     if (CLI::detail::to_lower(file.extension().string()) == ".png") {
       throw UserError(fmt::format(
           "--record: {} has no place for the frame's number; give FOLDER/%05d.png, or a film that "
-          "ends in .mp4 or .mkv",
+          "ends in .mp4 or .mkv, or raw frames, .rgb",
           in_quotes(text)));
     }
-    return output_file(app, "--record", text, {".mp4", ".mkv"});
+    return output_file(app, "--record", text, {".mp4", ".mkv", ".rgb"});
   }
   const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
   check_writable("--record", folder_is_new ? file.parent_path() : file);
@@ -402,9 +432,65 @@ void read_lab(const CLI::App& command, const Typed& typed, Options& options) {
   options.lab_json = output_file(command, "--json", typed.json, {});
 }
 
+void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(name),
+                              nearest_name(name, known), fmt::join(known, ", ")));
+}
+
+void read_record(const CLI::App& app, const Typed& typed, Options& options) {
+  check_name("--record-time", typed.record_time, kRecordTimes);
+  check_name("--record-overlay", typed.record_overlay, kOnOff);
+  options.record_real_time = typed.record_time == "real";
+  options.record_overlay = typed.record_overlay == "on";
+  if (typed.record_size) {
+    read_size("--record-size", *typed.record_size, options.record_width_px, options.record_height_px);
+    if (options.record_width_px % 2 != 0 || options.record_height_px % 2 != 0) {
+      throw UserError(fmt::format("--record-size: {} has an odd side; a film's sides are even, as 1280x720",
+                                  in_quotes(*typed.record_size)));
+    }
+  }
+  options.record = record_file(app, typed.record);
+  options.log = output_file(app, "--log", typed.log, {".toml"});
+}
+
+void read_still(const Typed& typed, Options& options) {
+  if (typed.still.empty()) return;
+  double seconds = 0.0;
+  const std::string& text = typed.still[0];
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  if (error != std::errc() || end != text.data() + text.size() || !(seconds >= 0.0 && seconds <= 1e6)) {
+    throw UserError(
+        fmt::format("--still: {} is not a time; give seconds of simulated time from 0 to 1e6 and "
+                    "a file, as --still 0.25 FILE.png",
+                    in_quotes(text)));
+  }
+  options.still = typed.still[1];
+  if (CLI::detail::to_lower(options.still.extension().string()) != ".png") {
+    throw UserError(fmt::format("--still: {} has the wrong ending; the file must end in .png",
+                                in_quotes(typed.still[1])));
+  }
+  check_writable("--still", options.still);
+  options.still_s = seconds;
+  options.headless = true;
+}
+
+// A log brings its settings, and others would be another flight.
+void read_replay(const Typed& typed, Options& options) {
+  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || options.still_s) {
+    throw UserError(
+        fmt::format("{}: a log has its own scene and settings; leave out --scene, --set, --still "
+                    "and their short forms (as -p)",
+                    in_quotes(*typed.replay)));
+  }
+  options.replay = read_log(*typed.replay);
+  options.settings = options.replay->settings;
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
+  if (typed.replay && !typed.replay->ends_with(".toml")) refuse_extra(command, *typed.replay);
   if (command.get_name() == "scenes") {
     options.command = Command::scenes;
     return options;
@@ -413,15 +499,11 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
     read_lab(command, typed, options);
     return options;
   }
-  if (std::find(kDrawTargets.begin(), kDrawTargets.end(), options.draw_target) == kDrawTargets.end()) {
-    throw UserError(fmt::format(
-        "--draw-target: {} is unknown, the nearest is {}; one of {}", in_quotes(options.draw_target),
-        nearest_name(options.draw_target, kDrawTargets), fmt::join(kDrawTargets, ", ")));
-  }
+  check_name("--draw-target", options.draw_target, kDrawTargets);
   const bool is_bench = command.get_name() == "bench";
   options.command = is_bench ? Command::bench : Command::run;
   options.cuda = options.cuda || options.cuda_no_fallback;
-  if (typed.size) read_size(*typed.size, options);
+  if (typed.size) read_size("--size", *typed.size, options.width_px, options.height_px);
   if (typed.steps) options.bench_steps = whole_number("--steps", *typed.steps, 1, 1000000);
   if (typed.warmup) {
     (is_bench ? options.bench_warmup : options.warmup_frames) =
@@ -434,7 +516,9 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
-  options.record = record_file(command, typed.record);
+  if (!is_bench) read_record(command, typed, options);
+  read_still(typed, options);
+  if (typed.replay) read_replay(typed, options);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/input_log.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -27,7 +28,16 @@ struct Options {
   bool cuda_no_fallback = false;  // --cuda-no-fallback
   bool headless = false;
   bool show_panel = true;
-  std::filesystem::path record;       // --record FILE.mp4 or FOLDER/%05d.png; empty: none
+  std::filesystem::path record;   // --record FILE.mp4, .mkv, .rgb or FOLDER/%05d.png; empty: none
+  bool record_real_time = false;  // --record-time real|simulation
+  int record_width_px = 0;        // --record-size WxH; 0: the window's
+  int record_height_px = 0;
+  bool record_panel = false;      // --record-panel
+  bool record_overlay = true;     // --record-overlay on|off
+  std::filesystem::path log;      // --log FILE.toml: inputs; a film has one anyway
+  std::optional<RunLog> replay;   // FILE.toml: the flight of this log
+  std::optional<double> still_s;  // --still T FILE.png: this simulated time
+  std::filesystem::path still;
   std::filesystem::path report;       // --report FILE.json
   std::filesystem::path picture;      // --picture FILE.png: the last frame
   std::string draw_target = "auto";   // --draw-target auto|interop|staged|host

@@ -159,6 +159,10 @@ void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, dou
   dt_s_ = dt_s;
 }
 
+void RunRecord::set_part(const std::string& key, const json& part) {
+  parts_.emplace_back(key, part.dump(-1, ' ', false, json::error_handler_t::replace));
+}
+
 void RunRecord::start_clock() { start_ = timed_from_ = last_frame_ = Clock::now(); }
 
 json RunRecord::frame_report() const {
@@ -192,7 +196,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
   const double compute_s = physics_seconds(frames_);
   const double particle_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
-  return {
+  json report = {
       {"version", PF_VERSION},
       {"device", device_},
       {"scene", settings.name},
@@ -221,6 +225,8 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"state_hash", fmt::format("{:016x}", backend.state_hash())},
       {"memory_bytes", backend.memory_bytes()},
   };
+  for (const auto& [key, text] : parts_) report[key] = json::parse(text);
+  return report;
 }
 
 void write_report(const std::filesystem::path& file, const json& report) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "backend/backend.hpp"
@@ -23,9 +24,12 @@ class RunRecord {
   void set_device(std::string device) { device_ = std::move(device); }
   void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }  // before frames
 
-  // Keys: version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
-  // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
-  // phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
+  // A part of the report that others write, under a key of its own.
+  void set_part(const std::string& key, const nlohmann::json& part);
+
+  // Keys: those of set_part (record: the last film, replay), version, device, scene, method, neighbors,
+  // num_parcels, area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from
+  // one frame's end to the next), phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
@@ -42,6 +46,7 @@ class RunRecord {
   nlohmann::json frame_report() const;
 
  private:
+  std::vector<std::pair<std::string, std::string>> parts_;  // key, JSON text
   Measures initial_;
   std::string device_;
   std::vector<PhaseTimes> frames_;

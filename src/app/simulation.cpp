@@ -105,6 +105,7 @@ struct Simulation::State {
   void change(const Commands& commands);
   void apply(const Settings& edited);
   void change_scene(const std::string& name);
+  void restart(Settings with);
   void change_threads(const Settings& with);
   void obey(const Commands& commands);
   void begin(const Commands& commands, DrawTarget* target);
@@ -326,7 +327,7 @@ void Simulation::State::apply(const Settings& edited) {
   check_settings(edited, "panel");
   Settings with = edited;
   resolve(with);
-  if (with.threads != settings.threads && backend->name() == "cpu") change_threads(with);
+  if (with.threads != settings.threads) change_threads(with);
   if (needs_respawn(settings, with)) {
     respawn(with, ball);
   } else {
@@ -348,20 +349,30 @@ void Simulation::State::change_scene(const std::string& name) {
   with.threads = settings.threads;
   with.seconds = settings.seconds;
   with.frame_rate_hz = settings.frame_rate_hz;
+  restart(with);
+}
+
+void Simulation::State::restart(Settings with) {
   resolve(with);
   reset(with);
   view.paused = false;
   ++view.num_scenes;
 }
 
-// Another team with the same parcels.
+// Another team with the same parcels. Only the count of steps, which keys the random rounding of positions,
+// begins anew; on a device, too, which has no team, so that one log gives one flight everywhere.
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
-  check_room(with, 0);
-  std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
-  fresh->reset(physics, spawner.plan(), ball);
-  fresh->restore(backend->snapshot());
-  backend = std::move(fresh);
+  const ParcelSnapshot parcels = backend->snapshot();
+  if (backend->name() == "cpu") {
+    check_room(with, 0);
+    std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
+    fresh->reset(physics, spawner.plan(), ball);
+    backend = std::move(fresh);
+  } else {
+    backend->reset(physics, spawner.plan(), ball);
+  }
+  backend->restore(parcels);
 }
 
 // Throws UserError for what cannot be done.
@@ -370,6 +381,7 @@ void Simulation::State::change(const Commands& commands) {
   if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
   if (commands.reset) reset(settings);
   if (!commands.scene.empty()) change_scene(commands.scene);
+  if (commands.restart) restart(*commands.restart);
   if (commands.fly) fly(*commands.fly);
   if (commands.compare != Comparison::none) compare(commands.compare);
   if (commands.back) go_back();
@@ -377,8 +389,8 @@ void Simulation::State::change(const Commands& commands) {
 }
 
 void Simulation::State::obey(const Commands& commands) {
-  const bool changes = commands.settings || commands.reset || commands.fly || commands.back ||
-                       commands.compare != Comparison::none || !commands.scene.empty() ||
+  const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
+                       commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
                        !commands.save_scene.empty();
   if (changes) {
     view.message.clear();

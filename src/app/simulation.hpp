@@ -30,6 +30,7 @@ enum class Comparison { none, next_method, half_step };
 struct Commands {
   std::optional<Settings> settings;  // the edited copy, when anything in it changed
   std::string scene;                 // load it (name or file) and start anew; empty: none
+  std::optional<Settings> restart;   // start anew with these: a scene that is not a file, as a log has it
   bool toggle_pause = false;
   bool single_step = false;       // one frame, while paused
   bool reset = false;             // back to the start of the scene, same seed

@@ -175,7 +175,7 @@ Settings load_scene_file(const fs::path& file, const Settings& base) {
   return settings;
 }
 
-void save_scene_file(const fs::path& file, const Settings& settings) {
+std::string scene_text(const Settings& settings) {
   const Settings defaults;
   std::string text = fmt::format("[scene]\nname = {}\n", toml_string(settings.name));
   std::string section = "scene";
@@ -185,8 +185,12 @@ void save_scene_file(const fs::path& file, const Settings& settings) {
     section = field.section;
     text += assignment(field, settings);
   }
+  return text;
+}
+
+void save_scene_file(const fs::path& file, const Settings& settings) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << text;
+  stream << scene_text(settings);
   stream.close();
   if (!stream) {
     throw UserError(fmt::format(

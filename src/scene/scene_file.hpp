@@ -14,6 +14,9 @@ namespace pf {
 // its size, before it is read), empty, not regular or not readable.
 Settings load_scene_file(const std::filesystem::path& file, const Settings& base = {});
 
+// The text of a scene file: all settings that differ from the defaults, with units as comments.
+std::string scene_text(const Settings& settings);
+
 // Writes all settings that differ from the defaults, with units as comments. Throws UserError if unwritable.
 void save_scene_file(const std::filesystem::path& file, const Settings& settings);
 // The same under the file's own name, for a file that is not there yet; throws UserError if it is, or if the

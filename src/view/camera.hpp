@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/vec2.hpp"
+#include "model/world.hpp"
 
 namespace pf {
 
@@ -47,5 +48,16 @@ struct Camera {
     fitted = false;
   }
 };
+
+// Shows all of a world, and what lies beyond an open one: the ball leaves through it. scale: pixels per
+// layout pixel.
+inline void fit_world(Camera& camera, const World& world, const ViewRegion& region, float scale) {
+  constexpr double kMargin_px = 14.0;  // layout pixels
+  constexpr double kApron_m = 0.30;    // of the court, 3.05 m from its middle to its edge
+  const Vec2d half_m = to_metres(world, world.half);
+  const double apron_m =
+      world.boundary == Boundary::open ? kApron_m * std::min(half_m.x, half_m.y) / 3.05 : 0.0;
+  camera.fit(2.0 * (half_m.x + apron_m), 2.0 * half_m.y, region, kMargin_px * scale);
+}
 
 }  // namespace pf

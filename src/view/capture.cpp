@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 #include <png.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
+#include <fstream>
 
 #include "core/error.hpp"
 
@@ -16,24 +18,66 @@ std::size_t bytes_of(SizePx size) {
   return static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height) * 4;
 }
 
-}  // namespace
+void append_number(std::string& bytes, std::uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xFFU);
+}
 
-void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, int width_px,
-               int height_px) {
-  const auto width = static_cast<std::size_t>(width_px);
-  std::vector<std::uint8_t> rgb(width * static_cast<std::size_t>(height_px) * 3);
+// A chunk of a PNG (second edition, 5.3): length, name, data, check sum of the latter two.
+std::string png_chunk(const std::string& name_and_data) {
+  std::string chunk;
+  append_number(chunk, static_cast<std::uint32_t>(name_and_data.size() - 4));
+  chunk += name_and_data;
+  const auto* bytes = reinterpret_cast<const Bytef*>(name_and_data.data());
+  append_number(chunk, static_cast<std::uint32_t>(crc32(0, bytes, static_cast<uInt>(name_and_data.size()))));
+  return chunk;
+}
+
+// tEXt is for Latin letters, iTXt (not compressed, no language) for the rest.
+std::string text_chunk(const std::string& keyword, const std::string& text) {
+  const bool is_ascii = std::all_of(text.begin(), text.end(), [](char c) { return (c & 0x80) == 0; });
+  const std::string nul(1, '\0');
+  return png_chunk(is_ascii ? "tEXt" + keyword + nul + text : "iTXt" + keyword + std::string(5, '\0') + text);
+}
+
+std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, std::string* problem) {
+  const auto width = static_cast<std::size_t>(size.width);
+  std::vector<std::uint8_t> rgb(width * static_cast<std::size_t>(size.height) * 3);
   for (std::size_t pixel = 0; pixel < rgb.size() / 3; ++pixel)
     std::memcpy(&rgb[3 * pixel], &rgba[4 * pixel], 3);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(width_px);
-  image.height = static_cast<png_uint_32>(height_px);
+  image.width = static_cast<png_uint_32>(size.width);
+  image.height = static_cast<png_uint_32>(size.height);
   image.format = PNG_FORMAT_RGB;
   const auto stride = -static_cast<png_int_32>(3 * width);  // negative: the bottom row comes first
-  if (png_image_write_to_file(&image, file.c_str(), 0, rgb.data(), stride, nullptr) == 0) {
-    throw UserError(fmt::format("{}: the picture cannot be written ({}); choose another file", file.string(),
-                                image.message));
+  png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::string png(bytes, '\0');
+  if (png_image_write_to_memory(&image, png.data(), &bytes, 0, rgb.data(), stride, nullptr) == 0)
+    *problem = image.message;
+  png.resize(bytes);
+  return png;
+}
+
+}  // namespace
+
+void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
+               const PngTexts& texts) {
+  std::string problem;
+  std::string png = png_of(rgba, size, &problem);
+  if (problem.empty()) {
+    constexpr std::size_t kAfterHeader = 8 + 25;  // signature, IHDR
+    std::string chunks;
+    for (const auto& [keyword, text] : texts) chunks += text_chunk(keyword, text);
+    png.insert(kAfterHeader, chunks);
+    errno = 0;
+    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
+    stream.write(png.data(), static_cast<std::streamsize>(png.size()));
+    stream.close();
+    if (stream) return;
+    problem = std::strerror(errno);
   }
+  throw UserError(
+      fmt::format("{}: the picture cannot be written ({}); choose another file", file.string(), problem));
 }
 
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size) {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "view/context.hpp"
@@ -13,10 +15,13 @@
 
 namespace pf {
 
-// rgba: height * width * 4 bytes, bottom row first. The alpha channel is left out. Throws UserError if the
-// file cannot be written.
-void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, int width_px,
-               int height_px);
+// What stands in a PNG beside its pixels, by keyword (Latin letters, up to 79).
+using PngTexts = std::vector<std::pair<std::string, std::string>>;
+
+// rgba: height * width * 4 bytes, bottom row first. The alpha channel is left out. texts: UTF-8. Throws
+// UserError if the file cannot be written.
+void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
+               const PngTexts& texts = {});
 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);

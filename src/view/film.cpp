@@ -3,15 +3,24 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "app/encoder.hpp"
 #include "app/frame_names.hpp"
 #include "core/text.hpp"
+#include "view/png_frames.hpp"
 
 namespace pf {
 namespace {
 
+constexpr std::size_t kMostWaiting = 8;  // frames; 66 MB at 1080p
+
 // yuv420p halves both sides of the picture.
 SizePx even(SizePx size) { return {size.width & ~1, size.height & ~1}; }
+
+std::size_t bytes_of(SizePx size) {
+  return 4 * static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
+}
 
 // Copies into `to` with the aspect kept and black beside it.
 void blit_fitting(GLuint from, SizePx from_size, const ColorTarget& to) {
@@ -29,53 +38,85 @@ void blit_fitting(GLuint from, SizePx from_size, const ColorTarget& to) {
 
 }  // namespace
 
-Film::Film(const Options& options, SizePx size, const std::function<void(const std::string&)>& announce)
-    : picture_file_(options.picture), size_(even(size)) {
-  if (options.record.empty()) return;
-  const bool frames_asked = is_frame_pattern(options.record);
-  if (!frames_asked && ffmpeg_available()) {
-    encoder_ =
-        std::make_unique<Encoder>(options.record, size_.width, size_.height, options.settings.frame_rate_hz);
-    reader_.emplace(size_, [this](std::span<const std::uint8_t> rgba) { encoder_->add_frame(rgba); });
-    return;
+Film::Film(const FilmRequest& request, const std::function<void(const std::string&)>& announce)
+    : real_time_(request.real_time) {
+  figures_.file = request.file;
+  figures_.size = even(request.size);
+  figures_.rate_hz = request.rate_hz;
+  std::unique_ptr<FrameSink> sink = make_sink(request, announce);
+  figures_.encoder = sink->name();
+  writer_ = std::make_unique<FilmWriter>(std::move(sink), bytes_of(figures_.size), kMostWaiting);
+  reader_.emplace(figures_.size, [this](std::span<const std::uint8_t> rgba) { hand_on(rgba); });
+}
+
+std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
+                                           const std::function<void(const std::string&)>& announce) {
+  const SizePx size = figures_.size;
+  if (request.file.extension() == ".rgb") return std::make_unique<RawFrames>(request.file, size.width);
+  const bool frames_asked = is_frame_pattern(request.file);
+  if (!frames_asked && ffmpeg_available())
+    return std::make_unique<Encoder>(request.file, size.width, size.height, request.rate_hz);
+  if (!frames_asked) figures_.file = frames_instead_of(request.file);
+  if (!frames_asked && announce) {
+    announce(fmt::format(
+        "--record: no ffmpeg on the PATH to write {} with; its frames go to {} instead (a film of them: "
+        "ffmpeg -framerate {} -i FRAMES FILM; to install it on Debian or Ubuntu: apt install ffmpeg)",
+        in_quotes(request.file.string()), in_quotes(figures_.file.string()), request.rate_hz));
   }
-  const std::filesystem::path pattern = frames_asked ? options.record : frames_instead_of(options.record);
-  frames_.emplace(pattern, size_);
-  reader_.emplace(size_, [this](std::span<const std::uint8_t> rgba) { frames_->add_frame(rgba); });
-  if (frames_asked || !announce) return;
-  announce(fmt::format(
-      "--record: no ffmpeg on the PATH to write {} with; its frames go to {} instead (a film of them: "
-      "ffmpeg -framerate {} -i FRAMES FILM; to install it on Debian or Ubuntu: apt install ffmpeg)",
-      in_quotes(options.record.string()), in_quotes(pattern.string()), options.settings.frame_rate_hz));
+  return std::make_unique<PngFrames>(figures_.file, size);
+}
+
+// How often the frame in hand stands in the film.
+int Film::times_due() {
+  if (!real_time_) return 1;
+  const Clock::time_point now = Clock::now();
+  if (!start_) start_ = now;
+  const double elapsed_s = std::chrono::duration<double>(now - *start_).count();
+  return static_cast<int>(static_cast<std::int64_t>(elapsed_s * figures_.rate_hz) + 1 - num_due_);
 }
 
 void Film::add_frame(GLuint framebuffer, SizePx size) {
-  if (!reader_) return;
-  if (even(size) == size_) {
+  const int times = times_due();
+  if (times <= 0) {
+    ++figures_.num_surplus;
+    return;
+  }
+  num_due_ += times;
+  repeats_.push_back(times);
+  if (even(size) == figures_.size) {
     reader_->read(framebuffer);
     return;
   }
-  scaled_.resize(size_.width, size_.height);
+  scaled_.resize(figures_.size.width, figures_.size.height);
   blit_fitting(framebuffer, size, scaled_);
   reader_->read(scaled_.framebuffer());
 }
 
-void Film::keep_for_picture(GLuint framebuffer, SizePx size) {
-  if (picture_file_.empty()) return;
-  kept_.resize(size.width, size.height);
-  glBlitNamedFramebuffer(framebuffer, kept_.framebuffer(), 0, 0, size.width, size.height, 0, 0, size.width,
-                         size.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+// In simulation time the run waits for the encoder; in real time it does not, and the next frame that finds
+// room stands in for those that did not, so that the film keeps the clock's pace.
+void Film::hand_on(std::span<const std::uint8_t> rgba) {
+  const int times = repeats_.front();
+  repeats_.pop_front();
+  using WhenFull = FilmWriter::WhenFull;
+  if (writer_->add(rgba, times, real_time_ ? WhenFull::refuse : WhenFull::wait)) {
+    figures_.num_duplicated += times - 1;
+    return;
+  }
+  ++figures_.num_dropped;
+  num_due_ -= times;
 }
 
-void Film::finish() {
-  if (!picture_file_.empty() && has_picture()) {
-    const SizePx size = {kept_.width_px(), kept_.height_px()};
-    write_png(picture_file_, read_pixels(kept_.framebuffer(), size), size.width, size.height);
-  }
-  if (!reader_) return;
+void Film::close() {
   reader_->finish();
-  if (encoder_) encoder_->finish();
-  if (frames_) frames_->finish();
+  writer_->close();
+}
+
+FilmFigures Film::figures() const {
+  FilmFigures figures = figures_;
+  figures.num_frames = writer_->num_written();
+  figures.num_dropped += writer_->num_lost();
+  figures.failure = writer_->failure();
+  return figures;
 }
 
 }  // namespace pf

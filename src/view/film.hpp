@@ -1,43 +1,71 @@
-// What leaves the screen: the film or its single frames, and the picture of an instructive frame.
+// One film: frames read back from GL, on their way to an encoder or to files.
 #pragma once
 
+#include <cstdint>
+#include <deque>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "app/encoder.hpp"
-#include "app/options.hpp"
+#include "app/film_writer.hpp"
+#include "core/timing.hpp"
 #include "view/capture.hpp"
-#include "view/png_frames.hpp"
 
 namespace pf {
 
+struct FilmRequest {
+  std::filesystem::path file;  // .mp4, .mkv, .rgb or FOLDER/%05d.png
+  SizePx size;                 // odd sides lose a pixel
+  double rate_hz = 60.0;
+  bool real_time = false;  // a film frame per period of the clock; else one per drawn frame
+};
+
+struct FilmFigures {
+  std::filesystem::path file;
+  std::string encoder;
+  SizePx size;
+  double rate_hz = 0.0;
+  std::int64_t num_frames = 0;      // that the encoder has taken
+  std::int64_t num_dropped = 0;     // drawn and due, but not taken: no room, or the encoder had ended
+  std::int64_t num_duplicated = 0;  // real time: repeats, where no newer frame was drawn in time
+  std::int64_t num_surplus = 0;     // real time: drawn before a new film frame was due
+  std::string failure;              // why it ended early; empty: it did not
+};
+
 class Film {
  public:
-  // size: of the first frame; the film keeps it. Without ffmpeg the frames of a film go into a folder, and
-  // `announce` (if it is not null) is told.
-  Film(const Options& options, SizePx size, const std::function<void(const std::string&)>& announce);
+  // Without ffmpeg the frames of a film go into a folder, and `announce` (if it is not null) is told. Throws
+  // UserError and DeviceError if it cannot be begun.
+  Film(const FilmRequest& request, const std::function<void(const std::string&)>& announce);
 
-  // Takes the frame in `framebuffer`. A frame of another size (the window was resized) is scaled into the
-  // film.
+  // Takes the frame in `framebuffer`; one of another size (the window was resized) is scaled into the film.
   void add_frame(GLuint framebuffer, SizePx size);
-  // Keeps the frame as the one for the picture.
-  void keep_for_picture(GLuint framebuffer, SizePx size);
-  // Ends the film and writes the picture, if they are asked for.
-  void finish();
-
-  bool wanted() const { return reader_.has_value() || !picture_file_.empty(); }
-  bool has_picture() const { return kept_.texture() != 0; }
+  // No frame follows. Does not wait: the film is written on.
+  void close();
+  // All is written, or it has failed.
+  bool done() const { return writer_->done(); }
+  std::string failure() const { return writer_->failure(); }
+  FilmFigures figures() const;
+  const std::filesystem::path& file() const { return figures_.file; }
+  SizePx size() const { return figures_.size; }
 
  private:
-  std::filesystem::path picture_file_;
-  SizePx size_;
-  std::unique_ptr<Encoder> encoder_;  // of these two one, or none
-  std::optional<PngFrames> frames_;
+  std::unique_ptr<FrameSink> make_sink(const FilmRequest& request,
+                                       const std::function<void(const std::string&)>& announce);
+  int times_due();
+  void hand_on(std::span<const std::uint8_t> rgba);
+
+  FilmFigures figures_;  // what the writer does not know
+  bool real_time_;
+  std::unique_ptr<FilmWriter> writer_;
+  std::deque<int> repeats_;  // of the frames that are being read back
   std::optional<FrameReader> reader_;
   ColorTarget scaled_;
-  ColorTarget kept_;
+  // Real time.
+  std::optional<Clock::time_point> start_;
+  std::int64_t num_due_ = 0;  // film frames that the clock has asked for and that were given
 };
 
 }  // namespace pf

@@ -97,25 +97,37 @@ void ControlMap::write(const std::filesystem::path& file) const {
   if (error) throw UserError(file.string() + ": the panel map cannot be written; choose another file");
 }
 
-Gui::Gui(GlContext& context) : context_(context) {
+Gui::Gui(GlContext& context) : Gui(context.window(), context.content_scale()) {}
+Gui::Gui(float scale) : Gui(nullptr, scale) {}
+
+Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   IMGUI_CHECKVERSION();
-  ImGui::CreateContext();
+  ImGuiContext* before = ImGui::GetCurrentContext();
+  imgui_ = ImGui::CreateContext();
+  ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // nothing is left behind in the folder that the program is called from
-  apply_style(Theme::dark, context.content_scale());
-  if (context.window() != nullptr) ImGui_ImplGlfw_InitForOpenGL(context.window(), true);
+  apply_style(Theme::dark, scale);
+  if (window_ != nullptr) ImGui_ImplGlfw_InitForOpenGL(window_, true);
   if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
-    if (context.window() != nullptr) ImGui_ImplGlfw_Shutdown();
-    ImGui::DestroyContext();
+    if (window_ != nullptr) ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext(imgui_);
+    ImGui::SetCurrentContext(before);
     throw DeviceError("ImGui_ImplOpenGL3_Init: no GL for the panel; install libgl1 (Debian, Ubuntu)");
   }
+  if (before != nullptr) ImGui::SetCurrentContext(before);
 }
 
 Gui::~Gui() {
+  ImGuiContext* before = ImGui::GetCurrentContext();
+  make_current();
   ImGui_ImplOpenGL3_Shutdown();
-  if (context_.window() != nullptr) ImGui_ImplGlfw_Shutdown();
-  ImGui::DestroyContext();
+  if (window_ != nullptr) ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext(imgui_);
+  ImGui::SetCurrentContext(before == imgui_ ? nullptr : before);
 }
+
+void Gui::make_current() { ImGui::SetCurrentContext(imgui_); }
 
 void Gui::set_look(Theme theme, float scale) {
   if (theme == theme_ && scale == scale_) return;
@@ -148,7 +160,7 @@ void Gui::apply_style(Theme theme, float scale) {
 
 void Gui::begin_frame(SizePx size, double frame_s) {
   ImGui_ImplOpenGL3_NewFrame();
-  if (context_.window() != nullptr) {
+  if (window_ != nullptr) {
     ImGui_ImplGlfw_NewFrame();
   } else {
     ImGuiIO& io = ImGui::GetIO();
@@ -164,6 +176,16 @@ void Gui::draw(unsigned int framebuffer, SizePx size) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, size.width, size.height);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+void show_corner_notice(const std::string& text, float width_px, float scale) {
+  const float padding = 8.0F * scale;
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+  const ImVec2 high(width_px - padding, 3.0F * padding + size.y);
+  const ImVec2 low(high.x - size.x - 2.0F * padding, padding);
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  list->AddRectFilled(low, high, IM_COL32(11, 19, 25, 225), 0.5F * padding);
+  list->AddText(ImVec2(low.x + padding, low.y + padding), IM_COL32(226, 233, 234, 255), text.c_str());
 }
 
 bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }

@@ -9,6 +9,8 @@
 #include "view/context.hpp"
 #include "view/look.hpp"
 
+struct ImGuiContext;
+
 namespace pf {
 
 // Rectangles of the controls of the last frame by label, in window pixels from the top left: x0, y0, x1, y1.
@@ -30,10 +32,14 @@ class Gui {
  public:
   // Installs its GLFW callbacks around those the window has already. The context must outlive it.
   explicit Gui(GlContext& context);
+  // Without a window and without input, for pictures beside the window's; texts enlarged by scale. Its calls
+  // go between two calls of make_current, the latter of the window's Gui.
+  explicit Gui(float scale);
   ~Gui();
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
+  void make_current();  // ImGui's functions then speak of this one, as of the first that was made
   void begin_frame(SizePx size, double frame_s);
   void end_frame();                                  // ends the description of the frame
   void draw(unsigned int framebuffer, SizePx size);  // draws what was described
@@ -46,11 +52,16 @@ class Gui {
   bool wants_text() const;
 
  private:
+  Gui(GLFWwindow* window, float scale);
   void apply_style(Theme theme, float scale);
 
-  GlContext& context_;
+  GLFWwindow* window_;
+  ImGuiContext* imgui_;
   Theme theme_ = Theme::dark;
   float scale_ = 0.0F;
 };
+
+// A line in a dark box at the upper right corner of a picture so wide.
+void show_corner_notice(const std::string& text, float width_px, float scale);
 
 }  // namespace pf

@@ -21,11 +21,11 @@ PngFrames::PngFrames(std::filesystem::path pattern, SizePx size) : pattern_(std:
 }
 
 void PngFrames::add_frame(std::span<const std::uint8_t> rgba) {
-  write_png(frame_file(pattern_, num_), rgba, size_.width, size_.height);
+  write_png(frame_file(pattern_, num_), rgba, size_);
   ++num_;
 }
 
-void PngFrames::finish() const {
+void PngFrames::finish() {
   std::error_code error;
   for (int left_over = num_; std::filesystem::remove(frame_file(pattern_, left_over), error);) ++left_over;
 }

@@ -4,16 +4,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <thread>
 
+#include "app/input_log.hpp"
+#include "app/replay.hpp"
 #include "core/error.hpp"
 #include "view/aim.hpp"
-#include "view/film.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
 #include "view/host_draw_target.hpp"
 #include "view/overlay.hpp"
 #include "view/panel.hpp"
+#include "view/recorder.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
 #include "view/window_input.hpp"
@@ -23,8 +27,6 @@ namespace {
 
 constexpr double kLongestFilm_s = 60.0;  // of a headless run that neither has an end nor a ball that leaves
 constexpr double kAfterFlight_s = 0.5;
-constexpr double kMargin_px = 14.0;  // around the fitted world, layout pixels
-constexpr double kApron_m = 0.30;    // shown beyond a world: the ball leaves through it
 
 std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const std::string& backend) {
   if (hooks.make_draw_target) return hooks.make_draw_target(backend);
@@ -39,9 +41,11 @@ Index index_of(const std::string& name, const std::vector<std::string>& names) {
 
 ViewSwitches switches_of(const Options& options, bool window) {
   ViewSwitches switches;
-  switches.show_panel = options.show_panel && window;
+  switches.show_panel = window ? options.show_panel : options.record_panel;
   switches.show_path = options.show_path || options.ghosts;
   switches.overlay_mode = index_of<int>(options.overlay, kOverlayNames);
+  // Without a window what is drawn is the film.
+  if (!window && !options.record_overlay) switches.overlay_mode = static_cast<int>(OverlayMode::off);
   switches.look.theme = index_of<Theme>(options.theme, kThemeNames);
   switches.look.color_map = index_of<ColorMap>(options.color_map, kColorMapNames);
   switches.look.ghosts = options.ghosts;
@@ -89,7 +93,12 @@ class Stage {
   void follow_fallback();
   void begin_record();
   void write_panel_map();
+  void steer();
+  double left_to_still_s() const;
+  void show_recording();
   bool ended();
+  bool still_ended() const;
+  int finish();
   void keep_pace();
   void settle() const;
 
@@ -109,7 +118,9 @@ class Stage {
   Aim aim_;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
-  Film film_;
+  InputLog log_;
+  Recorder recorder_;
+  std::optional<Replay> replay_;
   GpuTimer draw_timer_;
   ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
 
@@ -141,13 +152,19 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
       overlay_({context.info().renderer, describe(*target_)}, context.window() == nullptr),
-      film_(options, context.size_px(), hooks.announce),
+      log_(simulation, simulation.backend().name()),
+      recorder_(options, context.window() != nullptr, hooks.announce, log_),
       scale_(context.content_scale() * static_cast<float>(options.ui_scale)),
       vsync_(options.vsync) {
-  switches_ = switches_of(options, context.window() != nullptr);
+  const bool has_window = context.window() != nullptr;
+  switches_ = switches_of(options, has_window);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
-  if (context.window() != nullptr) simulation_.keep_moments();
-  if (context.window() != nullptr || film_.wanted() || csv_) measure_copy_bandwidth();
+  if (options.replay) replay_.emplace(*options.replay);
+  if (!options.log.empty()) log_.open(options.log);
+  if (has_window || replay_) simulation_.keep_moments();  // a log may go back to them
+  if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
+  recorder_.set_seen(context.size_px());
+  recorder_.begin(simulation);
   if (hooks.announce) {
     hooks.announce(fmt::format("drawing: {} ({}), draw target {}", context.info().renderer,
                                context.info().platform, describe(*target_)));
@@ -164,9 +181,11 @@ int Stage::run() {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       continue;
     }
+    recorder_.set_seen(size_);
     commands_ = handle_input();
     if (commands_.quit) break;
-    const bool through_canvas = context_.window() == nullptr || film_.wanted();
+    steer();
+    const bool through_canvas = recorder_.wants_seen();
     if (through_canvas) canvas_.resize(size_.width, size_.height);
     const Viewport viewport = {through_canvas ? canvas_.framebuffer() : 0, size_, scale_};
     begin_steps();
@@ -183,14 +202,50 @@ int Stage::run() {
     keep_pace();
     ++num_frames_;
   }
-  film_.finish();
-  const bool gave_up = context_.window() == nullptr && simulation_.view().paused;
+  return finish();
+}
+
+int Stage::finish() {
+  recorder_.finish(simulation_);
+  log_.close_all(simulation_);
+  record_.set_part("record", recorder_.report());
+  record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
+  if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
+  const bool gave_up =
+      context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
   if (gave_up && hooks_.announce) hooks_.announce(simulation_.view().message);
-  return gave_up ? 1 : 0;
+  return gave_up || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
+}
+
+// A log's inputs instead of a person's; the last frame before a still shortened so that it ends there.
+void Stage::steer() {
+  if (replay_) {
+    const bool quit = commands_.quit;
+    commands_ = replay_->commands(simulation_.settings());
+    commands_.quit = quit;
+  }
+  if (!options_.still_s) return;
+  const Settings& settings = simulation_.settings();
+  const double left_s = left_to_still_s();
+  if (left_s <= 0.0) {
+    commands_.toggle_pause = !simulation_.view().paused;  // T = 0: the start is drawn, without a step
+  } else if (left_s < settings.time_scale / settings.frame_rate_hz) {
+    commands_.settings = settings;
+    commands_.settings->time_scale = left_s * settings.frame_rate_hz;
+  }
+}
+
+// Simulated time from now to the still's. 0 once it is so short that no frame can be shortened to it.
+double Stage::left_to_still_s() const {
+  const double left_s = *options_.still_s - simulation_.view().simulated_s;
+  static const double least = find_field("run.time_scale", "--still").min;
+  return left_s * simulation_.settings().frame_rate_hz < least ? 0.0 : left_s;
 }
 
 bool Stage::ended() {
   if (stop_requested.load(std::memory_order_relaxed) || context_.close_asked()) return true;
+  if (replay_) return replay_->ended();
+  if (options_.still_s) return still_ended();
   const Settings& settings = simulation_.settings();
   const double shown_s = static_cast<double>(num_frames_) / settings.frame_rate_hz;
   // A scene's own length is that of a headless run: a window stays until it is closed, or as long as asked.
@@ -202,6 +257,15 @@ bool Stage::ended() {
   if (simulation_.finished_flight()) ++frames_after_flight_;
   const double after_s = static_cast<double>(frames_after_flight_) / settings.frame_rate_hz;
   return after_s >= kAfterFlight_s || shown_s >= kLongestFilm_s;
+}
+
+bool Stage::still_ended() const {
+  const FrameView& view = simulation_.view();
+  if (num_frames_ > 0 && left_to_still_s() == 0.0) return true;
+  const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
+  if (!stands) return false;
+  throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",
+                              view.simulated_s, view.message.empty() ? "" : ": ", view.message));
 }
 
 // Keys, mouse and panel; the overlay is described after the simulation has moved on.
@@ -300,6 +364,8 @@ void Stage::follow_camera(const InputFrame& input) {
   if (input.fit || switches_.fit_camera) camera_.fitted = true;
   switches_.fit_camera = false;
   if (camera_.fitted) fit_camera();
+  if (input.toggle_film) recorder_.toggle(simulation_);
+  if (input.take_picture) recorder_.ask_picture();
 }
 
 // Once per backend: what the share of the copying speed is of. Without it the share is left out.
@@ -332,17 +398,12 @@ ViewRegion Stage::free_region() const {
   return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
 }
 
-void Stage::fit_camera() {
-  const World& world = simulation_.view().physics->world;
-  const Vec2d half_m = to_metres(world, world.half);
-  const double apron_m =
-      world.boundary == Boundary::open ? kApron_m * std::min(half_m.x, half_m.y) / 3.05 : 0.0;
-  camera_.fit(2.0 * (half_m.x + apron_m), 2.0 * half_m.y, free_region(), kMargin_px * scale_);
-}
+void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
 
 void Stage::begin_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   const std::int64_t num_scenes = simulation_.view().num_scenes;
+  log_.begin_frame(commands_, simulation_);
   simulation_.begin_frame(commands_, target_.get());
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   if (simulation_.view().num_scenes != num_scenes) begin_record();
@@ -351,6 +412,8 @@ void Stage::begin_steps() {
 void Stage::finish_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   simulation_.finish_frame();
+  log_.end_frame(simulation_);
+  if (replay_) replay_->end_frame(simulation_);
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
 }
@@ -389,7 +452,14 @@ void Stage::describe_overlay() {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          camera_, place, height_px, switches_.look);
   }
+  if (context_.window() != nullptr) show_recording();
   gui_.end_frame();
+}
+
+// At the upper right corner of the window; a film that is drawn for itself does not have it.
+void Stage::show_recording() {
+  const std::string text = recorder_.notice();
+  if (!text.empty()) show_corner_notice(text, static_cast<float>(size_.width), scale_);
 }
 
 void Stage::draw_air(const Viewport& viewport) {
@@ -399,6 +469,12 @@ void Stage::draw_air(const Viewport& viewport) {
   draw_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
   draw_timer_.end();
+  if (FilmScene* film = recorder_.scene()) {
+    ScopedPhase timing(times_, Phase::encode);
+    film->set_look(switches_.look);
+    film->draw_air(simulation_.view(), parcels, camera_, free_region(),
+                   recorder_.has_overlay() ? &overlay_ : nullptr);
+  }
   target_->frame_drawn();
   settle();
   draw_air_ms_ = milliseconds_since(start);
@@ -429,12 +505,12 @@ void Stage::draw_gui(const Viewport& viewport) {
 }
 
 void Stage::take_frame(const Viewport& viewport) {
-  if (!film_.wanted()) return;
   ScopedPhase timing(times_, Phase::encode);
-  film_.add_frame(viewport.framebuffer, viewport.size);
-  // The last frame of the first flight shows the whole path; a run without a flight shows its last frame.
-  if (!simulation_.finished_flight() || !film_.has_picture())
-    film_.keep_for_picture(viewport.framebuffer, viewport.size);
+  if (FilmScene* film = recorder_.scene()) {
+    film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, gui_);
+    settle();
+  }
+  recorder_.take({viewport.framebuffer, viewport.size}, simulation_);
 }
 
 void Stage::present(const Viewport& viewport) {

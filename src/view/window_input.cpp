@@ -38,6 +38,12 @@ void apply_key(int key, int mods, InputFrame& input) {
     case GLFW_KEY_F:
       input.fit = true;
       break;
+    case GLFW_KEY_F9:
+      input.toggle_film = !input.toggle_film;
+      break;
+    case GLFW_KEY_F12:
+      input.take_picture = true;
+      break;
     case GLFW_KEY_M:
       input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
       break;

@@ -26,6 +26,8 @@ struct InputFrame {
   bool toggle_full_screen = false;
   int larger_text = 0;  // steps
   bool fit = false;
+  bool toggle_film = false;
+  bool take_picture = false;
   bool pressed_left = false;  // in the scene, in this frame
   bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
   bool released = false;      // it ended

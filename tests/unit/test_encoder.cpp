@@ -202,5 +202,28 @@ TEST(FfmpegFailing, LastWordsAreKept) {
   }
 }
 
+// An ffmpeg that encodes with h264_nvenc if told so, and writes down what it was asked for.
+std::string encoder_chosen(bool has_nvenc, const TemporaryFolder& folder) {
+  const std::string asked = (folder.path() / "asked").string();
+  const auto program =
+      folder.write("ffmpeg", "#!/bin/sh\necho \"$*\" >>" + asked + "\ncase \"$*\" in *lavfi*) exit " +
+                                 (has_nvenc ? "0" : "1") + ";; esac\nexec /bin/cat >/dev/null\n");
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  const PathVariable path(folder.path().string());
+  Encoder encoder(folder.path() / "a.mp4", 16, 16, 60.0);
+  encoder.add_frame(white_above(16, 16));
+  encoder.finish();
+  const std::string words = contents_of(asked);
+  const std::string film = words.substr(words.find("rawvideo"));
+  EXPECT_NE(film.find("-c:v " + encoder.name() + " "), std::string::npos) << words;
+  return encoder.name();
+}
+
+TEST(FfmpegEncoder, IsNvencWhereATrialWorks) {
+  TemporaryFolder with, without;
+  EXPECT_EQ(encoder_chosen(true, with), "h264_nvenc");
+  EXPECT_EQ(encoder_chosen(false, without), "libx264");
+}
+
 }  // namespace
 }  // namespace pf

@@ -1,0 +1,42 @@
+// Flies a logged flight again: the inputs at their frames, the states compared with those of the log.
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/input_log.hpp"
+
+namespace pf {
+
+class Replay {
+ public:
+  explicit Replay(RunLog log) : log_(std::move(log)) {}
+
+  // All frames of the log are flown.
+  bool ended() const { return num_frames_ >= num_frames(); }
+  std::int64_t num_frames() const;
+  // For the next frame.
+  Commands commands(const Settings& present) const;
+  // After that frame: compares the state with the log's, where it has one.
+  void end_frame(Simulation& simulation);
+
+  bool diverged() const { return !found_.empty(); }
+  // One line: the same states, or the first frame with another one.
+  std::string summary() const;
+  // Keys: frames (of the log), flown, checks (hashes compared), same (all were equal), first_divergence: null
+  // or {frame, expected, found, last_same_frame (null: none)}.
+  nlohmann::json report() const;
+
+ private:
+  RunLog log_;
+  std::size_t next_ = 0;  // in log_.frames
+  std::int64_t num_frames_ = 0;
+  std::int64_t num_checks_ = 0;
+  std::int64_t last_same_ = -1;
+  // The first divergence.
+  std::int64_t frame_ = 0;
+  std::string expected_, found_;
+};
+
+}  // namespace pf

@@ -1,0 +1,62 @@
+#include "view/film_scene.hpp"
+
+#include <algorithm>
+
+namespace pf {
+namespace {
+
+// Text as large beside the picture as that of a window of 1280x720.
+float scale_of(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
+
+}  // namespace
+
+FilmScene::FilmScene(SizePx size) : size_(size), scale_(scale_of(size)), gui_(scale_) {
+  canvas_.resize(size.width, size.height);
+}
+
+void FilmScene::set_look(const Look& look) {
+  look_ = look;
+  renderer_.set_look(look);
+}
+
+OverlayMode FilmScene::mode() const {
+  return Overlay::fitting_mode(OverlayMode::full, static_cast<float>(size_.width), scale_);
+}
+
+void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
+                         const ViewRegion& seen, const Overlay* overlay) {
+  const double bottom = overlay == nullptr ? 0.0 : overlay->used_height_px(mode(), scale_);
+  const double top = overlay == nullptr ? 0.0
+                                        : SceneMarks::reserved_px(frame, look_, scale_,
+                                                                  static_cast<float>(size_.height - bottom));
+  const ViewRegion region = {0.0, bottom, static_cast<double>(size_.width),
+                             std::max(size_.height - bottom - top, 1.0)};
+  if (window.fitted) {
+    fit_world(camera_, frame.physics->world, region, scale_);
+  } else {
+    camera_.center_m = window.to_world(seen.center_px());
+    camera_.anchor_px = region.center_px();
+    camera_.metres_per_px =
+        window.metres_per_px * std::max(seen.width_px / region.width_px, seen.height_px / region.height_px);
+  }
+  renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
+}
+
+void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui) {
+  renderer_.draw_flight(frame, camera_, {canvas_.framebuffer(), size_, scale_});
+  if (overlay == nullptr) return;
+  const auto height_px = static_cast<float>(size_.height);
+  OverlayPlace place = {0.0F, static_cast<float>(size_.width), height_px, scale_};
+  gui_.make_current();
+  gui_.set_look(look_.theme, scale_);
+  gui_.begin_frame(size_, 1.0 / 60.0);
+  Overlay shown = *overlay;  // the window's keeps what it has written for its own place
+  shown.show(frame, mode(), place, look_);
+  place.bottom_px -= Overlay::height_px(mode(), scale_);
+  marks_.show(frame, camera_, place, height_px, look_);
+  gui_.end_frame();
+  gui_.draw(canvas_.framebuffer(), size_);
+  window_gui.make_current();
+}
+
+}  // namespace pf

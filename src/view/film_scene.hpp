@@ -1,0 +1,41 @@
+// The scene drawn for the film alone: at the film's size, without the panel, beside what the window shows.
+#pragma once
+
+#include "view/gui.hpp"
+#include "view/overlay.hpp"
+#include "view/renderer.hpp"
+#include "view/scene_marks.hpp"
+
+namespace pf {
+
+class FilmScene {
+ public:
+  explicit FilmScene(SizePx size);
+
+  // Of the window; before each frame.
+  void set_look(const Look& look);
+  // As Renderer::draw_air, in the window's view: all of the world if that is what it shows, else the same
+  // middle and at least as much around it. seen: the part of the window that is free for the scene.
+  void draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
+                const ViewRegion& seen, const Overlay* overlay);
+  // Paths and ball, and the overlay with the legend if it is not null. window_gui is current before and
+  // after.
+  void draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui);
+
+  GLuint framebuffer() const { return canvas_.framebuffer(); }
+  SizePx size() const { return size_; }
+
+ private:
+  OverlayMode mode() const;
+
+  SizePx size_;
+  float scale_;
+  ColorTarget canvas_;
+  Renderer renderer_;  // of its own: it keeps a picture of the floor for one view
+  Gui gui_;
+  SceneMarks marks_;
+  Camera camera_;
+  Look look_;
+};
+
+}  // namespace pf

@@ -1,0 +1,247 @@
+#include "view/recorder.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/frame_names.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double kNewsShown_s = 6.0;
+
+// A name is taken if anything that belongs to it is there.
+bool is_free(const fs::path& film) {
+  std::error_code ignored;
+  return !fs::exists(fs::symlink_status(film, ignored)) && !fs::exists(log_beside(film), ignored) &&
+         !fs::exists(frames_instead_of(film).parent_path(), ignored);
+}
+
+// NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
+fs::path numbered(const fs::path& file, int number) {
+  if (number == 1) return file;
+  const fs::path folder = file.parent_path();
+  if (is_frame_pattern(file))
+    return fs::path(fmt::format("{}-{}", folder.string(), number)) / file.filename();
+  return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
+}
+
+// A scene's name as part of a file's.
+std::string file_part(std::string name) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
+  };
+  std::replace_if(
+      name.begin(), name.end(), [&](char c) { return !is_plain(c); }, '_');
+  return name.empty() ? "scene" : name;
+}
+
+json film_report(const FilmFigures& film, const fs::path& log) {
+  return {{"file", film.file.string()},
+          {"log", log.empty() ? json(nullptr) : json(log.string())},
+          {"frames", film.num_frames},
+          {"dropped", film.num_dropped},
+          {"duplicated", film.num_duplicated},
+          {"surplus", film.num_surplus},
+          {"encoder", film.encoder},
+          {"width", film.size.width},
+          {"height", film.size.height},
+          {"rate_hz", film.rate_hz},
+          {"failure", film.failure.empty() ? json(nullptr) : json(film.failure)}};
+}
+
+std::string count_text(const FilmFigures& film) {
+  return fmt::format("{} frames, {} dropped, {} doubled", film.num_frames, film.num_dropped,
+                     film.num_duplicated);
+}
+
+}  // namespace
+
+Recorder::Recorder(const Options& options, bool has_window, Announce announce, InputLog& log)
+    : options_(options), has_window_(has_window), announce_(std::move(announce)), log_(log) {}
+
+void Recorder::tell(const std::string& line) {
+  if (announce_) announce_(line);
+  last_news_ = line;
+  news_since_ = Clock::now();
+}
+
+SizePx Recorder::film_size() const {
+  if (running_) return running_->film->size();
+  const bool chosen = options_.record_width_px > 0;
+  return chosen ? SizePx{options_.record_width_px, options_.record_height_px} : seen_;
+}
+
+// A window shows panel and overlay as its person likes them, the film as it was asked for. Without a window
+// what is drawn is the film, unless its size is another. The panel cannot be drawn twice.
+bool Recorder::draws_itself() const {
+  if (options_.record_panel) return false;
+  const SizePx film = film_size();
+  return has_window_ || (film.width & ~1) != (seen_.width & ~1) || (film.height & ~1) != (seen_.height & ~1);
+}
+
+fs::path Recorder::free_film_name(const Simulation& simulation) const {
+  const fs::path base =
+      options_.record.empty() ? fs::path(file_part(simulation.settings().name) + ".mp4") : options_.record;
+  int number = 1;
+  while (!is_free(numbered(base, number))) ++number;
+  return numbered(base, number);
+}
+
+void Recorder::begin(Simulation& simulation) {
+  if (!options_.record.empty()) start(options_.record, simulation);
+}
+
+void Recorder::start(const fs::path& file, Simulation& simulation) {
+  const FilmRequest request = {file, film_size(), simulation.settings().frame_rate_hz,
+                               options_.record_real_time};
+  auto film = std::make_unique<Film>(request, announce_);
+  const fs::path log = log_beside(film->file());
+  log_.open(log);
+  running_.emplace(Running{std::move(film), log, false});
+}
+
+void Recorder::toggle(Simulation& simulation) {
+  if (running_) {
+    end(simulation);
+    return;
+  }
+  try {
+    start(free_film_name(simulation), simulation);
+    const FilmFigures film = running_->film->figures();
+    tell(fmt::format("recording {} ({}x{}, {})", in_quotes(film.file.string()), film.size.width,
+                     film.size.height, film.encoder));
+  } catch (const std::exception& error) {  // of the file, of ffmpeg, no memory: none of them ends the run
+    tell(error.what());
+  }
+}
+
+void Recorder::end(Simulation& simulation) {
+  running_->film->close();
+  log_.close(running_->log, simulation);
+  ending_.push_back(std::move(*running_));
+  running_.reset();
+}
+
+// Films whose last frame is written, and the one in hand if it has broken.
+void Recorder::follow(Simulation& simulation) {
+  if (running_ && !running_->film->failure().empty()) {
+    tell(fmt::format("recording stopped, the run goes on: {}", running_->film->failure()));
+    running_->failure_told = true;
+    end(simulation);
+  }
+  for (auto it = ending_.begin(); it != ending_.end();) {
+    if (!it->film->done()) {
+      ++it;
+      continue;
+    }
+    const FilmFigures film = it->film->figures();
+    failed_ = failed_ || !film.failure.empty();
+    const std::string end = film.failure.empty() ? "" : "; it broke off";
+    const std::string reason = end.empty() || it->failure_told ? "" : ": " + film.failure;
+    tell(fmt::format("film {}: {}{}{}", in_quotes(film.file.string()), count_text(film), end, reason));
+    ended_.emplace_back(film, it->log);
+    it = ending_.erase(it);
+  }
+  const std::string lost_log = log_.take_failure();
+  if (!lost_log.empty()) tell(lost_log);
+}
+
+bool Recorder::wants_seen() const {
+  if (!has_window_ || !options_.picture.empty()) return true;
+  return (running_ || picture_asked_) && options_.record_panel;
+}
+
+FilmScene* Recorder::scene() {
+  const bool is_wanted = (running_ || picture_asked_) && draws_itself();
+  if (!is_wanted) return nullptr;
+  const SizePx size = film_size();
+  if (!scene_ || !(scene_->size() == size)) scene_ = std::make_unique<FilmScene>(size);
+  return scene_.get();
+}
+
+void Recorder::take(const SeenPicture& seen, Simulation& simulation) {
+  const FilmScene* drawn = scene();
+  const SeenPicture picture = drawn != nullptr ? SeenPicture{drawn->framebuffer(), drawn->size()} : seen;
+  if (running_) running_->film->add_frame(picture.framebuffer, picture.size);
+  if (picture_asked_) {
+    picture_asked_ = false;
+    const std::string name =
+        fmt::format("{}_t{:.4f}s.png", file_part(simulation.settings().name), simulation.view().simulated_s);
+    int number = 1;
+    while (fs::exists(numbered(name, number))) ++number;
+    try {
+      write_picture(numbered(name, number), picture, simulation);
+      tell(fmt::format("picture {}", in_quotes(numbered(name, number).string())));
+    } catch (const UserError& error) {
+      tell(error.what());
+    }
+  }
+  if (!options_.picture.empty() || options_.still_s) keep(seen, simulation);
+  follow(simulation);
+}
+
+// For --picture the last frame of the first flight, which shows the whole path, or the last frame of a run
+// without a flight; for --still the last one.
+void Recorder::keep(const SeenPicture& seen, const Simulation& simulation) {
+  if (!options_.still_s && simulation.finished_flight() && kept_.texture() != 0) return;
+  const auto [width, height] = seen.size;
+  kept_.resize(width, height);
+  glBlitNamedFramebuffer(seen.framebuffer, kept_.framebuffer(), 0, 0, width, height, 0, 0, width, height,
+                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void Recorder::write_picture(const fs::path& file, const SeenPicture& picture,
+                             const Simulation& simulation) const {
+  const FrameView& view = simulation.view();
+  Settings settings = simulation.settings();
+  if (options_.still_s) settings.time_scale = options_.settings.time_scale;  // of the frames before the last
+  const PngTexts texts = {{"Software", fmt::format("pickleflight {}", PF_VERSION)},
+                          {"Scene", scene_text(settings)},
+                          {"Simulated time", fmt::format("{} s", view.simulated_s)},
+                          {"Backend", view.backend}};
+  write_png(file, read_pixels(picture.framebuffer, picture.size), picture.size, texts);
+}
+
+void Recorder::finish(Simulation& simulation) {
+  if (running_) end(simulation);
+  follow(simulation);
+  while (!ending_.empty()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    follow(simulation);
+  }
+  if (kept_.texture() == 0) return;
+  const SeenPicture kept = {kept_.framebuffer(), {kept_.width_px(), kept_.height_px()}};
+  if (!options_.picture.empty()) write_picture(options_.picture, kept, simulation);
+  if (options_.still_s) write_picture(options_.still, kept, simulation);
+}
+
+std::string Recorder::notice() const {
+  const bool is_news = !last_news_.empty() && milliseconds_since(news_since_) < 1e3 * kNewsShown_s;
+  if (!running_) return is_news ? last_news_ : "";
+  const FilmFigures film = running_->film->figures();
+  return fmt::format("REC {}: {}", film.file.string(), count_text(film));
+}
+
+bool Recorder::failed() const { return failed_; }
+
+json Recorder::report() const {
+  if (ended_.empty()) return nullptr;
+  json earlier = json::array();
+  for (auto it = ended_.begin(); it != ended_.end() - 1; ++it)
+    earlier.push_back(film_report(it->first, it->second));
+  json last = film_report(ended_.back().first, ended_.back().second);
+  last["earlier"] = std::move(earlier);
+  return last;
+}
+
+}  // namespace pf

@@ -1,0 +1,121 @@
+// The log of a run, and the same flight from it.
+#include "app/input_log.hpp"
+
+#include <gtest/gtest.h>
+
+#include "core/error.hpp"
+#include "support/logged_flight.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf::test {
+namespace {
+
+TEST(InputLog, TheSameFlightAgain) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  const std::uint64_t hash = fly_logged(file, 0, make_cpu_backend(2));
+  const Flown flown = fly_again(file, make_cpu_backend(1));
+  EXPECT_EQ(flown.hash, hash);
+  EXPECT_EQ(flown.report["flown"], kNumFrames);
+  EXPECT_EQ(flown.report["checks"], 2);  // after 60 frames and at the end
+  EXPECT_EQ(flown.report["same"], true);
+  EXPECT_NE(flown.summary.find("the same flight"), std::string::npos) << flown.summary;
+}
+
+// Launches by hand, comparisons, jumps back, the keys of the time scale, and frames held while aiming.
+Commands launches_at(int frame) {
+  Commands commands;
+  commands.hold = frame >= 5 && frame < 9;
+  if (frame == 8) commands.fly = BallLaunch{{11.0 / 3.0, 1.7}, -40.1};
+  if (frame == 14) commands.compare = Comparison::half_step;
+  if (frame == 20) commands.compare = Comparison::next_method;
+  if (frame == 27) commands.time_scale_factor = 0.5;
+  if (frame == 35) commands.back = true;
+  return commands;
+}
+
+TEST(InputLog, LaunchesByHandAgain) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  Simulation simulation(court(500), make_cpu_backend(2));
+  simulation.keep_moments();
+  InputLog log(simulation, "cpu");
+  log.open(file);
+  for (int frame = 0; frame < 45; ++frame) {
+    log.begin_frame(launches_at(frame), simulation);
+    simulation.advance_frame(launches_at(frame), nullptr);
+    EXPECT_EQ(simulation.view().message, "") << "frame " << frame;
+    log.end_frame(simulation);
+  }
+  log.close_all(simulation);
+  const Flown flown = fly_again(file, make_cpu_backend(1));
+  EXPECT_EQ(flown.hash, simulation.backend().state_hash());
+  EXPECT_EQ(flown.report["same"], true) << flown.summary;
+}
+
+// A film may begin at any time; its log has all from the start.
+TEST(InputLog, BegunLaterItHoldsTheWholeFlight) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  const std::uint64_t hash = fly_logged(file, 33, make_cpu_backend(2));
+  EXPECT_EQ(fly_again(file, make_cpu_backend(2)).hash, hash);
+}
+
+TEST(InputLog, OneLineChangedDivergesAtTheNextState) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  fly_logged(file, 0, make_cpu_backend(2));
+  std::string text = contents_of(file);
+  const std::size_t at = text.find("air.num_parcels = 444");
+  ASSERT_NE(at, std::string::npos);
+  text.replace(at, 21, "air.num_parcels = 445");
+  const Flown flown = fly_again(folder.write("b.toml", text), make_cpu_backend(2));
+  EXPECT_EQ(flown.report["same"], false);
+  EXPECT_EQ(flown.report["first_divergence"]["frame"], kNumFrames - 1);
+  EXPECT_EQ(flown.report["first_divergence"]["last_same_frame"], 59);
+  EXPECT_NE(flown.summary.find("diverged: frame 69"), std::string::npos) << flown.summary;
+}
+
+// Without its end, as a program that was killed leaves it.
+TEST(InputLog, CutShortItStillPlays) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  fly_logged(file, 0, make_cpu_backend(2));
+  std::string text = contents_of(file);
+  const Flown flown =
+      fly_again(folder.write("b.toml", text.substr(0, text.rfind("\n[[frame]]"))), make_cpu_backend(2));
+  EXPECT_EQ(flown.report["flown"], 65);  // up to its last input
+  EXPECT_EQ(flown.report["same"], true);
+}
+
+TEST(InputLog, WhatIsNoLogIsRefused) {
+  TemporaryFolder folder;
+  const std::string head = "scene = \"x\"\nsettings = [\"air.num_parcels = 5\"]\n[[frame]]\n";
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {"[scene]\nname = \"court\"\n", "is not a log of a run"},
+      {"junk", "not valid TOML"},
+      {head, "takes a number"},
+      {head + "number = -1\n", "takes a number"},
+      {head + "number = 1\npress = [\"rest\"]\n", "the nearest is reset"},
+      {head + "number = 1\nset = [\"air.restitution = 3\"]\n", "is out of range"},
+      {head + "number = 1\nset = [\"air.restituton = 1\"]\n", "the nearest is air.restitution"},
+      {head + "number = 5\n[[frame]]\nnumber = 4\n", "in their order"},
+      {head + "number = 1\nhash = 5\n", "hash takes a text"},
+      {head + "number = 1\nfly = [1.0, 2.0]\n", "fly takes velocity and spin"},
+      {head + "number = 1\nfly = [1.0, 2.0, inf]\n", "fly takes finite numbers"},
+      {head + "number = 1\ncompare = \"other\"\n", "compare takes one of"},
+      {head + "number = 1\ntime_scale_factor = 0\n", "takes a number above 0"},
+      {"", "cannot be read as a log"},
+  };
+  for (const auto& [text, reason] : wrong) {
+    try {
+      read_log(folder.write("a.toml", text));
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pf::test
