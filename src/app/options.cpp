@@ -38,7 +38,7 @@ constexpr SettingFlag kSettingFlags[] = {
 };
 
 const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
-const std::vector<std::string> kStudies = {"validate", "work-precision", "all"};
+const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "terms", "all"};
 const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
@@ -189,6 +189,7 @@ void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
                "minutes on 2 cores; validate: two minutes instead of an hour, wider tolerances");
   app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
   app.add_option("--out", lab.out, "folder of the results; default lab-STUDY")->type_name("DIR");
+  app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
   app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
   app.add_flag("--force", lab.force, "measure anew over what is in the folder");
   app.add_flag("--cuda", options.cuda, "also on the CUDA device, as a series of its own");

@@ -23,8 +23,9 @@ constexpr double kMostUiScale = 3.0;
 // `lab STUDY`
 struct LabOptions {
   std::string study;
-  std::filesystem::path json;  // --json FILE, of validate
-  std::filesystem::path out;   // --out DIR; lab-STUDY if not given
+  std::filesystem::path json;   // --json FILE, of validate
+  std::filesystem::path out;    // --out DIR; lab-STUDY if not given
+  std::string scene = "court";  // --scene: of the study of terms
   bool quick = false;
   bool resume = false;
   bool force = false;

@@ -32,6 +32,17 @@ struct FlightResult {
 // Flies the scene for duration_s by its settings: method, time step or displacement_per_step, seed.
 FlightResult fly_scene(const Settings& settings, double duration_s, Backend& backend);
 
+struct Exit {
+  Vec2d at_m;  // where the ball's centre crosses the edge of the world
+  double speed_mps = 0.0;
+  double time_s = 0.0;  // since the launch
+  double path_m = 0.0;  // flown
+  double wall_ns = 0.0;
+};
+
+// Flies until the ball leaves the open world, at most 10 s. Throws UserError if it does not.
+Exit fly_to_exit(const Settings& settings, Backend& backend);
+
 double speed_of(const BallState& ball);
 
 }  // namespace pf

@@ -149,7 +149,7 @@ std::vector<Study> chosen(const std::string& name) {
 }  // namespace
 
 const std::vector<Study>& studies() {
-  static const std::vector<Study> all = {work_precision_study()};
+  static const std::vector<Study> all = {work_precision_study(), stability_study(), terms_study()};
   return all;
 }
 
@@ -158,7 +158,7 @@ int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, co
   open_results(options.out, options.resume  ? Existing::resume
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);
-  const LabContext context{options.quick, devices};
+  const LabContext context{options.quick, devices, options.scene};
   bool complete = true;
   for (const Study& study : wanted) {
     if (stop) break;

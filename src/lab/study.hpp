@@ -21,6 +21,7 @@ struct LabDevice {
 struct LabContext {
   bool quick = false;              // fewer parcels, shorter runs: minutes on 2 cores
   std::vector<LabDevice> devices;  // the CPU first
+  std::string scene = "court";     // of the study of terms
 };
 
 struct LabPoint {
@@ -39,6 +40,8 @@ struct Study {
 };
 
 Study work_precision_study();
+Study stability_study();
+Study terms_study();
 
 // All studies, in the order of `lab all`.
 const std::vector<Study>& studies();
