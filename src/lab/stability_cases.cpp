@@ -142,7 +142,8 @@ Collapse cool_with_clock(double restitution, double rate_times_clock, double col
   Reference reference(start.physics, reference_parcels(start.physics.world, equilibrated(gas)), BallState{},
                       options);
   const double duration = collisions / rate;
-  const double most = 20.0 * 0.5 * collisions * static_cast<double>(gas.num_parcels);
+  constexpr double kMostPerDisc = 500.0;
+  const double most = 0.5 * kMostPerDisc * static_cast<double>(gas.num_parcels);
   Collapse result;
   result.collapsed = !reference.run_until(duration, nullptr, static_cast<std::uint64_t>(most));
   result.reached_share = std::min(1.0, reference.now_s() / duration);

@@ -33,9 +33,10 @@ double spring_pair_energy(double step_over_contact, std::unique_ptr<Backend> bac
 double fork_energy(Method method, double theta_rad, std::unique_ptr<Backend> backend);
 double head_on_energy(Method method, std::unique_ptr<Backend> backend);
 
-// A gas that cools (1,024 discs, area fraction 0.25) by the reference, for `collisions` collisions per disc
-// with TC clock t_c = rate_times_clock / rate. Returns the collisions per disc that took place before time
-// ceased to pass: below `collisions` if more than 20 times as many events were needed for the time.
+// A gas that cools (1,024 discs, area fraction 0.25) by the reference, for as long as `collisions` collisions
+// per disc take at the start, with the TC model's clock rate_times_clock over the rate at the start.
+// Collapsed: 500 collisions per disc came before the end; a gas that only cools and clusters has some tens of
+// them.
 struct Collapse {
   bool collapsed = false;
   double reached_share = 0.0;  // of the time wanted

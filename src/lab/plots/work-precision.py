@@ -112,7 +112,7 @@ def draw_orders(study):
     rows = [row for row in study["points"] if row["group"] == "parcel-path" and row["device"] == "cpu"]
     etas = sorted({row["area_fraction"] for row in rows})
     figure, grid = plt.subplots(1, len(etas), figsize=(3.9 * len(etas), 4.3), sharey=True, squeeze=False)
-    figure.subplots_adjust(left=0.085, right=0.96, top=0.83, bottom=0.19, wspace=0.1)
+    figure.subplots_adjust(left=0.085, right=0.96, top=0.83, bottom=0.2, wspace=0.1)
     for axes, eta in zip(grid[0], etas):
         axes.set_xscale("log")
         axes.set_yscale("log")
@@ -129,9 +129,10 @@ def draw_orders(study):
             order = next((entry["order"] for entry in study["orders"]
                           if entry["method"] == method and entry["area_fraction"] == eta), None)
             label = method if order is None else f"{method}, order {order:.2f}"
-            axes.annotate(label, (steps[0], values[0]), xytext=(2, 12 if method != "impulse" else -14),
-                          textcoords="offset points", color=COLOURS[method], fontsize=9.5, fontweight="bold",
-                          va="center")
+            at, offset = {"impulse": (len(mine) // 2, (6, -14)), "spring": (len(mine) // 2, (-4, 16)), "exact": (0, (0, 11))}[method]
+            axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
+                          color=COLOURS[method], fontsize=9.5, fontweight="bold", va="center",
+                          ha={"impulse": "left", "spring": "right", "exact": "center"}[method])
         style.tidy(axes)
         axes.set_title(f"area fraction {eta:g}", loc="left", color=INK)
         axes.set_xlabel("time step, d/c")
@@ -141,8 +142,66 @@ def draw_orders(study):
     figure.text(0.01, 0.96, "Order of convergence: parcels after one collision each, against the double-precision "
                 "reference", fontsize=12, color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.015, "Median over the parcels that collided, with its 95 % interval. Slopes are fitted between "
-                "1e-5 and 0.1 diameters. " + style.machine_text(study), fontsize=8, color=FAINT)
+                "1e-5 and 0.1 diameters.\n" + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
+
+
+def draw_parcels(study):
+    """Scatter of the flight over the seeds against N, and the smallest error of each method beside it."""
+    rows = sorted((row for row in study["points"] if row["group"] == "parcels" and "ends" in row),
+                  key=lambda row: row["num_parcels"])
+    figure, grid = plt.subplots(1, 2, figsize=(11.5, 4.6))
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.8, bottom=0.21, wspace=0.2)
+    sizes = [row["num_parcels"] for row in rows]
+    for axes, (error, title) in zip(grid, (("path", "path of the ball, of its length"),
+                                           ("drag", "speed lost, of the loss"))):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        entries = [row["errors"][error] for row in rows]
+        axes.errorbar(sizes, [entry["scatter"] for entry in entries], [entry["sigma"] for entry in entries], fmt="-o",
+                      color=INK, ms=5.5, lw=1.4, zorder=4)
+        middle = len(sizes) // 2
+        axes.annotate("scatter over 16 seeds", (sizes[middle], entries[middle]["scatter"]), xytext=(8, 10),
+                      textcoords="offset points", color=INK, fontsize=10, fontweight="bold")
+        law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
+        axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2)
+        axes.annotate(r"$1/\sqrt{N}$", (sizes[0], law[0]), xytext=(4, 4), textcoords="offset points", color=FAINT, fontsize=9.5)
+        draw_method_errors(axes, study, error)
+        style.tidy(axes)
+        axes.set_title(title, loc="left", color=INK)
+        axes.set_xlabel("air parcels N")
+        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 4.5)
+        axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_locator(NullLocator())
+    figure.text(0.01, 0.965, "Where a better method buys nothing: its error is below the scatter of one flight",
+                fontsize=13.5, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at 4,000 or more parcels, area "
+                "fraction 0.05, e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact, hollow: upper "
+                "bound. " + style.machine_text(study), fontsize=8, color=FAINT)
+    return figure
+
+
+def draw_method_errors(axes, study, error):
+    """Errors of the methods as dots at their number of parcels, named by displacement per step."""
+    etas = sorted({row["area_fraction"] for row in study["points"] if row["group"] == "ball"})
+    rows = [row for row in study["points"] if row["group"] == "ball" and row["restitution"] == 0.9
+            and row["device"] == "cpu" and row["area_fraction"] == etas[0] and row["method"] != "exact"
+            and row["errors"].get(error, {}).get("value") is not None]
+    for row in rows:
+        entry, method = row["errors"][error], row["method"]
+        at = row["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+        axes.plot(at, entry["value"], MARKS[method], ms=5.5, mec=COLOURS[method], zorder=4,
+                  mfc="white" if entry["bound"] else COLOURS[method])
+        if not entry["bound"]:
+            axes.annotate(f"{row['displacement_per_step']:g}", (at, entry["value"]), xytext=(6, 0), va="center",
+                          textcoords="offset points", color=COLOURS[method], fontsize=8)
+    for method in ("impulse", "spring"):
+        mine = [row["errors"][error]["value"] for row in rows if row["method"] == method]
+        if mine:
+            at = rows[0]["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+            axes.annotate(method, (at, max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
+                          color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
 def main():
@@ -153,6 +212,8 @@ def main():
         style.save(draw(study), where, "work-precision")
     if any(row["group"] == "parcel-path" for row in study["points"]):
         style.save(draw_orders(study), where, "work-precision-order")
+    if any(row["group"] == "parcels" and "scatter" in row.get("errors", {}).get("path", {}) for row in study["points"]):
+        style.save(draw_parcels(study), where, "work-precision-parcels")
 
 
 if __name__ == "__main__":
