@@ -54,17 +54,30 @@ class Progress {
   double last_s_ = 0.0;
 };
 
-// Load of the last minute over the cores: above a half, times are those of a disturbed machine.
-json machine_of(const LabContext& context) {
+// Load of the last minute over the cores; 0 if the system does not say.
+double load_per_core() {
   double load[1] = {0.0};
-  const bool known = ::getloadavg(load, 1) == 1;
+  if (::getloadavg(load, 1) != 1) return 0.0;
+  return load[0] / std::max(1U, std::thread::hardware_concurrency());
+}
+
+json machine_of(const LabContext& context) {
   json names = json::array();
-  for (const LabDevice& device : context.devices)
+  for (const LabDevice& device : context.devices) {
     names.push_back({{"series", device.name}, {"device", device.make()->device()}});
+  }
+  const double load = load_per_core();
   return {{"devices", names},
           {"cores", std::thread::hardware_concurrency()},
-          {"load_at_start", known ? json(load[0]) : json(nullptr)},
-          {"measured_under_load", known && load[0] > 0.5 * std::thread::hardware_concurrency()}};
+          {"load_per_core_at_start", load},
+          {"measured_under_load", load > 0.5}};
+}
+
+// The study itself is a load of one per core.
+void note_load_at_end(json& machine) {
+  const double load = load_per_core();
+  machine["load_per_core_at_end"] = load;
+  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || load > 1.25;
 }
 
 json start_result(const Study& study, const LabContext& context) {
@@ -123,6 +136,7 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
     save_study(options.out, result);
   }
   result["complete"] = done == points.size();
+  if (done > num_known) note_load_at_end(result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
   if (result["complete"] && study.name == "work-precision") keep_table(options.out);
@@ -164,6 +178,8 @@ int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, co
     if (stop) break;
     complete = run_study(study, context, options, stop) && complete;
   }
+  const std::string trouble = run_plot("report.py", options.out);
+  if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
   if (stop)
     fmt::print(stderr, "stopped; what is finished is in {}, go on with --resume\n", options.out.string());
   return complete && !stop ? 0 : 1;

@@ -197,9 +197,9 @@ struct Planner {
   }
 
   void add_collapse() {
-    for (const double e : {0.5, 0.6, 0.7, 0.8, 0.9}) {
+    for (const double e : {0.3, 0.4, 0.5, 0.6, 0.8}) {
       for (const double clock : {0.0, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1}) {
-        add(fmt::format("collapse/{}/{}", e, clock), [e, clock, wanted = context.quick ? 2000.0 : 20000.0] {
+        add(fmt::format("collapse/{}/{}", e, clock), [e, clock, wanted = context.quick ? 20'000.0 : 200'000.0] {
           const Collapse result = cool_with_clock(e, clock, wanted);
           return json{{"map", "collapse"},
                       {"restitution", e},

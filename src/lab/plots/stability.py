@@ -126,7 +126,7 @@ def draw_turn(axes, study):
     axes.set_yscale("log")
     axes.set_title("Speed gained in one turn of the ball", loc="left")
     axes.set_xlabel("turn per step, radians")
-    axes.text(0.011, 0.3, "explicit Euler:\n(1 + \u03b8\u00b2)^(\u03c0/\u03b8) \u2212 1", color=COLOURS["spring"], fontsize=9, va="bottom")
+    axes.text(0.011, 1e-3, "explicit Euler:\n(1 + \u03b8\u00b2)^(\u03c0/\u03b8) \u2212 1", color=COLOURS["spring"], fontsize=9, va="top")
     axes.text(0.011, 1e-13, "exact rotation, as built: rounding", color=COLOURS["exact"], fontsize=9)
 
 
@@ -136,7 +136,7 @@ def draw_spring(axes, study):
     edge = 2 / np.pi
     axes.set_yscale("log")
     axes.axvline(edge, color=INK, lw=1.2, ls=(0, (4, 2)))
-    axes.text(edge * 0.97, axes.get_ylim()[1] * 0.9, "dt = 2/\u03c9\u2080", ha="right", fontsize=9, color=INK)
+    axes.text(edge * 0.97, 20, "dt = 2/\u03c9\u2080", ha="right", fontsize=9, color=INK)
     axes.axhline(1, color=FAINT, lw=0.8)
     axes.set_title("spring: energy after an elastic contact", loc="left")
     axes.set_xlabel("time step over contact duration")
@@ -153,9 +153,9 @@ def draw_fork(axes, study):
     axes.set_title("Energy after one disc meets two at once", loc="left")
     axes.set_xlabel("angle of the two, degrees")
     axes.text(34, 1.66, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
-    axes.text(52, 1.02, "exact, spring", color=COLOURS["exact"], fontsize=9)
+    axes.text(60, 1.04, "exact, spring", ha="right", color=COLOURS["exact"], fontsize=9)
     if lost is not None:
-        axes.text(30, 0.77, f"head-on from both sides, impulse keeps {lost:.3g}", color=COLOURS["impulse"], fontsize=9)
+        axes.text(30, 0.735, f"head-on from both sides, impulse keeps {lost:.3g}", color=COLOURS["impulse"], fontsize=9)
 
 
 def draw_collapse(axes, study):
@@ -179,7 +179,7 @@ def draw_positions(axes, study):
     rows = sorted(points_of(study, "positions"), key=lambda row: row["num_parcels"])
     for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point, as built")):
         axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5)
-        axes.text(rows[0]["num_parcels"] * 0.9, rows[0][key] * 3.0, text, color=colour, fontsize=9)
+        axes.text(rows[0]["num_parcels"] * 0.9, rows[0][key] * (3.2 if key == "float" else 0.45), text, color=colour, fontsize=9)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title("Grain of positions at the far side, diameters", loc="left")
