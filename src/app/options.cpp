@@ -449,6 +449,8 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   }
   if (!is_validate && !typed.json.empty())
     throw UserError("--json: goes with validate; the others take --out DIR");
+  if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
+    throw UserError("--scene: goes with terms; the other studies have scenes of their own, leave it out");
   if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
   lab.json = output_file(command, "--json", typed.json, {});
   if (lab.out.empty()) lab.out = "lab-" + lab.study;

@@ -1,7 +1,6 @@
 #include "lab/lab.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,7 +13,6 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "lab/study_files.hpp"
-#include "scene/settings.hpp"
 
 namespace pf {
 namespace {
@@ -149,15 +147,10 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
 
 std::vector<Study> chosen(const std::string& name) {
   if (name == "all") return studies();
-  std::vector<std::string> names;
   for (const Study& study : studies()) {
     if (study.name == name) return {study};
-    names.push_back(study.name);
   }
-  names.emplace_back("all");
-  if (name.empty()) throw UserError(fmt::format("lab: name a study: {}", fmt::join(names, ", ")));
-  throw UserError(fmt::format("lab: {} is not a study, the nearest is {}; the studies are {}",
-                              in_quotes(name), nearest_name(name, names), fmt::join(names, ", ")));
+  throw UserError(fmt::format("lab: {} is no study", in_quotes(name)));
 }
 
 }  // namespace

@@ -169,7 +169,7 @@ struct Planner {
 void add_numbers_of_parcels(Planner& planner) {
   const LabContext& context = planner.context;
   const LabDevice& cpu = context.devices.front();
-  for (const std::int64_t num : {500, 1000, 2000, 4000, 8000, 16000, 32000}) {
+  for (std::int64_t num = 500; num <= (context.quick ? 16000 : 64000); num *= 2) {
     const CourtCase court;
     planner.add(cpu, "parcels", court.area_fraction, court.restitution, Method::exact,
                 static_cast<double>(num), [cpu, num] { return scatter_point(cpu, num); });

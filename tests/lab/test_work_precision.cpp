@@ -6,9 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "app/accuracy.hpp"
+#include "app/options.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
+#include "lab/study.hpp"
 #include "lab/theory.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
@@ -79,6 +81,14 @@ TEST(WorkPrecision, AChoiceByTheShippedTableHolds) {
   EXPECT_NEAR(rate / true_rate, 1.0, wish.error);
   // What it expects is honest: the error is not far above it.
   EXPECT_LT(std::fabs(rate / true_rate - 1.0), choice.expected_error + 3.0 * 0.006);
+}
+
+// The command line knows every study by its name.
+TEST(Lab, EveryStudyCanBeAskedFor) {
+  for (const Study& study : studies()) {
+    const char* words[] = {"pickleflight", "lab", study.name.c_str()};
+    EXPECT_EQ(parse_options(3, words).options.value().lab.study, study.name);
+  }
 }
 
 TEST(WorkPrecision, TheShippedTableSaysHowItWasMeasured) {

@@ -207,6 +207,9 @@ TEST(Options, Lab) {
   EXPECT_TRUE(options.lab.quick && options.lab.resume && !options.lab.force);
   EXPECT_EQ(options_of({"lab", "terms"}).lab.out, "lab-terms");
   EXPECT_TRUE(contains(refusal({"lab", "terms", "--resume", "--force"}), "contradicts"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--out", "here"}), "--json only"));
+  EXPECT_TRUE(contains(refusal({"lab", "terms", "--json", "x.json"}), "goes with validate"));
+  EXPECT_TRUE(contains(refusal({"lab", "stability", "--scene", "court"}), "goes with terms"));
 }
 
 TEST(Options, AccuracyChoosesMethodAndStepItself) {
@@ -224,14 +227,15 @@ TEST(Options, AccuracyChoosesMethodAndStepItself) {
 
 TEST(Options, Scenes) { EXPECT_EQ(options_of({"scenes"}).command, Command::scenes); }
 
-TEST(Options, Lab) {
+TEST(Options, LabValidate) {
   const Options options = options_of({"lab", "validate", "--quick"});
   EXPECT_EQ(options.command, Command::lab);
   EXPECT_EQ(options.lab.study, "validate");
   EXPECT_TRUE(options.lab.quick);
   EXPECT_FALSE(options_of({"lab", "validate"}).lab.quick);
   EXPECT_TRUE(contains(refusal({"lab"}), "no study is named"));
-  EXPECT_TRUE(contains(refusal({"lab", "valid"}), "'valid' is no study, the nearest is validate; the studies are: validate"));
+  EXPECT_TRUE(contains(refusal({"lab", "valid"}),
+                       "'valid' is no study, the nearest is validate; the studies are: validate"));
 }
 
 TEST(Options, VersionAndHelpAreText) {
