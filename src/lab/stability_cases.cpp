@@ -142,10 +142,17 @@ Collapse cool_with_clock(double restitution, double rate_times_clock, double col
   Reference reference(start.physics, reference_parcels(start.physics.world, equilibrated(gas)), BallState{},
                       options);
   const double duration = collisions / rate;
-  constexpr double kMostPerDisc = 500.0;
-  const double most = 0.5 * kMostPerDisc * static_cast<double>(gas.num_parcels);
+  // Time has ceased to pass when ten events per disc no longer advance it; many events alone are only dense
+  // clusters.
+  constexpr std::uint64_t kBatchPerDisc = 10, kMostBatches = 100;
+  constexpr double kStill = 1e-6;
+  const std::uint64_t batch = kBatchPerDisc * static_cast<std::uint64_t>(gas.num_parcels);
   Collapse result;
-  result.collapsed = !reference.run_until(duration, nullptr, static_cast<std::uint64_t>(most));
+  for (std::uint64_t k = 0; k < kMostBatches && !result.collapsed; ++k) {
+    const double before = reference.now_s();
+    if (reference.run_until(duration, nullptr, batch)) break;
+    result.collapsed = reference.now_s() - before < kStill * before;
+  }
   result.reached_share = std::min(1.0, reference.now_s() / duration);
   result.events_per_disc =
       2.0 * static_cast<double>(reference.totals().num_collisions) / static_cast<double>(gas.num_parcels);

@@ -35,8 +35,8 @@ double head_on_energy(Method method, std::unique_ptr<Backend> backend);
 
 // A gas that cools (1,024 discs, area fraction 0.25) by the reference, for as long as `collisions` collisions
 // per disc take at the start, with the TC model's clock rate_times_clock over the rate at the start.
-// Collapsed: 500 collisions per disc came before the end; a gas that only cools and clusters has some tens of
-// them.
+// Collapsed: ten events per disc
+// advanced the time by less than a millionth. It also ends, not collapsed, after 1,000 events per disc.
 struct Collapse {
   bool collapsed = false;
   double reached_share = 0.0;  // of the time wanted

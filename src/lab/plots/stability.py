@@ -155,7 +155,7 @@ def draw_fork(axes, study):
     axes.text(34, 1.66, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
     axes.text(60, 1.04, "exact, spring", ha="right", color=COLOURS["exact"], fontsize=9)
     if lost is not None:
-        axes.text(30, 0.735, f"head-on from both sides, impulse keeps {lost:.3g}", color=COLOURS["impulse"], fontsize=9)
+        axes.text(60, 1.72, f"head-on from both sides,\nimpulse keeps {lost:.3g}", ha="right", va="top", color=COLOURS["impulse"], fontsize=9)
 
 
 def draw_collapse(axes, study):
@@ -164,22 +164,22 @@ def draw_collapse(axes, study):
     for row in rows:
         x, y = clocks.index(row["clock"]), values.index(row["restitution"])
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
-        if row["class"] == "collapsed":
-            axes.text(x, y, f"{100 * row['reached_share']:.0f} %", color="white", ha="center", va="center", fontsize=8.5)
+        if row["reached_share"] < 1:
+            axes.text(x, y, f"{100 * row['reached_share']:.0f} %", color="white" if row["class"] == "collapsed" else FAINT, ha="center", va="center", fontsize=8.5)
     axes.set_xlim(-0.5, len(clocks) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
     axes.set_xticks(range(len(clocks)), ["off"] + [rf"$10^{{{round(np.log10(clock))}}}$" for clock in clocks[1:]])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
     axes.set_xlabel("contact clock times collision rate")
-    axes.set_title("Collapse (red, at which share of the time)", loc="left")
+    axes.set_title("Collapse: time stands still (red), at % of the run", loc="left")
 
 
 def draw_positions(axes, study):
     rows = sorted(points_of(study, "positions"), key=lambda row: row["num_parcels"])
     for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point, as built")):
         axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5)
-        axes.text(rows[0]["num_parcels"] * 0.9, rows[0][key] * (3.2 if key == "float" else 0.45), text, color=colour, fontsize=9)
+        axes.text(rows[0]["num_parcels"] * 0.9, rows[0][key] * (3.2 if key == "float" else 4.5), text, color=colour, fontsize=9)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title("Grain of positions at the far side, diameters", loc="left")
