@@ -152,10 +152,10 @@ def draw_fork(axes, study):
     lost = next((row["energy_ratio"] for row in points_of(study, "head-on") if row["method"] == "impulse"), None)
     axes.set_title("Energy after one disc meets two at once", loc="left")
     axes.set_xlabel("angle of the two, degrees")
-    axes.text(34, 1.66, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
+    axes.text(31.5, 1.72, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
     axes.text(60, 1.04, "exact, spring", ha="right", color=COLOURS["exact"], fontsize=9)
     if lost is not None:
-        axes.text(60, 1.72, f"head-on from both sides,\nimpulse keeps {lost:.3g}", ha="right", va="top", color=COLOURS["impulse"], fontsize=9)
+        axes.text(60, 1.55, f"head-on from both sides,\nimpulse keeps {lost:.3g}", ha="right", va="top", color=COLOURS["impulse"], fontsize=9)
 
 
 def draw_collapse(axes, study):
@@ -179,7 +179,8 @@ def draw_positions(axes, study):
     rows = sorted(points_of(study, "positions"), key=lambda row: row["num_parcels"])
     for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point, as built")):
         axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5)
-        axes.text(rows[0]["num_parcels"] * 0.9, rows[0][key] * (3.2 if key == "float" else 4.5), text, color=colour, fontsize=9)
+        row = rows[0 if key == "float" else 3]
+        axes.text(row["num_parcels"] * 0.9, row[key] * (3.2 if key == "float" else 0.25), text, color=colour, fontsize=9)
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title("Grain of positions at the far side, diameters", loc="left")
