@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "app/accuracy.hpp"
 #include "app/bench.hpp"
 #include "app/memory.hpp"
 #include "app/options.hpp"
@@ -15,6 +16,7 @@
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
 #include "core/error.hpp"
+#include "lab/lab.hpp"
 #include "lab/validate.hpp"
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
@@ -159,17 +161,30 @@ int bench(const Options& options) {
 }
 
 // 1 if a row fails.
-int lab(const Options& options) {
+int validate(const Options& options) {
   // One thread is quickest for the small gases of the quick ladder.
-  const ValidationPlan plan{options.lab_quick, options.lab_quick ? 1U : 0U};
+  const ValidationPlan plan{options.lab.quick, options.lab.quick ? 1U : 0U};
   fmt::print("{}\n", table_head());
   const auto show = [](const ValidationRow& row) {
     fmt::print("{}\n", table_line(row));
     std::fflush(stdout);
   };
   const nlohmann::json result = to_json(run_validation(plan, show), plan);
-  if (!options.lab_json.empty()) write_report(options.lab_json, result);
+  if (!options.lab.json.empty()) write_report(options.lab.json, result);
   return result["passed"].get<bool>() ? 0 : 1;
+}
+
+// The CPU, and the CUDA device where it is asked for: series of their own.
+int lab(const Options& options) {
+  if (options.lab.study == "validate") return validate(options);
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+  std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
+  const std::string obstacle = options.cuda ? cuda_obstacle() : "";
+  if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
+  if (!obstacle.empty()) announce("--cuda: " + obstacle + "; the CPU alone is measured");
+  if (options.cuda && obstacle.empty()) devices.push_back({"cuda", [] { return cuda_backend_on(0); }});
+  return run_lab(options.lab, devices, stop_requested);
 }
 
 int list() {
@@ -179,12 +194,25 @@ int list() {
   return 0;
 }
 
+// Method, time step and parcels by the accuracy asked for, said before the run.
+void choose_settings(Options& options) {
+  if (options.accuracy.error <= 0.0) return;
+  const std::string backend = options.cuda && cuda_obstacle().empty() ? "cuda" : "cpu";
+  const std::filesystem::path table = accuracy_table_file();
+  options.settings.num_parcels = resolve_num_parcels(options.settings, backend);
+  const AccuracyChoice choice =
+      choose_by_accuracy(read_accuracy_table(table), options.settings, options.accuracy, backend);
+  options.settings = choice.settings;
+  fmt::print("{}", describe(choice, table));
+}
+
 int dispatch(int argc, char** argv) {
-  const ParseResult parsed = parse_options(argc, argv);
+  ParseResult parsed = parse_options(argc, argv);
   if (!parsed.options) {
     fmt::print("{}", parsed.text);
     return parsed.exit_code;
   }
+  choose_settings(*parsed.options);
   switch (parsed.options->command) {
     case Command::bench:
       return bench(*parsed.options);

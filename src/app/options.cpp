@@ -38,7 +38,7 @@ constexpr SettingFlag kSettingFlags[] = {
 };
 
 const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
-const std::vector<std::string> kStudies = {"validate"};
+const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "terms", "all"};
 const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 const std::vector<std::string> kOnOff = {"on", "off"};
 const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
@@ -48,8 +48,8 @@ constexpr const char* kBenchScene = "gas";  // its results can be held against t
 // The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
 // stand.
 struct Typed {
-  std::optional<std::string> scene, size, steps, warmup, repeats, frames, sweep_max, theme, color_map,
-      overlay, ui_scale;
+  std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
+      color_map, overlay, ui_scale;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map, log, study, overlay_csv, save_scene;
@@ -112,6 +112,13 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   add_text(app, "--scene", typed.scene, "NAME",
            fmt::format("scene by name (see 'pickleflight scenes') or a file ending in .toml; default {}",
                        default_scene));
+  add_text(app, "--accuracy", typed.accuracy, "X%",
+           "choose method, time step and number of parcels (unless -p gives it): the cheapest that errs by "
+           "at most "
+           "this, by the table of 'pickleflight lab work-precision'");
+  add_text(app, "--of", typed.of, "WHAT",
+           fmt::format("what --accuracy is of; {}; default path if a ball flies, else rate",
+                       fmt::join(accuracy_targets(), ", ")));
   for (const SettingFlag& flag : kSettingFlags) {
     const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };
     app.add_option_function<std::string>(flag.flag, keep, flag_help(flag))->type_name(flag.value);
@@ -205,10 +212,19 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
 }
 
 void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_option("study", typed.study, "validate: the methods against what theory gives in figures")
+  LabOptions& lab = options.lab;
+  app.add_option("study", typed.study, fmt::format("what to measure: {}", fmt::join(kStudies, ", ")))
       ->type_name("NAME");
-  app.add_flag("--quick", options.lab_quick, "two minutes instead of an hour, with wider tolerances");
-  app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
+  app.add_flag("--quick", lab.quick,
+               "minutes on 2 cores; validate: two minutes instead of an hour, wider tolerances");
+  app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
+  app.add_option("--out", lab.out, "folder of the results; default lab-STUDY")->type_name("DIR");
+  app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
+  app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
+  app.add_flag("--force", lab.force, "measure anew over what is in the folder");
+  app.add_flag("--cuda", options.cuda, "also on the CUDA device, as a series of its own");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
+               "as --cuda, but end with an error if there is none");
 }
 
 void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
@@ -409,9 +425,9 @@ bool gives_seconds(const Typed& typed) {
 // A sweep has settings of its own; others would be dropped in silence.
 void check_sweep(const Typed& typed, const Options& options) {
   if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
-  const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.frames ||
-                          typed.steps || typed.warmup || typed.repeats || !typed.sets.empty() ||
-                          !typed.flags.empty();
+  const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
+                          typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
+                          !typed.sets.empty() || !typed.flags.empty();
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
@@ -419,17 +435,56 @@ void check_sweep(const Typed& typed, const Options& options) {
   }
 }
 
+// --accuracy chooses what some flags would set.
+AccuracyWish accuracy_wish(const Typed& typed) {
+  AccuracyWish wish;
+  if (!typed.accuracy) {
+    if (typed.of) throw UserError("--of: goes with --accuracy; add it, as --accuracy 1%");
+    return wish;
+  }
+  wish.error = read_accuracy("--accuracy", *typed.accuracy);
+  wish.of = typed.of.value_or("");
+  const std::vector<std::string>& known = accuracy_targets();
+  if (typed.of && std::find(known.begin(), known.end(), wish.of) == known.end()) {
+    throw UserError(fmt::format("--of: {} is unknown, the nearest is {}; one of {}", in_quotes(wish.of),
+                                nearest_name(wish.of, known), fmt::join(known, ", ")));
+  }
+  for (const auto& [flag, text] : typed.flags) {
+    const std::string path = flag->path;
+    if (path == "run.method" || path == "run.dt_s" || path == "run.substeps") {
+      throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, flag->flag));
+    }
+    wish.keep_parcels = wish.keep_parcels || is_num_parcels(*flag);
+  }
+  return wish;
+}
+
 // The study is named here and not by CLI11, so that a wrong one is answered like any other wrong name.
-void read_lab(const CLI::App& command, const Typed& typed, Options& options) {
+Options lab_options(const CLI::App& command, const Typed& typed, Options options) {
+  LabOptions& lab = options.lab;
   if (std::find(kStudies.begin(), kStudies.end(), typed.study) == kStudies.end()) {
-    throw UserError(
-        fmt::format("lab: {}; the studies are: {}; as in pickleflight lab validate --quick",
-                    typed.study.empty() ? "no study is named" : in_quotes(typed.study) + " is no study",
-                    fmt::join(kStudies, ", ")));
+    const std::string what = typed.study.empty()
+                                 ? "no study is named"
+                                 : fmt::format("{} is no study, the nearest is {}", in_quotes(typed.study),
+                                               nearest_name(typed.study, kStudies));
+    throw UserError(fmt::format("lab: {}; the studies are: {}; as in pickleflight lab validate --quick", what,
+                                fmt::join(kStudies, ", ")));
   }
   options.command = Command::lab;
-  options.lab_study = typed.study;
-  options.lab_json = output_file(command, "--json", typed.json, {});
+  options.cuda = options.cuda || options.cuda_no_fallback;
+  lab.study = typed.study;
+  const bool is_validate = lab.study == "validate";
+  if (is_validate && (!lab.out.empty() || lab.resume || lab.force || options.cuda)) {
+    throw UserError("lab validate: takes --quick and --json only; leave out the rest");
+  }
+  if (!is_validate && !typed.json.empty())
+    throw UserError("--json: goes with validate; the others take --out DIR");
+  if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
+    throw UserError("--scene: goes with terms; the other studies have scenes of their own, leave it out");
+  if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
+  lab.json = output_file(command, "--json", typed.json, {});
+  if (lab.out.empty()) lab.out = "lab-" + lab.study;
+  return options;
 }
 
 void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
@@ -495,10 +550,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
     options.command = Command::scenes;
     return options;
   }
-  if (command.get_name() == "lab") {
-    read_lab(command, typed, options);
-    return options;
-  }
+  if (command.get_name() == "lab") return lab_options(command, typed, std::move(options));
   check_name("--draw-target", options.draw_target, kDrawTargets);
   const bool is_bench = command.get_name() == "bench";
   options.command = is_bench ? Command::bench : Command::run;
@@ -513,6 +565,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   check_sweep(typed, options);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
+  options.accuracy = accuracy_wish(typed);
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
@@ -556,7 +609,8 @@ ParseResult parse_options(int argc, const char* const* argv) {
   CLI::App& run = *app.add_subcommand("run", "fly, in a window or headless (also without a command)");
   CLI::App& bench = *app.add_subcommand("bench", "time the steps of a scene, without drawing");
   CLI::App& scenes = *app.add_subcommand("scenes", "list the scenes");
-  CLI::App& lab = *app.add_subcommand("lab", "measure the accuracy of the methods: lab validate");
+  CLI::App& lab =
+      *app.add_subcommand("lab", "measure how accurate the methods are, what it costs, where they break");
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text(), "version and backends");
   for (CLI::App* command : {&run, &bench, &scenes, &lab}) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/accuracy.hpp"
 #include "app/input_log.hpp"
 #include "scene/settings.hpp"
 
@@ -20,9 +21,21 @@ inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"}
 constexpr double kLeastUiScale = 0.75;
 constexpr double kMostUiScale = 3.0;
 
+// `lab STUDY`
+struct LabOptions {
+  std::string study;
+  std::filesystem::path json;   // --json FILE, of validate
+  std::filesystem::path out;    // --out DIR; lab-STUDY if not given
+  std::string scene = "court";  // --scene: of the study of terms
+  bool quick = false;
+  bool resume = false;
+  bool force = false;
+};
+
 struct Options {
   Command command = Command::run;
   Settings settings;              // scene, then --set, then the flags
+  AccuracyWish accuracy;          // --accuracy, --of
   bool show_path = false;         // -t
   bool cuda = false;              // --cuda
   bool cuda_no_fallback = false;  // --cuda-no-fallback
@@ -62,12 +75,9 @@ struct Options {
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: whole frames are timed, not steps
   std::filesystem::path bench_json;  // --json FILE
-  // lab
-  std::string lab_study;  // validate
-  bool lab_quick = false;
-  std::filesystem::path lab_json;
-  bool sweep = false;  // --sweep: whole frames over N instead
+  bool sweep = false;                // --sweep: whole frames over N instead
   std::int64_t sweep_max = 1'000'000;
+  LabOptions lab;
 };
 
 struct ParseResult {

@@ -29,12 +29,10 @@ struct ExactBall {
 constexpr double kSpeedMargin = 1.5;
 constexpr double kLongestReach = 1.0e9;  // position units; a search box must stay within 32 bits
 
-// How the ball takes part in a step: frozen if what its hits change of it is below 1e-4 of what they are, 2
-// (m / m_b) times the hits expected in dt_s: the order of hits on a heavy ball does not matter (PHYSICS 6.2),
-// and as a participant it allows one hit a round, which for 10^6 parcels on a court takes 15 times as long on
-// a GPU.
+// How the ball takes part in a step: frozen if what its hits change of it is below 1e-6 of what they are, 2
+// (m / m_b) times the hits expected in dt_s.
 PF_HD inline BallRole ball_role(const Physics& physics, const BallState& ball, double dt_s) {
-  constexpr double kNegligible = 1e-4;
+  constexpr double kNegligible = 1e-6;
   if (!physics.ball.present) return BallRole::absent;
   if (physics.ball.held) return BallRole::frozen;
   const World& world = physics.world;

@@ -199,16 +199,43 @@ TEST(Options, Bench) {
   EXPECT_TRUE(contains(refusal({"bench", "--repeats", "99999999999"}), "--repeats: "));
 }
 
+TEST(Options, Lab) {
+  const Options options = options_of({"lab", "terms", "--quick", "--out", "here", "--resume"});
+  EXPECT_EQ(options.command, Command::lab);
+  EXPECT_EQ(options.lab.study, "terms");
+  EXPECT_EQ(options.lab.out, "here");
+  EXPECT_TRUE(options.lab.quick && options.lab.resume && !options.lab.force);
+  EXPECT_EQ(options_of({"lab", "terms"}).lab.out, "lab-terms");
+  EXPECT_TRUE(contains(refusal({"lab", "terms", "--resume", "--force"}), "contradicts"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--out", "here"}), "--json only"));
+  EXPECT_TRUE(contains(refusal({"lab", "terms", "--json", "x.json"}), "goes with validate"));
+  EXPECT_TRUE(contains(refusal({"lab", "stability", "--scene", "court"}), "goes with terms"));
+}
+
+TEST(Options, AccuracyChoosesMethodAndStepItself) {
+  const Options options = options_of({"--accuracy", "2%", "--of", "drag", "-p", "500"});
+  EXPECT_EQ(options.accuracy.error, 0.02);
+  EXPECT_EQ(options.accuracy.of, "drag");
+  EXPECT_TRUE(options.accuracy.keep_parcels);
+  EXPECT_EQ(options_of({}).accuracy.error, 0.0);
+  EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--method", "exact"}), "leave out --method"));
+  EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--dt", "0.1"}), "leave out --dt"));
+  EXPECT_TRUE(contains(refusal({"--accuracy", "much"}), "not an accuracy"));
+  EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--of", "presure"}), "nearest is pressure"));
+  EXPECT_TRUE(contains(refusal({"--of", "rate"}), "goes with --accuracy"));
+}
+
 TEST(Options, Scenes) { EXPECT_EQ(options_of({"scenes"}).command, Command::scenes); }
 
-TEST(Options, Lab) {
+TEST(Options, LabValidate) {
   const Options options = options_of({"lab", "validate", "--quick"});
   EXPECT_EQ(options.command, Command::lab);
-  EXPECT_EQ(options.lab_study, "validate");
-  EXPECT_TRUE(options.lab_quick);
-  EXPECT_FALSE(options_of({"lab", "validate"}).lab_quick);
+  EXPECT_EQ(options.lab.study, "validate");
+  EXPECT_TRUE(options.lab.quick);
+  EXPECT_FALSE(options_of({"lab", "validate"}).lab.quick);
   EXPECT_TRUE(contains(refusal({"lab"}), "no study is named"));
-  EXPECT_TRUE(contains(refusal({"lab", "valid"}), "'valid' is no study; the studies are: validate"));
+  EXPECT_TRUE(contains(refusal({"lab", "valid"}),
+                       "'valid' is no study, the nearest is validate; the studies are: validate"));
 }
 
 TEST(Options, VersionAndHelpAreText) {

@@ -1,0 +1,52 @@
+// `--accuracy 1% --of rate`: the cheapest method, time step and number of parcels that meet an error, from a
+// table that `pickleflight lab work-precision` measured. Table and scene alone decide, never a clock.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "scene/settings.hpp"
+
+namespace pf {
+
+struct AccuracyWish {
+  double error = 0.0;         // relative, in (0, 1); 0: none is asked for
+  std::string of;             // one of accuracy_targets(); empty: path if a ball flies, else rate
+  bool keep_parcels = false;  // their number was given and stays
+};
+
+const std::vector<std::string>& accuracy_targets();
+
+// "1%" or "0.01" in (0, 1). Throws UserError naming place.
+double read_accuracy(const std::string& place, const std::string& text);
+
+struct AccuracyChoice {
+  Settings settings;  // the scene with method, displacement_per_step, number of parcels chosen
+  std::string of;
+  double expected_error = 0.0;  // of the method, from the table; an upper limit where is_bound
+  bool is_bound = false;
+  double parcels_error = 0.0;     // from the number of parcels: scatter, or walls; 0: not known or not chosen
+  double ns_per_disc_time = 0.0;  // what the table says it costs, per disc and d/c
+  std::vector<std::string> remarks;  // what the table does not cover
+};
+
+// table: the JSON of the study. backend: "cpu" or "cuda", whose series counts if the table has it. The scene
+// lies between cases of the table: the step taken is the shortest that any neighbouring case asks for. Throws
+// UserError if the scene has no parcels, or the target needs a ball and there is none.
+AccuracyChoice choose_by_accuracy(const nlohmann::json& table, const Settings& scene,
+                                  const AccuracyWish& wish, const std::string& backend);
+
+// The table measured on this machine, if there is one, else the one that ships.
+std::filesystem::path accuracy_table_file();
+// Where a table measured here is kept: $XDG_CACHE_HOME/pickleflight/work-precision.json, or under ~/.cache.
+std::filesystem::path cached_table_file();
+
+// Reads the table; throws UserError if it is none.
+nlohmann::json read_accuracy_table(const std::filesystem::path& file);
+
+// What was chosen and what it expects, some lines.
+std::string describe(const AccuracyChoice& choice, const std::filesystem::path& table);
+
+}  // namespace pf

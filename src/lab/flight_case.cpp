@@ -1,0 +1,84 @@
+#include "lab/flight_case.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/step_request.hpp"
+#include "core/error.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+
+Settings court_settings(const CourtCase& court) {
+  Settings s;  // the defaults are the court's, tests/physics/test_scenes.cpp holds them to it
+  s.num_parcels = court.num_parcels;
+  s.area_fraction = court.area_fraction;
+  s.restitution = court.restitution;
+  return s;
+}
+
+namespace {
+
+// The longest step that suits the scene, as if a frame were that long.
+FramePlan plan_duration(Settings settings, const Physics& physics, const BallState& start,
+                        double duration_s) {
+  settings.time_scale = 1.0;
+  settings.frame_rate_hz = 1.0 / duration_s;
+  settings.substeps = 0;
+  settings.max_substeps = 1'000'000'000;
+  return plan_frame(settings, physics, start);
+}
+
+// Share of the way from a to b at which the edge of the world is crossed; above 1: it is not.
+double share_to_edge(const World& world, Vec2d a, Vec2d b) {
+  const Vec2d half = to_metres(world, world.half);
+  const auto along = [](double from, double to, double edge) {
+    return std::fabs(to) > edge ? (std::copysign(edge, to) - from) / (to - from) : 2.0;
+  };
+  return std::min(along(a.x, b.x, half.x), along(a.y, b.y, half.y));
+}
+
+}  // namespace
+
+FlightResult fly_scene(const Settings& settings, double duration_s, Backend& backend) {
+  const Physics physics = derive_physics(settings);
+  const BallState start = initial_ball(settings);
+  const Spawner spawner(settings, physics, start);
+  backend.reset(physics, spawner.plan(), start);
+  const FramePlan plan = plan_duration(settings, physics, start, duration_s);
+  const double dt_s = duration_s / plan.num_steps;
+  const Clock::time_point begin = Clock::now();
+  const StepReport report = backend.advance(step_request(settings, plan.num_steps, dt_s));
+  return {report.ball, 1e6 * milliseconds_since(begin), dt_s, report.totals};
+}
+
+Exit fly_to_exit(const Settings& settings, Backend& backend) {
+  constexpr double kLook_s = 0.01, kLongest_s = 10.0;
+  const Physics physics = derive_physics(settings);
+  BallState ball = initial_ball(settings);
+  const Spawner spawner(settings, physics, ball);
+  backend.reset(physics, spawner.plan(), ball);
+  Exit exit;
+  while (exit.time_s < kLongest_s) {
+    const FramePlan plan = plan_duration(settings, physics, ball, kLook_s);
+    const Clock::time_point begin = Clock::now();
+    const BallState next =
+        backend.advance(step_request(settings, plan.num_steps, kLook_s / plan.num_steps)).ball;
+    exit.wall_ns += 1e6 * milliseconds_since(begin);
+    const Vec2d moved = next.position_m - ball.position_m;
+    const double share = std::min(1.0, share_to_edge(physics.world, ball.position_m, next.position_m));
+    const bool leaves = share_to_edge(physics.world, ball.position_m, next.position_m) <= 1.0;
+    exit.at_m = ball.position_m + moved * share;
+    exit.speed_mps = speed_of(ball) + (speed_of(next) - speed_of(ball)) * share;
+    exit.time_s += kLook_s * share;
+    exit.path_m += std::sqrt(dot(moved, moved)) * share;
+    if (leaves) return exit;
+    ball = next;
+  }
+  throw UserError("lab: in scene " + settings.name +
+                  " the ball does not leave the world within 10 s; give another");
+}
+
+double speed_of(const BallState& ball) { return std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)); }
+
+}  // namespace pf

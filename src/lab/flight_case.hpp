@@ -1,0 +1,48 @@
+// Flights of the ball for the studies, each seed from the same start with every method.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "backend/backend.hpp"
+#include "scene/settings.hpp"
+
+namespace pf {
+
+using MakeBackend = std::function<std::unique_ptr<Backend>()>;
+
+struct CourtCase {
+  std::int64_t num_parcels = 4000;
+  double area_fraction = 0.1;
+  double restitution = 0.9;
+};
+
+// 0.6 s of a flight over the court: it ends before the ball leaves.
+inline constexpr double kCourtFlight_s = 0.6;
+
+Settings court_settings(const CourtCase& court);
+
+struct FlightResult {
+  BallState ball;        // at the end
+  double wall_ns = 0.0;  // of the steps, spawning left out
+  double dt_s = 0.0;     // as stepped: a whole number of steps makes the flight
+  StepTotals totals;
+};
+
+// Flies the scene for duration_s by its settings: method, time step or displacement_per_step, seed.
+FlightResult fly_scene(const Settings& settings, double duration_s, Backend& backend);
+
+struct Exit {
+  Vec2d at_m;  // where the ball's centre crosses the edge of the world
+  double speed_mps = 0.0;
+  double time_s = 0.0;  // since the launch
+  double path_m = 0.0;  // flown
+  double wall_ns = 0.0;
+};
+
+// Flies until the ball leaves the open world, at most 10 s. Throws UserError if it does not.
+Exit fly_to_exit(const Settings& settings, Backend& backend);
+
+double speed_of(const BallState& ball);
+
+}  // namespace pf

@@ -1,0 +1,172 @@
+#include "lab/gas_case.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include "app/step_request.hpp"
+#include "lab/theory.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+constexpr int kBlocks = 16;  // of a measurement: their spread is the statistical error
+
+// A whole number of steps makes a block, whose length does not depend on the step: runs compare over one
+// time.
+struct BlockPlan {
+  std::uint32_t num_steps;
+  double dt;
+};
+BlockPlan plan_block(double duration, double dt) {
+  const double num = std::max(1.0, std::round(duration / dt));
+  return {static_cast<std::uint32_t>(num), duration / num};
+}
+
+struct Block {
+  double rate;       // per parcel and time, over c
+  double impulse_z;  // compressibility
+  double ns;         // per disc and time
+};
+
+struct MeanError {
+  double mean, error;
+};
+
+template <class Get>
+MeanError mean_and_error(const std::vector<Block>& blocks, Get get) {
+  double sum = 0.0, squares = 0.0;
+  for (const Block& block : blocks) sum += get(block);
+  const double mean = sum / static_cast<double>(blocks.size());
+  for (const Block& block : blocks) squares += (get(block) - mean) * (get(block) - mean);
+  const double n = static_cast<double>(blocks.size());
+  return {mean, std::sqrt(squares / (n * (n - 1.0)))};
+}
+
+Block measure_block(GasRun& run, std::uint32_t num_steps, StepTotals& totals) {
+  const double n = static_cast<double>(run.physics.parcels.num);
+  const double before = run.c2();
+  const Clock::time_point start = Clock::now();
+  const StepReport report = run.advance(num_steps);
+  const double ms = milliseconds_since(start);
+  const double c2 = 0.5 * (before + run.c2());
+  const double duration = num_steps * run.steps.dt;
+  totals += report.totals;
+  return {2.0 * static_cast<double>(report.totals.num_collisions) / (n * duration * std::sqrt(c2)),
+          theory::measured_compressibility(report.totals.impulse_sum_mps, duration, n, c2, 1.0),
+          1e6 * ms / (n * duration)};
+}
+
+}  // namespace
+
+const char* method_name(Method method) {
+  switch (method) {
+    case Method::impulse:
+      return "impulse";
+    case Method::spring:
+      return "spring";
+    default:
+      return "exact";
+  }
+}
+
+double theory_rate(double area_fraction) { return theory::collision_rate_per_s(area_fraction, 1.0, 0.5); }
+
+Settings gas_settings(const GasCase& gas) {
+  Settings s;
+  s.name = "gas";
+  s.width_m = s.height_m = 1.0;
+  s.boundary = gas.boundary;
+  s.box_follows_parcels = true;
+  s.num_parcels = gas.num_parcels;
+  s.area_fraction = gas.area_fraction;
+  s.parcel_radius_m = 0.5;
+  s.parcel_mass_kg = 1.0;
+  s.restitution = gas.restitution;
+  s.ball_present = false;
+  s.seed = gas.seed;
+  return s;
+}
+
+const ParcelSnapshot& equilibrated(const GasCase& gas) {
+  using Key = std::tuple<std::int64_t, double, std::int64_t, Boundary>;
+  static std::map<Key, ParcelSnapshot> made;
+  const Key key{gas.num_parcels, gas.area_fraction, gas.seed, gas.boundary};
+  const auto found = made.find(key);
+  if (found != made.end()) return found->second;
+  Settings s = gas_settings(gas);
+  s.restitution = 1.0;
+  s.method = Method::exact;
+  const Physics physics = derive_physics(s);
+  const BallState no_ball = initial_ball(s);
+  const Spawner spawner(s, physics, no_ball);
+  const std::unique_ptr<Backend> backend = make_cpu_backend(0);
+  backend->reset(physics, spawner.plan(), no_ball);
+  constexpr double kCollisionsPerStep = 0.1, kCollisions = 20.0;
+  const double dt = kCollisionsPerStep / theory_rate(gas.area_fraction);
+  backend->advance(step_request(s, static_cast<std::uint32_t>(kCollisions / kCollisionsPerStep), dt));
+  return made.emplace(key, backend->snapshot()).first->second;
+}
+
+GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> on)
+    : steps(with), settings(gas_settings(gas)), backend(std::move(on)) {
+  settings.method = steps.method;
+  settings.dt_s = steps.dt;
+  settings.spring_contact_s = steps.spring_contact;
+  settings.contact_clock_s = steps.contact_clock;
+  physics = derive_physics(settings);
+  const BallState no_ball = initial_ball(settings);
+  const Spawner spawner(settings, physics, no_ball);
+  backend->reset(physics, spawner.plan(), no_ball);
+  backend->restore(equilibrated(gas));
+}
+
+StepReport GasRun::advance(std::uint32_t num_steps) {
+  return backend->advance(step_request(settings, num_steps, steps.dt));
+}
+
+double GasRun::c2() const {
+  const double freedoms = physics.parcels.num - (settings.boundary == Boundary::periodic ? 1.0 : 0.0);
+  return backend->measure().parcel_energy_j / (physics.parcels.mass_kg * freedoms);
+}
+
+nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::unique_ptr<Backend> backend) {
+  const double rate = theory_rate(gas.area_fraction);
+  const BlockPlan block = plan_block(wanted.collisions / (kBlocks * rate), wanted.dt);
+  const std::uint32_t per_block = block.num_steps;
+  GasSteps steps = wanted;
+  steps.dt = block.dt;
+  GasRun run(gas, steps, std::move(backend));
+  if (steps.warmup > 0.0) {
+    run.advance(static_cast<std::uint32_t>(std::ceil(steps.warmup / (rate * steps.dt))));
+  }
+  const double start_c2 = run.c2();
+  std::vector<Block> blocks;
+  StepTotals totals;
+  for (int k = 0; k < kBlocks; ++k) blocks.push_back(measure_block(run, per_block, totals));
+  const auto best = [](const Block& a, const Block& b) { return a.ns < b.ns; };
+  const MeanError counted = mean_and_error(blocks, [](const Block& b) { return b.rate; });
+  const MeanError z = mean_and_error(blocks, [](const Block& b) { return b.impulse_z; });
+  return {
+      {"method", method_name(steps.method)},
+      {"area_fraction", gas.area_fraction},
+      {"restitution", gas.restitution},
+      {"num_parcels", gas.num_parcels},
+      {"dt", steps.dt},
+      {"displacement_per_step", 2.5 * steps.dt},  // of a fast parcel, as scene/derive.cpp counts
+      {"duration", kBlocks * per_block * steps.dt},
+      {"collisions", 2.0 * static_cast<double>(totals.num_collisions) / static_cast<double>(gas.num_parcels)},
+      {"ns_per_disc_time", std::min_element(blocks.begin(), blocks.end(), best)->ns},
+      {"rate", counted.mean},
+      {"rate_sigma", counted.error},
+      {"compressibility", z.mean},
+      {"compressibility_sigma", z.error},
+      {"energy_ratio", run.c2() / start_c2},
+      {"max_overlap", totals.max_overlap_diameters},
+      {"num_invalid", totals.num_invalid}};
+}
+
+}  // namespace pf

@@ -1,0 +1,59 @@
+// A gas of hard discs of unit diameter, mass and speed (times in d/c) for the studies: periodic, taken from
+// equilibrium, stepped by a method, measured.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "backend/backend.hpp"
+#include "scene/settings.hpp"
+
+namespace pf {
+
+struct GasCase {
+  std::int64_t num_parcels = 4000;
+  double area_fraction = 0.2;  // up to 0.69
+  double restitution = 1.0;
+  std::int64_t seed = 1;
+  Boundary boundary = Boundary::periodic;
+};
+
+// How a run is stepped. Times in d/c.
+struct GasSteps {
+  Method method = Method::impulse;
+  double dt = 0.0;
+  double spring_contact = 0.0;  // contact duration of `spring`; 0: 20 steps
+  double contact_clock = 0.0;   // of `exact`
+  double collisions = 40.0;  // length: expected collisions per parcel, by theory at the start's temperature
+  double warmup = 1.0;       // the same, before measuring
+};
+
+Settings gas_settings(const GasCase& gas);
+
+// In equilibrium: spawned, then 20 collisions per parcel of `exact` with restitution 1. Kept: the same case
+// (but for its restitution) is made once.
+const ParcelSnapshot& equilibrated(const GasCase& gas);
+
+// A backend with the case's equilibrium in it.
+struct GasRun {
+  GasRun(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> with);
+  StepReport advance(std::uint32_t num_steps);
+  double c2() const;  // temperature: mean square speed per component, total momentum zero
+
+  GasSteps steps;
+  Settings settings;
+  Physics physics;
+  std::unique_ptr<Backend> backend;
+};
+
+// Collisions per parcel and time by theory, at temperature 1.
+double theory_rate(double area_fraction);
+
+// Runs and measures. Keys: method, area_fraction, restitution, num_parcels, dt, displacement_per_step,
+// collisions (per parcel), duration, ns_per_disc_time (best of the blocks), rate (per parcel, time and c),
+// rate_sigma, compressibility, compressibility_sigma (statistical, standard errors), energy_ratio (end over
+// start), max_overlap, num_invalid. NaN becomes null in JSON.
+nlohmann::json measure_gas(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);
+
+const char* method_name(Method method);
+
+}  // namespace pf

@@ -1,0 +1,181 @@
+#include "lab/lab.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "app/accuracy.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "lab/study_files.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+// One line that is rewritten on a terminal; elsewhere a line every ten seconds.
+class Progress {
+ public:
+  Progress(std::string name, std::size_t num, std::size_t num_known)
+      : name_(std::move(name)),
+        num_(num),
+        num_known_(num_known),
+        is_terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+  void show(std::size_t done, const std::string& next) {
+    const double spent_s = 1e-3 * milliseconds_since(start_);
+    if (!is_terminal_ && done > num_known_ && spent_s - last_s_ < 10.0) return;
+    last_s_ = spent_s;
+    const double fresh = static_cast<double>(done - num_known_);
+    const std::string left =
+        fresh > 0.0 ? fmt::format(", about {:.0f} s left", spent_s / fresh * static_cast<double>(num_ - done))
+                    : "";
+    const std::string line = fmt::format("{}: {} of {} points{}  {}", name_, done, num_, left, next);
+    fmt::print(stderr, "{}{:.110}{}", is_terminal_ ? "\r\033[K" : "", line, is_terminal_ ? "" : "\n");
+    std::fflush(stderr);
+  }
+  void end(const std::string& line) const {
+    fmt::print(stderr, "{}{}: {}\n", is_terminal_ ? "\r\033[K" : "", name_, line);
+  }
+
+ private:
+  std::string name_;
+  std::size_t num_, num_known_;
+  bool is_terminal_;
+  Clock::time_point start_ = Clock::now();
+  double last_s_ = 0.0;
+};
+
+// Load of the last minute over the cores; 0 if the system does not say.
+double load_per_core() {
+  double load[1] = {0.0};
+  if (::getloadavg(load, 1) != 1) return 0.0;
+  return load[0] / std::max(1U, std::thread::hardware_concurrency());
+}
+
+json machine_of(const LabContext& context) {
+  json names = json::array();
+  for (const LabDevice& device : context.devices) {
+    names.push_back({{"series", device.name}, {"device", device.make()->device()}});
+  }
+  const double load = load_per_core();
+  return {{"devices", names},
+          {"cores", std::thread::hardware_concurrency()},
+          {"load_per_core_at_start", load},
+          {"measured_under_load", load > 0.5}};
+}
+
+// The study itself is a load of one per core.
+void note_load_at_end(json& machine) {
+  const double load = load_per_core();
+  machine["load_per_core_at_end"] = load;
+  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || load > 1.25;
+}
+
+json start_result(const Study& study, const LabContext& context) {
+  return {{"kind", "lab"},
+          {"study", study.name},
+          {"title", study.title},
+          {"reading", study.reading},
+          {"version", PF_VERSION},
+          {"quick", context.quick},
+          {"command", fmt::format("pickleflight lab {}{}", study.name, context.quick ? " --quick" : "")},
+          {"machine", machine_of(context)},
+          {"complete", false},
+          {"points", json::array()}};
+}
+
+const json* find_point(const json& points, const std::string& key) {
+  for (const json& point : points) {
+    if (point.value("key", "") == key) return &point;
+  }
+  return nullptr;
+}
+
+// For --accuracy on this machine.
+void keep_table(const std::filesystem::path& folder) {
+  const std::filesystem::path kept = cached_table_file();
+  if (kept.empty()) return;
+  std::error_code error;
+  std::filesystem::create_directories(kept.parent_path(), error);
+  std::filesystem::copy_file(folder / "work-precision.json", kept,
+                             std::filesystem::copy_options::overwrite_existing, error);
+  if (error)
+    fmt::print(stderr, "--accuracy goes on with the old table: {}: {}\n", kept.string(), error.message());
+}
+
+// Returns whether all points are there.
+bool run_study(const Study& study, const LabContext& context, const LabOptions& options,
+               const std::atomic<bool>& stop) {
+  json result = start_result(study, context);
+  const json known = options.resume ? finished_points(options.out, study, result) : json::array();
+  const std::vector<LabPoint> points = study.plan(context);
+  std::size_t num_known = 0;
+  for (const LabPoint& point : points) num_known += find_point(known, point.key) != nullptr ? 1U : 0U;
+  Progress progress(study.name, points.size(), num_known);
+  for (const LabPoint& point : points) {
+    if (const json* found = find_point(known, point.key)) result["points"].push_back(*found);
+  }
+  std::size_t done = num_known;
+  for (const LabPoint& point : points) {
+    if (stop) break;
+    if (find_point(known, point.key) != nullptr) continue;
+    progress.show(done, point.key);
+    json row = point.measure();
+    row["key"] = point.key;
+    result["points"].push_back(std::move(row));
+    ++done;
+    save_study(options.out, result);
+  }
+  result["complete"] = done == points.size();
+  if (done > num_known) note_load_at_end(result["machine"]);
+  study.conclude(result);
+  save_study(options.out, result);
+  if (result["complete"] && study.name == "work-precision") keep_table(options.out);
+  const std::string trouble = run_plot(study.name + ".py", options.out);
+  progress.end(
+      fmt::format("{} of {} points, {}", done, points.size(), (options.out / (study.name + ".*")).string()));
+  if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
+  return done == points.size();
+}
+
+std::vector<Study> chosen(const std::string& name) {
+  if (name == "all") return studies();
+  for (const Study& study : studies()) {
+    if (study.name == name) return {study};
+  }
+  throw UserError(fmt::format("lab: {} is no study", in_quotes(name)));
+}
+
+}  // namespace
+
+const std::vector<Study>& studies() {
+  static const std::vector<Study> all = {work_precision_study(), stability_study(), terms_study()};
+  return all;
+}
+
+int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, const std::atomic<bool>& stop) {
+  const std::vector<Study> wanted = chosen(options.study);
+  open_results(options.out, options.resume  ? Existing::resume
+                            : options.force ? Existing::overwrite
+                                            : Existing::refuse);
+  const LabContext context{options.quick, devices, options.scene};
+  bool complete = true;
+  for (const Study& study : wanted) {
+    if (stop) break;
+    complete = run_study(study, context, options, stop) && complete;
+  }
+  const std::string trouble = run_plot("report.py", options.out);
+  if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
+  if (stop)
+    fmt::print(stderr, "stopped; what is finished is in {}, go on with --resume\n", options.out.string());
+  return complete && !stop ? 0 : 1;
+}
+
+}  // namespace pf

@@ -1,0 +1,86 @@
+#!/usr/bin/python3
+"""One page of all studies in a folder, pictures inside: report.html.
+
+report.py FOLDER    reads NAME.json and the pictures that the other scripts wrote
+Needs nothing but Python.
+"""
+import base64
+import html
+import json
+import pathlib
+import sys
+
+ORDER = ["work-precision", "stability", "terms"]
+CAPTIONS = {"-order": "Order of convergence. Each line is a method; one decade down per decade of the time step is "
+                      "first order.",
+            "-parcels": "Scatter of the flight over 16 seeds. Left of where a method's error meets the scatter, a better "
+                        "method buys nothing: only more parcels do.",
+            "-curves": "Breaking points that theory knows. Lines are theory; dots are the program and lie on them within "
+                       "their error bars."}
+STYLE = """body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:1180px;margin:2.5em auto;padding:0 1em}
+h1{font-size:1.9em;margin-bottom:.1em}h2{margin-top:2.2em;border-top:1px solid #ddd;padding-top:1em}
+img{width:100%;margin:.6em 0}code{background:#f3f3f0;padding:.1em .35em;border-radius:3px}
+table{border-collapse:collapse}td,th{text-align:left;padding:.2em 1.4em .2em 0;border-bottom:1px solid #eee}
+.faint{color:#777;font-size:.9em}"""
+
+
+def picture(file):
+    data = base64.b64encode(file.read_bytes()).decode()
+    return f'<img alt="{html.escape(file.stem)}" src="data:image/png;base64,{data}">'
+
+
+def table(head, rows):
+    cells = "".join(f"<tr>{''.join(f'<td>{html.escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{''.join(f'<th>{name}</th>' for name in head)}</tr>{cells}</table>"
+
+
+def figures_in_words(study):
+    if study["study"] == "work-precision" and study.get("orders"):
+        return table(["method", "area fraction", "order of convergence"],
+                     [(entry["method"], entry["area_fraction"],
+                       "not fitted" if entry["order"] is None else f"{entry['order']:.2f}") for entry in study["orders"]])
+    if study["study"] == "terms":
+        return table(["term", "place of exit moves", "across", "speed changes", "saves", "verdict"],
+                     [(row["term"], f"{100 * row['exit_shift']:.2g} %", f"{row['deflection_m']:+.2g} m",
+                       f"{100 * row['speed_shift']:+.2g} %", f"{100 * row['saved_share']:.0f} %", row["verdict"])
+                      for row in study["points"] if "verdict" in row])
+    return ""
+
+
+def section(folder, study):
+    name, machine = study["study"], study["machine"]
+    parts = [f"<h2>{html.escape(study['title'])}</h2><p>{html.escape(study['reading'])}</p>"]
+    for file in [folder / f"{name}.png", *sorted(folder.glob(f"{name}-*.png"))]:
+        if not file.exists():
+            parts.append(f"<p class=faint>No picture {file.name}: matplotlib was missing; {name}.csv has the figures.</p>")
+            continue
+        parts.append(picture(file))
+        caption = CAPTIONS.get(file.stem.removeprefix(name))
+        if caption:
+            parts.append(f"<p>{html.escape(caption)}</p>")
+    parts.append(figures_in_words(study))
+    devices = "; ".join(entry["device"] for entry in machine["devices"])
+    load = " The machine was under load: times are upper bounds." if machine["measured_under_load"] else ""
+    state = "" if study["complete"] else " Not complete: go on with --resume."
+    parts.append(f"<p class=faint>Repeat: <code>{html.escape(study['command'])}</code>. Measured on {html.escape(devices)}, "
+                 f"{machine['cores']} cores, pickleflight {html.escape(study['version'])}.{load}{state} "
+                 f"Data: {name}.json, {name}.csv.</p>")
+    return "\n".join(parts)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    folder = pathlib.Path(sys.argv[1])
+    studies = [json.loads(file.read_text()) for name in ORDER if (file := folder / f"{name}.json").exists()]
+    if not studies:
+        sys.exit(f"{folder}: no study in it; make one: pickleflight lab all --out {folder}")
+    body = "\n".join(section(folder, study) for study in studies)
+    page = (f"<!doctype html><html lang=en><meta charset=utf-8><title>Pickleball Flight: the lab</title><style>{STYLE}</style>"
+            f"<h1>Pickleball Flight: the lab</h1><p>How accurate each collision method is, what that costs, and where it "
+            f"breaks.</p>{body}</html>\n")
+    (folder / "report.html").write_text(page)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,60 @@
+"""What the lab's charts share: colours, direct labels, reading and saving."""
+import json
+import pathlib
+import sys
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+# Okabe and Ito (2008): told apart with any kind of colour vision. The shape of the dot says it again.
+COLOURS = {"impulse": "#0072B2", "spring": "#D55E00", "exact": "#009E73"}
+MARKS = {"impulse": "o", "spring": "s", "exact": "D"}
+METHODS = ("impulse", "spring", "exact")
+INK, FAINT, RULE = "#222222", "#8A8A8A", "#E6E6E6"
+
+
+def prepare(salt):
+    plt.rcParams.update({"font.family": "DejaVu Sans", "axes.edgecolor": FAINT, "axes.labelcolor": INK,
+                         "xtick.color": FAINT, "ytick.color": FAINT, "xtick.labelcolor": INK,
+                         "ytick.labelcolor": INK, "svg.fonttype": "none", "svg.hashsalt": salt,
+                         "axes.titlesize": 10.5, "axes.labelsize": 10, "xtick.labelsize": 9, "ytick.labelsize": 9})
+
+
+def folder():
+    if len(sys.argv) != 2:
+        sys.exit(sys.modules["__main__"].__doc__)
+    return pathlib.Path(sys.argv[1])
+
+
+def load(where, name):
+    return json.loads((where / f"{name}.json").read_text())
+
+
+def tidy(axes):
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(True, which="major", color=RULE, lw=0.8, zorder=0)
+    axes.set_axisbelow(True)
+
+
+def machine_text(study):
+    machine = study["machine"]
+    devices = "; ".join(entry["device"] for entry in machine["devices"])
+    text = f"{devices}. {study['command']}."
+    return text + (" Measured under load: costs are upper bounds." if machine["measured_under_load"] else "")
+
+
+def save(figure, where, name):
+    figure.savefig(where / f"{name}.svg", metadata={"Date": None})
+    figure.savefig(where / f"{name}.png", dpi=120, metadata={"Software": None})
+    plt.close(figure)
+
+
+def percent(value, _=None):
+    """0.01 -> '1 %'; what is small as a power of ten."""
+    shown = 100.0 * value
+    if shown >= 1e-4 * 0.999 and shown < 1e4:
+        return f"{shown:g} %"
+    return rf"$10^{{{round(np.log10(shown))}}}$ %" if shown > 0 else "0"

@@ -1,0 +1,73 @@
+#!/usr/bin/python3
+"""Chart of `pickleflight lab terms`: what leaving out a term does to the flight, and what it saves.
+
+terms.py FOLDER    reads FOLDER/terms.json, writes terms.svg and terms.png beside it
+Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
+"""
+import style
+from style import FAINT, INK, plt
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+PLACE, SPEED, COST = "#0072B2", "#E69F00", "#999999"
+VERDICTS = {"keep": "#D55E00", "leave out": "#009E73", "not resolved": FAINT}
+FLOOR = 1e-5
+
+
+def draw_effects(axes, rows, tolerance):
+    axes.set_xscale("log")
+    for y, row in enumerate(rows):
+        for shift, value, sigma, colour in ((-0.15, row["exit_shift"], row["exit_shift_sigma"], PLACE),
+                                            (0.15, abs(row["speed_shift"]), row["speed_shift_sigma"], SPEED)):
+            axes.barh(y + shift, max(value, FLOOR) - FLOOR, left=FLOOR, height=0.26, color=colour, zorder=3)
+            axes.plot([max(value - sigma, FLOOR), value + sigma], [y + shift] * 2, color=INK, lw=1.1, zorder=4)
+    axes.axvline(tolerance, color=INK, lw=1.2, ls=(0, (4, 2)), zorder=5)
+    axes.set_xlim(FLOOR, 2)
+    axes.text(tolerance, -0.62, f"tolerance {100 * tolerance:g} %", ha="center", va="bottom", fontsize=9, color=INK)
+    axes.set_yticks(range(len(rows)), [row["term"] for row in rows], fontsize=10)
+    axes.set_ylim(len(rows) - 0.5, -0.65)
+    axes.text(FLOOR * 1.15, -0.15, "place of exit", color="white", fontsize=8, va="center", zorder=6)
+    axes.text(FLOOR * 1.15, 0.15, "speed", color=INK, fontsize=8, va="center", zorder=6)
+    axes.xaxis.set_major_formatter(FuncFormatter(style.percent))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_title("Without it, the flight moves by", loc="left", pad=20)
+    axes.set_xlabel("of path length, or of speed")
+
+
+def draw_costs(axes, rows, full_ms):
+    for y, row in enumerate(rows):
+        saved = 100 * row["saved_share"]
+        axes.barh(y, saved, height=0.4, color=COST, zorder=3)
+        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5, color=INK)
+        axes.text(150, y, row["verdict"], va="center", ha="right", fontsize=10.5, fontweight="bold",
+                  color=VERDICTS[row["verdict"]])
+    axes.set_yticks([])
+    axes.set_xlim(0, 150)
+    axes.set_ylim(len(rows) - 0.5, -0.65)
+    axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
+    axes.set_title(f"It costs, of {full_ms:.3g} ms per simulated s", loc="left", pad=20)
+
+
+def main():
+    where = style.folder()
+    study = style.load(where, "terms")
+    style.prepare("terms")
+    rows = [row for row in study["points"] if "verdict" in row]
+    full = next((row for row in study["points"] if row["term"] == ""), None)
+    if not rows or full is None:
+        return
+    figure, (effects, costs) = plt.subplots(1, 2, figsize=(12, 4.6), width_ratios=[1.5, 1.0])
+    figure.subplots_adjust(left=0.19, right=0.985, top=0.76, bottom=0.2, wspace=0.06)
+    for axes in (effects, costs):
+        style.tidy(axes)
+        axes.grid(False, axis="y")
+    draw_effects(effects, rows, study["tolerance"])
+    draw_costs(costs, rows, full["ms_per_simulated_s"])
+    figure.text(0.01, 0.965, f"What each term of the model does and costs: scene {full['scene']}", fontsize=14,
+                color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.015, f"{full['num_parcels']:,} parcels, means over {len(full['flights'])} seeds with their "
+                f"standard errors.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    style.save(figure, where, "terms")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,220 @@
+#!/usr/bin/python3
+"""Charts of `pickleflight lab work-precision`: error against cost, and orders of convergence.
+
+work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precision.svg/.png and
+                            work-precision-order.svg/.png beside it
+Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
+"""
+import style
+from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+ERRORS = [("rate", "collision rate"), ("pressure", "pressure"), ("energy", "energy, per 10 collisions"),
+          ("path", "ball: path"), ("drag", "ball: drag")]
+FLOOR = 1e-7  # energy below it is drawn there
+
+
+def rows_of(study, error, device, eta, restitution):
+    group = "ball" if error in ("path", "drag") else "gas"
+    return [row for row in study["points"] if row["group"] == group and row["device"] == device
+            and row["area_fraction"] == eta and row["restitution"] == restitution and error in row.get("errors", {})]
+
+
+def draw_method(axes, rows, error, method, hollow_device):
+    chosen = sorted((row for row in rows if row["method"] == method), key=lambda row: row["ns_per_disc_time"])
+    for row in chosen:
+        entry, cost = row["errors"][error], row["ns_per_disc_time"]
+        if entry.get("yardstick"):
+            axes.axvline(cost, color=COLOURS[method], lw=1.2, ls=(0, (1, 2)), zorder=1)
+            continue
+        value = max(entry["value"], FLOOR)
+        bound = entry["bound"] or entry["value"] < FLOOR
+        axes.plot(cost, value, MARKS[method], ms=5.2, mew=1.2, mec=COLOURS[method], zorder=4,
+                  mfc="white" if bound else COLOURS[method], alpha=0.55 if hollow_device else 1.0)
+        if bound:
+            axes.annotate("", (cost, value * 0.45), (cost, value * 0.9), zorder=3,
+                          arrowprops=dict(arrowstyle="-|>", color=COLOURS[method], lw=0.8, mutation_scale=6))
+        elif entry["sigma"] > 0.0:
+            low = max(value - entry["sigma"], value * 0.1)
+            axes.plot([cost, cost], [low, value + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
+
+
+def draw_front(axes, rows, error):
+    front = sorted(((row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)) for row in rows
+                    if row["errors"][error].get("front")))
+    if len(front) > 1:
+        axes.plot(*zip(*front), color=INK, lw=6, alpha=0.10, zorder=2, solid_capstyle="round", solid_joinstyle="round")
+
+
+def draw_panel(axes, study, error, eta, restitution):
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for device in dict.fromkeys(row["device"] for row in study["points"]):
+        rows = rows_of(study, error, device, eta, restitution)
+        for method in METHODS:
+            draw_method(axes, rows, error, method, device == "cuda")
+        draw_front(axes, rows, error)
+    style.tidy(axes)
+    axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_locator(NullLocator())
+
+
+def share_limits(row_axes):
+    low = min(axes.get_ylim()[0] for axes in row_axes)
+    high = min(max(axes.get_ylim()[1] for axes in row_axes), 30.0)
+    for axes in row_axes:
+        axes.set_ylim(low, high)
+        axes.yaxis.set_major_locator(LogLocator(base=100.0 if high / low > 1e5 else 10.0, numticks=9))
+
+
+def name_methods(axes, study):
+    """Each method named once, at its dot furthest right in this panel."""
+    rows = rows_of(study, "rate", "cpu", axes.case[0], axes.case[1])
+    for method in METHODS:
+        mine = [row for row in rows if row["method"] == method]
+        if not mine:
+            continue
+        row = max(mine, key=lambda row: row["errors"]["rate"]["value"])
+        at = (row["ns_per_disc_time"], row["errors"]["rate"]["value"])
+        offset, align = ((8, 2), "left") if method != "exact" else ((0, 9), "center")
+        axes.annotate(method, at, xytext=offset, textcoords="offset points", color=COLOURS[method], fontsize=10,
+                      fontweight="bold", ha=align, va="bottom", annotation_clip=False)
+
+
+def draw(study):
+    cases = sorted({(row["restitution"], row["area_fraction"]) for row in study["points"] if row["group"] == "gas"},
+                   key=lambda case: (-case[0], case[1]))
+    figure, grid = plt.subplots(len(ERRORS), len(cases), figsize=(2.55 * len(cases) + 1.0, 2.1 * len(ERRORS) + 1.2),
+                                sharex="col", squeeze=False)
+    figure.subplots_adjust(left=0.085, right=0.985, top=0.905, bottom=0.075, wspace=0.12, hspace=0.16)
+    for row_axes, (error, title) in zip(grid, ERRORS):
+        for axes, (restitution, eta) in zip(row_axes, cases):
+            axes.case = (eta, restitution)
+            draw_panel(axes, study, error, eta, restitution)
+        share_limits(row_axes)
+        for axes in row_axes[1:]:
+            axes.tick_params(labelleft=False)
+        row_axes[0].set_ylabel(title)
+    for axes in grid[0]:
+        axes.set_title(f"area fraction {axes.case[0]:g}, e = {axes.case[1]:g}", loc="left", fontsize=9.5, color=INK)
+    name_methods(grid[0][0], study)
+    figure.text(0.01, 0.975, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.95, "Down: more accurate. Left: cheaper. Grey: the front that no other dot beats. Hollow with "
+                "arrow: below what the run resolves. Dotted line: cost of exact, where it is the yardstick itself.",
+                fontsize=9.5, color=FAINT, va="top")
+    figure.supxlabel("nanoseconds per disc and time d/c (diameter over thermal speed)", fontsize=10.5, color=INK, y=0.028)
+    figure.text(0.01, 0.006, style.machine_text(study), fontsize=8, color=FAINT)
+    return figure
+
+
+def draw_orders(study):
+    rows = [row for row in study["points"] if row["group"] == "parcel-path" and row["device"] == "cpu"]
+    etas = sorted({row["area_fraction"] for row in rows})
+    figure, grid = plt.subplots(1, len(etas), figsize=(3.9 * len(etas), 4.3), sharey=True, squeeze=False)
+    figure.subplots_adjust(left=0.085, right=0.96, top=0.83, bottom=0.2, wspace=0.1)
+    for axes, eta in zip(grid[0], etas):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        for method in METHODS:
+            mine = sorted((row for row in rows if row["method"] == method and row["area_fraction"] == eta),
+                          key=lambda row: row["dt"])
+            if not mine:
+                continue
+            steps, values = [row["dt"] for row in mine], [row["path_error"] for row in mine]
+            axes.plot(steps, values, color=COLOURS[method], lw=1.2, alpha=0.5, zorder=2)
+            axes.errorbar(steps, values, fmt=MARKS[method], ms=5.5, color=COLOURS[method], elinewidth=1.0, zorder=3,
+                          yerr=[[row["path_error"] - row["path_low"] for row in mine],
+                                [row["path_high"] - row["path_error"] for row in mine]])
+            order = next((entry["order"] for entry in study["orders"]
+                          if entry["method"] == method and entry["area_fraction"] == eta), None)
+            label = method if order is None else f"{method}, order {order:.2f}"
+            at, offset = {"impulse": (len(mine) // 2, (6, -14)), "spring": (len(mine) // 2, (-4, 16)), "exact": (0, (0, 11))}[method]
+            axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
+                          color=COLOURS[method], fontsize=9.5, fontweight="bold", va="center",
+                          ha={"impulse": "left", "spring": "right", "exact": "center"}[method])
+        style.tidy(axes)
+        axes.set_title(f"area fraction {eta:g}", loc="left", color=INK)
+        axes.set_xlabel("time step, d/c")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_locator(NullLocator())
+    grid[0][0].set_ylabel("parcels off the reference, diameters")
+    figure.text(0.01, 0.96, "Order of convergence: parcels after one collision each, against the double-precision "
+                "reference", fontsize=12, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.015, "Median over the parcels that collided, with its 95 % interval. Slopes are fitted between "
+                "1e-5 and 0.1 diameters.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    return figure
+
+
+def draw_parcels(study):
+    """Scatter of the flight over the seeds against N, and the smallest error of each method beside it."""
+    rows = sorted((row for row in study["points"] if row["group"] == "parcels" and "ends" in row),
+                  key=lambda row: row["num_parcels"])
+    figure, grid = plt.subplots(1, 2, figsize=(11.5, 4.6))
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.8, bottom=0.21, wspace=0.2)
+    sizes = [row["num_parcels"] for row in rows]
+    for axes, (error, title) in zip(grid, (("path", "path of the ball, of its length"),
+                                           ("drag", "speed lost, of the loss"))):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        entries = [row["errors"][error] for row in rows]
+        axes.errorbar(sizes, [entry["scatter"] for entry in entries], [entry["sigma"] for entry in entries], fmt="-o",
+                      color=INK, ms=5.5, lw=1.4, zorder=4)
+        middle = len(sizes) // 2
+        axes.annotate("scatter over 16 seeds", (sizes[middle], entries[middle]["scatter"]), xytext=(8, 10),
+                      textcoords="offset points", color=INK, fontsize=10, fontweight="bold")
+        law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
+        axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2)
+        axes.annotate(r"$1/\sqrt{N}$", (sizes[0], law[0]), xytext=(4, 4), textcoords="offset points", color=FAINT, fontsize=9.5)
+        draw_method_errors(axes, study, error)
+        style.tidy(axes)
+        axes.set_title(title, loc="left", color=INK)
+        axes.set_xlabel("air parcels N")
+        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 4.5)
+        axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_minor_locator(NullLocator())
+    figure.text(0.01, 0.965, "Where a better method buys nothing: its error is below the scatter of one flight",
+                fontsize=13.5, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at 4,000 or more parcels, area "
+                "fraction 0.05, e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact, hollow: upper "
+                "bound. " + style.machine_text(study), fontsize=8, color=FAINT)
+    return figure
+
+
+def draw_method_errors(axes, study, error):
+    """Errors of the methods as dots at their number of parcels, named by displacement per step."""
+    etas = sorted({row["area_fraction"] for row in study["points"] if row["group"] == "ball"})
+    rows = [row for row in study["points"] if row["group"] == "ball" and row["restitution"] == 0.9
+            and row["device"] == "cpu" and row["area_fraction"] == etas[0] and row["method"] != "exact"
+            and row["errors"].get(error, {}).get("value") is not None]
+    for row in rows:
+        entry, method = row["errors"][error], row["method"]
+        at = row["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+        axes.plot(at, entry["value"], MARKS[method], ms=5.5, mec=COLOURS[method], zorder=4,
+                  mfc="white" if entry["bound"] else COLOURS[method])
+        if not entry["bound"]:
+            axes.annotate(f"{row['displacement_per_step']:g}", (at, entry["value"]), xytext=(6, 0), va="center",
+                          textcoords="offset points", color=COLOURS[method], fontsize=8)
+    for method in ("impulse", "spring"):
+        mine = [row["errors"][error]["value"] for row in rows if row["method"] == method]
+        if mine:
+            at = rows[0]["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+            axes.annotate(method, (at, max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
+                          color=COLOURS[method], fontsize=10, fontweight="bold")
+
+
+def main():
+    where = style.folder()
+    study = style.load(where, "work-precision")
+    style.prepare("work-precision")
+    if any(row["group"] == "gas" for row in study["points"]):
+        style.save(draw(study), where, "work-precision")
+    if any(row["group"] == "parcel-path" for row in study["points"]):
+        style.save(draw_orders(study), where, "work-precision-order")
+    if any(row["group"] == "parcels" and "scatter" in row.get("errors", {}).get("path", {}) for row in study["points"]):
+        style.save(draw_parcels(study), where, "work-precision-parcels")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,245 @@
+// Stability: heat maps of what goes wrong first, and the curves that theory has for it.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "app/step_request.hpp"
+#include "lab/gas_case.hpp"
+#include "lab/reference.hpp"
+#include "lab/stability_cases.hpp"
+#include "lab/study.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+constexpr Method kMethods[] = {Method::impulse, Method::spring, Method::exact};
+constexpr double kTolerance = 0.05;  // on rate and energy: over three standard errors of the maps' runs
+constexpr double kBlownUp = 10.0;    // times the energy
+constexpr double kOverlap = 0.1;     // diameters
+constexpr std::int64_t kMapDiscs = 1000;
+constexpr double kMapCollisions = 10.0;  // per disc
+
+std::vector<double> steps_of(bool quick) {
+  std::vector<double> steps;
+  const double factor = quick ? 2.0 : std::sqrt(2.0);
+  for (double dt = 2.0; dt > 0.0035; dt /= factor) steps.push_back(dt);
+  return steps;
+}
+
+// The worst that happened, worst first.
+const char* class_of(const json& row, double true_energy_ratio, double true_collisions) {
+  const auto value = [&](const char* key) {
+    return row.at(key).is_number() ? row.at(key).get<double>() : INFINITY;
+  };
+  const double energy = value("energy_ratio") / true_energy_ratio;
+  if (value("num_invalid") > 0.0 || !(energy < kBlownUp)) return "blown up";
+  if (energy > 1.0 + kTolerance) return "energy grows";
+  if (energy < 1.0 - kTolerance) return "energy lost";
+  if (value("collisions") < (1.0 - kTolerance) * true_collisions) return "collisions missed";
+  return value("max_overlap") > kOverlap ? "overlap" : "fine";
+}
+
+struct Truth {
+  double energy_ratio, collisions;
+};
+
+// What the reference makes of a case from the same start.
+Truth truth_of(const GasCase& gas) {
+  static std::map<std::pair<double, double>, Truth> known;
+  const auto [at, is_new] = known.try_emplace({gas.area_fraction, gas.restitution});
+  if (!is_new) return at->second;
+  const GasRun start(gas, {Method::exact, 0.01}, make_cpu_backend(1));
+  ReferenceOptions options;
+  options.contact_clock_s = 1e-3 / theory_rate(gas.area_fraction);  // no collapse within the run
+  Reference reference(start.physics, reference_parcels(start.physics.world, equilibrated(gas)), BallState{},
+                      options);
+  const double before = reference.measure().parcel_energy_j;
+  reference.run_until(kMapCollisions / theory_rate(gas.area_fraction));
+  at->second = {
+      reference.measure().parcel_energy_j / before,
+      2.0 * static_cast<double>(reference.totals().num_collisions) / static_cast<double>(gas.num_parcels)};
+  return at->second;
+}
+
+json map_cell(const LabDevice& device, const char* map, const GasCase& gas, Method method, double dt) {
+  GasSteps steps{method, dt};
+  steps.collisions = kMapCollisions;
+  // Springs hold energy that is not lost: where nothing cools, the count begins when contacts have come up.
+  steps.warmup = gas.restitution == 1.0 ? 2.0 : 0.0;
+  steps.contact_clock = method == Method::exact ? 1e-3 / theory_rate(gas.area_fraction) : 0.0;
+  json row = measure_gas(gas, steps, device.make());
+  const Truth truth = truth_of(gas);
+  row["map"] = map;
+  row["step"] = dt;
+  row["class"] = class_of(row, truth.energy_ratio, truth.collisions);
+  row["true_energy_ratio"] = truth.energy_ratio;
+  row["true_collisions"] = truth.collisions;
+  return row;
+}
+
+// A heavy disc in the gas, ten times as wide: energy of all, and hits against the count of `exact`.
+json mass_cell(const LabDevice& device, Method method, double dt, double mass_ratio) {
+  Settings s = gas_settings({kMapDiscs, 0.2, 1.0});
+  s.ball_present = true;
+  s.ball_mass_kg = mass_ratio;
+  s.ball_radius_m = 5.0;
+  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_vy_mps = s.ball_spin_radps = s.friction = 0.0;
+  s.magnus = false;
+  s.method = method;
+  const Physics physics = derive_physics(s);
+  const BallState start = initial_ball(s);
+  const Spawner spawner(s, physics, start);
+  const std::unique_ptr<Backend> backend = device.make();
+  backend->reset(physics, spawner.plan(), start);
+  const auto steps_for = [dt](double collisions) {
+    return static_cast<std::uint32_t>(std::max(1.0, std::round(collisions / (theory_rate(0.2) * dt))));
+  };
+  backend->advance(step_request(s, steps_for(2.0), dt));  // as in map_cell
+  const double before = backend->measure().energy_j();
+  const std::uint32_t num_steps = steps_for(kMapCollisions);
+  const StepReport report = backend->advance(step_request(s, num_steps, dt));
+  json row = {{"map", "mass ratio"},
+              {"method", method_name(method)},
+              {"step", dt},
+              {"mass_ratio", mass_ratio},
+              {"energy_ratio", backend->measure().energy_j() / before},
+              {"collisions", 2.0 * static_cast<double>(report.totals.num_collisions) / kMapDiscs},
+              {"max_overlap", report.totals.max_overlap_diameters},
+              {"ball_hits", report.totals.num_ball_hits},
+              {"num_invalid", report.totals.num_invalid}};
+  row["class"] =
+      class_of(row, 1.0, 0.0);  // collisions are not the same from a lattice; energy and overlap are judged
+  return row;
+}
+
+struct Planner {
+  const LabContext& context;
+  std::vector<LabPoint> points;
+
+  void add(const std::string& key, std::function<json()> measure) {
+    points.push_back({key, std::move(measure)});
+  }
+
+  void add_maps(const LabDevice& device) {
+    for (const Method method : kMethods) {
+      for (const double dt : steps_of(context.quick)) {
+        for (const double eta : {0.05, 0.1, 0.2, 0.35, 0.5, 0.65}) {
+          add(fmt::format("area fraction/{}/{:.4g}/{}", method_name(method), dt, eta),
+              [device, method, dt, eta] {
+                return map_cell(device, "area fraction", {kMapDiscs, eta, 1.0}, method, dt);
+              });
+        }
+        for (const double e : {0.5, 0.7, 0.9, 1.0}) {
+          add(fmt::format("restitution/{}/{:.4g}/{}", method_name(method), dt, e), [device, method, dt, e] {
+            return map_cell(device, "restitution", {kMapDiscs, 0.2, e}, method, dt);
+          });
+        }
+        for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
+          add(fmt::format("mass ratio/{}/{:.4g}/{}", method_name(method), dt, ratio),
+              [device, method, dt, ratio] { return mass_cell(device, method, dt, ratio); });
+        }
+      }
+    }
+  }
+
+  void add_missed(const LabDevice& device) {
+    for (const Method method : kMethods) {
+      for (const double step : {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0}) {
+        if (method == Method::spring && step > 0.2)
+          continue;  // passes through, its contact of 20 steps is no contact
+        add(fmt::format("missed/{}/{}", method_name(method), step), [device, method, step] {
+          const Share share = missed_share(method, step, device.make());
+          return json{{"map", "missed"},
+                      {"method", method_name(method)},
+                      {"step", step},
+                      {"missed", share.value},
+                      {"sigma", share.sigma}};
+        });
+      }
+    }
+  }
+
+  void add_curves(const LabDevice& device) {
+    for (const double theta : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5}) {
+      add(fmt::format("turn/{}", theta), [device, theta] {
+        return json{{"map", "turn"},
+                    {"step", theta},
+                    {"rotation", turned_speed(theta, *device.make())},
+                    {"euler", euler_turned_speed(theta)}};
+      });
+    }
+    for (const double step : {0.02, 0.05, 0.1, 0.2, 0.4, 0.55, 0.637, 0.75, 0.9, 1.2}) {
+      add(fmt::format("spring pair/{}", step), [device, step] {
+        return json{{"map", "spring pair"},
+                    {"step", step},
+                    {"energy_ratio", spring_pair_energy(step, device.make())}};
+      });
+    }
+    for (const Method method : kMethods) {
+      for (const int degrees : {30, 35, 40, 45, 50, 55, 60}) {
+        add(fmt::format("fork/{}/{}", method_name(method), degrees), [device, method, degrees] {
+          return json{{"map", "fork"},
+                      {"method", method_name(method)},
+                      {"degrees", degrees},
+                      {"energy_ratio", fork_energy(method, degrees * kPi / 180.0, device.make())}};
+        });
+      }
+      add(fmt::format("head-on/{}", method_name(method)), [device, method] {
+        return json{{"map", "head-on"},
+                    {"method", method_name(method)},
+                    {"energy_ratio", head_on_energy(method, device.make())}};
+      });
+    }
+  }
+
+  void add_collapse() {
+    for (const double e : {0.3, 0.4, 0.5, 0.6, 0.8}) {
+      for (const double clock : {0.0, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1}) {
+        add(fmt::format("collapse/{}/{}", e, clock), [e, clock, wanted = context.quick ? 20'000.0 : 200'000.0] {
+          const Collapse result = cool_with_clock(e, clock, wanted);
+          return json{{"map", "collapse"},
+                      {"restitution", e},
+                      {"clock", clock},
+                      {"class", result.collapsed ? "collapsed" : "fine"},
+                      {"reached_share", result.reached_share},
+                      {"events_per_disc", result.events_per_disc}};
+        });
+      }
+    }
+  }
+};
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  Planner planner{context, {}};
+  const LabDevice& device =
+      context.devices.front();  // what breaks is the same on every device, to the last bit
+  planner.add_maps(device);
+  planner.add_missed(device);
+  planner.add_curves(device);
+  planner.add_collapse();
+  for (const double num : {1e3, 1e4, 1e5, 1e6, 1e7, 1e8}) {
+    planner.add(fmt::format("positions/{:g}", num), [num] {
+      return json{{"map", "positions"},
+                  {"num_parcels", num},
+                  {"float", float_position_step(num)},
+                  {"fixed", unit_position_step(num)}};
+    });
+  }
+  return std::move(planner.points);
+}
+
+}  // namespace
+
+Study stability_study() {
+  return {"stability", "Where each method breaks",
+          "Every cell is a short run, and its colour is the worst that happened in it; the right edge of a "
+          "white area is "
+          "the longest time step that is safe there. Lines are what theory says, dots what was measured.",
+          plan, [](json&) {}};
+}
+
+}  // namespace pf

@@ -1,0 +1,140 @@
+#include "lab/study_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "app/child_process.hpp"
+#include "app/report.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// Python's own way to say that a module is not there.
+constexpr const char* kNoModule = "ModuleNotFoundError";
+
+fs::path plot_folder() {
+  std::error_code ignored;
+  if (fs::is_directory(PF_PLOT_DIR, ignored)) return PF_PLOT_DIR;
+  return PF_INSTALLED_PLOT_DIR;
+}
+
+void flatten(const std::string& prefix, const json& value,
+             std::vector<std::pair<std::string, std::string>>& row) {
+  if (value.is_object()) {
+    for (const auto& [key, inner] : value.items())
+      flatten(prefix.empty() ? key : prefix + "." + key, inner, row);
+  } else if (!value.is_array()) {
+    row.emplace_back(prefix, value.is_null()     ? ""
+                             : value.is_string() ? value.get<std::string>()
+                                                 : value.dump());
+  }
+}
+
+// After RFC 4180.
+std::string quoted(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  const fs::path fresh = file.string() + ".new";
+  std::ofstream out(fresh, std::ios::binary);
+  out << text;
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(fresh, file, error);
+  if (!out || error)
+    throw UserError(fmt::format("{} cannot be written; is the disk full?", in_quotes(file.string())));
+}
+
+}  // namespace
+
+void open_results(const fs::path& folder, Existing existing) {
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
+    throw UserError(fmt::format("--out: {} is no folder; give another", in_quotes(folder.string())));
+  }
+  if (existing == Existing::refuse && fs::is_directory(folder, error) && !fs::is_empty(folder, error)) {
+    throw UserError(
+        fmt::format("--out: {} exists and holds files; give --resume to go on with it, --force to "
+                    "measure anew over it, or another folder",
+                    in_quotes(folder.string())));
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    throw UserError(fmt::format("--out: {} cannot be made: {}", in_quotes(folder.string()), error.message()));
+  }
+}
+
+json finished_points(const fs::path& folder, const Study& study, const json& now) {
+  std::ifstream in(folder / (study.name + ".json"));
+  if (!in) return json::array();
+  const json old = json::parse(in, nullptr, false);
+  const bool same = old.is_object() && old.value("study", "") == study.name &&
+                    old.value("version", "") == now.at("version") &&
+                    old.value("quick", json()) == now.at("quick") && old.contains("points") &&
+                    old["points"].is_array();
+  return same ? old["points"] : json::array();
+}
+
+std::string csv_of(const json& points) {
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::pair<std::string, std::string>>> rows;
+  for (const json& point : points) {
+    flatten("", point, rows.emplace_back());
+    for (const auto& [name, value] : rows.back()) {
+      if (std::find(columns.begin(), columns.end(), name) == columns.end()) columns.push_back(name);
+    }
+  }
+  std::string text;
+  for (const std::string& name : columns) text += (text.empty() ? "" : ",") + quoted(name);
+  text += "\n";
+  for (const auto& row : rows) {
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const auto found =
+          std::find_if(row.begin(), row.end(), [&](const auto& cell) { return cell.first == columns[k]; });
+      text += (k == 0 ? "" : ",") + (found == row.end() ? "" : quoted(found->second));
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+void save_study(const fs::path& folder, const json& result) {
+  const std::string name = result.at("study");
+  write_text(folder / (name + ".json"), result.dump(1) + "\n");
+  write_text(folder / (name + ".csv"), csv_of(result.at("points")));
+}
+
+std::string run_plot(const std::string& script, const fs::path& folder) {
+  const fs::path file = plot_folder() / script;
+  std::string why;
+  try {
+    // The system's Python: that is where a distribution puts matplotlib.
+    ChildProcess python({"/usr/bin/python3", "-B", file.string(), folder.string()}, -1);
+    if (python.wait().good) return "";
+    why = python.last_words();
+  } catch (const DeviceError& error) {
+    why = error.what();
+  }
+  if (why.find(kNoModule) == std::string::npos && why.find("starting") == std::string::npos) {
+    return fmt::format("{} failed: {}; CSV and JSON are there", script, why);
+  }
+  return fmt::format(
+      "no pictures, CSV and JSON are there: Python's matplotlib is missing; apt install "
+      "python3-matplotlib, then /usr/bin/python3 {} {}",
+      file.string(), folder.string());
+}
+
+}  // namespace pf

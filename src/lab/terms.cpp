@@ -1,0 +1,84 @@
+// Terms: what each part of the model costs in a scene, and what leaving it out does to the flight.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "core/error.hpp"
+#include "lab/flight_case.hpp"
+#include "lab/study.hpp"
+#include "lab/terms_verdict.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+struct Variant {
+  const char* name;
+  const char* term;  // what it leaves out or puts in place of it
+  void (*change)(Settings&);
+};
+
+constexpr Variant kVariants[] = {
+    {"all terms", "", [](Settings&) {}},
+    {"no contacts", "contacts between parcels", [](Settings& s) { s.contacts = false; }},
+    {"no friction", "ball friction", [](Settings& s) { s.friction = 0.0; }},
+    {"no Magnus", "Magnus", [](Settings& s) { s.magnus = false; }},
+    {"air as drag", "air as parcels: drag instead", [](Settings& s) { s.air = Air::drag; }},
+    {"vacuum", "air altogether", [](Settings& s) { s.air = Air::vacuum; }},
+};
+
+json fly_variant(const LabDevice& device, Settings s, const Variant& variant, int num_seeds) {
+  variant.change(s);
+  const std::unique_ptr<Backend> backend = device.make();
+  json flights = json::array();
+  double best_ms = INFINITY;
+  for (int seed = 1; seed <= num_seeds; ++seed) {
+    s.seed = seed;
+    const Exit exit = fly_to_exit(s, *backend);
+    flights.push_back({exit.at_m.x, exit.at_m.y, exit.speed_mps, exit.time_s, exit.path_m});
+    best_ms = std::min(best_ms, 1e-6 * exit.wall_ns / exit.time_s);
+  }
+  return {{"variant", variant.name},
+          {"term", variant.term},
+          {"scene", s.name},
+          {"num_parcels", s.num_parcels},
+          {"flights", flights},
+          {"ms_per_simulated_s", best_ms},
+          {"direction", {s.ball_vx_mps, s.ball_vy_mps}}};
+}
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  Settings scene = load_scene(context.scene);
+  if (!scene.ball_present || scene.ball_held || scene.boundary != Boundary::open ||
+      scene.air != Air::parcels) {
+    throw UserError(
+        fmt::format("lab terms: in scene {} no ball flies through parcels and out of an open world; "
+                    "give another with --scene, as court or regulation",
+                    context.scene));
+  }
+  scene.num_parcels = context.quick ? 4000 : 20000;
+  std::vector<LabPoint> points;
+  const LabDevice& device = context.devices.front();
+  for (const Variant& variant : kVariants) {
+    points.push_back({fmt::format("{}/{}", context.scene, variant.name), [device, scene, &variant, &context] {
+                        return fly_variant(device, scene, variant, context.quick ? 8 : 32);
+                      }});
+  }
+  return points;
+}
+
+}  // namespace
+
+Study terms_study() {
+  return {"terms", "What each term of the model costs and does",
+          "Left, what a term moves: the place where the ball leaves and its speed there, against the dashed "
+          "tolerance; "
+          "right, what the term costs. A term whose two bars end left of the dashed line may be left out.",
+          plan, conclude_terms};
+}
+
+}  // namespace pf

@@ -1,0 +1,84 @@
+#include "lab/terms_verdict.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+struct MeanError {
+  double mean, sigma;
+};
+
+MeanError mean_and_error(const std::vector<double>& values) {
+  double sum = 0.0, squares = 0.0;
+  for (const double value : values) sum += value;
+  const double n = static_cast<double>(values.size()), mean = sum / n;
+  for (const double value : values) squares += (value - mean) * (value - mean);
+  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : 0.0};
+}
+
+// Of the pairs of flights with the same seed.
+template <class Get>
+MeanError difference(const json& flights, const json& full, Get get) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < std::min(flights.size(), full.size()); ++k) {
+    values.push_back(get(flights[k]) - get(full[k]));
+  }
+  return mean_and_error(values);
+}
+
+template <class Get>
+double mean(const json& flights, Get get) {
+  double sum = 0.0;
+  for (const json& flight : flights) sum += get(flight);
+  return sum / static_cast<double>(flights.size());
+}
+
+const char* verdict(double shift, double sigma) {
+  if (shift - 2.0 * sigma > kTermTolerance) return "keep";
+  return shift + 2.0 * sigma <= kTermTolerance ? "leave out" : "not resolved";
+}
+
+const char* worse(const char* a, const char* b) {
+  const auto rank = [](const std::string& text) {
+    return text == "keep" ? 2 : text == "not resolved" ? 1 : 0;
+  };
+  return rank(a) >= rank(b) ? a : b;
+}
+
+}  // namespace
+
+void conclude_terms(json& result) {
+  result["tolerance"] = kTermTolerance;
+  json& points = result.at("points");
+  if (points.empty() || points[0].at("term") != "") return;
+  const json full = points[0];
+  const json& flights = full.at("flights");
+  const auto column = [](std::size_t k) {
+    return [k](const json& flight) { return flight[k].get<double>(); };
+  };
+  const double length = mean(flights, column(4)), speed = mean(flights, column(2));
+  const double vx = full.at("direction")[0], vy = full.at("direction")[1], v = std::hypot(vx, vy);
+  for (json& row : points) {
+    if (row.at("term") == "") continue;
+    const json& mine = row.at("flights");
+    const MeanError x = difference(mine, flights, column(0)), y = difference(mine, flights, column(1));
+    const MeanError faster = difference(mine, flights, column(2));
+    row["exit_shift"] = std::hypot(x.mean, y.mean) / length;
+    row["exit_shift_sigma"] = std::hypot(x.sigma, y.sigma) / length;
+    row["deflection_m"] = (y.mean * vx - x.mean * vy) / v;
+    row["speed_shift"] = faster.mean / speed;
+    row["speed_shift_sigma"] = faster.sigma / speed;
+    row["saved_share"] =
+        1.0 - row.at("ms_per_simulated_s").get<double>() / full.at("ms_per_simulated_s").get<double>();
+    row["verdict"] = worse(verdict(row["exit_shift"], row["exit_shift_sigma"]),
+                           verdict(std::fabs(faster.mean) / speed, row["speed_shift_sigma"]));
+  }
+}
+
+}  // namespace pf

@@ -1,0 +1,210 @@
+// Work-precision: what each method's error costs, over ladders of the time step.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+
+#include "lab/flight_case.hpp"
+#include "lab/path_case.hpp"
+#include "lab/study.hpp"
+#include "lab/work_precision_errors.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kAreaFractions[] = {0.05, 0.2, 0.5};
+constexpr double kRestitutions[] = {1.0, 0.9};
+
+std::vector<double> halvings(double first, int num) {
+  std::vector<double> ladder;
+  for (int k = 0; k < num; ++k) ladder.push_back(std::ldexp(first, -k));
+  return ladder;
+}
+
+// Time steps [d/c]. impulse: from the thermal displacement of a diameter, or a collision, on; spring: contact
+// durations (20 steps) of 2 and fewer mean times between collisions; exact: collisions per parcel and step, a
+// matter of cost only.
+std::vector<double> gas_ladder(Method method, double area_fraction, bool quick) {
+  const double rate = theory_rate(area_fraction);
+  if (method == Method::impulse) return halvings(std::min(1.0, 1.0 / rate), quick ? 8 : 10);
+  if (method == Method::spring) return halvings(2.0 / (20.0 * rate), quick ? 7 : 9);
+  return halvings(0.2 / rate, 3);
+}
+
+json gas_point(const LabContext& context, const LabDevice& device, const GasCase& gas, GasSteps steps) {
+  // A cooling gas has no stationary state: its first collisions, the same for all methods.
+  const bool cools = gas.restitution < 1.0;
+  steps.collisions = cools ? 20.0 : (context.quick ? 40.0 : 400.0);
+  steps.warmup = cools ? 0.0 : 2.0;
+  json row = measure_gas(gas, steps, device.make());
+  row["group"] = "gas";
+  return row;
+}
+
+json path_point(const LabDevice& device, const GasCase& gas, GasSteps steps) {
+  steps.collisions = 1.0;
+  json row = measure_path(gas, steps, device.make());
+  row["group"] = "parcel-path";
+  return row;
+}
+
+// A method's flights over the seeds; the errors follow when those of `exact` are there.
+json fly_seeds(const LabDevice& device, const CourtCase& court, Method method, double displacement,
+               int num_seeds) {
+  Settings s = court_settings(court);
+  s.method = method;
+  s.displacement_per_step = displacement;
+  const std::unique_ptr<Backend> backend = device.make();
+  json ends = json::array();
+  double best_ns = INFINITY, dt_s = 0.0;
+  for (int seed = 1; seed <= num_seeds; ++seed) {
+    s.seed = seed;
+    const FlightResult flight = fly_scene(s, kCourtFlight_s, *backend);
+    best_ns = std::min(best_ns, flight.wall_ns);
+    dt_s = flight.dt_s;
+    ends.push_back({flight.ball.position_m.x, flight.ball.position_m.y, speed_of(flight.ball)});
+  }
+  const double per_time = s.parcel_speed_mps / (2.0 * derive_physics(s).parcels.radius_m);  // c / d
+  const double num = static_cast<double>(court.num_parcels);
+  return {{"group", "ball"},
+          {"method", method_name(method)},
+          {"area_fraction", court.area_fraction},
+          {"restitution", court.restitution},
+          {"num_parcels", court.num_parcels},
+          {"dt", dt_s * per_time},
+          {"displacement_per_step", displacement},
+          {"start", {s.ball_x_m, s.ball_y_m, std::hypot(s.ball_vx_mps, s.ball_vy_mps)}},
+          {"ends", ends},
+          {"ns_per_disc_time", best_ns / (num * kCourtFlight_s * per_time)}};
+}
+
+// What the number of parcels does: 16 flights of `exact`, each through air of its own.
+json scatter_point(const LabDevice& device, std::int64_t num_parcels) {
+  CourtCase court;
+  court.num_parcels = num_parcels;
+  json row = fly_seeds(device, court, Method::exact, 0.5, 16);
+  row["group"] = "parcels";
+  return row;
+}
+
+// ... and a gas between walls, where discs keep off the edge.
+json walls_point(const LabContext& context, const LabDevice& device, std::int64_t num_parcels) {
+  GasCase gas;
+  gas.num_parcels = num_parcels;
+  gas.boundary = Boundary::walls;
+  GasSteps steps{Method::exact, 0.1 / theory_rate(gas.area_fraction)};
+  steps.collisions = (context.quick ? 160'000.0 : 4'000'000.0) / static_cast<double>(num_parcels);
+  json row = measure_gas(gas, steps, device.make());
+  row["group"] = "parcels";
+  return row;
+}
+
+std::vector<double> ball_ladder(Method method) {
+  if (method == Method::impulse) return halvings(4.0, 7);
+  if (method == Method::spring) return halvings(0.5, 5);
+  return {0.5};
+}
+
+constexpr Method kMethods[] = {Method::exact, Method::impulse, Method::spring};
+
+struct Planner {
+  const LabContext& context;
+  std::vector<LabPoint> points;
+
+  void add(const LabDevice& device, const std::string& group, double eta, double e, Method method,
+           double step, std::function<json()> measure) {
+    points.push_back(
+        {fmt::format("{}/{}/eta={}/e={}/{}/{:.4g}", device.name, group, eta, e, method_name(method), step),
+         [name = device.name, measure = std::move(measure)] {
+           json row = measure();
+           row["device"] = name;
+           return row;
+         }});
+  }
+
+  void add_gas(const LabDevice& device, double eta, double e) {
+    const GasCase gas{context.quick ? 4000 : 16000, eta, e};
+    for (const Method method : kMethods) {
+      for (const double dt : gas_ladder(method, eta, context.quick)) {
+        add(device, "gas", eta, e, method, dt, [this_context = context, device, gas, method, dt] {
+          return gas_point(this_context, device, gas, {method, dt});
+        });
+      }
+    }
+  }
+
+  void add_paths(const LabDevice& device, double eta) {
+    const GasCase gas{context.quick ? 4000 : 16000, eta, 1.0};
+    const double mean_time = 1.0 / theory_rate(eta);
+    for (const Method method : kMethods) {
+      const int num = method == Method::exact ? 1 : 8;
+      const double first = method == Method::spring    ? 1.0 / 64
+                           : method == Method::impulse ? 1.0 / 16
+                                                       : 1.0 / 8;
+      for (const double dt : halvings(first * mean_time, num)) {
+        add(device, "parcel-path", eta, 1.0, method, dt, [device, gas, method, dt] {
+          return path_point(device, gas, {method, dt});
+        });
+      }
+    }
+  }
+
+  void add_flights(const LabDevice& device, double eta, double e) {
+    const CourtCase court{context.quick ? 4000 : 20000, eta, e};
+    for (const Method method : kMethods) {
+      for (const double displacement : ball_ladder(method)) {
+        add(device, "ball", eta, e, method, displacement,
+            [num_seeds = context.quick ? 8 : 32, device, court, method, displacement] {
+              return fly_seeds(device, court, method, displacement, num_seeds);
+            });
+      }
+    }
+  }
+};
+
+// Once, on the CPU: it is a matter of the model, not of the device.
+void add_numbers_of_parcels(Planner& planner) {
+  const LabContext& context = planner.context;
+  const LabDevice& cpu = context.devices.front();
+  for (std::int64_t num = 500; num <= (context.quick ? 16000 : 64000); num *= 2) {
+    const CourtCase court;
+    planner.add(cpu, "parcels", court.area_fraction, court.restitution, Method::exact,
+                static_cast<double>(num), [cpu, num] { return scatter_point(cpu, num); });
+  }
+  for (const std::int64_t num : {250, 1000, 4000, 16000}) {
+    planner.add(cpu, "walls", 0.2, 1.0, Method::exact, static_cast<double>(num),
+                [context, cpu, num] { return walls_point(context, cpu, num); });
+  }
+}
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  Planner planner{context, {}};
+  for (const LabDevice& device : context.devices) {
+    for (const double e : kRestitutions) {
+      for (const double eta : kAreaFractions) planner.add_gas(device, eta, e);
+    }
+    for (const double eta : kAreaFractions) planner.add_paths(device, eta);
+    for (const double e : kRestitutions) {
+      for (const double eta : kAreaFractions) planner.add_flights(device, eta, e);
+    }
+  }
+  add_numbers_of_parcels(planner);
+  return std::move(planner.points);
+}
+
+}  // namespace
+
+Study work_precision_study() {
+  return {"work-precision", "Error against cost",
+          "Every dot is one method with one time step: further down is more accurate, further left is "
+          "cheaper, and "
+          "the line joins the dots that no other beats. A hollow dot with an arrow is an upper bound: the "
+          "error is "
+          "below what this run could resolve.",
+          plan, conclude_work_precision};
+}
+
+}  // namespace pf

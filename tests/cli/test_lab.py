@@ -1,0 +1,119 @@
+#!/usr/bin/python3
+"""`pickleflight lab` as a person calls it.
+
+test_lab.py PROGRAM refusals|terms|resume|no_matplotlib
+exit 0: as it should be, 1: not, 77: skipped
+"""
+import csv
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+PROGRAM = pathlib.Path(sys.argv[1])
+
+
+def require(condition, message):
+    if not condition:
+        sys.exit(f"FAILED: {message}")
+
+
+def environment(folder):
+    return {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
+
+
+def lab(folder, *arguments):
+    return subprocess.run([PROGRAM, "lab", *arguments], cwd=folder, capture_output=True, text=True, timeout=100,
+                          env=environment(folder))
+
+
+def refusals(folder):
+    done = lab(folder, "work-precisoin")
+    require(done.returncode == 2, f"exit code {done.returncode}")
+    for part in ("nearest is work-precision", "stability", "terms", "all"):
+        require(part in done.stderr, f"'{part}' is not in: {done.stderr}")
+    (folder / "full").mkdir()
+    (folder / "full/notes").write_text("mine")
+    done = lab(folder, "terms", "--quick", "--out", "full")
+    require(done.returncode == 2 and "--resume" in done.stderr and "--force" in done.stderr, done.stderr)
+    require([file.name for file in (folder / "full").iterdir()] == ["notes"], "the folder was written to")
+    done = lab(folder, "terms", "--quick", "--scene", "gas")
+    require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+
+
+def terms(folder):
+    done = lab(folder, "terms", "--quick", "--out", "t")
+    require(done.returncode == 0, f"exit code {done.returncode}: {done.stderr}")
+    require("\r" not in done.stderr, "a terminal's progress in a pipe")
+    study = json.loads((folder / "t/terms.json").read_text())
+    require(study["complete"] is True, "complete is not true")
+    rows = {row["term"]: row for row in study["points"]}
+    # The court's spin bends the flight by 2.8 m: without Magnus the exit moves across by about that, to the right.
+    require(-3.5 < rows["Magnus"]["deflection_m"] < -2.2, rows["Magnus"])
+    require(rows["Magnus"]["verdict"] == "keep", rows["Magnus"])
+    # Without air the ball keeps its speed: 15 m/s, and it loses about a third of it with air.
+    require(abs(rows["air altogether"]["flights"][0][2] - 15.0) < 1e-9, rows["air altogether"])
+    require(0.1 < rows["air altogether"]["speed_shift"] < 0.6, rows["air altogether"])
+    lines = list(csv.DictReader((folder / "t/terms.csv").open()))
+    require(len(lines) == len(study["points"]), f"{len(lines)} rows in the CSV")
+    require(lines[3]["verdict"] == "keep", lines[3])
+    page = (folder / "t/report.html").read_text()
+    for part in ("pickleflight lab terms --quick", "Magnus", "src=\"data:image/png" if drawn(folder) else "terms.csv"):
+        require(part in page, f"'{part}' is not in the report")
+
+
+def drawn(folder):
+    return (folder / "t/terms.png").exists()
+
+
+def resume(folder):
+    """Ctrl-C leaves what is finished; --resume measures only the rest."""
+    process = subprocess.Popen([PROGRAM, "lab", "terms", "--quick", "--out", "t"], cwd=folder, stderr=subprocess.PIPE,
+                               text=True, env=environment(folder))
+    until = time.monotonic() + 60
+    while not (folder / "t/terms.json").exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=60)[1]
+    require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
+    before = json.loads((folder / "t/terms.json").read_text())
+    require(before["complete"] is False and 0 < len(before["points"]) < 6, f"{len(before['points'])} points")
+    done = lab(folder, "terms", "--quick", "--out", "t", "--resume")
+    require(done.returncode == 0, done.stderr)
+    after = json.loads((folder / "t/terms.json").read_text())
+    require(after["complete"] is True and len(after["points"]) == 6, f"{len(after['points'])} points")
+    first = before["points"][0]
+    # Wall times never repeat: the same one is the old point.
+    require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
+
+
+def no_matplotlib(folder):
+    """A Python that has none: a module of that name that cannot be found stands in for it."""
+    (folder / "hidden/matplotlib").mkdir(parents=True)
+    (folder / "hidden/matplotlib/__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'matplotlib'\")\n")
+    done = subprocess.run([PROGRAM, "lab", "terms", "--quick", "--out", "t"], cwd=folder, capture_output=True, text=True,
+                          timeout=100, env={**environment(folder), "PYTHONPATH": str(folder / "hidden")})
+    require(done.returncode == 0, f"exit code {done.returncode}: {done.stderr}")
+    require("apt install python3-matplotlib" in done.stderr, done.stderr)
+    require((folder / "t/terms.csv").exists() and not (folder / "t/terms.png").exists(), "CSV missing, or a picture there")
+    require("terms.csv has the figures" in (folder / "t/report.html").read_text(), "the report does not say so")
+
+
+CASES = {case.__name__: case for case in (refusals, terms, resume, no_matplotlib)}
+
+
+def main():
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="pickleflight-lab-"))
+    try:
+        CASES[sys.argv[2]](folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()

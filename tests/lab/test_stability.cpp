@@ -1,0 +1,65 @@
+// The lab's breaking points, against theory.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "lab/gas_case.hpp"
+#include "lab/stability_cases.hpp"
+#include "lab/theory.hpp"
+
+namespace pf::test {
+namespace {
+
+std::unique_ptr<Backend> cpu() { return make_cpu_backend(1); }
+
+// Binomial errors, four of them. `impulse` acts on the first half of the chord: as if steps were twice as
+// long.
+TEST(Stability, ImpulseMissesAsTheorySays) {
+  for (const double step : {0.2, 1.0, 3.0}) {
+    const Share share = missed_share(Method::impulse, step, cpu());
+    EXPECT_NEAR(share.value, theory::missed_fraction(2.0 * step), 4.0 * share.sigma) << step;
+  }
+  EXPECT_NEAR(theory::missed_fraction(0.2), 0.1 * 0.1 / 6.0, 2e-5) << "Delta^2 / 6 at Delta = 0.1";
+  EXPECT_EQ(missed_share(Method::exact, 3.0, cpu()).value, 0.0);
+}
+
+// Semi-implicit steps of an oscillator are bounded up to 2 / w0 = 2 t_c / pi, and grow beyond. A pair parts
+// wherever its last step ends, so well below its energy is off by (w0 dt)^2 / 12: 0.8 % at 0.1 t_c.
+TEST(Stability, SpringBlowsUpBeyondTwoOverOmega) {
+  constexpr double kEdge = 2.0 / kPi;
+  EXPECT_NEAR(spring_pair_energy(0.1, cpu()), 1.0, 0.01);
+  EXPECT_LT(spring_pair_energy(0.5 * kEdge, cpu()), 1.1);
+  EXPECT_GT(spring_pair_energy(1.5 * kEdge, cpu()), 5.0);
+}
+
+// Rounding: velocities are floats.
+TEST(Stability, SimultaneousContacts) {
+  const double tightest = kPi / 6.0;
+  EXPECT_NEAR(fork_energy(Method::impulse, tightest, cpu()), theory::jacobi_triple_gain(tightest), 4e-7);
+  EXPECT_NEAR(fork_energy(Method::exact, tightest, cpu()), 1.0, 1e-6);
+  EXPECT_EQ(head_on_energy(Method::impulse, cpu()), 0.0);
+  EXPECT_NEAR(head_on_energy(Method::exact, cpu()), 1.0, 1e-6);
+}
+
+TEST(Stability, ExplicitEulerTurnsOutwards) {
+  const double steps = std::round(2.0 * kPi / 0.1);
+  EXPECT_NEAR(euler_turned_speed(0.1), std::pow(theory::euler_turn_gain(0.1), steps), 1e-12);
+  EXPECT_NEAR(turned_speed(0.1, *cpu()), 1.0, 1e-12) << "63 rotations, each rounded to 1e-16";
+}
+
+// Luding and McNamara 1998: without a clock time ceases to pass, with one it does not.
+TEST(Stability, TheClockCuresCollapse) {
+  EXPECT_TRUE(cool_with_clock(0.5, 0.0, 2000.0).collapsed);
+  EXPECT_FALSE(cool_with_clock(0.5, 1e-2, 2000.0).collapsed);
+  EXPECT_FALSE(cool_with_clock(0.95, 0.0, 200.0).collapsed);
+}
+
+// DESIGN: at N = 10^7 a float has an ulp of 3e-4 diameters at the far side, a position unit is a hundredth of
+// it. With area fraction 0.1 the half side is 4,431 diameters: ulp 2^-11, unit 2 * 4431 / 2^31.
+TEST(Stability, GrainOfPositions) {
+  EXPECT_DOUBLE_EQ(float_position_step(1e7), 0x1p-11);
+  EXPECT_NEAR(unit_position_step(1e7), 8862.3 * 0x1p-31, 1e-9);
+}
+
+}  // namespace
+}  // namespace pf::test

@@ -1,0 +1,105 @@
+// The choice of method, step and parcels from a table.
+#include "app/accuracy.hpp"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+json row(const char* method, double eta, double displacement, double error, double cost) {
+  return {{"group", "gas"},           {"device", "cpu"},
+          {"method", method},         {"area_fraction", eta},
+          {"restitution", 1.0},       {"displacement_per_step", displacement},
+          {"ns_per_disc_time", cost}, {"errors", {{"rate", {{"value", error}, {"bound", false}}}}}};
+}
+
+// impulse is cheap and rough, and its error at the longest step crosses zero; exact costs 100.
+json table() {
+  json rows = json::array();
+  for (const double eta : {0.1, 0.3}) {
+    const double denser = eta == 0.3 ? 2.0 : 1.0;
+    rows.push_back(row("impulse", eta, 2.0, 0.0001, 1.0));
+    rows.push_back(row("impulse", eta, 1.0, 0.2 * denser, 10.0));
+    rows.push_back(row("impulse", eta, 0.5, 0.05 * denser, 20.0));
+    rows.push_back(row("impulse", eta, 0.25, 0.0125 * denser, 40.0));
+    rows.push_back(row("impulse", eta, 0.0625, 0.0008 * denser, 160.0));
+    rows.push_back(row("exact", eta, 0.3, 0.0001, 120.0));
+    rows.push_back(row("exact", eta, 0.2, 0.0001, 100.0));
+  }
+  return {{"kind", "lab"}, {"study", "work-precision"}, {"points", rows}};
+}
+
+Settings gas_scene(double eta) {
+  Settings s = load_scene("gas");
+  s.num_parcels = 1000;
+  s.area_fraction = eta;
+  return s;
+}
+
+AccuracyChoice choose(double error, double eta) {
+  return choose_by_accuracy(table(), gas_scene(eta), {error, "rate", false}, "cpu");
+}
+
+TEST(Accuracy, TakesTheCheapestThatMeetsIt) {
+  const AccuracyChoice rough = choose(0.1, 0.1);
+  EXPECT_EQ(rough.settings.method, Method::impulse);
+  EXPECT_EQ(rough.settings.displacement_per_step, 0.5);
+  EXPECT_EQ(rough.expected_error, 0.05);
+  const AccuracyChoice fine = choose(0.002, 0.1);
+  EXPECT_EQ(fine.settings.method, Method::exact) << "impulse at 160 is dearer than exact at 100";
+  EXPECT_EQ(fine.settings.displacement_per_step, 0.2) << "the cheaper of its steps";
+}
+
+// A small error at a step beyond one that fails is chance.
+TEST(Accuracy, DoesNotTrustAnErrorThatCrossesZero) {
+  EXPECT_EQ(choose(0.2, 0.1).settings.displacement_per_step, 0.5);
+}
+
+TEST(Accuracy, BetweenCasesTheStricterCounts) {
+  const AccuracyChoice between = choose(0.1, 0.2);
+  EXPECT_EQ(between.settings.displacement_per_step, 0.25) << "at 0.3 the step of 0.5 errs by 0.1";
+  EXPECT_EQ(between.expected_error, 0.025);
+}
+
+TEST(Accuracy, BeyondTheTableOnlyExactIsSafe) {
+  const AccuracyChoice dense = choose(0.5, 0.6);
+  EXPECT_EQ(dense.settings.method, Method::exact);
+  EXPECT_EQ(dense.remarks.size(), 1U);
+}
+
+TEST(Accuracy, ParcelsFollowFromTheTableAndItsLaw) {
+  json with = table();
+  for (const double num : {500.0, 2000.0}) {
+    json wall = row("exact", 0.2, 0.2, num == 500.0 ? 0.04 : 0.02, 1.0);
+    wall["group"] = "parcels";
+    wall["num_parcels"] = num;
+    with["points"].push_back(wall);
+  }
+  const AccuracyWish wish{0.05, "rate", false};
+  EXPECT_EQ(choose_by_accuracy(with, gas_scene(0.1), wish, "cpu").settings.num_parcels, 2000)
+      << "0.6 of 5 % are 3 %";
+  const AccuracyChoice more = choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", false}, "cpu");
+  EXPECT_EQ(more.settings.num_parcels, 22223) << "2000 (0.02 / 0.006)^2";
+  const AccuracyChoice kept = choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", true}, "cpu");
+  EXPECT_EQ(kept.settings.num_parcels, 1000);
+}
+
+TEST(Accuracy, RefusesWhatItCannotAnswer) {
+  const AccuracyWish path{0.01, "path", false};
+  EXPECT_THROW(choose_by_accuracy(table(), gas_scene(0.1), path, "cpu"), UserError) << "no ball";
+  EXPECT_EQ(read_accuracy("--accuracy", "1%"), 0.01);
+  EXPECT_EQ(read_accuracy("--accuracy", "0.02"), 0.02);
+  for (const char* text : {"", "%", "0", "1", "-1%", "100%", "1 %", "nan", "five"}) {
+    EXPECT_THROW(read_accuracy("--accuracy", text), UserError) << text;
+  }
+}
+
+}  // namespace
+}  // namespace pf
