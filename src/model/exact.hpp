@@ -364,8 +364,12 @@ PF_HD inline BallKick collide_with_ball(const ExactConstants& c, const BallLine&
   const Vec2d normal = distance > 0.0 ? offset * (1.0 / distance) : Vec2d{1.0, 0.0};
   const Vec2d relative = to_double(line.velocity) - ball.velocity_mps;
   BallImpulse impulse = ball_impulse(physics.ball, physics.parcels, normal, relative, ball.spin_radps);
-  const double parting = dot(relative + impulse.per_mass_mps, normal);
-  if (parting < c.least_parting_mps) impulse.per_mass_mps += normal * (c.least_parting_mps - parting);
+  // What a change of the parcel does to the relative velocity: a participant recoils.
+  const double recoil =
+      c.ball == BallRole::participant ? 1.0 + physics.parcels.mass_kg / physics.ball.mass_kg : 1.0;
+  const double parting = dot(relative + impulse.per_mass_mps * recoil, normal);
+  if (parting < c.least_parting_mps)
+    impulse.per_mass_mps += normal * ((c.least_parting_mps - parting) / recoil);
   line.velocity = to_float(to_double(line.velocity) + impulse.per_mass_mps);
   tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.step.per_impulse_unit),
                   round_to_int64(-impulse.per_mass_mps.y * c.step.per_impulse_unit),

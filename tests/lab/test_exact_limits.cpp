@@ -328,5 +328,20 @@ TEST(Exact, FollowsOtherMethodsAndAnotherRadius) {
   }
 }
 
+// A ball a third of a parcel's mass recoils from it: energy is kept, not doubled.
+TEST(ExactLimits, ABallLighterThanAParcelKeepsTheEnergy) {
+  Settings s = court(2, Boundary::periodic);
+  s.area_fraction = 0.01;
+  s.method = Method::exact;
+  s.restitution = 1.0;
+  s.friction = 0.0;
+  s.magnus = false;
+  SceneRun run(s);
+  const double before = run.backend->measure().energy_j();
+  const StepReport report = run.advance(2000, 1e-3);
+  EXPECT_GT(report.totals.num_ball_hits, 0U);
+  EXPECT_NEAR(run.backend->measure().energy_j(), before, 1e-6 * before);  // velocities are stored as floats
+}
+
 }  // namespace
 }  // namespace pf::test
