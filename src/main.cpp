@@ -91,15 +91,19 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
 
 extern "C" void ask_to_stop(int) { stop_requested = true; }
 
+// For what ends in order, with what it has so far; other commands just end.
+void end_in_order() {
+  std::signal(SIGINT, ask_to_stop);
+  std::signal(SIGTERM, ask_to_stop);
+}
+
 struct StageRun {
   int exit_code = 0;
   nlohmann::json report;
 };
 
 StageRun run_on_stage(const Options& options) {
-  // A run ends in order, with its report and film; commands without a stage just end.
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  end_in_order();
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
@@ -146,6 +150,7 @@ int bench(const Options& options) {
   if (options.sweep) {
     const std::string obstacle = cuda_obstacle();
     if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
+    end_in_order();
     return run_sweep(options, obstacle, stop_requested);
   }
   if (options.bench_frames > 0) return bench_frames(options);
@@ -177,8 +182,7 @@ int validate(const Options& options) {
 // The CPU, and the CUDA device where it is asked for: series of their own.
 int lab(const Options& options) {
   if (options.lab.study == "validate") return validate(options);
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+  end_in_order();
   std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
   const std::string obstacle = options.cuda ? cuda_obstacle() : "";
   if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
