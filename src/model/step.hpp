@@ -57,7 +57,8 @@ PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
 
 PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation, std::int64_t moved) {
   const std::int64_t distance = separation < 0 ? -static_cast<std::int64_t>(separation) : separation;
-  const std::int64_t own = (moved < 0 ? -moved : moved) >> 32;
+  const std::int64_t whole = moved >> 32;  // first, since a move that is no number is the least integer
+  const std::int64_t own = whole < 0 ? -whole : whole;
   return distance <= static_cast<std::int64_t>(ball.reach) + own + 2;
 }
 
