@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
@@ -20,25 +21,9 @@ const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_
 
 constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
 
-// A TOML basic string.
-std::string toml_text(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\u{:04X}", byte);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string array_text(const char* key, const std::vector<std::string>& values, const char* between) {
   std::vector<std::string> words;
-  for (const std::string& value : values) words.push_back(toml_text(value));
+  for (const std::string& value : values) words.push_back(toml_string(value));
   const bool is_one_line = std::string_view(between) == ", ";
   return fmt::format("{} = [{}{}]\n", key, is_one_line ? "" : "\n  ", fmt::join(words, between));
 }
@@ -50,7 +35,7 @@ std::string edit_text(const Field& field, const Settings& settings) {
 std::string settings_text(const Settings& settings) {
   std::vector<std::string> all;
   for (const Field& field : fields()) all.push_back(edit_text(field, settings));
-  return fmt::format("scene = {}\n", toml_text(settings.name)) + array_text("settings", all, ",\n  ");
+  return fmt::format("scene = {}\n", toml_string(settings.name)) + array_text("settings", all, ",\n  ");
 }
 
 // What a person changed and what came of it: a refused edit is none, and the number of parcels may have been
@@ -75,10 +60,10 @@ std::string frame_text(const LoggedFrame& frame) {
                         frame.fly->spin_radps);
   }
   if (frame.compare != Comparison::none)
-    text += fmt::format("compare = {}\n", toml_text(kComparisonNames[static_cast<int>(frame.compare)]));
+    text += fmt::format("compare = {}\n", toml_string(kComparisonNames[static_cast<int>(frame.compare)]));
   if (frame.time_scale_factor != 1.0)
     text += fmt::format("time_scale_factor = {}\n", frame.time_scale_factor);
-  if (!frame.hash.empty()) text += fmt::format("hash = {}\n", toml_text(frame.hash));
+  if (!frame.hash.empty()) text += fmt::format("hash = {}\n", toml_string(frame.hash));
   return text;
 }
 
@@ -252,7 +237,7 @@ RunLog read_log(const fs::path& file) { return Reader(file).read(); }
 InputLog::InputLog(const Simulation& simulation, std::string backend)
     : text_(fmt::format("# A flight, input by input. To fly it again: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
-                        toml_text(PF_VERSION), toml_text(backend)) +
+                        toml_string(PF_VERSION), toml_string(backend)) +
             settings_text(simulation.settings())) {}
 
 void InputLog::begin_frame(const Commands& commands, const Simulation& simulation) {

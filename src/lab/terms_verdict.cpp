@@ -5,22 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "lab/mean_error.hpp"
+
 namespace pf {
 namespace {
 
 using nlohmann::json;
-
-struct MeanError {
-  double mean, sigma;
-};
-
-MeanError mean_and_error(const std::vector<double>& values) {
-  double sum = 0.0, squares = 0.0;
-  for (const double value : values) sum += value;
-  const double n = static_cast<double>(values.size()), mean = sum / n;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : 0.0};
-}
 
 // Of the pairs of flights with the same seed.
 template <class Get>

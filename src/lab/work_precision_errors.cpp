@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/portable_math.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 
 namespace pf {
@@ -80,18 +81,6 @@ json cooling_errors(const json& row, const json& truth) {
           {"pressure", counted("compressibility", 2.0 / std::sqrt(kPi))},
           {"energy", error_of(*number(row, "energy_ratio") / *number(truth, "energy_ratio") - 1.0,
                               std::sqrt(2.0) * loss * share)}};
-}
-
-struct MeanError {
-  double mean, sigma;
-};
-
-MeanError mean_and_error(const std::vector<double>& values) {
-  double sum = 0.0, squares = 0.0;
-  for (const double value : values) sum += value;
-  const double n = static_cast<double>(values.size()), mean = sum / n;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, std::sqrt(squares / (n * (n - 1.0)))};
 }
 
 // Flights against those of `exact` from the same starts: mean over the seeds, so that chaos averages out.

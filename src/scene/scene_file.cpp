@@ -117,22 +117,6 @@ std::vector<std::string> section_names() {
   return names;
 }
 
-// A TOML basic string.
-std::string toml_string(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (byte < 0x20 || byte == 0x7F) {
-      out += fmt::format("\\u{:04X}", byte);
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
 std::string assignment(const Field& field, const Settings& settings) {
   const bool is_text = std::holds_alternative<std::string Settings::*>(field.member) ||
                        std::holds_alternative<Choice>(field.member);
@@ -255,6 +239,21 @@ Settings load_scene(const std::string& name_or_path) {
   throw UserError(
       fmt::format("{} is not a scene; the nearest is {}; known: {}; or give a file ending in .toml",
                   in_quotes(name_or_path), nearest_name(name_or_path, known), fmt::join(known, ", ")));
+}
+
+std::string toml_string(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (byte < 0x20 || byte == 0x7F) {
+      out += fmt::format("\\u{:04X}", byte);
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
 }
 
 }  // namespace pf

@@ -40,4 +40,7 @@ std::vector<SceneEntry> list_scenes();
 // A scene by name, or by path if it ends in .toml. Throws UserError listing the known scenes.
 Settings load_scene(const std::string& name_or_path);
 
+// text as a TOML basic string, with its quotes.
+std::string toml_string(const std::string& text);
+
 }  // namespace pf
