@@ -89,7 +89,6 @@ void CudaBackend::push_out(const StepRequest& request) {
 void CudaBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts && num_parcels_ > 0) push_out(request);
   make_room_for_exact(request.contact_clock_s > 0.0);
-  PF_CUDA(cudaMemsetAsync(next_.tick.data(), 0, next_.tick.bytes(), stream_));
   exact_.enter(plan_exact(request), stream_);
   PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_.state(), sizeof(ExactState), cudaMemcpyDeviceToHost,
                           stream_));
@@ -125,7 +124,6 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
     const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::grid)]);
     cell_sort_.gather(grid_, current_.pointers(), next_.pointers(), num_parcels_, stream_);
     std::swap(current_, next_);
-    PF_CUDA(cudaMemsetAsync(next_.tick.data(), 0, next_.tick.bytes(), stream_));
     exact_.complete({current_.pointers(),
                      next_.pointers(),
                      {cell_sort_.scratch(0), cell_sort_.scratch(1), cell_sort_.scratch(2)}},

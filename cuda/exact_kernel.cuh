@@ -1,7 +1,7 @@
-// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, and
-// one cooperative kernel that does the rounds (backend/exact_stepper.hpp has the same in plain loops; the
-// formulas are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the
-// ball stay on the device.
+// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, and one
+// cooperative kernel that solves the clusters (backend/exact_stepper.hpp has the same in plain loops; the formulas
+// are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the ball stay on
+// the device.
 #pragma once
 
 #include "backend/draw_buffers.hpp"
@@ -11,62 +11,108 @@
 
 namespace pf {
 
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;  // a cluster is called by a parcel of it, or this
+
+// A parcel of a cluster, as far as it is solved.
+struct ClusterMember {
+  Line line;
+  Event event;
+  std::uint32_t index;
+  std::uint32_t next;      // in the cluster's list
+  std::uint32_t clock;
+  std::uint32_t segments;  // the latest of its earlier lines but the one at the step's begin
+  float fastest_mps;       // in the step so far
+  std::uint32_t has_changed;
+};
+
+// A line that an event of the step led to, from its anchor until the parcel's next event.
+struct LineSegment {
+  Line line;
+  std::uint32_t end;
+  std::uint32_t before;
+};
+
+struct BallLineSegment {
+  BallLine line;
+  std::uint32_t end;
+};
+
+// Stands beside the member that the cluster is called by.
+struct ClusterRecord {
+  std::uint32_t members;  // list of those that it was solved with
+  std::uint32_t merged;   // list of those that it is to be solved with, being one with others
+  std::uint32_t toward;   // the cluster that it became part of, or itself
+  std::uint32_t claimed;  // round in which it was last merged
+  std::uint32_t is_solved;
+  std::uint32_t wants_block;  // too large for a smaller team
+  std::uint32_t num_events, num_collisions, num_hits, num_retired;
+  float max_overlap;
+  long long impulse_sum, ball_x, ball_y, ball_torque;
+  unsigned long long event_hash;
+};
+
 // Items found by the blocks of the cooperative kernel, each in a segment of its own: no block waits for a
 // common counter. Found beyond `capacity` a segment, the step is too long for the lists and is redone.
 struct SegmentedList {
   std::uint32_t* items = nullptr;   // num_segments x capacity
   std::uint32_t* counts = nullptr;  // num_segments
   std::uint32_t capacity = 0;
-  std::uint32_t slot = 0;  // which of the lists it is
 };
 
-// A parcel as it was at the step's begin.
-struct SavedLine {
-  std::uint32_t index;
-  Line line;
-  std::uint32_t clock;
+// Common lists: where items are few.
+struct CommonList {
+  std::uint32_t* items = nullptr;
+  std::uint32_t capacity = 0;
 };
 
-struct RoundLists {
-  SegmentedList active[2], lowered, changed, flagged, near_ball;
-  SavedLine* saved = nullptr;  // num_segments x saved_capacity
-  std::uint32_t* num_saved = nullptr;
-  std::uint32_t saved_capacity = 0;
-};
-
-// What the rounds work on; n entries each where nothing else is said.
+// What the clusters are made of; n entries each where nothing else is said.
 struct ExactArrays {
   ParcelPointers lines;    // sorted; positions are anchors
   Vec2i* present[2] = {};  // at the step's begin and, in the other, at its end: ExactState::parity
-  std::uint32_t* event_tick = nullptr;
+  std::uint32_t* event_tick = nullptr;  // along the lines of the begin
   std::uint32_t* event_partner = nullptr;
-  std::uint32_t* bound = nullptr;
-  std::uint32_t* mark = nullptr;   // when last touched by a round, and how: see exact_kernel.cu
-  RoundLists lists;                // a segment for each block of the cooperative kernel
-  RoundLists alone;                // one segment, for the block that does the last rounds alone
-  std::uint32_t num_segments = 0;  // blocks of the cooperative kernel
+  std::uint32_t* owner = nullptr;     // cluster, or kNone
+  std::uint32_t* place = nullptr;     // of an owned parcel among the members
+  std::uint32_t* list_head = nullptr; // of a cluster's first members
+  SegmentedList active;                // parcels with an event before the end
+  SegmentedList leaders;               // those that clusters are called by
+  std::uint32_t num_segments = 0;     // blocks of the cooperative kernel
+  ClusterMember* members = nullptr;   // num_segments x member_capacity
+  ClusterRecord* records = nullptr;   // as many; and one for the ball
+  LineSegment* segments = nullptr;    // num_segments x segment_capacity
+  uint2* border = nullptr;            // num_segments x border_capacity: parcels of two clusters, near each other
+  std::uint32_t member_capacity = 0, segment_capacity = 0, border_capacity = 0;
+  CommonList near_ball;
+  CommonList todo;                    // clusters to solve again
+  uint2* conflicts = nullptr;         // pairs of clusters
+  std::uint32_t conflict_capacity = 0;
+  BallLineSegment* ball_segments = nullptr;
+  std::uint32_t ball_segment_capacity = 0;
 };
 
 // Lives on the device.
 struct ExactState {
   ExactProgress progress;
   ExactConstants plan;  // of the step in hand
-  ExactBall ball;
-  Vec2i ball_centre;  // at the step's begin
+  ExactBall ball;       // at the begin, then at the end
+  Vec2i ball_centre;    // at the step's begin
   std::int32_t ball_reach = 0;
   std::uint32_t longest = 0;  // ticks that the step may take
   std::uint32_t parity = 0;
-  std::uint32_t stamp = 2;       // of the coming round; never comes back
-  std::uint32_t step_stamp = 2;  // of the step's first round
-  std::uint32_t finished = 0;    // whether the rounds came to their end
-  std::uint32_t failed = 0;      // stamp of a round in which a list was full; 0: none
-  std::uint32_t pending[3] = {};
-  std::uint32_t ball_changed_in = 0;  // stamp of the round
-  unsigned long long ball_key[2] = {};
-  std::uint32_t ball_lowered[2] = {};
-  double ball_fastest_mps = 0.0;
+  std::uint32_t failed = 0;         // a list was full, or a cluster had too many events
+  std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
+  std::uint32_t num_near_ball = 0;
+  std::uint32_t num_conflicts = 0, num_todo = 0;
+  std::uint32_t ball_owner = kBallCluster;  // the cluster that has the ball
+  // The ball as a member of a cluster.
+  ExactBall ball_now;
+  Event ball_event;
+  std::uint32_t num_ball_segments = 0;
+  std::uint32_t ball_has_changed = 0;
   std::uint32_t fastest_after_bits = 0;  // square of the largest speed after an event, float
-  unsigned long long num_rounds = 0;     // of the request
+  unsigned long long num_events = 0;  // of the step
+  unsigned long long num_rounds = 0;  // of the request
   unsigned long long num_redone = 0;
   unsigned long long event_hash = 0;
   std::int64_t last_travel = 0;  // of the last step

@@ -5,81 +5,90 @@
 namespace pf {
 namespace {
 
-constexpr std::uint32_t kLeastInSegment = 64;    // where parcels are few
-constexpr std::uint32_t kLeastAlone = 4 * 2048;  // several times what one block takes over
-
-// One parcel in so many may have an event, be lowered, change, be flagged, be near the ball.
-constexpr std::uint32_t kShares[6] = {4, 4, 4, 8, 8, 16};
-constexpr std::uint32_t kSavedShare = 8;
+// Room in each segment: for one in so many of its parcels, and some more where parcels are few.
+constexpr std::uint32_t kActiveShare = 4;   // have an event in the step
+constexpr std::uint32_t kMemberShare = 4;   // are in a cluster; as many more for those that have no event
+constexpr std::uint32_t kSegmentShare = 16; // lines between two events of one step
+constexpr std::uint32_t kBorderShare = 8;   // neighbours in two clusters
+constexpr std::uint32_t kLeast = 512;
+// Of the whole.
+constexpr std::uint32_t kCommonShare = 16;
+constexpr std::uint32_t kLeastCommon = 16384;
+constexpr std::uint32_t kMostBallSegments = 4096;
 
 }  // namespace
 
 void DeviceExact::reset_time() {
-  active_ = false;
+  is_active_ = false;
   time_s_ = 0.0;
   now_ = 0;
 }
 
-RoundLists DeviceExact::Lists::view() const {
-  RoundLists v;
-  SegmentedList* const views[6] = {&v.active[0], &v.active[1], &v.lowered,
-                                   &v.changed,   &v.flagged,   &v.near_ball};
-  for (std::uint32_t k = 0; k < 6; ++k) {
-    *views[k] = list[k].view();
-    views[k]->slot = k;
-  }
-  v.saved = saved.data();
-  v.num_saved = num_saved.data();
-  v.saved_capacity = saved_capacity;
-  return v;
-}
-
-std::size_t DeviceExact::Lists::bytes() const {
-  std::size_t sum = saved.bytes() + num_saved.bytes();
-  for (const List& one : list) sum += one.items.bytes() + one.counts.bytes();
-  return sum;
-}
-
-// Room in each segment for one in `share` of its parcels, and `least` more.
-DeviceExact::Lists DeviceExact::make_lists(std::uint32_t num_parcels, std::uint32_t num_segments,
-                                           std::uint32_t least) {
-  const auto capacity = [&](std::uint32_t share) { return num_parcels / (num_segments * share) + least; };
-  Lists lists;
-  for (int k = 0; k < 6; ++k) {
-    lists.list[k].capacity = capacity(kShares[k]);
-    lists.list[k].items =
-        DeviceBuffer<std::uint32_t>(static_cast<std::size_t>(lists.list[k].capacity) * num_segments);
-    lists.list[k].counts = DeviceBuffer<std::uint32_t>(num_segments);
-  }
-  lists.saved_capacity = capacity(kSavedShare);
-  lists.saved = DeviceBuffer<SavedLine>(static_cast<std::size_t>(lists.saved_capacity) * num_segments);
-  lists.num_saved = DeviceBuffer<std::uint32_t>(num_segments);
-  return lists;
-}
-
 void DeviceExact::reserve(std::uint32_t num_parcels) {
   if (num_parcels == reserved_) return;
+  *this = [&] {
+    DeviceExact empty;
+    empty.time_s_ = time_s_;
+    empty.now_ = now_;
+    empty.is_active_ = is_active_;
+    empty.state_ = std::move(state_);
+    return empty;
+  }();
   num_segments_ = exact_num_segments(num_parcels);
-  lists_ = {};
-  lists_ = make_lists(num_parcels, num_segments_, kLeastInSegment);
-  alone_ = make_lists(0, 1, kLeastAlone);
+  const std::uint32_t in_segment = num_parcels / num_segments_;
+  active_capacity_ = in_segment / kActiveShare + kLeast;
+  member_capacity_ = active_capacity_ + in_segment / (4 * kMemberShare) + kLeast;
+  segment_capacity_ = in_segment / kSegmentShare + 4 * kLeast;
+  border_capacity_ = in_segment / kBorderShare + 8 * kLeast;
+  const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_segments_; };
+  const std::size_t common = num_parcels / kCommonShare + kLeastCommon;
+  active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
+  active_counts_ = DeviceBuffer<std::uint32_t>(num_segments_);
+  leaders_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
+  members_ = DeviceBuffer<ClusterMember>(all(member_capacity_));
+  records_ = DeviceBuffer<ClusterRecord>(all(member_capacity_) + 1);
+  segments_ = DeviceBuffer<LineSegment>(all(segment_capacity_));
+  border_ = DeviceBuffer<uint2>(all(border_capacity_));
+  near_ball_ = DeviceBuffer<std::uint32_t>(common);
+  todo_ = DeviceBuffer<std::uint32_t>(common);
+  conflicts_ = DeviceBuffer<uint2>(common);
+  ball_segments_ = DeviceBuffer<BallLineSegment>(kMostBallSegments);
   reserved_ = num_parcels;
 }
 
-std::size_t DeviceExact::bytes() const { return lists_.bytes() + alone_.bytes(); }
+std::size_t DeviceExact::bytes() const {
+  return active_.bytes() + active_counts_.bytes() + leaders_.bytes() + members_.bytes() + records_.bytes() +
+         segments_.bytes() + border_.bytes() + near_ball_.bytes() + todo_.bytes() + conflicts_.bytes() +
+         ball_segments_.bytes();
+}
 
 void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   ExactArrays& a = launch.arrays;
   a.lines = memory.lines;
   a.present[0] = memory.free.position;
   a.present[1] = reinterpret_cast<Vec2i*>(memory.free.velocity);
-  a.mark = memory.free.tick;
+  a.list_head = memory.free.tick;
+  a.place = memory.free.id;
   a.event_tick = memory.scratch[0];
   a.event_partner = memory.scratch[1];
-  a.bound = memory.scratch[2];
-  a.lists = lists_.view();
-  a.alone = alone_.view();
+  a.owner = memory.scratch[2];
+  a.active = {active_.data(), active_counts_.data(), active_capacity_};
+  a.leaders = {leaders_.data(), nullptr, active_capacity_};
   a.num_segments = num_segments_;
+  a.members = members_.data();
+  a.records = records_.data();
+  a.segments = segments_.data();
+  a.border = border_.data();
+  a.member_capacity = member_capacity_;
+  a.segment_capacity = segment_capacity_;
+  a.border_capacity = border_capacity_;
+  const auto common = static_cast<std::uint32_t>(reserved_ / kCommonShare + kLeastCommon);
+  a.near_ball = {near_ball_.data(), common};
+  a.todo = {todo_.data(), common};
+  a.conflicts = conflicts_.data();
+  a.conflict_capacity = common;
+  a.ball_segments = ball_segments_.data();
+  a.ball_segment_capacity = kMostBallSegments;
   launch.state = state_.data();
 }
 
@@ -88,7 +97,7 @@ void DeviceExact::enter(const ExactLaunch& launch, cudaStream_t stream) {
   // Padding too, which the copy to the host reads.
   PF_CUDA(cudaMemsetAsync(state_.data(), 0, sizeof(ExactState), stream));
   launch_exact_enter(launch, now_, stream);
-  active_ = true;
+  is_active_ = true;
 }
 
 std::vector<std::uint64_t> DeviceExact::plan(const StepRequest& request, double tick_s) {

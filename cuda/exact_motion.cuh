@@ -10,18 +10,18 @@ namespace pf {
 class DeviceExact {
  public:
   // Whether the parcels' positions are anchors of lines.
-  bool active() const { return active_; }
+  bool active() const { return is_active_; }
   void reset_time();
-  void forget() { active_ = false; }
+  void forget() { is_active_ = false; }
 
-  // Makes room; the lists of the rounds are kept until more parcels need more.
+  // Makes room; what the clusters need is kept until more parcels need more.
   void reserve(std::uint32_t num_parcels);
   std::size_t bytes() const;
-  // Beside the ticks, which lie with the parcels.
-  static constexpr double kBytesPerParcel = 8.0 + 4.25 + 3.5;
+  // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and leaders,
+  // lines, and pairs of neighbours.
+  static constexpr double kBytesPerParcel = 8.0 + 40.0 + 3.0 + 2.0 + 1.0;
 
-  // `free`: arrays of as many parcels that the last sort left. scratch: three arrays, event_tick,
-  // event_partner and bound. Completes a launch's arrays.
+  // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's arrays.
   struct Memory {
     ParcelPointers lines, free;
     std::uint32_t* scratch[3];
@@ -35,27 +35,18 @@ class DeviceExact {
   ExactState* state() const { return state_.data(); }
 
  private:
-  struct List {
-    DeviceBuffer<std::uint32_t> items, counts;
-    std::uint32_t capacity = 0;
-    SegmentedList view() const { return {items.data(), counts.data(), capacity, 0}; }
-  };
-  struct Lists {
-    List list[6];
-    DeviceBuffer<SavedLine> saved;
-    DeviceBuffer<std::uint32_t> num_saved;
-    std::uint32_t saved_capacity = 0;
-    RoundLists view() const;
-    std::size_t bytes() const;
-  };
-  static Lists make_lists(std::uint32_t num_parcels, std::uint32_t num_segments, std::uint32_t least);
-
-  bool active_ = false;
+  bool is_active_ = false;
   double time_s_ = 0.0;
   std::uint64_t now_ = 0;
   std::uint32_t reserved_ = 0;
   std::uint32_t num_segments_ = 0;
-  Lists lists_, alone_;
+  std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0, border_capacity_ = 0;
+  DeviceBuffer<std::uint32_t> active_, active_counts_, leaders_, near_ball_, todo_;
+  DeviceBuffer<ClusterMember> members_;
+  DeviceBuffer<ClusterRecord> records_;
+  DeviceBuffer<LineSegment> segments_;
+  DeviceBuffer<uint2> border_, conflicts_;
+  DeviceBuffer<BallLineSegment> ball_segments_;
   DeviceBuffer<ExactState> state_{1};
 };
 

@@ -1,0 +1,635 @@
+// Method `exact` on the device: one cluster's events through a step, solved by a team of threads.
+// backend/exact_cluster_solver.hpp has the same for one thread; what is said there holds here.
+#pragma once
+
+#include <cooperative_groups.h>
+
+#include "draw_parcel.cuh"
+#include "exact_kernel.cuh"
+
+namespace pf {
+
+namespace cg = cooperative_groups;
+
+constexpr unsigned kExactBlock = 256;
+
+__device__ inline Line line_of(const ExactArrays& a, std::uint32_t i) {
+  return {a.lines.position[i], a.lines.velocity[i], a.lines.tick[i]};
+}
+
+__device__ inline std::int32_t saturated(double units) {
+  return static_cast<std::int32_t>(units < 1.0e9 ? units : 1.0e9);
+}
+
+// Square of a distance, as the filter of a search: a little above it, whatever float makes of it.
+__device__ inline float filter_of(double distance) {
+  return static_cast<float>(distance * distance * (1.0 + 1e-5));
+}
+
+template <Boundary kBoundary>
+__device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i present) {
+  const Vec2i from = separation<kBoundary>(world, state.ball_centre, present);
+  const long long x = from.x, y = from.y;
+  return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
+}
+
+__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j, const std::uint32_t* id) {
+  if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
+}
+
+__device__ inline std::uint32_t load_shared(const std::uint32_t* word) {
+  return *const_cast<const volatile std::uint32_t*>(word);
+}
+
+__device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t cluster) {
+  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_segments) * a.member_capacity];
+  return a.records[a.place[cluster]];
+}
+
+// Sets of clusters as trees; the lowest name is the root.
+__device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
+  while (true) {
+    const std::uint32_t next = load_shared(&record_of(a, cluster).toward);
+    if (next == cluster) return cluster;
+    cluster = next;
+  }
+}
+__device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
+  while (true) {
+    p = root_of(a, p);
+    q = root_of(a, q);
+    if (p == q) return;
+    const std::uint32_t low = p < q ? p : q, high = p < q ? q : p;
+    if (atomicCAS(&record_of(a, high).toward, high, low) == high) return;
+  }
+}
+
+// Clusters that have to be solved as one, or one of them by a whole block.
+__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p, std::uint32_t q) {
+  const std::uint32_t place = atomicAdd(&state.num_conflicts, 1U);
+  if (place < a.conflict_capacity) {
+    a.conflicts[place] = {p, q};
+  } else {
+    state.failed = 1;
+  }
+}
+
+// What the teams of a block share among their threads.
+struct TeamSpace {
+  static constexpr unsigned kMostMembers = 3072;  // of all teams of the block together
+  std::uint32_t table[kMostMembers];              // places of the members
+  std::uint32_t flagged[kMostMembers];            // members to predict again
+  std::uint32_t num_members[kExactBlock], num_flagged[kExactBlock], other[kExactBlock], joined[kExactBlock];
+  uint4 of_warps[kExactBlock / 32];
+};
+
+// Counts of a block's items in its segments.
+struct BlockCounts {
+  std::uint32_t active, leaders, members, segments, border;
+};
+
+// A team of kLanes threads of one block, which walk through a cluster together. Its first thread writes what there
+// is one of.
+template <Boundary kBoundary, unsigned kLanes>
+class TeamSolver {
+ public:
+  static constexpr unsigned kTeams = kExactBlock / kLanes;
+  static constexpr unsigned kCapacity = TeamSpace::kMostMembers / kTeams;
+  static constexpr std::uint32_t kMostEvents = 20000;
+  static constexpr bool kIsBlock = kLanes == kExactBlock;
+
+  __device__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state, TeamSpace& space,
+                        BlockCounts& counts)
+      : launch_(launch),
+        a_(launch.arrays),
+        c_(c),
+        state_(state),
+        space_(space),
+        counts_(counts),
+        team_(threadIdx.x / kLanes),
+        lane_(threadIdx.x % kLanes),
+        table_(space.table + team_ * kCapacity),
+        flagged_(space.flagged + team_ * kCapacity),
+        present_(launch.arrays.present[state.parity]) {}
+
+  // Solves the cluster, `list` being its members. All threads of the team call it with the same arguments.
+  __device__ void solve(std::uint32_t cluster, std::uint32_t list) {
+    cluster_ = cluster;
+    sum_ = {};
+    has_ball_ = kIsBlock && c_.ball == BallRole::participant && load_shared(&state_.ball_owner) == cluster;
+    if (leads()) {
+      space_.num_members[team_] = 0;
+      space_.num_flagged[team_] = 0;
+      space_.other[team_] = kNone;
+    }
+    sync();
+    const bool fits = load_members(list);
+    if (fits && has_ball_) begin_ball();
+    const bool solved = fits && go_through_events();
+    sync();
+    if (leads()) finish(list, fits, solved);
+    sync();
+  }
+
+  // The model's Tally, of the first thread.
+  __device__ void begin_contact() { ++sum_.num_collisions; }
+  __device__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
+  __device__ void overlap(float diameters) { sum_.max_overlap = fmaxf(sum_.max_overlap, diameters); }
+  __device__ void ball_hit(const BallSums& hit) {
+    ++sum_.num_hits;
+    sum_.ball_x += hit.impulse_x;
+    sum_.ball_y += hit.impulse_y;
+    sum_.ball_torque += hit.torque;
+  }
+
+ private:
+  static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // in place of a member
+
+  __device__ bool leads() const { return lane_ == 0; }
+  __device__ void sync() const {
+    if constexpr (kIsBlock) {
+      __syncthreads();
+    } else if constexpr (kLanes > 1) {
+      cg::tiled_partition<kLanes>(cg::this_thread_block()).sync();
+    }
+  }
+  __device__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
+  __device__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
+  __device__ std::uint32_t owner_of(std::uint32_t i) const { return load_shared(&a_.owner[i]); }
+  __device__ std::uint32_t num_members() const { return space_.num_members[team_]; }
+
+  __device__ static bool is_before(const uint4& p, const uint4& q) {
+    if (p.x != q.x) return p.x < q.x;
+    if (p.y != q.y) return p.y < q.y;
+    return p.z != q.z ? p.z < q.z : p.w < q.w;
+  }
+  // The least of the threads' keys, the same in all of them: two members may have one and the same event.
+  __device__ uint4 least(uint4 best) {
+    if constexpr (kLanes > 1) {
+      constexpr unsigned kWidth = kLanes < 32 ? kLanes : 32;
+      const auto lanes = cg::tiled_partition<kWidth>(cg::this_thread_block());
+      for (unsigned offset = kWidth / 2; offset > 0; offset /= 2) {
+        const uint4 other{lanes.shfl_xor(best.x, offset), lanes.shfl_xor(best.y, offset),
+                          lanes.shfl_xor(best.z, offset), lanes.shfl_xor(best.w, offset)};
+        if (is_before(other, best)) best = other;
+      }
+    }
+    if constexpr (kIsBlock) {
+      if (threadIdx.x % 32 == 0) space_.of_warps[threadIdx.x / 32] = best;
+      __syncthreads();
+      for (const uint4& other : space_.of_warps) {
+        if (is_before(other, best)) best = other;
+      }
+      __syncthreads();
+    }
+    return best;
+  }
+  __device__ Event earliest(const Event& best) {
+    if constexpr (kLanes == 1) return best;
+    const uint4 least_of_all = least({best.tick, best.partner_id, 0U, best.partner});
+    return {least_of_all.x, least_of_all.w, least_of_all.y};
+  }
+
+  // ---- members
+
+  __device__ void write_member(std::uint32_t m, std::uint32_t i) {
+    ClusterMember now;
+    now.index = i;
+    now.line = line_of(a_, i);
+    const std::uint32_t partner = a_.event_partner[i];
+    now.event = {a_.event_tick[i], partner, is_parcel(partner) ? id(partner) : partner};
+    now.clock = a_.lines.clock ? a_.lines.clock[i] : 0U;
+    now.next = kNone;
+    now.segments = kNone;
+    now.fastest_mps = sqrtf(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
+    now.has_changed = 0;
+    member(m) = now;
+  }
+
+  // Whether they are as few as the team has room for.
+  __device__ bool load_members(std::uint32_t list) {
+    if (leads()) {
+      std::uint32_t num = 0;
+      for (std::uint32_t m = list; m != kNone && num < kCapacity + 1; m = member(m).next) {
+        if (num < kCapacity) table_[num] = m;
+        ++num;
+      }
+      space_.num_members[team_] = num;
+    }
+    sync();
+    if (num_members() > kCapacity) return false;
+    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) write_member(table_[k], member(table_[k]).index);
+    sync();
+    return true;
+  }
+
+  // The parcel's place among the members, which it joins if it is nobody's; else kNone, and space_.other has the
+  // cluster whose it is, or this one's own name if there is no room.
+  __device__ std::uint32_t join(std::uint32_t i) {
+    if (leads()) {
+      std::uint32_t place = kNone;
+      if (owner_of(i) == cluster_) {
+        place = a_.place[i];
+      } else if (num_members() == kCapacity) {
+        space_.other[team_] = cluster_;
+      } else {
+        const std::uint32_t owner = atomicCAS(&a_.owner[i], kNone, cluster_);
+        __threadfence();  // of two clusters that take a parcel each and then look at the other's, one sees it
+        if (owner != kNone) {
+          space_.other[team_] = owner;
+        } else {
+          place = atomicAdd(&counts_.members, 1U);
+          if (place >= a_.member_capacity) {
+            state_.failed = 1;
+            place = 0;
+          }
+          place += blockIdx.x * a_.member_capacity;
+          a_.place[i] = place;
+          write_member(place, i);
+          table_[space_.num_members[team_]++] = place;
+        }
+      }
+      space_.joined[team_] = place;
+    }
+    sync();
+    const std::uint32_t place = space_.joined[team_];
+    sync();
+    return place;
+  }
+
+  // Called by the first thread: the list of members, and what came of it, for the other blocks.
+  __device__ void finish(std::uint32_t list, bool fits, bool solved) {
+    ClusterRecord& record = record_of(a_, cluster_);
+    const std::uint32_t num = fits ? num_members() : 0U;
+    for (std::uint32_t k = 0; k < num; ++k)
+      member(table_[k]).next = k + 1 < num ? table_[k + 1] : kNone;
+    record.members = fits ? (num > 0 ? table_[0] : kNone) : list;
+    record.merged = kNone;
+    record.is_solved = solved ? 1U : 0U;
+    record.num_events = sum_.num_events;
+    record.num_collisions = sum_.num_collisions;
+    record.num_hits = sum_.num_hits;
+    record.num_retired = sum_.num_retired;
+    record.max_overlap = sum_.max_overlap;
+    record.impulse_sum = sum_.impulse_sum;
+    record.ball_x = sum_.ball_x;
+    record.ball_y = sum_.ball_y;
+    record.ball_torque = sum_.ball_torque;
+    record.event_hash = sum_.event_hash;
+    if (solved) {
+      if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));
+      return;
+    }
+    const std::uint32_t other = fits ? space_.other[team_] : cluster_;
+    if (other == cluster_) {  // no room: a block is to solve it
+      record.wants_block = 1;
+      if constexpr (kIsBlock) state_.failed = 1;
+    }
+    add_conflict(a_, state_, cluster_, other);
+  }
+
+  // ---- events
+
+  __device__ bool go_through_events() {
+    while (true) {
+      uint4 best{kNoTick, kNone, kNone, kNone};
+      for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+        const ClusterMember& it = member(table_[k]);
+        const Event event = it.event;
+        if (event.tick == kNoTick) continue;
+        const std::uint32_t own = id(it.index);
+        const uint4 key{event.tick, own < event.partner_id ? own : event.partner_id,
+                        own < event.partner_id ? event.partner_id : own, table_[k]};
+        if (is_before(key, best)) best = key;
+      }
+      best = least(best);
+      if (has_ball_) {
+        const Event event = state_.ball_event;
+        const std::uint32_t own = kBallPartner;
+        const uint4 key{event.tick, own < event.partner_id ? own : event.partner_id,
+                        own < event.partner_id ? event.partner_id : own, kBall};
+        if (event.tick != kNoTick && is_before(key, best)) best = key;
+      }
+      sync();
+      if (best.x == kNoTick) return true;
+      if (sum_.num_events == kMostEvents) {
+        if (leads()) state_.failed = 1;
+        return true;
+      }
+      if (!(best.w == kBall ? resolve_ball_event() : resolve(best.w))) return false;
+    }
+  }
+
+  // By all threads, so that num_events is the same in all.
+  __device__ void record(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
+    sum_.event_hash += event_hash(state_.progress.now + tick, first < second ? first : second,
+                                  first < second ? second : first);
+    ++sum_.num_events;
+  }
+
+  __device__ bool in_contact_time(const ClusterMember& it, std::uint32_t tick) const {
+    return c_.clock_ticks != 0 && c_.begin + tick - it.clock <= c_.clock_ticks;
+  }
+
+  __device__ void store(ClusterMember& it, const Line& now, std::uint32_t tick) {
+    if (it.has_changed) {
+      const std::uint32_t place = atomicAdd(&counts_.segments, 1U);
+      if (place < a_.segment_capacity) {
+        const std::uint32_t at = blockIdx.x * a_.segment_capacity + place;
+        a_.segments[at] = {it.line, tick, it.segments};
+        it.segments = at;
+      } else {
+        state_.failed = 1;
+      }
+    }
+    const float speed2 = dot(now.velocity, now.velocity);
+    it.line = now;
+    it.has_changed = 1;
+    it.fastest_mps = fmaxf(it.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
+    sum_.fastest2 = fmaxf(sum_.fastest2, speed2);
+  }
+
+  __device__ bool resolve(std::uint32_t m) {
+    const Event event = member(m).event;
+    if (is_parcel(event.partner)) {
+      const std::uint32_t other = join(event.partner);
+      if (other == kNone) return false;
+      resolve_pair(m, other, event.tick);
+      return true;
+    }
+    if (event.partner == kBallPartner) {
+      if (c_.ball == BallRole::participant) {
+        if (leads()) space_.other[team_] = load_shared(&state_.ball_owner);
+        return false;
+      }
+      hit_ball(m, event.tick, state_.ball.line);
+    } else {
+      resolve_edge(m, event);
+    }
+    predict_changed(m, kNone);
+    predict_flagged();
+    return true;
+  }
+
+  __device__ void resolve_pair(std::uint32_t m, std::uint32_t other, std::uint32_t tick) {
+    const std::uint32_t id_m = id(member(m).index), id_other = id(member(other).index);
+    const std::uint32_t p = id_m < id_other ? m : other, q = id_m < id_other ? other : m;
+    if (leads()) {
+      ClusterMember &one = member(p), &two = member(q);
+      Line first = one.line, second = two.line;
+      anchor_at<kBoundary>(c_, first, tick);
+      anchor_at<kBoundary>(c_, second, tick);
+      const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
+      collide<kBoundary>(c_, first, second, elastic, *this);
+      store(one, first, tick);
+      store(two, second, tick);
+      one.clock = two.clock = c_.begin + tick;
+    }
+    record(tick, id_m, id_other);
+    sync();
+    predict_changed(p, q);
+    predict_changed(q, p);
+    predict_flagged();
+  }
+
+  __device__ void resolve_edge(std::uint32_t m, const Event& event) {
+    if (leads()) {
+      ClusterMember& it = member(m);
+      Line now = it.line;
+      anchor_at<kBoundary>(c_, now, event.tick);
+      meet_edge(c_, event.partner, now);
+      if (event.partner == kExit) ++sum_.num_retired;
+      store(it, now, event.tick);
+      it.clock = c_.begin + event.tick;
+    }
+    record(event.tick, id(member(m).index), event.partner);
+    sync();
+  }
+
+  // What it does to the ball, in the first thread.
+  __device__ BallKick hit_ball(std::uint32_t m, std::uint32_t tick, const BallLine& line) {
+    BallKick kick{};
+    if (leads()) {
+      ClusterMember& it = member(m);
+      Line now = it.line;
+      anchor_at<kBoundary>(c_, now, tick);
+      kick = collide_with_ball<kBoundary>(c_, line, tick, now, *this);
+      store(it, now, tick);
+    }
+    record(tick, id(member(m).index), kBallPartner);
+    sync();
+    return kick;
+  }
+
+  // ---- the ball as a member
+
+  __device__ void begin_ball() {
+    if (leads()) {
+      state_.ball_now = state_.ball;
+      state_.ball_has_changed = 0;
+      state_.num_ball_segments = 0;
+      state_.ball_event = {};
+    }
+    sync();
+    predict_ball();
+  }
+
+  __device__ bool resolve_ball_event() {
+    const Event event = state_.ball_event;
+    sync();
+    BallKick kick{};
+    std::uint32_t m = kNone;
+    if (is_parcel(event.partner)) {
+      m = join(event.partner);
+      if (m == kNone) return false;
+      kick = hit_ball(m, event.tick, state_.ball_now.line);
+    } else {
+      record(event.tick, event.partner, kBallPartner);
+    }
+    if (leads()) {
+      ExactBall now = state_.ball_now;
+      if (state_.ball_has_changed) {
+        if (state_.num_ball_segments < a_.ball_segment_capacity) {
+          a_.ball_segments[state_.num_ball_segments++] = {now.line, event.tick};
+        } else {
+          state_.failed = 1;
+        }
+      }
+      change_ball(c_, event.tick, event.partner, kick, now);
+      state_.ball_now = now;
+      state_.ball_has_changed = 1;
+      state_.ball_event = {};
+      const double surface_mps = surface_speed_mps(c_.step.physics, now.line);
+      if (surface_mps > c_.max_speed_mps)
+        atomicMax(&state_.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
+    }
+    sync();
+    if (m != kNone) predict_changed(m, kNone);
+    predict_ball();
+    predict_flagged();
+    return true;
+  }
+
+  __device__ Line line_now(std::uint32_t k) const {
+    return owner_of(k) == cluster_ ? member(a_.place[k]).line : line_of(a_, k);
+  }
+
+  __device__ void predict_ball() {
+    Event best;
+    const BallLine line = state_.ball_now.line;
+    const std::uint32_t num = state_.num_near_ball < a_.near_ball.capacity ? state_.num_near_ball : 0U;
+    for (std::uint32_t n = lane_; n < num; n += kLanes) {
+      const std::uint32_t k = a_.near_ball.items[n];
+      const Line there = line_now(k);
+      if (!is_retired(there.anchor))
+        keep_meeting(best, meeting_ball<kBoundary>(c_, line, there), k, a_.lines.id);
+    }
+    best = earliest(best);
+    if (leads()) {
+      keep_ball_edge_event<kBoundary>(c_, line, best);
+      state_.ball_event = best;
+    }
+    sync();
+  }
+
+  // The ball's event after a member got a new line.
+  __device__ void heed_ball(std::uint32_t i, const Line& now) {
+    const Event event = state_.ball_event;
+    sync();
+    if (event.partner == i) return predict_ball();
+    if (leads() && !is_retired(now.anchor) && is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i])) {
+      const Event next{meeting_ball<kBoundary>(c_, state_.ball_now.line, now), i, id(i)};
+      if (next.tick != kNoTick && comes_before(next, event)) state_.ball_event = next;
+    }
+    sync();
+  }
+
+  // ---- predictions
+
+  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step, may
+  // touch; of those that are owned, on whatever line they are.
+  template <class Visit>
+  __device__ void search_reachable(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
+    if (!c_.step.physics.parcels.contacts) return;
+    const double in_step = c_.units_per_tick * c_.length;
+    const double moved = (static_cast<double>(fastest_mps) + c_.max_speed_mps) * in_step;
+    const double distance = c_.step.contact_distance + moved + kRoundingMargin;
+    const auto contact = static_cast<float>(c_.step.contact_distance);
+    const auto per_mps = static_cast<float>(in_step);
+    const Vec2i begin = line_begin<kBoundary>(c_, now);
+    search<kBoundary, false, kLanes>(
+        launch_.space, present_, present_[i], i,
+        saturated(distance + static_cast<double>(state_.progress.travel)), filter_of(distance),
+        [&](std::uint32_t j, Vec2i) {
+          const std::uint32_t owner = owner_of(j);
+          if (owner == kNone) {
+            const Vec2i offset = separation<kBoundary>(launch_.space.world, begin, present_[j]);
+            if (!may_meet(offset, a_.lines.velocity[j] - now.velocity, contact, per_mps)) return;
+          }
+          visit(j, owner);
+        });
+  }
+
+  __device__ void keep_edge_and_ball(std::uint32_t i, const Line& now, Event& best) const {
+    if (may_reach_edge<kBoundary>(c_, present_[i])) keep_edge_event<kBoundary>(c_, now, best);
+    if (c_.ball == BallRole::absent || has_ball_ ||
+        !is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i]))
+      return;
+    keep_earlier(best, {meeting_ball<kBoundary>(c_, state_.ball.line, now), kBallPartner, kBallPartner});
+  }
+
+  __device__ void add_border(std::uint32_t i, std::uint32_t j) {
+    const std::uint32_t place = atomicAdd(&counts_.border, 1U);
+    if (place < a_.border_capacity) {
+      a_.border[static_cast<std::size_t>(blockIdx.x) * a_.border_capacity + place] = {i, j};
+    } else {
+      state_.failed = 1;
+    }
+  }
+
+  // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well and has
+  // its own turn.
+  __device__ void predict_changed(std::uint32_t m, std::uint32_t partner) {
+    const Line now = member(m).line;
+    const std::uint32_t i = member(m).index, own = id(i);
+    const bool gone = is_retired(now.anchor);
+    Event best;
+    search_reachable(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
+      if (owner != cluster_) {
+        if (gone || is_retired(a_.lines.position[j])) return;
+        if (owner != kNone) add_border(i, j);
+        keep_meeting(best, meeting<kBoundary>(c_, now, line_of(a_, j)), j, a_.lines.id);
+        return;
+      }
+      const std::uint32_t n = a_.place[j];
+      ClusterMember& other = member(n);
+      const Line there = other.line;
+      if (is_retired(there.anchor)) return;
+      const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, now, there);
+      keep_meeting(best, tick, j, a_.lines.id);
+      if (n == partner) return;
+      const Event next{tick, i, own};
+      if (other.event.partner == i) {
+        other.event = {};
+        flagged_[atomicAdd(&space_.num_flagged[team_], 1U)] = n;
+      } else if (tick != kNoTick && comes_before(next, other.event)) {
+        other.event = next;
+      }
+    });
+    best = earliest(best);
+    if (leads()) {
+      if (!gone) keep_edge_and_ball(i, now, best);
+      member(m).event = best;
+    }
+    sync();
+    if (has_ball_) heed_ball(i, now);
+  }
+
+  // Of the members whose next event was with one that changed.
+  __device__ void predict_flagged() {
+    const std::uint32_t num = space_.num_flagged[team_];
+    sync();
+    for (std::uint32_t k = 0; k < num; ++k) {
+      const std::uint32_t m = flagged_[k];
+      const Line now = member(m).line;
+      const std::uint32_t i = member(m).index;
+      Event best;
+      search_reachable(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t) {
+        const Line there = line_now(j);
+        if (!is_retired(there.anchor))
+          keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
+      });
+      best = earliest(best);
+      if (leads()) {
+        keep_edge_and_ball(i, now, best);
+        member(m).event = best;
+      }
+      sync();
+    }
+    if (leads()) space_.num_flagged[team_] = 0;
+    sync();
+  }
+
+  struct Sum {
+    std::uint32_t num_events = 0, num_collisions = 0, num_hits = 0, num_retired = 0;
+    float max_overlap = 0.0F, fastest2 = 0.0F;
+    long long impulse_sum = 0, ball_x = 0, ball_y = 0, ball_torque = 0;
+    unsigned long long event_hash = 0;
+  };
+
+  const ExactLaunch& launch_;
+  const ExactArrays& a_;
+  const ExactConstants& c_;
+  ExactState& state_;
+  TeamSpace& space_;
+  BlockCounts& counts_;
+  unsigned team_, lane_;
+  std::uint32_t* table_;
+  std::uint32_t* flagged_;
+  const Vec2i* present_;
+  std::uint32_t cluster_ = 0;
+  bool has_ball_ = false;
+  Sum sum_;
+};
+
+}  // namespace pf
