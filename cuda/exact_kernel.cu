@@ -14,9 +14,10 @@ constexpr unsigned kPredictBlocksPerSm = 5;  // ms at 10^7: 0.63; with 4 0.74, w
 constexpr unsigned kSolveBlocksPerSm = 2;
 constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
-// So many threads solve a cluster together where a block has few of them and each search's latency counts; with
-// many, one thread each wastes less.
-constexpr unsigned kTogether = 8;
+// So many threads solve a cluster together where a block has few of them and waiting for memory counts; with many,
+// fewer threads each waste less.
+constexpr unsigned kTogether = 16;
+constexpr unsigned kTogetherIfMany = 8;
 constexpr std::uint32_t kFew = 128;
 
 // With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth.
@@ -266,7 +267,7 @@ struct Clusters {
       TeamSolver<kBoundary, kBlock>(launch, c, state, space, counts).solve(kBallCluster, kNone);
     __syncthreads();
     if (counts.leaders > kFew) {
-      solve_first<1>();
+      solve_first<kTogetherIfMany>();
     } else {
       solve_first<kTogether>();
     }

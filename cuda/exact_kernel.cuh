@@ -18,7 +18,7 @@ constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;  // a cluster is called by a
 struct ClusterMember {
   Line line;
   Event event;
-  std::uint32_t index;
+  std::uint32_t index, id;
   std::uint32_t next;      // in the cluster's list
   std::uint32_t clock;
   std::uint32_t segments;  // the latest of its earlier lines but the one at the step's begin

@@ -195,6 +195,7 @@ class TeamSolver {
   __device__ void write_member(std::uint32_t m, std::uint32_t i) {
     ClusterMember now;
     now.index = i;
+    now.id = id(i);
     now.line = line_of(a_, i);
     const std::uint32_t partner = a_.event_partner[i];
     now.event = {a_.event_tick[i], partner, is_parcel(partner) ? id(partner) : partner};
@@ -297,7 +298,7 @@ class TeamSolver {
         const ClusterMember& it = member(table_[k]);
         const Event event = it.event;
         if (event.tick == kNoTick) continue;
-        const std::uint32_t own = id(it.index);
+        const std::uint32_t own = it.id;
         const uint4 key{event.tick, own < event.partner_id ? own : event.partner_id,
                         own < event.partner_id ? event.partner_id : own, table_[k]};
         if (is_before(key, best)) best = key;
@@ -372,7 +373,7 @@ class TeamSolver {
   }
 
   __device__ void resolve_pair(std::uint32_t m, std::uint32_t other, std::uint32_t tick) {
-    const std::uint32_t id_m = id(member(m).index), id_other = id(member(other).index);
+    const std::uint32_t id_m = member(m).id, id_other = member(other).id;
     const std::uint32_t p = id_m < id_other ? m : other, q = id_m < id_other ? other : m;
     if (leads()) {
       ClusterMember &one = member(p), &two = member(q);
@@ -402,7 +403,7 @@ class TeamSolver {
       store(it, now, event.tick);
       it.clock = c_.begin + event.tick;
     }
-    record(event.tick, id(member(m).index), event.partner);
+    record(event.tick, member(m).id, event.partner);
     sync();
   }
 
@@ -416,7 +417,7 @@ class TeamSolver {
       kick = collide_with_ball<kBoundary>(c_, line, tick, now, *this);
       store(it, now, tick);
     }
-    record(tick, id(member(m).index), kBallPartner);
+    record(tick, member(m).id, kBallPartner);
     sync();
     return kick;
   }
@@ -506,28 +507,79 @@ class TeamSolver {
 
   // ---- predictions
 
-  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step, may
-  // touch; of those that are owned, on whatever line they are.
+  // visit(j) for the parcels of i's search box, i among them, shared among the team's threads. The ranges of the box
+  // are laid end to end, so that the threads wait for memory together and not row by row.
   template <class Visit>
-  __device__ void search_reachable(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
+  __device__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
+    const GridShape& grid = launch_.space.grid;
+    if constexpr (!kIsBlock) {
+      const CellSpan sx = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
+      const CellSpan sy = cell_span<kBoundary>(at.y, reach, grid.half.y, grid.num_y, grid.factor_y);
+      const bool two = sx.second_first <= sx.second_last;
+      const int num_rows = sy.last - sy.first + 1;
+      const int num_second = sy.second_last >= sy.second_first ? sy.second_last - sy.second_first + 1 : 0;
+      const unsigned num = static_cast<unsigned>(num_rows + num_second) * (two ? 2U : 1U);
+      if (!launch_.space.all_pairs && num <= kLanes) {
+        std::uint32_t first = 0, count = 0;
+        if (lane_ < num) {
+          const int k = static_cast<int>(two ? lane_ / 2 : lane_);
+          const int row = k < num_rows ? sy.first + k : sy.second_first + (k - num_rows);
+          const bool second = two && lane_ % 2 != 0;
+          const std::uint32_t* starts =
+              launch_.space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.num_x);
+          first = starts[second ? sx.second_first : sx.first];
+          count = starts[(second ? sx.second_last : sx.last) + 1] - first;
+        }
+        const auto lanes = cg::tiled_partition<kLanes>(cg::this_thread_block());
+        std::uint32_t end = count;  // of the range among all
+        for (unsigned offset = 1; offset < kLanes; offset *= 2) {
+          const std::uint32_t before = lanes.shfl_up(end, offset);
+          if (lane_ >= offset) end += before;
+        }
+        const std::uint32_t total = lanes.shfl(end, num - 1);
+        for (std::uint32_t base = 0; base < total; base += kLanes) {
+          const std::uint32_t k = base + lane_;
+          std::uint32_t j = 0;
+          for (unsigned r = 0; r < num; ++r) {
+            const std::uint32_t range_end = lanes.shfl(end, r), range_count = lanes.shfl(count, r);
+            const std::uint32_t range_first = lanes.shfl(first, r);
+            if (k < range_end && k + range_count >= range_end) j = range_first + (k + range_count - range_end);
+          }
+          if (k < total) visit(j);
+        }
+        return;
+      }
+    }
+    search<kBoundary, false, kLanes>(launch_.space, present_, at, kNone, reach, 3.4e38F,
+                                     [&](std::uint32_t j, Vec2i) { visit(j); });
+  }
+
+  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step, may
+  // touch, but for the members of its cluster; those that are another's, on whatever line they are.
+  template <class Visit>
+  __device__ void search_others(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
     if (!c_.step.physics.parcels.contacts) return;
     const double in_step = c_.units_per_tick * c_.length;
     const double moved = (static_cast<double>(fastest_mps) + c_.max_speed_mps) * in_step;
     const double distance = c_.step.contact_distance + moved + kRoundingMargin;
+    const float within = filter_of(distance);
     const auto contact = static_cast<float>(c_.step.contact_distance);
     const auto per_mps = static_cast<float>(in_step);
+    const Vec2i at = present_[i];
     const Vec2i begin = line_begin<kBoundary>(c_, now);
-    search<kBoundary, false, kLanes>(
-        launch_.space, present_, present_[i], i,
-        saturated(distance + static_cast<double>(state_.progress.travel)), filter_of(distance),
-        [&](std::uint32_t j, Vec2i) {
-          const std::uint32_t owner = owner_of(j);
-          if (owner == kNone) {
-            const Vec2i offset = separation<kBoundary>(launch_.space.world, begin, present_[j]);
-            if (!may_meet(offset, a_.lines.velocity[j] - now.velocity, contact, per_mps)) return;
-          }
-          visit(j, owner);
-        });
+    const World& world = launch_.space.world;
+    each_in_box(at, saturated(distance + static_cast<double>(state_.progress.travel)), [&](std::uint32_t j) {
+      const std::uint32_t owner = owner_of(j);
+      const Vec2i there = present_[j];
+      const Vec2f velocity = a_.lines.velocity[j];
+      const Vec2i offset = separation<kBoundary>(world, at, there);
+      const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
+      if (x * x + y * y >= within || owner == cluster_ || j == i) return;
+      if (owner == kNone &&
+          !may_meet(separation<kBoundary>(world, begin, there), velocity - now.velocity, contact, per_mps))
+        return;
+      visit(j, owner);
+    });
   }
 
   __device__ void keep_edge_and_ball(std::uint32_t i, const Line& now, Event& best) const {
@@ -551,22 +603,18 @@ class TeamSolver {
   // its own turn.
   __device__ void predict_changed(std::uint32_t m, std::uint32_t partner) {
     const Line now = member(m).line;
-    const std::uint32_t i = member(m).index, own = id(i);
+    const std::uint32_t i = member(m).index, own = member(m).id;
     const bool gone = is_retired(now.anchor);
     Event best;
-    search_reachable(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
-      if (owner != cluster_) {
-        if (gone || is_retired(a_.lines.position[j])) return;
-        if (owner != kNone) add_border(i, j);
-        keep_meeting(best, meeting<kBoundary>(c_, now, line_of(a_, j)), j, a_.lines.id);
-        return;
-      }
-      const std::uint32_t n = a_.place[j];
-      ClusterMember& other = member(n);
-      const Line there = other.line;
-      if (is_retired(there.anchor)) return;
-      const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, now, there);
-      keep_meeting(best, tick, j, a_.lines.id);
+    search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
+      const Line there = line_of(a_, j);
+      if (gone || is_retired(there.anchor)) return;
+      if (owner != kNone) add_border(i, j);
+      keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
+    });
+    each_other_member(m, [&](ClusterMember& other, std::uint32_t n) {
+      const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, now, other.line);
+      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
       if (n == partner) return;
       const Event next{tick, i, own};
       if (other.event.partner == i) {
@@ -585,6 +633,16 @@ class TeamSolver {
     if (has_ball_) heed_ball(i, now);
   }
 
+  // visit(member, its place) for the members on a line but m.
+  template <class Visit>
+  __device__ void each_other_member(std::uint32_t m, Visit visit) {
+    if (!c_.step.physics.parcels.contacts) return;
+    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+      const std::uint32_t n = table_[k];
+      if (n != m && !is_retired(member(n).line.anchor)) visit(member(n), n);
+    }
+  }
+
   // Of the members whose next event was with one that changed.
   __device__ void predict_flagged() {
     const std::uint32_t num = space_.num_flagged[team_];
@@ -594,10 +652,14 @@ class TeamSolver {
       const Line now = member(m).line;
       const std::uint32_t i = member(m).index;
       Event best;
-      search_reachable(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t) {
-        const Line there = line_now(j);
+      search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t) {
+        const Line there = line_of(a_, j);
         if (!is_retired(there.anchor))
           keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
+      });
+      each_other_member(m, [&](const ClusterMember& other, std::uint32_t) {
+        const std::uint32_t tick = meeting<kBoundary>(c_, now, other.line);
+        if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
       });
       best = earliest(best);
       if (leads()) {
@@ -606,6 +668,7 @@ class TeamSolver {
       }
       sync();
     }
+    if (num == 0) return;
     if (leads()) space_.num_flagged[team_] = 0;
     sync();
   }
