@@ -96,11 +96,6 @@ double drag_diffuse(double s, double wall_over_gas) {
   return incident_momentum(s) + 0.25 * kPi * std::sqrt(kPi) / s * std::sqrt(wall_over_gas);
 }
 
-double drag_cold(double e, double friction) {
-  const double kappa = friction * (1.0 + e);
-  return 4.0 / 3.0 * (1.0 + e) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
-}
-
 double hit_factor(double s) {
   const double x = 0.5 * s * s;
   return 0.5 * std::sqrt(kPi) / s * ((1.0 + s * s) * scaled_bessel_i(0, x) + s * s * scaled_bessel_i(1, x));

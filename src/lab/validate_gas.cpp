@@ -1,8 +1,9 @@
 // Rungs of the ladder: collision rate and pressure of the gas in equilibrium.
 #include <fmt/format.h>
 
+#include "app/scene_run.hpp"
 #include "core/timing.hpp"
-#include "lab/lab_scene.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -22,7 +23,7 @@ Equilibrium measure_equilibrium(const Settings& settings, double equilibrate, do
                                 unsigned threads) {
   constexpr int kBlocks = 25;
   const Clock::time_point start = Clock::now();
-  LabRun run(settings, threads);
+  SceneRun run(settings, threads);
   const double num = run.physics.parcels.num;
   const double rate = theory::collision_rate_per_s(settings.area_fraction, 1.0, 0.5);
   const double step_s = (settings.method == Method::exact ? 0.1 : 0.01) / rate;
@@ -51,8 +52,9 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
   const auto num = static_cast<std::int64_t>(plan.amount(4096, 1024));
   const double events = exact ? plan.amount(4e7, 2.5e5) : 1e5;
   const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
-  const Equilibrium found =
-      measure_equilibrium(unit_gas(num, eta, method), equilibrate, events, plan.threads);
+  Settings s = unit_gas(num, eta, Boundary::periodic);
+  s.method = method;
+  const Equilibrium found = measure_equilibrium(s, equilibrate, events, plan.threads);
   ValidationRow row;
   row.method = method;
   row.judged = exact;
@@ -73,7 +75,8 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
 
 // P* = P d^2 / kT of 870 discs in a box of 29 : 30 sqrt(3) / 2: Li et al. 2022.
 void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected, const RowSink& add) {
-  Settings s = unit_gas(870, eta, Method::exact);
+  Settings s = unit_gas(870, eta, Boundary::periodic);
+  s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
   const Equilibrium found = measure_equilibrium(s, 500.0, plan.amount(4e7, 3e5), plan.threads);

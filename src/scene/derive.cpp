@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "model/ball.hpp"
 
 namespace pf {
 namespace {
@@ -21,13 +22,6 @@ double inertia_factor(Inertia inertia) {
     default:
       return 2.0 / 3.0;
   }
-}
-
-// Drag coefficient of a disc in a cold stream of light parcels with restitution e and Coulomb friction mu
-// (PHYSICS 3.1, the limit S -> infinity), referred to rho V^2 R.
-double cold_drag_coefficient(double restitution, double friction) {
-  const double kappa = friction * (1.0 + restitution);
-  return 4.0 / 3.0 * (1.0 + restitution) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
 }
 
 ParcelConstants derive_parcels(const Settings& s, double area_m2) {
