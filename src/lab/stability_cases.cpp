@@ -158,6 +158,9 @@ double float_position_step(double num_parcels) {
   return static_cast<double>(far) - static_cast<double>(std::nextafter(far, 0.0F));
 }
 
-double unit_position_step(double num_parcels) { return 2.0 * far_side_diameters(num_parcels) * 0x1p-31; }
+double unit_position_step(double num_parcels) {
+  const double side = 2.0 * far_side_diameters(num_parcels);
+  return make_world(side, side, Boundary::periodic).unit_m;
+}
 
 }  // namespace pf
