@@ -167,8 +167,7 @@ int bench(const Options& options) {
 
 // 1 if a row fails.
 int validate(const Options& options) {
-  // One thread is quickest for the small gases of the quick ladder.
-  const ValidationPlan plan{options.lab.quick, options.lab.quick ? 1U : 0U};
+  const ValidationPlan plan = validation_plan(options.lab.quick);
   fmt::print("{}\n", table_head());
   const auto show = [](const ValidationRow& row) {
     fmt::print("{}\n", table_line(row));
@@ -181,7 +180,8 @@ int validate(const Options& options) {
 
 // The CPU, and the CUDA device where it is asked for: series of their own.
 int lab(const Options& options) {
-  if (options.lab.study == "validate") return validate(options);
+  if (options.lab.study == "plot") return plot_lab(options.lab.out);
+  if (options.lab.study == "validate" && options.lab.out.empty()) return validate(options);
   end_in_order();
   std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
   const std::string obstacle = options.cuda ? cuda_obstacle() : "";

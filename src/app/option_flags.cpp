@@ -177,10 +177,13 @@ void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
   LabOptions& lab = options.lab;
   app.add_option("study", typed.study, fmt::format("what to measure: {}", fmt::join(kStudies, ", ")))
       ->type_name("NAME");
+  app.add_option("folder", typed.folder, "plot: draw what is there, measured here or elsewhere")
+      ->type_name("DIR");
   app.add_flag("--quick", lab.quick,
                "minutes on 2 cores; validate: two minutes instead of an hour, wider tolerances");
   app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
-  app.add_option("--out", lab.out, "folder of the results; default lab-STUDY")->type_name("DIR");
+  app.add_option("--out", lab.out, "folder of the results; default lab-STUDY, for validate none")
+      ->type_name("DIR");
   app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
   app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
   app.add_flag("--force", lab.force, "measure anew over what is in the folder");

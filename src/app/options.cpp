@@ -116,6 +116,15 @@ AccuracyWish accuracy_wish(const Typed& typed) {
   return wish;
 }
 
+Options plot_options(const CLI::App& command, const Typed& typed, Options options) {
+  if (typed.folder.empty() || command.count_all() > 3) {
+    throw UserError(
+        "lab plot: takes the folder of the results and nothing else, as pickleflight lab plot lab-all");
+  }
+  options.lab.out = typed.folder;
+  return options;
+}
+
 // The study is named here and not by CLI11, so that a wrong one is answered like any other wrong name.
 Options lab_options(const CLI::App& command, const Typed& typed, Options options) {
   LabOptions& lab = options.lab;
@@ -131,16 +140,20 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   options.cuda = options.cuda || options.cuda_no_fallback;
   lab.study = typed.study;
   const bool is_validate = lab.study == "validate";
-  if (is_validate && (!lab.out.empty() || lab.resume || lab.force || options.cuda)) {
-    throw UserError("lab validate: takes --quick and --json only; leave out the rest");
-  }
-  if (!is_validate && !typed.json.empty())
-    throw UserError("--json: goes with validate; the others take --out DIR");
+  if (lab.study == "plot") return plot_options(command, typed, std::move(options));
+  if (!typed.folder.empty()) refuse_extra(command, typed.folder);
+  if (is_validate && options.cuda)
+    throw UserError(
+        "lab validate: has no CUDA series, tests/gpu hold the device to the CPU's bits; leave out --cuda");
+  if (is_validate && lab.out.empty() && (lab.resume || lab.force))
+    throw UserError("lab validate: prints its table and leaves no folder; give --out DIR as well");
+  if (!typed.json.empty() && (!is_validate || !lab.out.empty()))
+    throw UserError("--json: goes with validate without --out; else --out DIR has the JSON in it");
   if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
     throw UserError("--scene: goes with terms; the other studies have scenes of their own, leave it out");
   if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
   lab.json = output_file(command, "--json", typed.json, {});
-  if (lab.out.empty()) lab.out = "lab-" + lab.study;
+  if (lab.out.empty() && !is_validate) lab.out = "lab-" + lab.study;
   return options;
 }
 

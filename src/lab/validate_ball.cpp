@@ -5,6 +5,7 @@
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/free_stream.hpp"
+#include "lab/gas_case.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
@@ -178,16 +179,20 @@ void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
 
 }  // namespace
 
-void validate_ball(const ValidationPlan& plan, const RowSink& add) {
+std::vector<Rung> ball_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs;
   for (const double speed_ratio : {0.5, 2.0, 5.0}) {
-    add_smooth(plan, Method::exact, speed_ratio, add);
-    add_smooth(plan, Method::impulse, speed_ratio, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("ball/{}/{}", method_name(method), speed_ratio),
+                       [=](const RowSink& add) { add_smooth(plan, method, speed_ratio, add); }});
+    }
   }
-  add_restitution(plan, add);
-  add_friction(plan, add);
-  add_spin(plan, add);
-  add_null(plan, add);
-  add_equipartition(plan, add);
+  rungs.push_back({"ball/restitution", [plan](const RowSink& add) { add_restitution(plan, add); }});
+  rungs.push_back({"ball/friction", [plan](const RowSink& add) { add_friction(plan, add); }});
+  rungs.push_back({"ball/spin", [plan](const RowSink& add) { add_spin(plan, add); }});
+  rungs.push_back({"ball/no friction", [plan](const RowSink& add) { add_null(plan, add); }});
+  rungs.push_back({"ball/energy", [plan](const RowSink& add) { add_equipartition(plan, add); }});
+  return rungs;
 }
 
 }  // namespace pf

@@ -3,6 +3,7 @@
 
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
+#include "lab/gas_case.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
@@ -93,13 +94,20 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
 
 }  // namespace
 
-void validate_gas(const ValidationPlan& plan, const RowSink& add) {
+std::vector<Rung> gas_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs;
   for (const double eta : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65}) {
-    add_density(plan, eta, Method::exact, add);
-    add_density(plan, eta, Method::impulse, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("density/{}/{}", method_name(method), eta),
+                       [=](const RowSink& add) { add_density(plan, eta, method, add); }});
+    }
   }
-  add_pressure_of_870(plan, 0.67, 7.986735, add);
-  if (!plan.quick) add_pressure_of_870(plan, 0.69, 8.969476, add);
+  rungs.push_back(
+      {"870 discs/0.67", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.67, 7.986735, add); }});
+  if (plan.quick) return rungs;
+  rungs.push_back(
+      {"870 discs/0.69", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.69, 8.969476, add); }});
+  return rungs;
 }
 
 }  // namespace pf

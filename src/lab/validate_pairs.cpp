@@ -6,6 +6,7 @@
 #include "app/scene_run.hpp"
 #include "app/step_request.hpp"
 #include "core/timing.hpp"
+#include "lab/gas_case.hpp"
 #include "lab/reference.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"
@@ -148,13 +149,16 @@ void add_heavy_ball(const RowSink& add) {
 
 }  // namespace
 
-void validate_pairs(const ValidationPlan& plan, const RowSink& add) {
-  add_two_body(plan, add);
-  add_heavy_ball(add);
+std::vector<Rung> pair_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs = {{"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
+                             {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
   for (const double step_diameters : {0.1, 0.5, 2.0}) {
-    add_missed(plan, Method::exact, step_diameters, add);
-    add_missed(plan, Method::impulse, step_diameters, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("missed/{}/{}", method_name(method), step_diameters),
+                       [=](const RowSink& add) { add_missed(plan, method, step_diameters, add); }});
+    }
   }
+  return rungs;
 }
 
 }  // namespace pf

@@ -109,10 +109,10 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
 
 }  // namespace
 
-void validate_relaxation(const ValidationPlan& plan, const RowSink& add) {
-  add_excess(plan, add);
-  add_cooling(plan, Method::exact, add);
-  add_cooling(plan, Method::impulse, add);
+std::vector<Rung> relaxation_rungs(const ValidationPlan& plan) {
+  return {{"excess", [plan](const RowSink& add) { add_excess(plan, add); }},
+          {"cooling/exact", [plan](const RowSink& add) { add_cooling(plan, Method::exact, add); }},
+          {"cooling/impulse", [plan](const RowSink& add) { add_cooling(plan, Method::impulse, add); }}};
 }
 
 }  // namespace pf

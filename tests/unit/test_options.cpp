@@ -207,7 +207,16 @@ TEST(Options, Lab) {
   EXPECT_TRUE(options.lab.quick && options.lab.resume && !options.lab.force);
   EXPECT_EQ(options_of({"lab", "terms"}).lab.out, "lab-terms");
   EXPECT_TRUE(contains(refusal({"lab", "terms", "--resume", "--force"}), "contradicts"));
-  EXPECT_TRUE(contains(refusal({"lab", "validate", "--out", "here"}), "--json only"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--cuda"}), "has no CUDA series"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--resume"}), "give --out DIR"));
+  EXPECT_TRUE(
+      contains(refusal({"lab", "validate", "--out", "here", "--json", "x.json"}), "has the JSON in it"));
+  EXPECT_TRUE(contains(refusal({"lab", "plot"}), "takes the folder"));
+  EXPECT_TRUE(contains(refusal({"lab", "plot", "here", "--quick"}), "nothing else"));
+  EXPECT_TRUE(contains(refusal({"lab", "terms", "here"}), "'here'"));
+  EXPECT_EQ(options_of({"lab", "plot", "here"}).lab.out, "here");
+  EXPECT_EQ(options_of({"lab", "validate", "--out", "here"}).lab.out, "here");
+  EXPECT_TRUE(options_of({"lab", "validate"}).lab.out.empty());
   EXPECT_TRUE(contains(refusal({"lab", "terms", "--json", "x.json"}), "goes with validate"));
   EXPECT_TRUE(contains(refusal({"lab", "stability", "--scene", "court"}), "goes with terms"));
 }
