@@ -22,7 +22,7 @@ struct ParcelArrays {
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
-    velocity.resize(n);
+    velocity.resize(n + kSearchPadding);
     id.resize(n);
     tick.clear();
     clock.clear();

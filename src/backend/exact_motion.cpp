@@ -32,7 +32,8 @@ void ExactMotion::enter(const Physics& physics, double contact_clock_s, SortedPa
   parcels.sorted = false;
   active_ = true;
   float fastest2 = 0.0F;
-  for (const Vec2f& v : lines.velocity) fastest2 = std::max(fastest2, dot(v, v));
+  for (std::size_t i = 0; i < parcels.size(); ++i)
+    fastest2 = std::max(fastest2, dot(lines.velocity[i], lines.velocity[i]));
   progress_.fastest_mps = std::sqrt(static_cast<double>(fastest2));
 }
 
@@ -91,7 +92,7 @@ void ExactMotion::sort_if_due(const ExactConstants& c, SortedParcels& parcels, S
 
 void ExactMotion::one_step(const ExactConstants& constants, std::uint64_t until, const StepRequest& request,
                            SortedParcels& parcels, StepReport& report) {
-  ExactStepper::Problem problem;
+  ExactProblem problem;
   problem.constants = constants;
   ExactConstants& c = problem.constants;
   problem.begin_tick = progress_.now;
@@ -99,14 +100,16 @@ void ExactMotion::one_step(const ExactConstants& constants, std::uint64_t until,
   while (true) {
     plan_step(progress_, until, longest, c);
     sort_if_due(c, parcels, report);
-    problem.space = {present_.data(),
-                     parcels.cell_start.data(),
-                     parcels.grid,
-                     c.step.physics.world,
-                     static_cast<std::uint32_t>(parcels.size()),
-                     0,
-                     0.0F,
-                     request.neighbors == Neighbors::all_pairs || needs_all_pairs(c)};
+    SearchSpace& space = problem.space;
+    space.position = present_.data();
+    space.cell_start = parcels.cell_start.data();
+    space.grid = parcels.grid;
+    space.world = c.step.physics.world;
+    space.num_parcels = static_cast<std::uint32_t>(parcels.size());
+    space.all_pairs = request.neighbors == Neighbors::all_pairs || needs_all_pairs(c);
+    space.velocity = parcels.current.velocity.data();
+    space.contact = static_cast<float>(c.step.contact_distance);
+    space.units_in_step_per_mps = static_cast<float>(c.units_per_tick * c.length);
     problem.travel = progress_.travel;
     problem.fastest_mps = progress_.fastest_mps;
     ExactBall ball = ball_in_step(c, progress_);
@@ -118,7 +121,8 @@ void ExactMotion::one_step(const ExactConstants& constants, std::uint64_t until,
       StepTotals totals = totals_of(c.step, outcome.tally);
       totals.event_hash = outcome.event_hash;
       report.totals += totals;
-      end_step(c, ball, outcome.tally.ball, outcome.fastest_at_begin_mps, outcome.fastest_mps, progress_);
+      end_step(c, ball, outcome.tally.ball, outcome.fastest_at_begin_mps, outcome.fastest_mps,
+               outcome.num_events, progress_);
       std::swap(present_, at_end_);
       if (progress_.now % kAnchorPeriod == 0) anchor_all(parcels);
       return;
@@ -126,7 +130,8 @@ void ExactMotion::one_step(const ExactConstants& constants, std::uint64_t until,
     ++report.totals.num_redone_steps;
     if (outcome.needed_bound_mps > c.max_speed_mps)
       progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
-    longest = std::max(1U, c.length / 2);
+    else
+      longest = std::max(1U, c.length / 2);
   }
 }
 

@@ -4,92 +4,78 @@
 #include <atomic>
 #include <cmath>
 
+#include "backend/exact_cluster_solver.hpp"
+
 namespace pf {
 namespace {
 
-// Lists shorter than this are worked through by the calling thread: waking the others costs more.
+// Fewer items than this are worked through by the calling thread: waking the others costs more.
 constexpr std::size_t kAlone = 256;
+constexpr std::size_t kAloneClusters = 16;
+constexpr std::size_t kAtATime = 16;  // clusters that a thread fetches
 
-// Lowers value to `to`; whether it was higher.
-bool lower(std::uint32_t& value, std::uint32_t to) {
-  std::atomic_ref<std::uint32_t> shared(value);
-  std::uint32_t seen = shared.load(std::memory_order_relaxed);
-  while (to < seen) {
-    if (shared.compare_exchange_weak(seen, to, std::memory_order_relaxed)) return true;
+using Atomic = std::atomic_ref<std::uint32_t>;
+
+// Sets of parcels as trees in `toward`, a parcel's own index at the root; shared by threads.
+std::uint32_t root_of(std::vector<std::uint32_t>& toward, std::uint32_t i) {
+  while (true) {
+    const std::uint32_t next = Atomic(toward[i]).load(std::memory_order_relaxed);
+    if (next == i) return i;
+    const std::uint32_t after = Atomic(toward[next]).load(std::memory_order_relaxed);
+    if (after != next) Atomic(toward[i]).store(after, std::memory_order_relaxed);
+    i = next;
   }
-  return false;
 }
 
-std::uint32_t read(std::uint32_t& value) {
-  return std::atomic_ref<std::uint32_t>(value).load(std::memory_order_relaxed);
+void unite(std::vector<std::uint32_t>& toward, std::uint32_t a, std::uint32_t b) {
+  while (true) {
+    a = root_of(toward, a);
+    b = root_of(toward, b);
+    if (a == b) return;
+    if (a < b) std::swap(a, b);  // the lower index is the root
+    std::uint32_t expected = a;
+    if (Atomic(toward[a]).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return;
+  }
 }
-
-// Whether this call is the first to set the mark.
-bool mark_first(std::uint8_t& mark, std::uint8_t to) {
-  std::uint8_t expected = 0;
-  return std::atomic_ref<std::uint8_t>(mark).compare_exchange_strong(expected, to, std::memory_order_relaxed);
-}
-
-std::int32_t saturated(double units) { return static_cast<std::int32_t>(std::min(units, 1.0e9)); }
 
 }  // namespace
 
-// One step. All of a phase's items can be worked on at once: each writes only its own parcel's entries,
-// bounds are lowered atomically, and lines change in resolve() alone, two disjoint parcels an event.
 template <Boundary kBoundary>
-struct ExactStepper::Rounds {
+struct ExactStepper::Phases {
   ExactStepper& self;
-  const Problem& problem;
+  const ExactProblem& problem;
   const ExactConstants& c;
   ParcelArrays& lines;
   ExactBall& ball;
   Vec2i* at_end;
-  bool recording;
-  Search search = choose_search(kBoundary);
-  Vec2i ball_centre;            // at the begin, position units
-  std::int32_t ball_reach = 0;  // half side of the box around it that holds all parcels that may meet it
-  float units_in_step = 0.0F;   // position units that a speed of 1 m/s covers in the step
-  bool round_hit_ball = false;
-  double ball_fastest_mps = 0.0;
-  double fastest_now = 0.0;  // bound on the speed of every line so far
-  Event ball_event;
-  std::uint32_t ball_bound = kNoTick;
-  std::vector<std::uint32_t>& near_ball = self.lists_[0];
-  std::vector<std::uint32_t>& active = self.lists_[1];   // parcels with an event before the end
-  std::vector<std::uint32_t>& lowered = self.lists_[2];  // parcels whose bound is below their event
-  std::vector<std::uint32_t>& work = self.lists_[3];     // those whose bound is still to be passed on
-  std::vector<std::uint32_t>& changed = self.lists_[4];  // in this round
-  std::vector<std::uint32_t>& flagged = self.lists_[5];
+  ExactStep<kBoundary> step;
 
-  Rounds(ExactStepper& stepper, const Problem& p, ParcelArrays& parcels, ExactBall& the_ball, Vec2i* end,
-         bool record)
+  Phases(ExactStepper& stepper, const ExactProblem& p, ParcelArrays& parcels, ExactBall& the_ball, Vec2i* end,
+         bool recording)
       : self(stepper),
         problem(p),
         c(p.constants),
         lines(parcels),
         ball(the_ball),
         at_end(end),
-        recording(record) {
-    units_in_step = static_cast<float>(c.units_per_tick * c.length);
-    fastest_now = problem.fastest_mps;
+        step{p,
+             p.constants,
+             parcels,
+             the_ball,
+             recording,
+             stepper.event_key_,
+             stepper.event_partner_,
+             stepper.owner_,
+             stepper.place_,
+             stepper.ball_owner_,
+             stepper.near_ball_,
+             stepper.seeds_,
+             stepper.ball_member_} {
     if (c.ball == BallRole::absent) return;
     const double moved = c.max_speed_mps * c.units_per_tick * c.length;
     const Vec2d centre = ball.line.anchor_units + travelled(c, ball.line.velocity_mps, -ball.line.tick);
-    ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    ball_reach = saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
-  }
-
-  std::size_t size() const { return lines.id.size(); }
-  Line line(std::uint32_t i) const { return {lines.position[i], lines.velocity[i], lines.tick[i]}; }
-  Event event(std::uint32_t i) const {
-    const std::uint32_t partner = self.event_partner_[i];
-    return {self.event_tick_[i], partner, is_parcel(partner) ? lines.id[partner] : partner};
-  }
-  bool has_event(std::uint32_t i) const { return self.event_tick_[i] != kNoTick; }
-  bool is_near_ball(std::uint32_t i) const {
-    const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.space.position[i]);
-    return std::abs(static_cast<std::int64_t>(from.x)) <= ball_reach &&
-           std::abs(static_cast<std::int64_t>(from.y)) <= ball_reach;
+    step.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
+    step.ball_reach = step.saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
   }
 
   // visit(worker, item) for the items 0 .. count - 1, shared among the threads if there are many.
@@ -104,65 +90,32 @@ struct ExactStepper::Rounds {
       for (std::size_t k = begin; k < end; ++k) visit(self.workers_[thread], k);
     });
   }
+
+  // visit(thread, cluster) for those to do; which thread does which is left to chance.
   template <class Visit>
-  void each_of(const std::vector<std::uint32_t>& list, Visit visit) {
-    each(list.size(), [&](Worker& worker, std::size_t k) { visit(worker, list[k]); });
-  }
-
-  // Fills worker.scratch.finds with the parcels that i may touch within the step if it moves no further than
-  // moved_units from where it was at the begin, and they keep to their present lines.
-  void search_near(Worker& worker, std::uint32_t i, double moved_units) {
-    worker.scratch.finds.clear();
-    if (!c.step.physics.parcels.contacts) return;
-    const double others = fastest_now * c.units_per_tick * c.length;
-    const double distance = c.step.contact_distance + moved_units + others + kRoundingMargin;
-    worker.space.reach = saturated(distance + static_cast<double>(problem.travel));
-    worker.space.filter_distance2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
-    search(worker.space, i, worker.scratch);
-  }
-
-  // The same for a parcel that keeps to the line that it has.
-  void search_along_line(Worker& worker, std::uint32_t i) {
-    search_near(worker, i, static_cast<double>(self.step_speed_[i]) * c.units_per_tick * c.length);
-  }
-
-  Event earliest(const Line& line_i, const std::vector<std::uint32_t>& candidates, std::uint32_t i) const {
-    Event best;
-    for (const std::uint32_t j : candidates) {
-      if (is_retired(lines.position[j])) continue;
-      keep_earlier(best, {meeting<kBoundary>(c, line_i, line(j)), j, lines.id[j]});
+  void each_to_do(Visit visit) {
+    const std::size_t count = self.todo_.size();
+    if (count < kAloneClusters) {
+      for (const std::uint32_t k : self.todo_) visit(0U, k);
+      return;
     }
-    keep_edge_event<kBoundary>(c, line_i, best);
-    if (c.ball != BallRole::absent && is_near_ball(i))
-      keep_earlier(best, {meeting_ball<kBoundary>(c, ball.line, line_i), kBallPartner, kBallPartner});
-    return best;
+    std::atomic<std::size_t> next{0};
+    self.team_.run([&](unsigned thread) {
+      while (true) {
+        const std::size_t begin = next.fetch_add(kAtATime, std::memory_order_relaxed);
+        if (begin >= count) return;
+        for (std::size_t k = begin; k < std::min(count, begin + kAtATime); ++k) visit(thread, self.todo_[k]);
+      }
+    });
   }
 
-  void set_event(std::uint32_t i, const Event& event) {
-    self.event_tick_[i] = event.tick;
-    self.event_partner_[i] = event.partner;
-    self.bound_[i] = event.tick;
-  }
+  // ---- prediction
 
-  // Of those found, only the ones that the cheap test cannot rule out. Lines must be those of the begin.
-  void keep_if_meeting(std::uint32_t i, Vec2f velocity, std::vector<std::uint32_t>& found) const {
-    const Vec2i* present = problem.space.position;
-    const auto contact = static_cast<float>(c.step.contact_distance);
-    std::size_t num = 0;
-    for (const std::uint32_t j : found) {
-      const Vec2i offset = separation<kBoundary>(c.step.physics.world, present[i], present[j]);
-      found[num] = j;
-      num += may_meet(offset, lines.velocity[j] - velocity, contact, units_in_step) ? 1U : 0U;
-    }
-    found.resize(num);
-  }
-
-  // First prediction, of a parcel on the line that it has at the begin.
-  void predict_first(Worker& worker, std::uint32_t i) {
-    const Line here = line(i);
+  // The events of i with an edge and a frozen ball; those with parcels of higher index go to worker.hits.
+  void predict(ExactWorker& worker, std::uint32_t i) {
+    const Line here = step.line(i);
     at_end[i] = position_at<kBoundary>(c, here, static_cast<std::int32_t>(c.length));
-    self.event_tick_[i] = self.bound_[i] = kNoTick;
-    self.event_partner_[i] = kNoPartner;
+    self.event_key_[i] = kNoEvent;
     if (is_retired(here.anchor)) return;
     const float speed2 = dot(here.velocity, here.velocity);
     if (!(speed2 < 1e30F)) {
@@ -171,339 +124,321 @@ struct ExactStepper::Rounds {
       return;
     }
     worker.tally.moved(0, speed2);
-    self.step_speed_[i] = std::sqrt(speed2) * (1.0F + 1e-6F);
-    search_along_line(worker, i);
-    keep_if_meeting(i, here.velocity, worker.scratch.finds);
-    set_event(i, earliest(here, worker.scratch.finds, i));
-    if (has_event(i)) worker.found.push_back(i);
-  }
-
-  void predict_all() {
-    each(size(),
-         [&](Worker& worker, std::size_t i) { predict_first(worker, static_cast<std::uint32_t>(i)); });
-    self.collect_found(active);
-    if (c.ball == BallRole::absent) return;
-    each(size(), [&](Worker& worker, std::size_t k) {
-      const auto i = static_cast<std::uint32_t>(k);
-      if (!is_retired(problem.space.position[i]) && is_near_ball(i)) worker.found.push_back(i);
-    });
-    self.collect_found(near_ball);
-  }
-
-  // The ball's earliest event, among the parcels whose own earliest it is and the walls.
-  void predict_ball() {
-    ball_event = {};
-    if (c.ball != BallRole::participant) return;
-    for (const std::uint32_t i : near_ball) {
-      if (self.event_partner_[i] == kBallPartner)
-        keep_earlier(ball_event, {self.event_tick_[i], i, lines.id[i]});
+    step.search_meeting(worker, i, std::sqrt(static_cast<double>(speed2)) * (1.0 + 1e-6));
+    for (const std::uint32_t j : worker.scratch.finds) {
+      const std::uint32_t tick = meeting<kBoundary>(c, here, step.line(j));
+      if (tick != kNoTick) worker.hits.push_back({tick, i, j});
     }
-    keep_ball_edge_event<kBoundary>(c, ball.line, ball_event);
-    ball_bound = ball_event.tick;
-  }
-
-  void lower_bound(Worker& worker, std::uint32_t k, std::uint32_t to) {
-    if (to != kNoTick && lower(self.bound_[k], to)) worker.found.push_back(k);
-  }
-
-  // Passes on to the neighbours of i how early i, after whatever happens to it first, can touch them.
-  void spread(Worker& worker, std::uint32_t i) {
-    const std::uint32_t at = read(self.bound_[i]);
-    const Line here = line(i);
-    if (is_retired(here.anchor)) return;
-    const double by_then = static_cast<double>(self.step_speed_[i]) * at;
-    const double after = c.max_speed_mps * (c.length - at);
-    search_near(worker, i, (by_then + after) * c.units_per_tick);
-    for (const std::uint32_t k : worker.scratch.finds) {
-      if (!is_retired(lines.position[k]))
-        lower_bound(worker, k, earliest_touch<kBoundary>(c, here, at, line(k)));
-    }
-    if (c.ball != BallRole::participant || !is_near_ball(i)) return;
-    const double ball_mps = speed_of(ball.line.velocity_mps);
-    lower(ball_bound, earliest_touch_ball<kBoundary>(c, ball.line, here, at, ball_mps));
-  }
-
-  void spread_ball() {
-    const std::uint32_t at = ball_bound;
-    each_of(near_ball, [&](Worker& worker, std::uint32_t k) {
-      if (is_retired(lines.position[k])) return;
-      const double mps = speed_of(to_double(lines.velocity[k]));
-      lower_bound(worker, k, earliest_touch_ball<kBoundary>(c, ball.line, line(k), at, mps));
-    });
-  }
-
-  // Lowers the bounds until nothing changes: then no true event of a parcel precedes its bound.
-  void spread_bounds() {
-    lowered.clear();
-    work = active;
-    std::uint32_t ball_spread_from = kNoTick;
-    while (!work.empty() || ball_bound < ball_spread_from) {
-      each_of(work, [&](Worker& worker, std::uint32_t i) { spread(worker, i); });
-      if (ball_bound < ball_spread_from) {
-        ball_spread_from = ball_bound;
-        spread_ball();
-      }
-      self.collect_found(work);
-      lowered.insert(lowered.end(), work.begin(), work.end());
-    }
-  }
-
-  bool is_safe(std::uint32_t i) const {
-    const std::uint32_t tick = self.event_tick_[i];
-    if (tick == kNoTick || self.bound_[i] != tick) return false;
-    const std::uint32_t partner = self.event_partner_[i];
-    if (!is_parcel(partner)) return true;
-    return self.event_partner_[partner] == i && self.event_tick_[partner] == tick &&
-           self.bound_[partner] == tick;
-  }
-
-  void save(Worker& worker, std::uint32_t i) {
-    if (self.saved_mark_[i] != 0) return;
-    self.saved_mark_[i] = 1;
-    worker.saved.push_back({i, line(i), lines.clock.empty() ? 0U : lines.clock[i]});
-  }
-
-  void record(Worker& worker, std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    const std::uint64_t at = problem.begin_tick + tick;
-    worker.event_hash += event_hash(at, std::min(first, second), std::max(first, second));
-    if (recording) worker.events.push_back({at, std::min(first, second), std::max(first, second)});
-  }
-
-  void store(Worker& worker, std::uint32_t i, const Line& now) {
-    const float speed2 = dot(now.velocity, now.velocity);
-    self.step_speed_[i] = std::max(self.step_speed_[i], std::sqrt(speed2) * (1.0F + 1e-6F));
-    lines.position[i] = now.anchor;
-    lines.velocity[i] = now.velocity;
-    lines.tick[i] = now.tick;
-    at_end[i] = position_at<kBoundary>(c, now, static_cast<std::int32_t>(c.length));
-    worker.fastest2 = std::max(worker.fastest2, static_cast<double>(speed2));
-    self.mark_[i] = kChanged;
+    Event best;
+    if (may_reach_edge<kBoundary>(c, problem.space.position[i])) keep_edge_event<kBoundary>(c, here, best);
+    if (c.ball == BallRole::frozen && step.is_near_ball(i))
+      keep_earlier(best, {meeting_ball<kBoundary>(c, ball.line, here), kBallPartner, kBallPartner});
+    if (best.tick == kNoTick) return;
+    self.event_key_[i] = event_key(best.tick, best.partner);
+    self.event_partner_[i] = best.partner;
     worker.found.push_back(i);
   }
 
-  // Whether the event of i at `tick` comes so soon after i's last one that it loses nothing (the TC model).
-  bool in_contact_time(std::uint32_t i, std::uint32_t tick) const {
-    return c.clock_ticks != 0 && c.begin + tick - lines.clock[i] <= c.clock_ticks;
-  }
-  void set_clock(std::uint32_t i, std::uint32_t tick) {
-    if (!lines.clock.empty()) lines.clock[i] = c.begin + tick;
-  }
-
-  void resolve_pair(Worker& worker, std::uint32_t i, std::uint32_t j, std::uint32_t tick) {
-    const bool in_order = lines.id[i] < lines.id[j];
-    const std::uint32_t a = in_order ? i : j, b = in_order ? j : i;
-    save(worker, a);
-    save(worker, b);
-    Line first = line(a), second = line(b);
-    anchor_at<kBoundary>(c, first, tick);
-    anchor_at<kBoundary>(c, second, tick);
-    const bool elastic = in_contact_time(a, tick) || in_contact_time(b, tick);
-    collide<kBoundary>(c, first, second, elastic, worker.tally);
-    store(worker, a, first);
-    store(worker, b, second);
-    set_clock(a, tick);
-    set_clock(b, tick);
-    record(worker, tick, lines.id[a], lines.id[b]);
-  }
-
-  void resolve_edge(Worker& worker, std::uint32_t i, std::uint32_t tick) {
-    const std::uint32_t partner = self.event_partner_[i];
-    save(worker, i);
-    Line now = line(i);
-    anchor_at<kBoundary>(c, now, tick);
-    meet_edge(c, partner, now);
-    if (partner == kExit) worker.tally.retired();
-    store(worker, i, now);
-    set_clock(i, tick);
-    record(worker, tick, lines.id[i], partner);
-  }
-
-  BallKick resolve_ball_hit(Worker& worker, std::uint32_t i, std::uint32_t tick) {
-    save(worker, i);
-    Line now = line(i);
-    anchor_at<kBoundary>(c, now, tick);
-    const BallKick kick = collide_with_ball<kBoundary>(c, ball.line, tick, now, worker.tally);
-    store(worker, i, now);
-    record(worker, tick, lines.id[i], kBallPartner);
-    return kick;
-  }
-
-  void resolve(Worker& worker, std::uint32_t i) {
-    if (!is_safe(i)) return;
-    const std::uint32_t partner = self.event_partner_[i];
-    const std::uint32_t tick = self.event_tick_[i];
-    if (is_parcel(partner)) {
-      if (i < partner) resolve_pair(worker, i, partner, tick);
-    } else if (partner != kBallPartner) {
-      resolve_edge(worker, i, tick);
-    } else if (c.ball == BallRole::frozen) {
-      resolve_ball_hit(worker, i, tick);
+  void keep_earliest(std::uint32_t i, std::uint64_t key) {
+    std::atomic_ref<std::uint64_t> shared(self.event_key_[i]);
+    std::uint64_t seen = shared.load(std::memory_order_relaxed);
+    while (key < seen && !shared.compare_exchange_weak(seen, key, std::memory_order_relaxed)) {
     }
   }
 
-  // The ball's own event of the round, if it is safe.
-  void resolve_ball() {
-    round_hit_ball = false;
-    if (ball_event.tick == kNoTick || ball_bound != ball_event.tick) return;
-    const std::uint32_t tick = ball_event.tick;
-    const bool hit = is_parcel(ball_event.partner);
-    if (hit && !is_safe(ball_event.partner)) return;
-    Worker& worker = self.workers_[0];
-    BallKick kick{};
-    if (hit)
-      kick = resolve_ball_hit(worker, ball_event.partner, tick);
-    else
-      record(worker, tick, ball_event.partner, kBallPartner);
-    change_ball(c, tick, ball_event.partner, kick, ball);
-    ball_fastest_mps = std::max(ball_fastest_mps, surface_speed_mps(c.step.physics, ball.line));
-    round_hit_ball = true;
+  // Tells i of its partner, if what its event is was this hit.
+  void set_partner(ExactWorker& worker, std::uint32_t i, std::uint32_t partner, std::uint64_t key) {
+    if (self.event_key_[i] != key) return;
+    self.event_partner_[i] = partner;
+    worker.found.push_back(i);
   }
 
-  // Flags k, unless its line has changed anyway, to predict again.
-  void flag(Worker& worker, std::uint32_t k) {
-    if (mark_first(self.mark_[k], kFlagged)) worker.found.push_back(k);
-  }
-
-  // Flags those neighbours of a changed parcel that meet it first now, or were to meet it before.
-  void flag_neighbours(Worker& worker, std::uint32_t i, const std::vector<std::uint32_t>& near) {
-    const Line here = line(i);
-    for (const std::uint32_t k : near) {
-      const bool has_changed =
-          std::atomic_ref<std::uint8_t>(self.mark_[k]).load(std::memory_order_relaxed) == kChanged;
-      if (has_changed || is_retired(lines.position[k])) continue;
-      if (self.event_partner_[k] == i) {
-        flag(worker, k);
-      } else if (!is_retired(here.anchor)) {
-        const Event now{meeting<kBoundary>(c, line(k), here), i, lines.id[i]};
-        if (now.tick != kNoTick && comes_before(now, event(k))) flag(worker, k);
+  // Parcels that have an event with an edge or the ball are in worker.found; of those, the ones that meet another
+  // parcel earlier go.
+  void predict_from_hits() {
+    self.team_.run([&](unsigned thread) {
+      for (const ExactWorker::Hit& hit : self.workers_[thread].hits) {
+        keep_earliest(hit.first, event_key(hit.tick, lines.id[hit.second]));
+        keep_earliest(hit.second, event_key(hit.tick, lines.id[hit.first]));
       }
-    }
-  }
-
-  void flag_near_ball(Worker& worker, std::uint32_t k) {
-    if (self.mark_[k] == kChanged || is_retired(lines.position[k])) return;
-    const Event now{meeting_ball<kBoundary>(c, ball.line, line(k)), kBallPartner, kBallPartner};
-    if (self.event_partner_[k] == kBallPartner || (now.tick != kNoTick && comes_before(now, event(k))))
-      flag(worker, k);
-  }
-
-  void predict_changed(Worker& worker, std::uint32_t i) {
-    search_along_line(worker, i);
-    flag_neighbours(worker, i, worker.scratch.finds);
-    const Line here = line(i);
-    set_event(i, is_retired(here.anchor) ? Event{} : earliest(here, worker.scratch.finds, i));
-  }
-
-  void predict_flagged(Worker& worker, std::uint32_t i) {
-    search_along_line(worker, i);
-    set_event(i, earliest(line(i), worker.scratch.finds, i));
-  }
-
-  // After a round: new predictions of the parcels that changed and of those that must heed them.
-  void predict_again() {
-    self.collect_found(changed);
-    each_of(changed, [&](Worker& worker, std::uint32_t i) { predict_changed(worker, i); });
-    if (round_hit_ball)
-      each_of(near_ball, [&](Worker& worker, std::uint32_t k) { flag_near_ball(worker, k); });
-    self.collect_found(flagged);
-    each_of(flagged, [&](Worker& worker, std::uint32_t i) { predict_flagged(worker, i); });
-    for (const std::uint32_t i : lowered) self.bound_[i] = self.event_tick_[i];
-    std::erase_if(active, [&](std::uint32_t i) { return self.mark_[i] != kUntouched; });
-    for (const auto* list : {&changed, &flagged}) {
-      for (const std::uint32_t i : *list) {
-        self.mark_[i] = kUntouched;
-        if (has_event(i)) active.push_back(i);
+    });
+    self.team_.run([&](unsigned thread) {
+      ExactWorker& worker = self.workers_[thread];
+      std::erase_if(worker.found, [&](std::uint32_t i) {
+        return static_cast<std::uint32_t>(self.event_key_[i]) != self.event_partner_[i];
+      });
+      for (const ExactWorker::Hit& hit : worker.hits) {
+        set_partner(worker, hit.first, hit.second, event_key(hit.tick, lines.id[hit.second]));
+        set_partner(worker, hit.second, hit.first, event_key(hit.tick, lines.id[hit.first]));
       }
+      worker.hits.clear();
+    });
+  }
+
+  void collect_found(std::vector<std::uint32_t>& all) {
+    all.clear();
+    for (ExactWorker& worker : self.workers_) {
+      all.insert(all.end(), worker.found.begin(), worker.found.end());
+      worker.found.clear();
     }
   }
 
-  double fastest_mps() const {
-    double fastest2 = 0.0;
-    for (const Worker& worker : self.workers_) fastest2 = std::max(fastest2, worker.fastest2);
-    return std::sqrt(fastest2);
+  void predict_all() {
+    each(step.size(),
+         [&](ExactWorker& worker, std::size_t i) { predict(worker, static_cast<std::uint32_t>(i)); });
+    predict_from_hits();
+    collect_found(self.active_);
+    self.near_ball_.clear();
+    if (!step.has_participant()) return;
+    each(step.size(), [&](ExactWorker& worker, std::size_t k) {
+      const auto i = static_cast<std::uint32_t>(k);
+      if (!is_retired(problem.space.position[i]) && step.is_near_ball(i)) worker.found.push_back(i);
+    });
+    collect_found(self.near_ball_);
   }
 
-  // Rounds until no event is left; whether they came to their end within the bounds.
-  bool run(std::uint32_t& num_rounds) {
+  // ---- clusters
+
+  // At first, those whose earliest events are with each other, in a chain; and the ball.
+  void form_clusters() {
+    std::vector<std::uint32_t>& toward = self.place_;
+    const std::vector<std::uint32_t>& active = self.active_;
+    each(active.size(), [&](ExactWorker&, std::size_t k) { toward[active[k]] = active[k]; });
+    each(active.size(), [&](ExactWorker&, std::size_t k) {
+      const std::uint32_t partner = self.event_partner_[active[k]];
+      if (is_parcel(partner)) unite(toward, active[k], partner);
+    });
+    self.clusters_.clear();
+    for (const std::uint32_t i : active) {
+      const std::uint32_t root = root_of(toward, i);
+      if (self.owner_[root] == kNone) {
+        self.owner_[root] = static_cast<std::uint32_t>(self.clusters_.size());
+        self.clusters_.emplace_back();
+      }
+      self.owner_[i] = self.owner_[root];
+      ++self.clusters_[self.owner_[i]].num_seeds;
+    }
+    std::uint32_t first = 0;
+    for (Cluster& cluster : self.clusters_) {
+      cluster.first_seed = first;
+      first += cluster.num_seeds;
+      cluster.num_seeds = 0;
+    }
+    self.seeds_.resize(first);
+    for (const std::uint32_t i : active) {
+      Cluster& cluster = self.clusters_[self.owner_[i]];
+      self.seeds_[cluster.first_seed + cluster.num_seeds++] = i;
+    }
+    self.ball_owner_ = kNone;
+    self.ball_member_.has_changed = false;
+    if (step.has_participant()) {
+      self.ball_owner_ = static_cast<std::uint32_t>(self.clusters_.size());
+      self.clusters_.emplace_back().has_ball = true;
+    }
+    self.todo_.resize(self.clusters_.size());
+    for (std::uint32_t k = 0; k < self.todo_.size(); ++k) self.todo_[k] = k;
+  }
+
+  void solve() {
+    each_to_do([&](unsigned thread, std::uint32_t k) {
+      ClusterSolver<kBoundary>(step, self.workers_[thread], thread, k, self.clusters_[k]).solve();
+    });
+  }
+
+  // visit(line, end) for the lines that events of the step led a parcel to, the latest first.
+  template <class Visit>
+  bool any_line(std::uint32_t i, const Visit& visit) const {
+    const ExactWorker& worker = self.workers_[self.clusters_[self.owner_[i]].thread];
+    const Member& member = worker.members[self.place_[i]];
+    if (!member.has_changed) return false;
+    if (!is_retired(member.line.anchor) && visit(member.line, c.length)) return true;
+    for (std::uint32_t s = member.segments; s != kNone; s = worker.segments[s].before) {
+      if (visit(worker.segments[s].line, worker.segments[s].end)) return true;
+    }
+    return false;
+  }
+
+  bool would_have_met(std::uint32_t i, std::uint32_t j) const {
+    return any_line(i, [&](const Line& a, std::uint32_t a_end) {
+      return any_line(j, [&](const Line& b, std::uint32_t b_end) {
+        const std::uint32_t tick = meeting<kBoundary>(c, a, b);
+        return tick != kNoTick && tick <= std::min(a_end, b_end);
+      });
+    });
+  }
+
+  bool would_have_met_ball(std::uint32_t i) const {
+    const auto meets = [&](const Line& line, std::uint32_t line_end, const BallLine& of_ball, std::uint32_t end) {
+      const std::uint32_t tick = meeting_ball<kBoundary>(c, of_ball, line);
+      return tick != kNoTick && tick <= std::min(line_end, end);
+    };
+    return any_line(i, [&](const Line& line, std::uint32_t end) {
+      if (meets(line, end, self.ball_member_.now.line, c.length)) return true;
+      for (const BallSegment& segment : self.ball_member_.segments) {
+        if (meets(line, end, segment.line, segment.end)) return true;
+      }
+      return false;
+    });
+  }
+
+  // Adds to `conflicts` the clusters whose new lines would have met.
+  void compare() {
+    self.team_.run([&](unsigned thread) {
+      ExactWorker& worker = self.workers_[thread];
+      for (const ExactWorker::Pair& pair : worker.border) {
+        const std::uint32_t a = self.owner_[pair.first], b = self.owner_[pair.second];
+        if (a != b && self.clusters_[b].is_solved && would_have_met(pair.first, pair.second))
+          worker.conflicts.push_back({a, b});
+      }
+      worker.border.clear();
+    });
+    const std::uint32_t with_ball = self.ball_owner_;
+    if (with_ball == kNone || !self.ball_member_.has_changed || !self.clusters_[with_ball].is_solved) return;
+    each(self.near_ball_.size(), [&](ExactWorker& worker, std::size_t k) {
+      const std::uint32_t i = self.near_ball_[k], owner = self.owner_[i];
+      if (owner != kNone && owner != with_ball && self.clusters_[owner].is_solved && would_have_met_ball(i))
+        worker.conflicts.push_back({with_ball, owner});
+    });
+  }
+
+  // Makes one of each set of clusters that conflict: the one with the lowest index, which is to be solved again.
+  void merge() {
+    if (!any_conflict()) return self.todo_.clear();
+    std::vector<std::uint32_t>& toward = self.todo_;
+    toward.resize(self.clusters_.size());
+    for (std::uint32_t k = 0; k < toward.size(); ++k) toward[k] = k;
+    std::vector<std::uint32_t> involved;
+    for (ExactWorker& worker : self.workers_) {
+      for (const ExactWorker::Pair& pair : worker.conflicts) {
+        unite(toward, pair.first, pair.second);
+        involved.push_back(pair.first);
+        involved.push_back(pair.second);
+      }
+      worker.conflicts.clear();
+    }
+    std::sort(involved.begin(), involved.end());
+    involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
+    std::vector<ExactWorker::Pair> order;  // root, cluster
+    for (const std::uint32_t k : involved) order.push_back({root_of(toward, k), k});
+    std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
+      return a.first != b.first ? a.first < b.first : a.second < b.second;
+    });
+    self.todo_.clear();
+    for (const auto& [root, k] : order) take_over(root, k);
+  }
+
+  // Called for the members of a set in ascending order, so that the first is the root itself.
+  void take_over(std::uint32_t root, std::uint32_t k) {
+    Cluster& into = self.clusters_[root];
+    const Cluster& from = self.clusters_[k];
+    const ExactWorker& worker = self.workers_[from.thread];
+    if (root == k) {
+      self.todo_.push_back(root);
+      into.first_seed = static_cast<std::uint32_t>(self.seeds_.size());
+      into.num_seeds = 0;
+    }
+    for (std::uint32_t m = from.first_member; m < from.first_member + from.num_members; ++m) {
+      const std::uint32_t i = worker.members[m].index;
+      self.owner_[i] = root;
+      self.seeds_.push_back(i);
+      ++into.num_seeds;
+    }
+    if (root == k) return;
+    if (from.has_ball) {
+      into.has_ball = true;
+      self.ball_owner_ = root;
+    }
+    self.clusters_[k].is_merged_away = true;
+  }
+
+  bool any_conflict() const {
+    return std::any_of(self.workers_.begin(), self.workers_.end(),
+                       [](const ExactWorker& worker) { return !worker.conflicts.empty(); });
+  }
+
+  // Solves all clusters; whether that came to an end within the bounds.
+  bool solve_all(ExactOutcome& outcome) {
     predict_all();
-    while (true) {
-      predict_ball();
-      if (active.empty() && ball_event.tick == kNoTick) return true;
-      if (num_rounds == problem.most_rounds) return false;
-      ++num_rounds;
-      spread_bounds();
-      each_of(active, [&](Worker& worker, std::uint32_t i) { resolve(worker, i); });
-      resolve_ball();
-      if (std::max(fastest_mps(), ball_fastest_mps) > c.max_speed_mps) return false;
-      fastest_now = std::max(fastest_now, fastest_mps());
-      predict_again();
+    form_clusters();
+    while (!self.todo_.empty()) {
+      ++outcome.num_rounds;
+      solve();
+      compare();
+      merge();
     }
+    bool within = true;
+    for (const Cluster& cluster : self.clusters_) {
+      if (cluster.is_merged_away) continue;
+      within = within && cluster.num_events < problem.most_events;
+      outcome.num_events += cluster.num_events;
+      outcome.fastest_mps = std::max(outcome.fastest_mps, std::sqrt(cluster.fastest2));
+    }
+    outcome.needed_bound_mps = outcome.fastest_mps;
+    if (step.has_participant())
+      outcome.needed_bound_mps = std::max(outcome.needed_bound_mps, self.ball_member_.fastest_mps);
+    return within && outcome.needed_bound_mps <= c.max_speed_mps;
+  }
+
+  // What was solved becomes the parcels' state, if `keep`.
+  void commit(bool keep) {
+    each(self.clusters_.size(), [&](ExactWorker& worker, std::size_t k) {
+      const Cluster& cluster = self.clusters_[k];
+      if (cluster.is_merged_away) return;
+      const std::vector<Member>& members = self.workers_[cluster.thread].members;
+      for (std::uint32_t m = cluster.first_member; m < cluster.first_member + cluster.num_members; ++m) {
+        const Member& member = members[m];
+        const std::uint32_t i = member.index;
+        self.owner_[i] = kNone;
+        if (!keep || !member.has_changed) continue;
+        lines.position[i] = member.line.anchor;
+        lines.velocity[i] = member.line.velocity;
+        lines.tick[i] = member.line.tick;
+        if (!lines.clock.empty()) lines.clock[i] = member.clock;
+        at_end[i] = position_at<kBoundary>(c, member.line, static_cast<std::int32_t>(c.length));
+      }
+      if (keep) worker.tally.add(cluster.tally);
+    });
   }
 };
 
-void ExactStepper::prepare(const Problem& problem, std::size_t num_parcels) {
+void ExactStepper::prepare(const ExactProblem& problem, std::size_t num_parcels) {
+  if (owner_.size() != num_parcels + kSearchPadding) owner_.assign(num_parcels + kSearchPadding, kNone);
   workers_.resize(team_.size());
-  for (Worker& worker : workers_) {
+  for (ExactWorker& worker : workers_) {
     worker.space = problem.space;
+    worker.space.owner = owner_.data();
     worker.tally = {};
-    worker.found.clear();
-    worker.saved.clear();
+    worker.members.clear();
+    worker.segments.clear();
     worker.events.clear();
-    worker.event_hash = 0;
-    worker.fastest2 = 0.0;
   }
-  event_tick_.resize(num_parcels);
+  event_key_.resize(num_parcels);
   event_partner_.resize(num_parcels);
-  bound_.resize(num_parcels);
-  mark_.resize(num_parcels);
-  saved_mark_.resize(num_parcels);
-  step_speed_.resize(num_parcels);
-}
-
-void ExactStepper::collect_found(std::vector<std::uint32_t>& all) {
-  all.clear();
-  for (Worker& worker : workers_) {
-    all.insert(all.end(), worker.found.begin(), worker.found.end());
-    worker.found.clear();
-  }
-}
-
-void ExactStepper::forget_saved(bool put_back, ParcelArrays& lines) {
-  for (const Worker& worker : workers_) {
-    for (const Saved& saved : worker.saved) {
-      saved_mark_[saved.index] = 0;
-      if (!put_back) continue;
-      lines.position[saved.index] = saved.line.anchor;
-      lines.velocity[saved.index] = saved.line.velocity;
-      lines.tick[saved.index] = saved.line.tick;
-      if (!lines.clock.empty()) lines.clock[saved.index] = saved.clock;
-    }
-  }
+  place_.resize(num_parcels);
 }
 
 template <Boundary kBoundary>
-ExactOutcome ExactStepper::run(const Problem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
+ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
                                std::vector<EventRecord>* events) {
-  const ExactBall ball_before = ball;
   ExactOutcome outcome;
-  Rounds<kBoundary> rounds(*this, problem, lines, ball, at_end, events != nullptr);
-  outcome.finished = rounds.run(outcome.num_rounds);
-  if (!outcome.finished) ball = ball_before;
-  forget_saved(!outcome.finished, lines);
-  outcome.fastest_mps = rounds.fastest_mps();
-  outcome.needed_bound_mps = std::max(outcome.fastest_mps, rounds.ball_fastest_mps);
-  for (const Worker& worker : workers_) {
-    if (!outcome.finished) break;
-    outcome.tally.add(worker.tally);
-    outcome.event_hash += worker.event_hash;
-    if (events) events->insert(events->end(), worker.events.begin(), worker.events.end());
+  Phases<kBoundary> phases(*this, problem, lines, ball, at_end, events != nullptr);
+  outcome.finished = phases.solve_all(outcome);
+  phases.commit(outcome.finished);
+  if (!outcome.finished) return outcome;
+  if (phases.step.has_participant()) ball = ball_member_.now;
+  for (const Cluster& cluster : clusters_) {
+    if (cluster.is_merged_away) continue;
+    outcome.event_hash += cluster.event_hash;
+    if (events == nullptr) continue;
+    const auto first = workers_[cluster.thread].events.begin() + cluster.first_event;
+    events->insert(events->end(), first, first + cluster.num_events);
   }
-  if (outcome.finished)
-    outcome.fastest_at_begin_mps = std::sqrt(static_cast<double>(outcome.tally.max_speed2));
+  for (const ExactWorker& worker : workers_) outcome.tally.add(worker.tally);
+  outcome.fastest_at_begin_mps = std::sqrt(static_cast<double>(outcome.tally.max_speed2));
   return outcome;
 }
 
-ExactOutcome ExactStepper::step(const Problem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
+ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
                                 std::vector<EventRecord>* events) {
   prepare(problem, lines.id.size());
   switch (problem.constants.step.physics.world.boundary) {
@@ -517,9 +452,14 @@ ExactOutcome ExactStepper::step(const Problem& problem, ParcelArrays& lines, Exa
 }
 
 std::uint64_t ExactStepper::memory_bytes() const {
-  return 4 * (step_speed_.capacity() + event_tick_.capacity() + event_partner_.capacity() +
-              bound_.capacity()) +
-         mark_.capacity() + saved_mark_.capacity();
+  std::uint64_t bytes = 8 * event_key_.capacity() +
+                        4 * (event_partner_.capacity() + owner_.capacity() +
+                             place_.capacity() + active_.capacity() + near_ball_.capacity() +
+                             seeds_.capacity() + todo_.capacity()) +
+                        sizeof(Cluster) * clusters_.capacity();
+  for (const ExactWorker& worker : workers_)
+    bytes += sizeof(Member) * worker.members.capacity() + sizeof(Segment) * worker.segments.capacity();
+  return bytes;
 }
 
 }  // namespace pf

@@ -35,11 +35,13 @@ struct Line {
   std::uint32_t tick = 0;  // when it was there, modulo 2^32
 };
 
+constexpr float kMeetingMargin = 1e-4F;
+
 // Cheap first test, in float, of two parcels on the lines that they have at the step's begin: false only if
 // they certainly do not meet before its end. offset: of their present positions, position units. Its margins
 // are a hundred times what the roundings can be.
 PF_HD inline bool may_meet(Vec2i offset, Vec2f relative_mps, float contact, float units_in_step_per_mps) {
-  constexpr float kMargin = 1e-4F;
+  constexpr float kMargin = kMeetingMargin;
   const Vec2f e = {static_cast<float>(offset.x), static_cast<float>(offset.y)};
   const Vec2f w = {relative_mps.x * units_in_step_per_mps, relative_mps.y * units_in_step_per_mps};
   const float e2 = dot(e, e), w2 = dot(w, w), b = dot(e, w);
@@ -138,6 +140,15 @@ PF_HD inline Vec2i position_at(const ExactConstants& c, const Line& line, std::i
   const std::int32_t radius = wall_radius(c.step);
   return {settled<kBoundary>(line.anchor.x + round_to_int64(moved.x), world.half.x, radius),
           settled<kBoundary>(line.anchor.y + round_to_int64(moved.y), world.half.y, radius)};
+}
+
+// Where the line would have been at the step's begin: beyond a wall if that is where it comes from.
+template <Boundary kBoundary>
+PF_HD inline Vec2i line_begin(const ExactConstants& c, const Line& line) {
+  if constexpr (kBoundary == Boundary::periodic) return position_at<kBoundary>(c, line, 0);
+  const Vec2d moved = travelled(c, to_double(line.velocity), -static_cast<std::int64_t>(anchor_time(c, line)));
+  return {static_cast<std::int32_t>(line.anchor.x + round_to_int64(moved.x)),
+          static_cast<std::int32_t>(line.anchor.y + round_to_int64(moved.y))};
 }
 
 // The tick at which something that starts `from` and lasts `ticks` ends, as an event of the step.

@@ -14,6 +14,7 @@ struct ExactProgress {
   std::int64_t travel = 0;        // bound on displacements along an axis since the sort, position units
   double fastest_mps = 0.0;       // bound on the parcels' present speeds
   double raised_bound_mps = 0.0;  // after a step in which something was faster than assumed; 0: none
+  double preferred_ticks = 0.0;   // length of a step with about as many events as suit the method; 0: unknown
   BallState ball;
   BallLine ball_line;         // of a ball that flies straight, from its last event on
   bool ball_follows = false;  // whether ball_line holds
@@ -25,8 +26,9 @@ struct ExactBall {
   Vec2d end_velocity_mps;  // at the end of the step if nothing hits it
 };
 
-// Two parcels of equal speed cannot leave one of them with more than sqrt(2) times that.
-constexpr double kSpeedMargin = 1.5;
+// What follows from the present speeds for the step: more is rare, and costs a step done again. (Two parcels of
+// equal speed cannot leave one of them with more than sqrt(2) times that.)
+constexpr double kSpeedMargin = 1.2;
 constexpr double kLongestReach = 1.0e9;  // position units; a search box must stay within 32 bits
 
 // How the ball takes part in a step: frozen if what its hits change of it is below 1e-6 of what they are, 2
@@ -81,6 +83,30 @@ PF_HD inline std::uint32_t longest_step(const ExactConstants& c, std::int64_t tr
   return static_cast<std::uint32_t>(ticks < 1.0 ? 1.0 : (ticks > most ? most : ticks));
 }
 
+// Events that a step should have: with many more, they hang together in clusters so large that few can be
+// solved side by side; with many fewer, most of the step is looking at parcels that nothing happens to.
+PF_HD inline double suitable_events(const Physics& physics) { return 0.1 * physics.parcels.num + 64.0; }
+
+// Length of a step with about that many, ticks; before the first step from a bound on the rate, that of discs
+// that all are as fast as the fastest.
+PF_HD inline double preferred_ticks(const ExactConstants& c, const ExactProgress& progress) {
+  if (progress.preferred_ticks > 0.0) return progress.preferred_ticks;
+  const Physics& physics = c.step.physics;
+  const World& world = physics.world;
+  const double swept = 2.0 * c.step.contact_distance * progress.fastest_mps * c.units_per_tick;
+  const double share = physics.parcels.num * swept / (4.0 * world.half.x * world.half.y);
+  const double events = 0.5 * share * physics.parcels.num;
+  const double ticks = events > 0.0 ? suitable_events(physics) / events : static_cast<double>(kAnchorPeriod);
+  return ticks < 1.0 ? 1.0 : ticks;
+}
+
+// After a step of `length` ticks with num_events.
+PF_HD inline double preferred_ticks(const Physics& physics, std::uint32_t length, std::uint64_t num_events) {
+  const double longer = suitable_events(physics) / (static_cast<double>(num_events) + 1.0);
+  const double ticks = length * (longer < 16.0 ? longer : 16.0);
+  return ticks < 1.0 ? 1.0 : ticks;
+}
+
 // Fills begin, length, bound and role of the step that starts now and ends at `until` at the latest, at most
 // `longest` ticks long. It ends where all lines are anchored anew.
 PF_HD inline void plan_step(const ExactProgress& progress, std::uint64_t until, std::uint32_t longest,
@@ -88,7 +114,10 @@ PF_HD inline void plan_step(const ExactProgress& progress, std::uint64_t until, 
   c.begin = static_cast<std::uint32_t>(progress.now);
   const std::uint64_t to_anchoring = kAnchorPeriod - progress.now % kAnchorPeriod;
   const std::uint64_t wanted = until - progress.now < to_anchoring ? until - progress.now : to_anchoring;
-  c.length = wanted < longest ? static_cast<std::uint32_t>(wanted) : longest;
+  const double parts = static_cast<double>(wanted) / preferred_ticks(c, progress);  // equal ones
+  const std::uint64_t num = parts > 1.0 ? static_cast<std::uint64_t>(parts) + 1 : 1;
+  const std::uint64_t part = (wanted + num - 1) / num;
+  c.length = part < longest ? static_cast<std::uint32_t>(part) : longest;
   c.max_speed_mps = assumed_bound_mps(c.step.physics, progress);
   c.ball = ball_role(c.step.physics, progress.ball, c.length * c.tick_s);
   const std::uint32_t possible = longest_step(c, progress.travel);
@@ -149,14 +178,17 @@ PF_HD inline double surface_speed_mps(const Physics& physics, const BallLine& li
 }
 
 // The step is done: time, travel and ball move on. frozen_hits: what a frozen ball took (counts of
-// c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events.
+// c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events. num_events: of
+// the step.
 PF_HD inline void end_step(const ExactConstants& c, const ExactBall& ball, const BallSums& frozen_hits,
-                           double fastest_at_begin_mps, double fastest_after_mps, ExactProgress& progress) {
+                           double fastest_at_begin_mps, double fastest_after_mps, std::uint64_t num_events,
+                           ExactProgress& progress) {
   const Physics& physics = c.step.physics;
   const double fastest = fastest_after_mps > progress.fastest_mps ? fastest_after_mps : progress.fastest_mps;
   progress.travel += static_cast<std::int64_t>(fastest * c.units_per_tick * c.length) + 3;
   progress.fastest_mps = fastest_after_mps > fastest_at_begin_mps ? fastest_after_mps : fastest_at_begin_mps;
   progress.raised_bound_mps = 0.0;
+  progress.preferred_ticks = preferred_ticks(physics, c.length, num_events);
   progress.now += c.length;
   if (c.ball == BallRole::absent || physics.ball.held) return;
   BallState& state = progress.ball;

@@ -1,0 +1,178 @@
+// Method `exact` on the CPU: what the phases of a step share.
+//
+// A cluster is what one thread solves on its own: parcels, and perhaps the ball, whose events hang together.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "backend/candidate_search.hpp"
+#include "backend/cell_sort.hpp"
+#include "backend/cpu_tally.hpp"
+#include "backend/event_record.hpp"
+#include "model/exact_plan.hpp"
+
+namespace pf {
+
+// A line that an event of the step led to, from its anchor until the parcel's next event.
+struct Segment {
+  Line line;
+  std::uint32_t end = 0;         // tick of the step
+  std::uint32_t before = kNone;  // the parcel's previous one, in the worker's list
+};
+
+struct BallSegment {
+  BallLine line;
+  std::uint32_t end = 0;
+};
+
+struct Member {
+  std::uint32_t index = 0;
+  std::uint32_t version = 0;  // counts what `event` was: entries of the queue with another are void
+  Line line;
+  Event event;
+  std::uint32_t clock = 0;
+  std::uint32_t segments = kNone;  // the latest of its earlier lines but the one at the step's begin
+  float fastest_mps = 0.0F;        // in the step so far
+  bool has_changed = false;
+};
+
+struct BallMember {
+  ExactBall now;
+  Event event;
+  std::uint32_t version = 0;
+  bool has_changed = false;
+  double fastest_mps = 0.0;  // of its surface
+  std::vector<BallSegment> segments;
+};
+
+struct Cluster {
+  std::uint32_t first_seed = 0, num_seeds = 0;      // in ExactStep::seeds
+  std::uint32_t thread = 0;                         // whose worker has its members
+  std::uint32_t first_member = 0, num_members = 0;  // in Worker::members
+  std::uint32_t first_event = 0, num_events = 0;    // num: resolved; in Worker::events if they are recorded
+  bool has_ball = false;
+  bool is_solved = false;       // else it ran into another
+  bool is_merged_away = false;  // into one with a lower index
+  double fastest2 = 0.0;        // largest squared speed that an event led to
+  std::uint64_t event_hash = 0;
+  CpuTally tally;
+};
+
+// What one thread collects, and its working memory.
+struct ExactWorker {
+  struct Entry {  // of the queue of events, earliest first
+    std::uint32_t tick, low, high;  // low, high: ids of the two
+    std::uint32_t member, version;
+  };
+  struct Pair {
+    std::uint32_t first, second;
+  };
+  struct Hit {  // of two parcels on the lines of the begin
+    std::uint32_t tick, first, second;
+  };
+
+  SearchScratch scratch;
+  SearchSpace space;
+  CpuTally tally;
+  std::vector<Hit> hits;
+  std::vector<std::uint32_t> found;
+  std::vector<std::uint32_t> flagged;
+  std::vector<Entry> queue;
+  std::vector<Member> members;    // of all clusters that it solved
+  std::vector<Segment> segments;  // of these members
+  std::vector<Pair> border;       // a changed parcel of a cluster, and one near it of another
+  std::vector<Pair> conflicts;    // clusters that have to be solved as one
+  std::vector<EventRecord> events;
+};
+
+struct ExactProblem {
+  ExactConstants constants;
+  SearchSpace space;             // position = present; reach and filter are set here
+  std::int64_t travel = 0;       // bound on displacements along an axis from the sort to the begin
+  double fastest_mps = 0.0;      // largest parcel speed at the begin
+  std::uint64_t begin_tick = 0;  // since the reset
+  std::uint32_t most_events = 100000;  // of a cluster
+};
+
+// The step that is being made: the lines at its begin, which stay as they are until all is solved, and what is
+// known of each parcel.
+template <Boundary kBoundary>
+struct ExactStep {
+  const ExactProblem& problem;
+  const ExactConstants& c;
+  const ParcelArrays& lines;  // sorted; positions are anchors
+  const ExactBall& ball;      // at the begin
+  bool recording = false;     // of events
+  // A parcel's earliest event along the lines of the begin: tick and partner id as event_key, and partner.
+  std::vector<std::uint64_t>& event_key;
+  std::vector<std::uint32_t>& event_partner;
+  std::vector<std::uint32_t>& owner;  // cluster, or kNone
+  std::vector<std::uint32_t>& place;  // of an owned parcel in its worker's members
+  const std::uint32_t& ball_owner;  // cluster of a participant
+  std::vector<std::uint32_t>& near_ball;
+  std::vector<std::uint32_t>& seeds;
+  BallMember& ball_member;  // of the cluster that owns the ball
+  Search meeting_later = choose_search(kBoundary, Wanted::meeting_later);
+  Search reachable = choose_search(kBoundary, Wanted::reachable);
+  Vec2i ball_centre = {};       // at the begin, position units
+  std::int32_t ball_reach = 0;  // half side of the box around it that holds all parcels that may meet it
+
+  std::size_t size() const { return lines.id.size(); }
+  Line line(std::uint32_t i) const { return {lines.position[i], lines.velocity[i], lines.tick[i]}; }
+  bool has_participant() const { return c.ball == BallRole::participant; }
+
+  bool is_near_ball(std::uint32_t i) const {
+    const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.space.position[i]);
+    return std::abs(static_cast<std::int64_t>(from.x)) <= ball_reach &&
+           std::abs(static_cast<std::int64_t>(from.y)) <= ball_reach;
+  }
+
+  // Sequentially consistent: of two clusters that take a parcel each and then look at the other's, one sees it.
+  std::uint32_t owner_of(std::uint32_t i) const { return std::atomic_ref<std::uint32_t>(owner[i]).load(); }
+  static std::uint32_t take(std::uint32_t& of, std::uint32_t cluster) {  // its owner afterwards
+    std::uint32_t seen = kNone;
+    return std::atomic_ref<std::uint32_t>(of).compare_exchange_strong(seen, cluster) ? cluster : seen;
+  }
+
+  static std::int32_t saturated(double units) { return static_cast<std::int32_t>(std::min(units, 1.0e9)); }
+
+  // Makes the search box of parcels that move at most at these speeds; the distance, position units, within
+  // which they are then.
+  double set_reach(ExactWorker& worker, double fastest_mps, double others_mps) const {
+    const double moved = (fastest_mps + others_mps) * c.units_per_tick * c.length;
+    const double distance = c.step.contact_distance + moved + kRoundingMargin;
+    worker.space.reach = saturated(distance + static_cast<double>(problem.travel));
+    return distance;
+  }
+
+  // Fills worker.scratch.finds with the parcels that i, now on another line than at the begin and never faster than
+  // fastest_mps in the step, may touch; for those that are owned, on whatever line they are.
+  void search_reachable(ExactWorker& worker, std::uint32_t i, const Line& now, double fastest_mps) const {
+    worker.scratch.finds.clear();
+    if (!c.step.physics.parcels.contacts) return;
+    const double distance = set_reach(worker, fastest_mps, c.max_speed_mps);
+    worker.space.filter_distance2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
+    worker.space.line_begin = line_begin<kBoundary>(c, now);
+    worker.space.line_velocity = now.velocity;
+    reachable(worker.space, i, worker.scratch);
+  }
+
+  // With those of higher index that i may meet, all on the lines of the begin.
+  void search_meeting(ExactWorker& worker, std::uint32_t i, double speed_mps) const {
+    worker.scratch.finds.clear();
+    if (!c.step.physics.parcels.contacts) return;
+    set_reach(worker, speed_mps, problem.fastest_mps);
+    meeting_later(worker.space, i, worker.scratch);
+  }
+};
+
+// Orders the events of a parcel: by tick, then by the partner's id.
+inline std::uint64_t event_key(std::uint32_t tick, std::uint32_t partner_id) {
+  return (static_cast<std::uint64_t>(tick) << 32U) | partner_id;
+}
+constexpr std::uint64_t kNoEvent = ~0ULL;
+
+}  // namespace pf

@@ -1,0 +1,61 @@
+// Method `exact` on the CPU against the lab's serial event-driven reference: that it works in parallel and in steps
+// has to pay.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <thread>
+
+#include "core/timing.hpp"
+#include "lab/lab_scene.hpp"
+#include "lab/reference.hpp"
+
+namespace pf::test {
+namespace {
+
+constexpr std::int64_t kNum = 100000;
+constexpr double kAreaFraction = 0.2;
+constexpr double kTime_s = 0.7;  // 0.9 collisions per disc
+constexpr int kRepeats = 5;
+
+Reference rival_of(LabRun& run) {
+  const ParcelSnapshot start = run.backend->snapshot();
+  std::vector<ReferenceParcel> parcels(start.position.size());
+  for (std::size_t i = 0; i < parcels.size(); ++i) {
+    parcels[i].position_m = to_metres(run.physics.world, start.position[i]);
+    parcels[i].velocity_mps = to_double(start.velocity[i]);
+  }
+  return {run.physics, parcels, run.ball};
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+TEST(BenchRatio, ExactIsThriceAsFastAsTheSerialReference) {
+  if (!PF_IS_OPTIMISED) GTEST_SKIP() << "only a Release build without sanitizers is worth timing";
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores, this machine has fewer";
+  LabRun run(unit_gas(kNum, kAreaFraction, Method::exact), 2);
+  run.advance(1, 5.0 * kTime_s);  // the lattice of the start melts
+  Reference rival = rival_of(run);
+  std::vector<double> per_s[2];  // collisions per second: exact, reference
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    Clock::time_point start = Clock::now();
+    const auto exact = static_cast<double>(run.advance(1, kTime_s).totals.num_collisions);
+    per_s[0].push_back(exact / (1e-3 * milliseconds_since(start)));
+    const auto before = static_cast<double>(rival.totals().num_collisions);
+    start = Clock::now();
+    ASSERT_TRUE(rival.run_until(rival.now_s() + kTime_s));
+    const double reference = static_cast<double>(rival.totals().num_collisions) - before;
+    per_s[1].push_back(reference / (1e-3 * milliseconds_since(start)));
+    EXPECT_NEAR(exact / reference, 1.0, 0.02);  // both in the same gas: 9e4 collisions, 4 sigma of the difference
+  }
+  const double ratio = median(per_s[0]) / median(per_s[1]);
+  std::printf("million collisions per second, median: exact, 2 threads %.3f; reference, 1 thread %.3f; ratio %.2f\n",
+              1e-6 * median(per_s[0]), 1e-6 * median(per_s[1]), ratio);
+  EXPECT_GE(ratio, 3.0);
+}
+
+}  // namespace
+}  // namespace pf::test
