@@ -85,7 +85,9 @@ json start_result(const Study& study, const LabContext& context) {
           {"reading", study.reading},
           {"version", PF_VERSION},
           {"quick", context.quick},
-          {"command", fmt::format("pickleflight lab {}{}", study.name, context.quick ? " --quick" : "")},
+          {"command",
+           fmt::format("pickleflight lab {}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
+                       context.devices.size() > 1 ? " --cuda" : "", study.name)},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
