@@ -42,6 +42,7 @@ const std::vector<std::string> kStudies = {"validate", "work-precision", "stabil
 const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 const std::vector<std::string> kOnOff = {"on", "off"};
 const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
+constexpr const char* kForgetting = "/dev/null";  // a film for measuring
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
 
@@ -56,6 +57,7 @@ struct Typed {
   std::string record_time = "simulation", record_overlay = "on";
   std::optional<std::string> record_size, replay;
   std::vector<std::string> still;
+  bool force = false;
 };
 
 bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
@@ -126,6 +128,8 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
+  app.add_flag("--force", typed.force,
+               "let method spring take steps beyond its stability bound: run.allow_unstable = true");
   app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
   app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
                "as --cuda, but end with an error if there is none");
@@ -232,7 +236,19 @@ void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
   add_text(app, "--repeats", typed.repeats, "N",
            "repeats, of which median and minimum are given; 1 to 1000; default 5");
-  add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
+  add_text(app, "--frames", typed.frames, "N",
+           "time N whole frames instead, drawn offscreen with overlay; 1 to 1000000");
+  app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too, as a window does");
+  app.add_option(
+         "--record", typed.record,
+         "with --frames: time them also with this film, in turn, and give the ratio; .rgb takes frames "
+         "as they are, /dev/null takes and forgets them, .mp4 and .mkv encode; size 1920x1080 unless "
+         "--size is given")
+      ->type_name("FILE");
+  app.add_option("--record-time", typed.record_time,
+                 "simulation: every frame is one of the film; real: one per period of the clock; default "
+                 "simulation")
+      ->type_name("NAME");
   app.add_flag("--sweep", options.sweep,
                "instead: whole frames, drawing included, over N, for every backend and neighbour search");
   add_text(app, "--sweep-max", typed.sweep_max, "N",
@@ -297,6 +313,7 @@ Settings read_settings(const Typed& typed, const char* default_scene) {
   }
   for (const std::string& assignment : typed.sets) apply_set(assignment, settings);
   for (const auto& [flag, text] : typed.flags) apply_flag(*flag, text, settings);
+  if (typed.force) settings.allow_unstable = true;
   return settings;
 }
 
@@ -427,12 +444,36 @@ void check_sweep(const Typed& typed, const Options& options) {
   if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
-                          !typed.sets.empty() || !typed.flags.empty();
+                          !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
+                          options.bench_panel || typed.force;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
         "go with it, leave out the rest");
   }
+}
+
+void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
+  if (std::find(known.begin(), known.end(), name) != known.end()) return;
+  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(name),
+                              nearest_name(name, known), fmt::join(known, ", ")));
+}
+
+// What belongs to whole frames.
+void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
+  const bool has_record = app.count("--record") > 0;
+  if (!typed.frames && (has_record || options.bench_panel)) {
+    throw UserError(fmt::format("{}: goes with --frames N, steps alone are not drawn; add it",
+                                has_record ? "--record" : "--panel"));
+  }
+  if (!has_record && app.count("--record-time") > 0)
+    throw UserError("--record-time: goes with --record FILE; add it");
+  check_name("--record-time", typed.record_time, kRecordTimes);
+  options.record_real_time = typed.record_time == "real";
+  options.record = typed.record == kForgetting ? fs::path(kForgetting) : record_file(app, typed.record);
+  if (!has_record || typed.size) return;
+  options.width_px = 1920;
+  options.height_px = 1080;
 }
 
 // --accuracy chooses what some flags would set.
@@ -487,12 +528,6 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   return options;
 }
 
-void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
-  if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(name),
-                              nearest_name(name, known), fmt::join(known, ", ")));
-}
-
 void read_record(const CLI::App& app, const Typed& typed, Options& options) {
   check_name("--record-time", typed.record_time, kRecordTimes);
   check_name("--record-overlay", typed.record_overlay, kOnOff);
@@ -532,7 +567,7 @@ void read_still(const Typed& typed, Options& options) {
 
 // A log brings its settings, and others would be another flight.
 void read_replay(const Typed& typed, Options& options) {
-  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || options.still_s) {
+  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || typed.force || options.still_s) {
     throw UserError(
         fmt::format("{}: a log has its own scene and settings; leave out --scene, --set, --still "
                     "and their short forms (as -p)",
@@ -569,7 +604,10 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
-  if (!is_bench) read_record(command, typed, options);
+  if (is_bench)
+    read_frame_bench(command, typed, options);
+  else
+    read_record(command, typed, options);
   read_still(typed, options);
   if (typed.replay) read_replay(typed, options);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});
