@@ -14,10 +14,10 @@ namespace pf {
 void run_bench(const Options& options, Backend& backend);
 
 // What recording costs: from reports (RunRecord::finish) of the same run without and with a film, taken in
-// turn, at least one each. Keys: rounds, frame_ms_{without,with} (medians over the rounds of their median whole
-// frame), ratio, mean_frame_ms_{without,with}, cost_ms, period_ms (of the film), share_of_period, film_frames
-// (of the last round), dropped (of all), write_ms_per_frame (encoder or sink, on their own thread), encoder,
-// width, height.
+// turn, at least one each. Keys: rounds, frame_ms_{without,with} (medians over the rounds of their median
+// whole frame), ratio, mean_frame_ms_{without,with}, cost_ms, period_ms (of the film), share_of_period,
+// film_frames (of the last round), dropped (of all), write_ms_per_frame (encoder or sink, on their own
+// thread), encoder, width, height.
 nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
                               const std::vector<nlohmann::json>& recorded);
 

@@ -33,8 +33,8 @@ class RunRecord {
   // accuracy: what the panel's section showed last), version, device, scene, method, neighbors,
   // num_parcels, area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from
   // one frame's end to the next), phase_ms.<phase>.{median,p99} (draw: the longer of both clocks; panel and
-  // what follows: of the host), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (of the GL
-  // device; null where it does not tell), ns_per_particle_step, particle_steps_per_s,
+  // what follows: of the host), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (of the
+  // GL device; null where it does not tell), ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
@@ -55,7 +55,7 @@ class RunRecord {
   Measures initial_;
   std::string device_;
   std::vector<PhaseTimes> frames_;
-  std::vector<DrawTimes> drawings_;  // of the same frames
+  std::vector<DrawTimes> drawings_;   // of the same frames
   std::vector<double> intervals_ms_;  // between the ends of successive frames
   StepTotals totals_;
   double simulated_s_ = 0.0;

@@ -10,7 +10,8 @@
 namespace pf {
 
 // Checks what no single field can: that parcels fit, the ball is inside, a step of `spring` that
-// is set is stable, ... Throws UserError. settings.num_parcels must be resolved (not 0) unless air is not parcels.
+// is set is stable, ... Throws UserError. settings.num_parcels must be resolved (not 0) unless air is not
+// parcels.
 Physics derive_physics(const Settings& settings);
 
 BallState initial_ball(const Settings& settings);

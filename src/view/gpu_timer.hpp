@@ -9,8 +9,8 @@
 
 namespace pf {
 
-// By two time stamps. A rasteriser on the CPU (llvmpipe) works tile by tile and stamps each tile, the last one
-// counting: there the first stamp goes out ahead of what is drawn.
+// By two time stamps. A rasteriser on the CPU (llvmpipe) works tile by tile and stamps each tile, the last
+// one counting: there the first stamp goes out ahead of what is drawn.
 class GpuTimer {
  public:
   explicit GpuTimer(bool software) : flushes_(software) {

@@ -58,7 +58,8 @@ TEST(Accuracy, TakesTheCheapestThatMeetsIt) {
   EXPECT_EQ(fine.settings.displacement_per_step, 0.2) << "the cheaper of its steps";
 }
 
-// The nearest case is that of 0.1; half way (in logarithms) between two steps lies the mean of their logarithms.
+// The nearest case is that of 0.1; half way (in logarithms) between two steps lies the mean of their
+// logarithms.
 TEST(WorkPrecision, PresentSettingLiesBetweenItsNeighbours) {
   Settings scene = gas_scene(0.12);
   const WorkPrecision picture = work_precision(table(), scene, "rate", "cpu", std::sqrt(0.5));
