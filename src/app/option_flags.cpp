@@ -145,6 +145,8 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
+  app.add_flag("--force", typed.force,
+               "let method spring take steps beyond its stability bound: run.allow_unstable = true");
   app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
   app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
                "as --cuda, but end with an error if there is none");
@@ -197,7 +199,19 @@ void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
   add_text(app, "--repeats", typed.repeats, "N",
            "repeats, of which median and minimum are given; 1 to 1000; default 5");
-  add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
+  add_text(app, "--frames", typed.frames, "N",
+           "time N whole frames instead, drawn offscreen with overlay; 1 to 1000000");
+  app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too, as a window does");
+  app.add_option(
+         "--record", typed.record,
+         "with --frames: time them also with this film, in turn, and give the ratio; .rgb takes frames "
+         "as they are, /dev/null takes and forgets them, .mp4 and .mkv encode; size 1920x1080 unless "
+         "--size is given")
+      ->type_name("FILE");
+  app.add_option("--record-time", typed.record_time,
+                 "simulation: every frame is one of the film; real: one per period of the clock; default "
+                 "simulation")
+      ->type_name("NAME");
   app.add_flag("--sweep", options.sweep,
                "instead: whole frames, drawing included, over N, for every backend and neighbour search");
   add_text(app, "--sweep-max", typed.sweep_max, "N",

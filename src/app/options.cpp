@@ -50,6 +50,7 @@ Settings read_settings(const Typed& typed, const char* default_scene) {
   }
   for (const std::string& assignment : typed.sets) apply_set(assignment, settings);
   for (const auto& [flag, text] : typed.flags) apply_flag(*flag, text, settings);
+  if (typed.force) settings.allow_unstable = true;
   return settings;
 }
 
@@ -84,12 +85,30 @@ void check_sweep(const Typed& typed, const Options& options) {
   if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
-                          !typed.sets.empty() || !typed.flags.empty();
+                          !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
+                          options.bench_panel || typed.force;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
         "go with it, leave out the rest");
   }
+}
+
+// What belongs to whole frames.
+void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
+  const bool has_record = app.count("--record") > 0;
+  if (!typed.frames && (has_record || options.bench_panel)) {
+    throw UserError(fmt::format("{}: goes with --frames N, steps alone are not drawn; add it",
+                                has_record ? "--record" : "--panel"));
+  }
+  if (!has_record && app.count("--record-time") > 0)
+    throw UserError("--record-time: goes with --record FILE; add it");
+  check_name("--record-time", typed.record_time, kRecordTimes);
+  options.record_real_time = typed.record_time == "real";
+  options.record = typed.record == kForgetting ? fs::path(kForgetting) : record_file(app, typed.record);
+  if (!has_record || typed.size) return;
+  options.width_px = 1920;
+  options.height_px = 1080;
 }
 
 // --accuracy chooses what some flags would set.
@@ -196,7 +215,7 @@ void read_still(const Typed& typed, Options& options) {
 
 // A log brings its settings, and others would be another flight.
 void read_replay(const Typed& typed, Options& options) {
-  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || options.still_s) {
+  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || typed.force || options.still_s) {
     throw UserError(
         fmt::format("{}: a log has its own scene and settings; leave out --scene, --set, --still "
                     "and their short forms (as -p)",
@@ -233,7 +252,10 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
-  if (!is_bench) read_record(command, typed, options);
+  if (is_bench)
+    read_frame_bench(command, typed, options);
+  else
+    read_record(command, typed, options);
   read_still(typed, options);
   if (typed.replay) read_replay(typed, options);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "app/input_log.hpp"
+#include "app/live_accuracy.hpp"
 #include "app/replay.hpp"
 #include "core/error.hpp"
 #include "view/aim.hpp"
@@ -84,6 +85,7 @@ class Stage {
   void fit_camera();
   void begin_steps();
   void finish_steps();
+  void follow_accuracy();
   void describe_overlay();
   void draw_air(const Viewport& viewport);
   void draw_flight(const Viewport& viewport);
@@ -113,6 +115,7 @@ class Stage {
   Gui gui_;
   Renderer renderer_;
   Panel panel_;
+  LiveAccuracy accuracy_;
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
@@ -121,7 +124,7 @@ class Stage {
   InputLog log_;
   Recorder recorder_;
   std::optional<Replay> replay_;
-  GpuTimer draw_timer_;
+  GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
 
   Camera camera_;
@@ -130,7 +133,8 @@ class Stage {
   SizePx size_;
   float scale_;  // of text and margins, in pixels per layout pixel
   bool vsync_ = true;
-  PhaseTimes times_;  // of the frame in hand
+  PhaseTimes times_;   // of the frame in hand
+  DrawTimes drawing_;  // the host's of the frame in hand, the GL device's of one or two before it
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
   std::int64_t num_frames_ = 0;
@@ -151,9 +155,13 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
-      overlay_({context.info().renderer, describe(*target_)}, context.window() == nullptr),
+      overlay_({context.info().renderer, describe(*target_)},
+               context.window() == nullptr && options.bench_frames == 0),
       log_(simulation, simulation.backend().name()),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
+      air_timer_(context.info().software),
+      flight_timer_(context.info().software),
+      panel_timer_(context.info().software),
       scale_(context.content_scale() * static_cast<float>(options.ui_scale)),
       vsync_(options.vsync) {
   const bool has_window = context.window() != nullptr;
@@ -197,7 +205,7 @@ int Stage::run() {
     take_frame(viewport);
     present(viewport);
     if (simulation_.view().frame_totals.num_steps > 0) {
-      record_.add_frame(times_, simulation_.view().frame_totals, simulation_.view().dt_s);
+      record_.add_frame(times_, simulation_.view().frame_totals, simulation_.view().dt_s, drawing_);
     }
     keep_pace();
     ++num_frames_;
@@ -209,6 +217,13 @@ int Stage::finish() {
   recorder_.finish(simulation_);
   log_.close_all(simulation_);
   record_.set_part("record", recorder_.report());
+  record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
+                               {"content_scale", context_.content_scale()},
+                               {"ui_scale", switches_.ui_scale},
+                               {"width", size_.width},
+                               {"height", size_.height}});
+  record_.set_part("accuracy",
+                   accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
   record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool gave_up =
@@ -353,6 +368,7 @@ void Stage::follow_switches(const Commands& commands) {
   scale_ = context_.content_scale() * static_cast<float>(switches_.ui_scale);  // from the next frame on
   if (switches_.vsync != vsync_) context_.set_vsync(switches_.vsync);
   vsync_ = switches_.vsync;
+  overlay_.set_vsync(context_.window() != nullptr && vsync_);
   context_.set_full_screen(switches_.full_screen);
 }
 
@@ -416,6 +432,18 @@ void Stage::finish_steps() {
   if (replay_) replay_->end_frame(simulation_);
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
+  follow_accuracy();
+}
+
+// Measuring belongs to what shows it.
+void Stage::follow_accuracy() {
+  ScopedPhase timing(times_, Phase::panel);
+  if (panel_.shows_accuracy()) {
+    accuracy_.follow(simulation_.view(), simulation_.backend());
+  } else {
+    accuracy_.forget();
+  }
+  panel_.set_readout(accuracy_.is_followed() ? &accuracy_.readout() : nullptr);
 }
 
 // The report is about the scene that the run ends with.
@@ -466,9 +494,10 @@ void Stage::draw_air(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
   const ParcelBuffers parcels = target_->buffers();
   renderer_.set_look(switches_.look);
-  draw_timer_.begin();
+  air_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
-  draw_timer_.end();
+  air_timer_.end();
+  const double film_before_ms = times_[Phase::encode];
   if (FilmScene* film = recorder_.scene()) {
     ScopedPhase timing(times_, Phase::encode);
     film->set_look(switches_.look);
@@ -477,11 +506,12 @@ void Stage::draw_air(const Viewport& viewport) {
   }
   target_->frame_drawn();
   settle();
-  draw_air_ms_ = milliseconds_since(start);
+  draw_air_ms_ = milliseconds_since(start) - (times_[Phase::encode] - film_before_ms);
 }
 
 void Stage::draw_flight(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
+  flight_timer_.begin();
   if (aim_.active()) {
     FrameView aimed = simulation_.view();
     aimed.ball = initial_ball(*aimed.settings);
@@ -491,17 +521,25 @@ void Stage::draw_flight(const Viewport& viewport) {
   } else {
     renderer_.draw_flight(simulation_.view(), camera_, viewport);
   }
+  flight_timer_.end();
   settle();
-  const double host_ms = draw_air_ms_ + milliseconds_since(start);
-  // A GPU works on after the calls return; its own clock tells how long the parcels took, a frame or two
-  // late.
-  times_[Phase::draw] = context_.info().software ? host_ms : std::max(draw_timer_.newest_ms(), host_ms);
+  drawing_.host_draw_ms = draw_air_ms_ + milliseconds_since(start);
+  drawing_.gpu_draw_ms = air_timer_.newest_ms() + flight_timer_.newest_ms();
+  // A GPU works on after the calls return.
+  times_[Phase::draw] = context_.info().software ? drawing_.host_draw_ms
+                                                 : std::fmax(drawing_.gpu_draw_ms, drawing_.host_draw_ms);
 }
 
 void Stage::draw_gui(const Viewport& viewport) {
-  ScopedPhase timing(times_, Phase::panel);
-  gui_.draw(viewport.framebuffer, viewport.size);
-  settle();
+  {
+    ScopedPhase timing(times_, Phase::panel);
+    panel_timer_.begin();
+    gui_.draw(viewport.framebuffer, viewport.size);
+    panel_timer_.end();
+    settle();
+  }
+  drawing_.host_panel_ms = times_[Phase::panel];
+  drawing_.gpu_panel_ms = panel_timer_.newest_ms();
 }
 
 void Stage::take_frame(const Viewport& viewport) {
@@ -547,9 +585,9 @@ void Stage::keep_pace() {
   const Clock::time_point now = Clock::now();
   frame_s_ = std::chrono::duration<double>(now - last_frame_).count();
   last_frame_ = now;
-  overlay_.add_frame(times_, 1e3 * frame_s_, simulation_.view());
+  overlay_.add_frame(times_, 1e3 * frame_s_, simulation_.view(), drawing_);
   if (csv_) {
-    csv_->add_line(times_, 1e3 * frame_s_, simulation_.view(),
+    csv_->add_line(times_, drawing_, 1e3 * frame_s_, simulation_.view(),
                    overlay_.history().figures(overlay_.info().copy_bytes_per_s), overlay_.info());
   }
   if (context_.window() == nullptr) return;

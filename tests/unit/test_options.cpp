@@ -175,10 +175,35 @@ TEST(Options, UnknownWords) {
   EXPECT_TRUE(contains(refusal({"--headles=1"}), "the nearest is --headless"));
   EXPECT_TRUE(contains(refusal({"bnech"}), "the nearest command is bench"));
   EXPECT_TRUE(contains(refusal({"-t", "bench"}), "'bench' must come first"));
-  EXPECT_TRUE(contains(refusal({"bench", "--record", "a.mp4"}),
-                       "'--record' is not an option of 'pickleflight bench'"));
+  EXPECT_TRUE(contains(refusal({"bench", "--record", "a.mp4"}), "--record: goes with --frames N"));
   EXPECT_TRUE(contains(refusal({"--steps", "3"}), "'--steps' is not an option of 'pickleflight run'"));
   EXPECT_TRUE(contains(refusal({"--headless=foo"}), "--headless"));
+}
+
+TEST(Options, BenchOfWholeFrames) {
+  const Options plain = options_of({"bench", "--frames", "5", "--panel"});
+  EXPECT_EQ(plain.bench_frames, 5);
+  EXPECT_TRUE(plain.bench_panel);
+  EXPECT_EQ(plain.width_px, 1280);
+  EXPECT_TRUE(plain.record.empty());
+  const Options film =
+      options_of({"bench", "--frames", "5", "--record", "/dev/null", "--record-time", "real"});
+  EXPECT_EQ(film.record, "/dev/null");
+  EXPECT_TRUE(film.record_real_time);
+  EXPECT_EQ(film.width_px, 1920);
+  EXPECT_EQ(film.height_px, 1080);
+  EXPECT_EQ(options_of({"bench", "--frames", "5", "--record", "/dev/null", "--size", "64x48"}).width_px, 64);
+  EXPECT_TRUE(contains(refusal({"bench", "--panel"}), "--panel: goes with --frames N"));
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "5", "--record-time", "real"}), "goes with --record"));
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "5", "--record", "a.avi"}), ".mp4 or .mkv or .rgb"));
+  EXPECT_TRUE(contains(refusal({"--record", "/dev/null"}), "--record: '/dev/null' has the wrong ending"));
+  EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--record", "/dev/null"}), "--sweep: chooses"));
+}
+
+TEST(Options, ForceLetsSpringTakeAnyStep) {
+  EXPECT_FALSE(options_of({}).settings.allow_unstable);
+  EXPECT_TRUE(options_of({"--force", "--set", "run.allow_unstable=false"}).settings.allow_unstable);
+  EXPECT_TRUE(options_of({"bench", "--force"}).settings.allow_unstable);
 }
 
 TEST(Options, Bench) {
@@ -267,7 +292,7 @@ TEST(Options, VersionAndHelpAreText) {
     EXPECT_TRUE(contains(help.text, part)) << part;
   }
   EXPECT_TRUE(contains(parse({"bench", "--help"}).text, "--repeats N"));
-  EXPECT_FALSE(contains(parse({"bench", "--help"}).text, "--record"));
+  EXPECT_FALSE(contains(parse({"bench", "--help"}).text, "--headless"));
 }
 
 TEST(Options, OutputFilesAreCheckedAndLeftAlone) {
