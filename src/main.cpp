@@ -2,6 +2,7 @@
 // codes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <new>
@@ -136,11 +137,32 @@ int run(const Options& options) {
   return run.exit_code;
 }
 
-// Whole frames, offscreen, with all that a window shows but the panel.
+// The same frames without and with a film, in turn, so that a machine that changes its pace changes both.
+StageRun bench_recording(const Options& options) {
+  constexpr int kRounds = 3;
+  Options without = options;
+  without.record.clear();
+  std::vector<nlohmann::json> plain;
+  std::vector<nlohmann::json> recorded;
+  int exit_code = 0;
+  for (int round = 0; round < kRounds && !stop_requested; ++round) {
+    plain.push_back(run_on_stage(without).report);
+    StageRun run = run_on_stage(options);
+    exit_code = std::max(exit_code, run.exit_code);
+    recorded.push_back(std::move(run.report));
+  }
+  if (recorded.empty()) throw UserError("bench: stopped before the first measurement");
+  nlohmann::json report = recorded.back();
+  report["recording"] = recording_cost(plain, recorded);
+  return {exit_code, std::move(report)};
+}
+
+// Whole frames, offscreen, with all that a window shows; the panel if it is asked for.
 int bench_frames(Options options) {
   options.headless = true;
+  options.record_panel = options.bench_panel;
   options.settings.seconds = options.bench_frames / options.settings.frame_rate_hz;
-  const StageRun run = run_on_stage(options);
+  const StageRun run = options.record.empty() ? run_on_stage(options) : bench_recording(options);
   print_frame_times(run.report);
   if (!options.bench_json.empty()) write_report(options.bench_json, run.report);
   return run.exit_code;
@@ -167,8 +189,7 @@ int bench(const Options& options) {
 
 // 1 if a row fails.
 int validate(const Options& options) {
-  // One thread is quickest for the small gases of the quick ladder.
-  const ValidationPlan plan{options.lab.quick, options.lab.quick ? 1U : 0U};
+  const ValidationPlan plan = validation_plan(options.lab.quick);
   fmt::print("{}\n", table_head());
   const auto show = [](const ValidationRow& row) {
     fmt::print("{}\n", table_line(row));
@@ -181,7 +202,8 @@ int validate(const Options& options) {
 
 // The CPU, and the CUDA device where it is asked for: series of their own.
 int lab(const Options& options) {
-  if (options.lab.study == "validate") return validate(options);
+  if (options.lab.study == "plot") return plot_lab(options.lab.out);
+  if (options.lab.study == "validate" && options.lab.out.empty()) return validate(options);
   end_in_order();
   std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
   const std::string obstacle = options.cuda ? cuda_obstacle() : "";

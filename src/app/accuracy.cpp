@@ -249,6 +249,64 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
   return choice;
 }
 
+namespace {
+
+double nearest_of(const std::vector<double>& values, double x) {
+  return *std::min_element(values.begin(), values.end(), [x](double a, double b) {
+    return std::fabs(std::log(a / x)) < std::fabs(std::log(b / x));
+  });
+}
+
+// Straight lines between the entries, in logarithms.
+std::optional<WorkPrecisionPoint> between(const std::vector<Entry>& entries, double displacement) {
+  if (entries.empty()) return std::nullopt;
+  const auto point = [](const Entry& e) { return WorkPrecisionPoint{e.cost, e.error, e.is_bound}; };
+  if (displacement <= entries.front().displacement) return point(entries.front());
+  for (std::size_t i = 1; i < entries.size(); ++i) {
+    const Entry& a = entries[i - 1];
+    const Entry& b = entries[i];
+    if (displacement > b.displacement) continue;
+    const double share = std::log(displacement / a.displacement) / std::log(b.displacement / a.displacement);
+    const auto mix = [share](double x, double y) {
+      return x > 0.0 && y > 0.0 ? x * std::pow(y / x, share) : y;
+    };
+    return WorkPrecisionPoint{mix(a.cost, b.cost), mix(a.error, b.error), a.is_bound || b.is_bound};
+  }
+  return point(entries.back());
+}
+
+}  // namespace
+
+WorkPrecision work_precision(const json& table, const Settings& scene, const std::string& of,
+                             const std::string& backend, double displacement) {
+  WorkPrecision picture;
+  picture.of = of;
+  AccuracyChoice remarks;
+  json rows;
+  try {
+    rows = rows_for(table, of, backend, remarks);
+  } catch (const UserError&) {
+    return picture;
+  }
+  std::vector<double> fractions, restitutions;
+  for (const json& row : rows) {
+    fractions.push_back(row.at("area_fraction"));
+    restitutions.push_back(row.at("restitution"));
+  }
+  const Case at = {nearest_of(fractions, scene.area_fraction),
+                   nearest_of(restitutions, std::max(scene.restitution, 1e-3))};
+  picture.area_fraction = at.area_fraction;
+  picture.restitution = at.restitution;
+  for (std::size_t k = 0; k < std::size(kMethods); ++k) {
+    std::vector<Entry> entries = ladder(rows, at, kMethodNames[k], of);
+    std::erase_if(entries, [](const Entry& e) { return !(e.cost > 0.0); });  // no logarithm
+    for (const Entry& entry : entries)
+      picture.methods[k].push_back({entry.cost, entry.error, entry.is_bound});
+    if (kMethods[k] == scene.method) picture.present = between(entries, displacement);
+  }
+  return picture;
+}
+
 fs::path cached_table_file() {
   const auto variable = [](const char* name) {
     const char* value = std::getenv(name);

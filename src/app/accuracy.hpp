@@ -2,8 +2,10 @@
 // table that `pickleflight lab work-precision` measured. Table and scene alone decide, never a clock.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,6 +39,27 @@ struct AccuracyChoice {
 // UserError if the scene has no parcels, or the target needs a ball and there is none.
 AccuracyChoice choose_by_accuracy(const nlohmann::json& table, const Settings& scene,
                                   const AccuracyWish& wish, const std::string& backend);
+
+// One setting of a method: what it costs, in nanoseconds per disc and time d/c, and its relative error (an
+// upper limit where is_bound; 0: the others are measured against it).
+struct WorkPrecisionPoint {
+  double ns_per_disc_time = 0.0;
+  double error = 0.0;
+  bool is_bound = false;
+};
+
+// What the table says about the case that is nearest to a scene.
+struct WorkPrecision {
+  std::string of;
+  double area_fraction = 0.0, restitution = 0.0;           // of that case
+  std::array<std::vector<WorkPrecisionPoint>, 3> methods;  // by Method, shortest step first
+  std::optional<WorkPrecisionPoint> present;               // of the scene's own method and step
+};
+
+// displacement: of the scene's step (displacement_of_step). Between two steps of the table the present point
+// is interpolated, beyond them it is the nearest. Empty if the table has nothing of this kind.
+WorkPrecision work_precision(const nlohmann::json& table, const Settings& scene, const std::string& of,
+                             const std::string& backend, double displacement);
 
 // The table measured on this machine, if there is one, else the one that ships.
 std::filesystem::path accuracy_table_file();

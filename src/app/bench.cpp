@@ -27,6 +27,9 @@ Spread spread_of(std::vector<double> values) {
   return {values[values.size() / 2], values.front(), values.back()};
 }
 
+// 0 for null.
+double number_of(const nlohmann::json& value) { return value.is_null() ? 0.0 : value.get<double>(); }
+
 // Wall-clock milliseconds of one request, for backends that report their phases late.
 double timed_advance(Backend& backend, const StepRequest& request, StepReport& report) {
   const Clock::time_point start = Clock::now();
@@ -93,16 +96,71 @@ void run_bench(const Options& options, Backend& backend) {
   if (!options.bench_json.empty()) write_report(options.bench_json, json);
 }
 
+nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
+                              const std::vector<nlohmann::json>& recorded) {
+  const auto median_of = [](const std::vector<nlohmann::json>& runs, const auto& value_of) {
+    std::vector<double> values;
+    for (const nlohmann::json& run : runs) values.push_back(value_of(run));
+    return spread_of(std::move(values)).median;
+  };
+  const auto frame_ms = [](const nlohmann::json& run) { return number_of(run["frame_ms"]["median"]); };
+  const auto mean_ms = [](const nlohmann::json& run) { return number_of(run["frames"]["frame_ms"]); };
+  const double without_ms = median_of(plain, frame_ms);
+  const double with_ms = median_of(recorded, frame_ms);
+  const nlohmann::json& film = recorded.back()["record"];
+  std::int64_t num_dropped = 0;
+  for (const nlohmann::json& run : recorded) num_dropped += run["record"]["dropped"].get<std::int64_t>();
+  const double period_ms = 1e3 / film["rate_hz"].get<double>();
+  return {{"rounds", recorded.size()},
+          {"frame_ms_without", without_ms},
+          {"frame_ms_with", with_ms},
+          {"ratio", with_ms / without_ms},
+          {"mean_frame_ms_without", median_of(plain, mean_ms)},
+          {"mean_frame_ms_with", median_of(recorded, mean_ms)},
+          {"cost_ms", with_ms - without_ms},
+          {"share_of_period", (with_ms - without_ms) / period_ms},
+          {"period_ms", period_ms},
+          {"film_frames", film["frames"]},
+          {"dropped", num_dropped},
+          {"write_ms_per_frame", film["write_ms_per_frame"]},
+          {"encoder", film["encoder"]},
+          {"width", film["width"]},
+          {"height", film["height"]}};
+}
+
+namespace {
+
+void print_recording_cost(const nlohmann::json& cost) {
+  fmt::print(
+      "recording {}x{} ({}), medians of {} rounds without and with, in turn:\n"
+      "  whole frame {:.4f} ms without, {:.4f} ms with: ratio {:.3f}; means {:.4f} and {:.4f} ms\n"
+      "  {:.4f} ms more, {:.1f} % of the film's period of {:.2f} ms; {} frames in the last film, {} dropped\n"
+      "  written in {:.4f} ms a frame, on a thread of its own\n",
+      cost["width"].get<int>(), cost["height"].get<int>(), cost["encoder"].get<std::string>(),
+      cost["rounds"].get<int>(), number_of(cost["frame_ms_without"]), number_of(cost["frame_ms_with"]),
+      number_of(cost["ratio"]), number_of(cost["mean_frame_ms_without"]),
+      number_of(cost["mean_frame_ms_with"]), number_of(cost["cost_ms"]),
+      100.0 * number_of(cost["share_of_period"]), number_of(cost["period_ms"]),
+      cost["film_frames"].get<std::int64_t>(), cost["dropped"].get<std::int64_t>(),
+      number_of(cost["write_ms_per_frame"]));
+}
+
+}  // namespace
+
 void print_frame_times(const nlohmann::json& report) {
-  const auto ms = [](const nlohmann::json& value) { return value.is_null() ? 0.0 : value.get<double>(); };
   const auto row = [&](const char* name, const nlohmann::json& times) {
-    fmt::print("  {:<18} {:10.4f} {:10.4f}\n", name, ms(times["median"]), ms(times["p99"]));
+    fmt::print("  {:<18} {:10.4f} {:10.4f}\n", name, number_of(times["median"]), number_of(times["p99"]));
   };
   fmt::print("{}: {} parcels, {}, {}; milliseconds per frame\n  {:<18} {:>10} {:>10}\n",
              report["device"].get<std::string>(), report["num_parcels"].get<std::uint64_t>(),
              report["scene"].get<std::string>(), report["method"].get<std::string>(), "", "median", "p99");
   row("whole frame", report["frame_ms"]);
   for (const char* phase : kPhaseNames) row(phase, report["phase_ms"][phase]);
+  for (const char* phase : {"draw", "panel"}) {
+    row(fmt::format("{}, host", phase).c_str(), report["host_ms"][phase]);
+    row(fmt::format("{}, GPU", phase).c_str(), report["gpu_ms"][phase]);
+  }
+  if (report.contains("recording")) print_recording_cost(report["recording"]);
   fmt::print("  state hash {}\n", report["state_hash"].get<std::string>());
 }
 

@@ -1,7 +1,8 @@
-// `pickleflight bench`: steps of a scene without drawing, timed.
+// `pickleflight bench`: steps of a scene without drawing, timed; tables of whole frames.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 #include "app/options.hpp"
 #include "backend/backend.hpp"
@@ -12,7 +13,16 @@ namespace pf {
 // report (the run report's keys plus bench.{repeats,steps,warmup,ns_per_particle_step_{median,min,max}}).
 void run_bench(const Options& options, Backend& backend);
 
-// Prints the whole frame's and each phase's milliseconds of a run report (RunRecord::finish) to stdout.
+// What recording costs: from reports (RunRecord::finish) of the same run without and with a film, taken in
+// turn, at least one each. Keys: rounds, frame_ms_{without,with} (medians over the rounds of their median
+// whole frame), ratio, mean_frame_ms_{without,with}, cost_ms, period_ms (of the film), share_of_period,
+// film_frames (of the last round), dropped (of all), write_ms_per_frame (encoder or sink, on their own
+// thread), encoder, width, height.
+nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
+                              const std::vector<nlohmann::json>& recorded);
+
+// Prints the whole frame's and each phase's milliseconds of a run report to stdout, what the host and the GL
+// device took to draw, and the cost of recording if the report has it under `recording`.
 void print_frame_times(const nlohmann::json& report);
 
 }  // namespace pf

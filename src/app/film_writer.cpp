@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cstring>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "core/timing.hpp"
 
 namespace pf {
 
@@ -16,6 +16,8 @@ RawFrames::RawFrames(const std::filesystem::path& file, int width_px)
     : name_(file.string()),
       row_bytes_(4 * static_cast<std::size_t>(width_px)),
       stream_(std::fopen(file.c_str(), "wbe")) {
+  constexpr std::size_t kBuffer = 1U << 20;  // rows are written from the last to the first: many at a time
+  if (stream_) std::setvbuf(stream_.get(), nullptr, _IOFBF, kBuffer);
   if (stream_) return;
   throw UserError(fmt::format("--record: {} cannot be written: {}; choose another file", in_quotes(name_),
                               std::strerror(errno)));
@@ -32,28 +34,19 @@ void RawFrames::add_frame(std::span<const std::uint8_t> rgba) {
 
 void RawFrames::finish() { check(std::fflush(stream_.get()) == 0); }
 
-FilmWriter::FilmWriter(std::unique_ptr<FrameSink> sink, std::size_t frame_bytes, std::size_t capacity)
-    : sink_(std::move(sink)), capacity_(capacity) {
-  // Before the first frame, so that a film takes its memory at the start or not at all.
-  spare_.assign(capacity, std::vector<std::uint8_t>(frame_bytes));
-  thread_ = std::jthread([this] { work(); });
-}
+FilmWriter::FilmWriter(std::unique_ptr<FrameSink> sink, std::size_t capacity)
+    : sink_(std::move(sink)), capacity_(capacity), thread_([this] { work(); }) {}
 
 FilmWriter::~FilmWriter() { close(); }
 
-bool FilmWriter::add(std::span<const std::uint8_t> rgba, int num_times, WhenFull when_full) {
+bool FilmWriter::add(HeldFrame frame, int num_times, WhenFull when_full) {
   std::unique_lock lock(mutex_);
   assert(!closed_ && num_times > 0);
-  if (when_full == WhenFull::wait)
-    changed_.wait(lock, [this] { return !spare_.empty() || !failure_.empty(); });
-  if (spare_.empty() || !failure_.empty()) return false;
-  Entry entry{std::move(spare_.back()), num_times};
-  spare_.pop_back();
-  lock.unlock();
-  assert(rgba.size() == entry.rgba.size());
-  std::copy(rgba.begin(), rgba.end(), entry.rgba.begin());
-  lock.lock();
-  waiting_.push_back(std::move(entry));
+  const auto has_room = [this] { return num_held_ < capacity_; };
+  if (when_full == WhenFull::wait) changed_.wait(lock, [&] { return has_room() || !failure_.empty(); });
+  if (!has_room() || !failure_.empty()) return false;
+  waiting_.push_back({std::move(frame), num_times});
+  ++num_held_;
   num_taken_ += num_times;
   changed_.notify_all();
   return true;
@@ -76,8 +69,9 @@ void FilmWriter::work() {
       waiting_.pop_front();
       lock.unlock();
       write(entry);
+      entry.frame = {};  // its memory is free before there is room for another
       lock.lock();
-      spare_.push_back(std::move(entry.rgba));
+      --num_held_;
       changed_.notify_all();
     }
     lock.unlock();
@@ -87,16 +81,25 @@ void FilmWriter::work() {
   }
   const std::lock_guard lock(mutex_);
   failure_ = failure;
+  waiting_.clear();
   done_ = true;
   changed_.notify_all();
 }
 
 void FilmWriter::write(const Entry& entry) {
   for (int k = 0; k < entry.num_times; ++k) {
-    sink_->add_frame(entry.rgba);
+    const Clock::time_point start = Clock::now();
+    sink_->add_frame(entry.frame.rgba);
+    const double ms = milliseconds_since(start);
     const std::lock_guard lock(mutex_);
+    write_ms_ += ms;
     ++num_written_;
   }
+}
+
+double FilmWriter::write_ms() const {
+  const std::lock_guard lock(mutex_);
+  return write_ms_;
 }
 
 bool FilmWriter::done() const {

@@ -3,16 +3,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
-#include <cstring>
-#include <fstream>
 
-#include "app/frame_names.hpp"
+#include "app/option_flags.hpp"
+#include "app/option_values.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -21,250 +18,6 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Flags that are short for --set; their help and checks come from the table of settings.
-struct SettingFlag {
-  const char* flag;
-  const char* path;
-  const char* value;  // as the help names it
-};
-constexpr SettingFlag kSettingFlags[] = {
-    {"-p", "air.num_parcels", "N"},      {"--ball-vx", "ball.vx_mps", "X"},
-    {"--ball-vy", "ball.vy_mps", "Y"},   {"--ball-spin", "ball.spin_radps", "OMEGA"},
-    {"--method", "run.method", "NAME"},  {"--neighbors", "run.neighbors", "NAME"},
-    {"--threads", "run.threads", "N"},   {"--dt", "run.dt_s", "SECONDS"},
-    {"--substeps", "run.substeps", "N"}, {"--time-scale", "run.time_scale", "X"},
-    {"--seed", "run.seed", "N"},         {"--seconds", "run.seconds", "SECONDS"},
-};
-
-const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
-const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "terms", "all"};
-const std::vector<std::string> kRecordTimes = {"simulation", "real"};
-const std::vector<std::string> kOnOff = {"on", "off"};
-const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
-constexpr const char* kDefaultScene = "court";
-constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
-
-// The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
-// stand.
-struct Typed {
-  std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
-      color_map, overlay, ui_scale;
-  std::vector<std::string> sets;
-  std::vector<std::pair<const SettingFlag*, std::string>> flags;
-  std::string record, report, picture, json, panel_map, log, study, overlay_csv, save_scene;
-  std::string record_time = "simulation", record_overlay = "on";
-  std::optional<std::string> record_size, replay;
-  std::vector<std::string> still;
-};
-
-bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
-
-// The row of a flag. For -p without 0, which means 'by backend' in a scene and would be read as 'none' here.
-Field field_of(const SettingFlag& flag) {
-  Field field = find_field(flag.path, flag.flag);
-  if (is_num_parcels(flag)) {
-    field.doc = "number of parcels";
-    field.min = 1;
-  }
-  return field;
-}
-
-std::string flag_help(const SettingFlag& flag) {
-  const Field field = field_of(flag);
-  const std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
-  const auto* choice = std::get_if<Choice>(&field.member);
-  const std::string allowed = choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", "))
-                                                : fmt::format("{} to {}", field.min, field.max);
-  const Settings defaults;
-  const std::string standard =
-      is_num_parcels(flag)
-          ? fmt::format("{} on a CPU, {} on a GPU", defaults.num_parcels_cpu, defaults.num_parcels_gpu)
-          : value_text(field, defaults);
-  return fmt::format("{}{}; {}; default {}", field.doc, unit, allowed, standard);
-}
-
-std::string set_help() {
-  std::string text = "Settings for --set, the keys of a scene file (defaults; a scene may have others):\n";
-  for (const Field& field : fields()) {
-    const bool is_number =
-        field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
-    const auto* choice = std::get_if<Choice>(&field.member);
-    const std::string range = is_number ? fmt::format(" ({} to {})", field.min, field.max)
-                              : choice  ? fmt::format(" ({})", fmt::join(choice->names, ", "))
-                                        : "";
-    text += fmt::format("  {} = {}{}{}\n      {}\n", field.path(), value_text(field, Settings{}),
-                        field.unit.empty() ? "" : " " + field.unit, range, field.doc);
-  }
-  return text;
-}
-
-CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
-                      const std::string& help) {
-  // A callback, since CLI11 takes an empty value of an optional for none at all.
-  return app
-      .add_option_function<std::string>(
-          flag, [&target](const std::string& text) { target = text; }, help)
-      ->type_name(value);
-}
-
-void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene) {
-  add_text(app, "--scene", typed.scene, "NAME",
-           fmt::format("scene by name (see 'pickleflight scenes') or a file ending in .toml; default {}",
-                       default_scene));
-  add_text(app, "--accuracy", typed.accuracy, "X%",
-           "choose method, time step and number of parcels (unless -p gives it): the cheapest that errs by "
-           "at most "
-           "this, by the table of 'pickleflight lab work-precision'");
-  add_text(app, "--of", typed.of, "WHAT",
-           fmt::format("what --accuracy is of; {}; default path if a ball flies, else rate",
-                       fmt::join(accuracy_targets(), ", ")));
-  for (const SettingFlag& flag : kSettingFlags) {
-    const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };
-    app.add_option_function<std::string>(flag.flag, keep, flag_help(flag))->type_name(flag.value);
-  }
-  app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
-      ->type_name("SECTION.KEY=VALUE")
-      ->allow_extra_args(false);
-  app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
-  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
-               "as --cuda, but end with an error if there is none");
-  app.footer(set_help);
-}
-
-void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_option(
-         "--draw-target", options.draw_target,
-         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
-      ->type_name("NAME");
-  add_text(app, "--size", typed.size, "WxH",
-           "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
-}
-
-void add_record_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_option(
-         "--record", typed.record,
-         "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png, or raw as .rgb (RGBA, top row "
-         "first); without ffmpeg the frames of NAME.mp4 go to NAME_frames/%05d.png; beside it "
-         "FILE.toml, the log of the flight; F9 in the window stops it and starts others")
-      ->type_name("FILE");
-  app.add_option("--record-time", typed.record_time,
-                 "simulation: every frame that is drawn is one of the film; real: one per period of the "
-                 "clock, others are repeated or left out; default simulation")
-      ->type_name("NAME");
-  add_text(app, "--record-size", typed.record_size, "WxH",
-           "size of the film, as 1280x720 or 1920x1080; each 16 to 16384 and even; default: the window's");
-  app.add_flag("--record-panel", options.record_panel, "with the panel in the film, and in pictures by F12");
-  app.add_option("--record-overlay", typed.record_overlay,
-                 "whether the film has the overlay; on, off; default on")
-      ->type_name("NAME");
-  app.add_option("--log", typed.log,
-                 "write settings and inputs: 'pickleflight run FILE.toml' flies them again")
-      ->type_name("FILE.toml");
-}
-
-std::string one_of(const char* what, const std::vector<std::string>& names) {
-  return fmt::format("{}; {}; default {}", what, fmt::join(names, ", "), names.front());
-}
-
-// What the panel and the keys do to the picture.
-void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_flag("--paused", options.paused, "start paused; the space bar starts");
-  app.add_flag("--ghosts", options.ghosts,
-               "draw the paths of the same launch in a vacuum and in closed-form drag");
-  add_text(app, "--theme", typed.theme, "NAME", one_of("colours of floor, panel and overlay", kThemeNames));
-  add_text(app, "--color-map", typed.color_map, "NAME",
-           one_of("colours of the parcels' speed", kColorMapNames));
-  add_text(app, "--overlay", typed.overlay, "NAME",
-           one_of("times and figures at the lower edge", kOverlayNames));
-  add_text(app, "--ui-scale", typed.ui_scale, "X",
-           fmt::format("size of text and overlay; {} to {}; default 1", kLeastUiScale, kMostUiScale));
-  app.add_flag_callback(
-      "--no-vsync", [&options] { options.vsync = false; }, "frames do not wait for the screen");
-  app.add_flag("--full-screen", options.full_screen, "a window that fills the screen");
-  app.add_option("--overlay-csv", typed.overlay_csv, "write what the overlay shows, one line per frame")
-      ->type_name("FILE");
-  app.add_option("--save-scene", typed.save_scene,
-                 "write the settings of this command line as a scene file that is not there yet, .toml")
-      ->type_name("FILE");
-}
-
-void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
-  add_stage_flags(app, typed, options);
-  app.add_flag("-t", options.show_path, "draw the path of the ball");
-  app.add_flag("--headless", options.headless, "no window");
-  app.add_flag_callback(
-      "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
-  add_record_flags(app, typed, options);
-  app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
-      ->type_name("FILE");
-  app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
-  app.add_option("--still", typed.still,
-                 "headless: write the picture at T seconds of simulated time, and end")
-      ->type_name("T FILE.png")
-      ->expected(2);
-  app.add_option("replay", typed.replay, "a log of inputs (--log, or beside a film): the same flight again")
-      ->type_name("FILE.toml");
-  app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
-  add_text(app, "--warmup", typed.warmup, "N",
-           "frames before those that the report's means are of; 0 to 1000000; default 0");
-  add_frame_flags(app, typed, options);
-}
-
-void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
-  LabOptions& lab = options.lab;
-  app.add_option("study", typed.study, fmt::format("what to measure: {}", fmt::join(kStudies, ", ")))
-      ->type_name("NAME");
-  app.add_flag("--quick", lab.quick,
-               "minutes on 2 cores; validate: two minutes instead of an hour, wider tolerances");
-  app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
-  app.add_option("--out", lab.out, "folder of the results; default lab-STUDY")->type_name("DIR");
-  app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
-  app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
-  app.add_flag("--force", lab.force, "measure anew over what is in the folder");
-  app.add_flag("--cuda", options.cuda, "also on the CUDA device, as a series of its own");
-  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
-               "as --cuda, but end with an error if there is none");
-}
-
-void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
-  add_text(app, "--steps", typed.steps, "N", "timed steps per repeat; 1 to 1000000; default 200");
-  add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
-  add_text(app, "--repeats", typed.repeats, "N",
-           "repeats, of which median and minimum are given; 1 to 1000; default 5");
-  add_text(app, "--frames", typed.frames, "N", "time N whole frames instead, drawn offscreen; 1 to 1000000");
-  app.add_flag("--sweep", options.sweep,
-               "instead: whole frames, drawing included, over N, for every backend and neighbour search");
-  add_text(app, "--sweep-max", typed.sweep_max, "N",
-           "largest number of parcels of the sweep; 1000 to 100000000; default 1000000");
-  add_frame_flags(app, typed, options);
-  app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
-}
-
-int whole_number(const std::string& place, const std::string& text, int min, int max) {
-  int value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || value < min || value > max) {
-    throw UserError(fmt::format("{}: {} cannot be used; give a whole number from {} to {}", place,
-                                in_quotes(text), min, max));
-  }
-  return value;
-}
-
-void read_size(const std::string& flag, const std::string& text, int& width_px, int& height_px) {
-  constexpr int kMin = 16, kMax = 16384;
-  const std::size_t cross = text.find_first_of("xX");
-  try {
-    if (cross == std::string::npos) throw UserError("");
-    width_px = whole_number(flag, text.substr(0, cross), kMin, kMax);
-    height_px = whole_number(flag, text.substr(cross + 1), kMin, kMax);
-  } catch (const UserError&) {
-    throw UserError(
-        fmt::format("{}: {} is not a size; give WIDTHxHEIGHT, each a whole number from {} to {} pixels, "
-                    "as 1280x720",
-                    flag, in_quotes(text), kMin, kMax));
-  }
-}
 
 void apply_set(const std::string& assignment, Settings& settings) {
   const std::size_t equals = assignment.find('=');
@@ -297,80 +50,8 @@ Settings read_settings(const Typed& typed, const char* default_scene) {
   }
   for (const std::string& assignment : typed.sets) apply_set(assignment, settings);
   for (const auto& [flag, text] : typed.flags) apply_flag(*flag, text, settings);
+  if (typed.force) settings.allow_unstable = true;
   return settings;
-}
-
-// Opens in append mode, so that what is there stays; a file that this made is removed again.
-void check_writable(const std::string& place, const fs::path& file) {
-  std::error_code ignored;
-  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  std::string reason;
-  if (!fs::is_directory(folder, ignored)) {
-    reason = fmt::format("the folder {} does not exist", in_quotes(folder.string()));
-  } else if (fs::is_directory(file, ignored)) {
-    reason = "it is a folder";
-  } else if (fs::exists(file, ignored) && !fs::is_regular_file(file, ignored)) {
-    if (::access(file.c_str(), W_OK) != 0) reason = std::strerror(errno);  // opening a pipe would wait
-  } else {
-    const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
-    errno = 0;
-    if (!std::ofstream(file, std::ios::app))
-      reason = std::strerror(errno);
-    else if (is_new)
-      fs::remove(file, ignored);
-  }
-  if (reason.empty()) return;
-  throw UserError(
-      fmt::format("{}: {} cannot be written: {}; choose a file in a folder that exists and is writable",
-                  place, in_quotes(file.string()), reason));
-}
-
-// The file named by a flag, or none. endings: those allowed; empty: any.
-fs::path output_file(const CLI::App& app, const std::string& flag, const std::string& text,
-                     const std::vector<std::string>& endings) {
-  if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
-  const fs::path file = text;
-  const std::string ending = CLI::detail::to_lower(file.extension().string());
-  if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
-    throw UserError(fmt::format("{}: {} has the wrong ending; the file must end in {}", flag, in_quotes(text),
-                                fmt::join(endings, " or ")));
-  }
-  check_writable(flag, file);
-  return file;
-}
-
-// A film, or a pattern for its frames, whose folder is made later if the one above it is there.
-fs::path record_file(const CLI::App& app, const std::string& text) {
-  const fs::path file = text;
-  if (!is_frame_pattern(file)) {
-    if (CLI::detail::to_lower(file.extension().string()) == ".png") {
-      throw UserError(fmt::format(
-          "--record: {} has no place for the frame's number; give FOLDER/%05d.png, or a film that "
-          "ends in .mp4 or .mkv, or raw frames, .rgb",
-          in_quotes(text)));
-    }
-    return output_file(app, "--record", text, {".mp4", ".mkv", ".rgb"});
-  }
-  const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
-  check_writable("--record", folder_is_new ? file.parent_path() : file);
-  return file;
-}
-
-std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names) {
-  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
-  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(text),
-                              nearest_name(text, names), fmt::join(names, ", ")));
-}
-
-double read_ui_scale(const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() ||
-      !(value >= kLeastUiScale && value <= kMostUiScale)) {
-    throw UserError(fmt::format("--ui-scale: {} cannot be used; give a number from {} to {}", in_quotes(text),
-                                kLeastUiScale, kMostUiScale));
-  }
-  return value;
 }
 
 void read_stage_options(const CLI::App& command, const Typed& typed, Options& options) {
@@ -399,40 +80,35 @@ bool gives_seconds(const Typed& typed) {
                      [&](const auto& flag) { return is_seconds(flag.first->path); });
 }
 
-// What CLI11 did not recognise.
-[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
-  std::vector<std::string> known;
-  for (const CLI::Option* option : command.get_options()) {
-    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
-    for (const std::string& name : option->get_snames()) known.push_back("-" + name);
-  }
-  const bool is_option = word.starts_with('-');
-  const std::string help = fmt::format("see pickleflight {} --help", command.get_name());
-  if (is_option) {
-    const std::string name = word.substr(0, word.find('='));
-    throw UserError(fmt::format("{} is not an option of 'pickleflight {}'; the nearest is {}; {}",
-                                in_quotes(word), command.get_name(), nearest_name(name, known), help));
-  }
-  if (std::find(kCommands.begin(), kCommands.end(), word) != kCommands.end()) {
-    throw UserError(fmt::format("{} must come first: pickleflight {} [options]", in_quotes(word), word));
-  }
-  throw UserError(
-      fmt::format("{} is neither a command nor the value of an option; the nearest command is {} "
-                  "(commands: {}); {}",
-                  in_quotes(word), nearest_name(word, kCommands), fmt::join(kCommands, ", "), help));
-}
-
 // A sweep has settings of its own; others would be dropped in silence.
 void check_sweep(const Typed& typed, const Options& options) {
   if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
-                          !typed.sets.empty() || !typed.flags.empty();
+                          !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
+                          options.bench_panel || typed.force;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
         "go with it, leave out the rest");
   }
+}
+
+// What belongs to whole frames.
+void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
+  const bool has_record = app.count("--record") > 0;
+  if (!typed.frames && (has_record || options.bench_panel)) {
+    throw UserError(fmt::format("{}: goes with --frames N, steps alone are not drawn; add it",
+                                has_record ? "--record" : "--panel"));
+  }
+  if (!has_record && app.count("--record-time") > 0)
+    throw UserError("--record-time: goes with --record FILE; add it");
+  check_name("--record-time", typed.record_time, kRecordTimes);
+  options.record_real_time = typed.record_time == "real";
+  options.record = typed.record == kForgetting ? fs::path(kForgetting) : record_file(app, typed.record);
+  if (!has_record || typed.size) return;
+  options.width_px = 1920;
+  options.height_px = 1080;
 }
 
 // --accuracy chooses what some flags would set.
@@ -459,6 +135,15 @@ AccuracyWish accuracy_wish(const Typed& typed) {
   return wish;
 }
 
+Options plot_options(const CLI::App& command, const Typed& typed, Options options) {
+  if (typed.folder.empty() || command.count_all() > 3) {
+    throw UserError(
+        "lab plot: takes the folder of the results and nothing else, as pickleflight lab plot lab-all");
+  }
+  options.lab.out = typed.folder;
+  return options;
+}
+
 // The study is named here and not by CLI11, so that a wrong one is answered like any other wrong name.
 Options lab_options(const CLI::App& command, const Typed& typed, Options options) {
   LabOptions& lab = options.lab;
@@ -474,23 +159,21 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   options.cuda = options.cuda || options.cuda_no_fallback;
   lab.study = typed.study;
   const bool is_validate = lab.study == "validate";
-  if (is_validate && (!lab.out.empty() || lab.resume || lab.force || options.cuda)) {
-    throw UserError("lab validate: takes --quick and --json only; leave out the rest");
-  }
-  if (!is_validate && !typed.json.empty())
-    throw UserError("--json: goes with validate; the others take --out DIR");
+  if (lab.study == "plot") return plot_options(command, typed, std::move(options));
+  if (!typed.folder.empty()) refuse_extra(command, typed.folder);
+  if (is_validate && options.cuda)
+    throw UserError(
+        "lab validate: has no CUDA series, tests/gpu hold the device to the CPU's bits; leave out --cuda");
+  if (is_validate && lab.out.empty() && (lab.resume || lab.force))
+    throw UserError("lab validate: prints its table and leaves no folder; give --out DIR as well");
+  if (!typed.json.empty() && (!is_validate || !lab.out.empty()))
+    throw UserError("--json: goes with validate without --out; else --out DIR has the JSON in it");
   if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
     throw UserError("--scene: goes with terms; the other studies have scenes of their own, leave it out");
   if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
   lab.json = output_file(command, "--json", typed.json, {});
-  if (lab.out.empty()) lab.out = "lab-" + lab.study;
+  if (lab.out.empty() && !is_validate) lab.out = "lab-" + lab.study;
   return options;
-}
-
-void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
-  if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(name),
-                              nearest_name(name, known), fmt::join(known, ", ")));
 }
 
 void read_record(const CLI::App& app, const Typed& typed, Options& options) {
@@ -532,7 +215,7 @@ void read_still(const Typed& typed, Options& options) {
 
 // A log brings its settings, and others would be another flight.
 void read_replay(const Typed& typed, Options& options) {
-  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || options.still_s) {
+  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || typed.force || options.still_s) {
     throw UserError(
         fmt::format("{}: a log has its own scene and settings; leave out --scene, --set, --still "
                     "and their short forms (as -p)",
@@ -569,7 +252,10 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
-  if (!is_bench) read_record(command, typed, options);
+  if (is_bench)
+    read_frame_bench(command, typed, options);
+  else
+    read_record(command, typed, options);
   read_still(typed, options);
   if (typed.replay) read_replay(typed, options);
   options.picture = output_file(command, "--picture", typed.picture, {".png"});

@@ -74,6 +74,7 @@ struct Options {
   int bench_warmup = 20;
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: whole frames are timed, not steps
+  bool bench_panel = false;          // --panel: with the panel in them
   std::filesystem::path bench_json;  // --json FILE
   bool sweep = false;                // --sweep: whole frames over N instead
   std::int64_t sweep_max = 1'000'000;

@@ -49,6 +49,15 @@ json phase_report(const std::vector<PhaseTimes>& frames) {
   return report;
 }
 
+// The frames in which it is known.
+json known_median(const std::vector<DrawTimes>& frames, double DrawTimes::*member) {
+  std::vector<double> values;
+  for (const DrawTimes& frame : frames) {
+    if (std::isfinite(frame.*member)) values.push_back(frame.*member);
+  }
+  return median_and_p99(std::move(values));
+}
+
 // Time of the phases that compute; the rest draws.
 double physics_ms(const PhaseTimes& times) {
   return times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
@@ -146,13 +155,15 @@ RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& in
       timed_from_(start_),
       last_frame_(start_) {}
 
-void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s) {
+void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s,
+                          const DrawTimes& drawing) {
   const Clock::time_point now = Clock::now();
   if (!frames_.empty()) {
     intervals_ms_.push_back(std::chrono::duration<double, std::milli>(now - last_frame_).count());
   }
   last_frame_ = now;
   frames_.push_back(times);
+  drawings_.push_back(drawing);
   if (frames_.size() == num_warmup_) timed_from_ = last_frame_;
   totals_ += totals;
   simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;
@@ -211,6 +222,12 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"wall_s", number(wall_s)},
       {"frame_ms", median_and_p99(intervals_ms_)},
       {"phase_ms", phase_report(frames_)},
+      {"host_ms",
+       {{"draw", known_median(drawings_, &DrawTimes::host_draw_ms)},
+        {"panel", known_median(drawings_, &DrawTimes::host_panel_ms)}}},
+      {"gpu_ms",
+       {{"draw", known_median(drawings_, &DrawTimes::gpu_draw_ms)},
+        {"panel", known_median(drawings_, &DrawTimes::gpu_panel_ms)}}},
       {"ns_per_particle_step", ratio(1e9 * compute_s, particle_steps)},
       {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},
       {"energy", energy_report(initial_, final)},

@@ -17,8 +17,10 @@ class RunRecord {
  public:
   RunRecord(const Settings& settings, const Physics& physics, const Measures& initial, std::string device);
 
-  // times: all phases of one frame; totals: of that frame's steps; dt_s: of its steps.
-  void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s);
+  // times: all phases of one frame; totals: of that frame's steps; dt_s: of its steps; drawing: both clocks'
+  // times, for frames that are drawn.
+  void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s,
+                 const DrawTimes& drawing = {});
   void start_clock();  // wall_s counts from here
   // What the run ends on, when that has changed (threads of the CPU backend).
   void set_device(std::string device) { device_ = std::move(device); }
@@ -27,9 +29,12 @@ class RunRecord {
   // A part of the report that others write, under a key of its own.
   void set_part(const std::string& key, const nlohmann::json& part);
 
-  // Keys: those of set_part (record: the last film, replay), version, device, scene, method, neighbors,
+  // Keys: those of set_part (record: the last film, replay, display: of the window at the end,
+  // accuracy: what the panel's section showed last), version, device, scene, method, neighbors,
   // num_parcels, area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from
-  // one frame's end to the next), phase_ms.<phase>.{median,p99}, ns_per_particle_step, particle_steps_per_s,
+  // one frame's end to the next), phase_ms.<phase>.{median,p99} (draw: the longer of both clocks; panel and
+  // what follows: of the host), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (of the
+  // GL device; null where it does not tell), ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
@@ -50,6 +55,7 @@ class RunRecord {
   Measures initial_;
   std::string device_;
   std::vector<PhaseTimes> frames_;
+  std::vector<DrawTimes> drawings_;   // of the same frames
   std::vector<double> intervals_ms_;  // between the ends of successive frames
   StepTotals totals_;
   double simulated_s_ = 0.0;

@@ -4,47 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "app/memory.hpp"
-#include "app/moments.hpp"
+#include "app/simulation_state.hpp"
 #include "app/step_request.hpp"
-#include "core/error.hpp"
-#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
-
-constexpr std::size_t kMaxOldFlights = 5;
-constexpr double kSlowest = 0.001;  // that keys reach; the panel and a scene may go on
-constexpr double kPauseAfterLanding_s = 1.0;
-
-// Whether going from one to the other needs the parcels to be spawned anew.
-bool needs_respawn(const Settings& a, const Settings& b) {
-  const auto spawned_from = [](const Settings& s) {
-    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
-                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
-                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
-  };
-  return spawned_from(a) != spawned_from(b);
-}
-
-// Whether a change made in flight makes it another one than was launched.
-bool disturbs(const Settings& a, Settings b) {
-  b.ball_vx_mps = a.ball_vx_mps;
-  b.ball_vy_mps = a.ball_vy_mps;
-  b.time_scale = a.time_scale;
-  b.threads = a.threads;
-  b.seconds = a.seconds;
-  b.relaunch = a.relaunch;
-  b.drawn_area_fraction = a.drawn_area_fraction;
-  return !(a == b);
-}
-
-// NAME or NAME.toml, as typed.
-std::filesystem::path scene_file_of(const std::string& name) {
-  return name.ends_with(".toml") ? name : name + ".toml";
-}
 
 bool has_left(const Physics& physics, const BallState& ball) {
   if (!physics.ball.present || physics.world.boundary != Boundary::open) return false;
@@ -61,62 +27,6 @@ std::int64_t resolve_num_parcels(const Settings& settings, const std::string& ba
   if (settings.num_parcels > 0) return settings.num_parcels;
   return backend_name == "cuda" ? settings.num_parcels_gpu : settings.num_parcels_cpu;
 }
-
-struct Simulation::State {
-  Settings settings;
-  Physics physics;
-  std::unique_ptr<Backend> backend;
-  BallState ball;
-  FrameView view;
-  FlightRecord flight;
-  std::deque<FlightRecord> old_flights;
-  std::vector<Ghost> ghosts;
-  std::optional<Moments> moments;  // none: not kept
-  bool by_hand = false;            // the launch
-  double launched_at_s = 0.0;      // simulated
-  double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
-  std::int64_t flight_seed = 0;    // of the air that the flight began in
-  std::function<std::unique_ptr<Backend>()> make_fallback;
-  int num_fallbacks = 0;
-  std::int64_t num_launches = 0;
-  double landed_for_s = 0.0;
-  bool left_once = false;
-  double collision_rate_per_s = 0.0;   // per parcel, in the last frame; 0: not known
-  std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
-  PhaseTimes mapping;                  // of that frame
-
-  void resolve(Settings& with) const;
-  void check_room(const Settings& with, std::uint64_t held_bytes) const;
-  void reset(const Settings& with);
-  void respawn(const Settings& with, const BallState& around);
-  void launch(bool fresh_air);
-  void end_flight();
-  void keep_old_flight();
-  void begin_flight(bool fresh_air);
-  void launch_again();
-  void fly(const BallLaunch& wanted);
-  void compare(Comparison comparison);
-  bool repeat_flight(const Settings& with);
-  bool launches_by_itself() const;
-  void scale_time(double factor);
-  void save_scene(const std::string& name);
-  void keep_moment_when_due();
-  void go_back();
-  void change(const Commands& commands);
-  void apply(const Settings& edited);
-  void change_scene(const std::string& name);
-  void restart(Settings with);
-  void change_threads(const Settings& with);
-  void obey(const Commands& commands);
-  void begin(const Commands& commands, DrawTarget* target);
-  void submit_steps(DrawTarget* target);
-  void draw_again(DrawTarget& target);
-  void collect_steps();
-  void launch_again_when_due();
-  void fall_back(const DeviceError& error);
-  void follow_ball();
-  void update_view();
-};
 
 void Simulation::State::resolve(Settings& with) const {
   // Without parcels their number is kept for when they come back.
@@ -158,251 +68,6 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   physics = derived;
   ball = around;
   if (moments) moments->clear();
-}
-
-void Simulation::State::launch(bool fresh_air) {
-  keep_old_flight();
-  ball = initial_ball(settings);
-  backend->set_ball(ball);
-  ++num_launches;
-  begin_flight(fresh_air);
-  flight.launch = num_launches;
-  by_hand = false;
-}
-
-// What its parcels and ball have in the end. To be called before the air is spawned anew.
-void Simulation::State::end_flight() {
-  if (physics.ball.present && flight.points_m.size() > 1 && !flight.end_energy_j)
-    flight.end_energy_j = backend->measure().energy_j();
-}
-
-void Simulation::State::keep_old_flight() {
-  end_flight();
-  if (flight.points_m.size() > 1) old_flights.push_front(std::move(flight));
-  if (old_flights.size() > kMaxOldFlights) old_flights.pop_back();
-  flight = {};
-}
-
-// The ball is at its start, the air as it is to be.
-void Simulation::State::begin_flight(bool fresh_air) {
-  flight = {};
-  flight.fresh_air = fresh_air;
-  flight.air = settings.air;
-  flight.method = settings.method;
-  flight.set_dt_s = settings.dt_s;
-  flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
-  flight.spin_radps = settings.ball_spin_radps;
-  if (physics.ball.present) flight.start_energy_j = backend->measure().energy_j();
-  view.flight = Flight::flying;
-  view.ball_distance_m = 0.0;
-  landed_for_s = 0.0;
-  shown_s = 0.0;
-  if (moments) moments->clear();
-  ghosts = ghosts_of(settings);
-  ++view.num_flights;
-  follow_ball();
-}
-
-// After a flight: the air anew and the ball at its start.
-void Simulation::State::launch_again() {
-  Settings with = settings;
-  with.seed += num_launches;  // fresh air for each flight, the same in every run
-  end_flight();
-  bool fresh_air = true;
-  try {
-    respawn(with, initial_ball(with));
-    flight_seed = with.seed;
-  } catch (const UserError& error) {  // edited in flight, the air does not fit around the start
-    view.message = error.what();
-    fresh_air = false;
-  }
-  launch(fresh_air);
-}
-
-// Throws UserError, and changes nothing, if it cannot be set.
-void Simulation::State::fly(const BallLaunch& wanted) {
-  Settings with = settings;
-  with.ball_vx_mps = wanted.velocity_mps.x;
-  with.ball_vy_mps = wanted.velocity_mps.y;
-  with.ball_spin_radps = wanted.spin_radps;
-  check_settings(with, "launch");
-  end_flight();
-  respawn(with, initial_ball(with));
-  settings = with;
-  flight_seed = settings.seed;
-  launch(true);
-  by_hand = true;
-}
-
-// The present launch again, in the same air. Returns false, with the reason as message, if it cannot run so.
-bool Simulation::State::repeat_flight(const Settings& with) {
-  Settings spawned = with;
-  spawned.seed = flight_seed;
-  const std::int64_t same_launch = flight.launch;
-  end_flight();
-  try {
-    respawn(spawned, initial_ball(spawned));
-  } catch (const UserError& error) {
-    view.message = error.what();
-    return false;
-  }
-  settings = with;
-  keep_old_flight();
-  begin_flight(true);
-  flight.launch = same_launch;
-  std::erase_if(old_flights, [this](const FlightRecord& old) {  // of two alike the newer stays
-    return old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
-  });
-  view.message.clear();
-  return true;
-}
-
-void Simulation::State::compare(Comparison comparison) {
-  if (!physics.ball.present) throw UserError("compare: this scene has no ball to launch again");
-  Settings with = settings;
-  if (comparison == Comparison::half_step) {
-    const double dt_s = settings.dt_s > 0.0 ? settings.dt_s : plan_frame(settings, physics, ball).dt_s;
-    with.dt_s = 0.5 * dt_s;
-    repeat_flight(with);
-    return;
-  }
-  constexpr int kNumMethods = 3;
-  for (int next = 1; next < kNumMethods; ++next) {
-    with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);
-    if (repeat_flight(with)) return;
-  }
-}
-
-// A flight that was launched by hand, or is compared with another, stays to be looked at.
-bool Simulation::State::launches_by_itself() const {
-  const bool is_compared =
-      std::any_of(old_flights.begin(), old_flights.end(),
-                  [this](const FlightRecord& old) { return old.launch == flight.launch; });
-  return settings.relaunch && !by_hand && !is_compared;
-}
-
-void Simulation::State::scale_time(double factor) {
-  const double most = find_field("run.time_scale", "keys").max;
-  const double least = std::min(kSlowest, settings.time_scale);
-  settings.time_scale = std::clamp(settings.time_scale * factor, least, most);
-}
-
-void Simulation::State::save_scene(const std::string& name) {
-  const std::filesystem::path file = scene_file_of(name);
-  save_new_scene_file(file, settings);
-  view.notice = fmt::format("Saved: {}", file.string());
-}
-
-void Simulation::State::keep_moment_when_due() {
-  if (!moments || !moments->is_due(shown_s, physics.parcels.num)) return;
-  moments->keep({shown_s, backend->snapshot(), ball, view.totals, view.simulated_s, view.ball_distance_m,
-                 collision_rate_per_s, view.flight == Flight::landed, flight});
-}
-
-// Parcels, ball, totals and path as they were then; settings stay as the person has them now.
-void Simulation::State::go_back() {
-  const Moment* moment = moments ? moments->back_from(shown_s) : nullptr;
-  if (moment == nullptr) {
-    throw UserError(
-        fmt::format("back: no moment is kept{}", moments && moments->most(physics.parcels.num) == 0
-                                                     ? " of so many parcels; give fewer"
-                                                     : " yet; let it run"));
-  }
-  backend->restore(moment->parcels);
-  ball = moment->ball;
-  backend->set_ball(ball);
-  view.totals = moment->totals;
-  view.simulated_s = moment->simulated_s;
-  view.ball_distance_m = moment->ball_distance_m;
-  view.flight = moment->landed ? Flight::landed : Flight::flying;
-  collision_rate_per_s = moment->collision_rate_per_s;
-  landed_for_s = 0.0;
-  shown_s = moment->shown_s;
-  flight = moment->flight;
-  ++view.num_flights;
-}
-
-// Takes over edited settings.
-void Simulation::State::apply(const Settings& edited) {
-  check_settings(edited, "panel");
-  Settings with = edited;
-  resolve(with);
-  if (with.threads != settings.threads) change_threads(with);
-  if (needs_respawn(settings, with)) {
-    respawn(with, ball);
-  } else {
-    physics = derive_physics(with);
-    backend->set_physics(physics);
-  }
-  if (with.ball_spin_radps != settings.ball_spin_radps) {
-    ball.spin_radps = with.ball_spin_radps;
-    backend->set_ball(ball);
-  }
-  flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
-  settings = with;
-  ghosts = ghosts_of(settings);
-}
-
-// Another scene, from its start. What belongs to the run and its film and not to the scene stays.
-void Simulation::State::change_scene(const std::string& name) {
-  Settings with = load_scene(name);
-  with.threads = settings.threads;
-  with.seconds = settings.seconds;
-  with.frame_rate_hz = settings.frame_rate_hz;
-  restart(with);
-}
-
-void Simulation::State::restart(Settings with) {
-  resolve(with);
-  reset(with);
-  view.paused = false;
-  ++view.num_scenes;
-}
-
-// Another team with the same parcels. Only the count of steps, which keys the random rounding of positions,
-// begins anew; on a device, too, which has no team, so that one log gives one flight everywhere.
-void Simulation::State::change_threads(const Settings& with) {
-  const Spawner spawner(settings, physics, ball);
-  const ParcelSnapshot parcels = backend->snapshot();
-  if (backend->name() == "cpu") {
-    check_room(with, 0);
-    std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
-    fresh->reset(physics, spawner.plan(), ball);
-    backend = std::move(fresh);
-  } else {
-    backend->reset(physics, spawner.plan(), ball);
-  }
-  backend->restore(parcels);
-}
-
-// Throws UserError for what cannot be done.
-void Simulation::State::change(const Commands& commands) {
-  if (commands.settings) apply(*commands.settings);
-  if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
-  if (commands.reset) reset(settings);
-  if (!commands.scene.empty()) change_scene(commands.scene);
-  if (commands.restart) restart(*commands.restart);
-  if (commands.fly) fly(*commands.fly);
-  if (commands.compare != Comparison::none) compare(commands.compare);
-  if (commands.back) go_back();
-  if (!commands.save_scene.empty()) save_scene(commands.save_scene);
-}
-
-void Simulation::State::obey(const Commands& commands) {
-  const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
-                       commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
-                       !commands.save_scene.empty();
-  if (changes) {
-    view.message.clear();
-    view.notice.clear();
-  }
-  try {
-    change(commands);
-  } catch (const UserError& error) {
-    view.message = error.what();
-  }
-  if (commands.launch) launch(false);
-  if (commands.toggle_pause) view.paused = !view.paused;
 }
 
 void Simulation::State::submit_steps(DrawTarget* target) {
@@ -467,11 +132,6 @@ void Simulation::State::draw_again(DrawTarget& target) {
   target.unmap();
 }
 
-void Simulation::State::launch_again_when_due() {
-  landed_for_s += 1.0 / settings.frame_rate_hz;
-  if (launches_by_itself() && landed_for_s >= kPauseAfterLanding_s) launch_again();
-}
-
 // Goes on with another backend from the start of the scene, the state having gone with the device.
 void Simulation::State::fall_back(const DeviceError& error) {
   if (!make_fallback) throw error;
@@ -485,25 +145,6 @@ void Simulation::State::fall_back(const DeviceError& error) {
   reset(with);
   view.message = fmt::format("{} failed ({}); going on with {} and {} parcels from the start of the scene.",
                              failed, error.what(), backend->name(), physics.parcels.num);
-}
-
-void Simulation::State::follow_ball() {
-  if (!physics.ball.present) return;
-  const bool is_first = flight.points_m.empty();
-  if (!is_first) {
-    const Vec2d moved = ball.position_m - to_double(flight.points_m.back());
-    const double length = std::sqrt(dot(moved, moved));
-    const World& world = physics.world;
-    const bool wrapped = world.boundary == Boundary::periodic && length > 0.5 * world.half.y * world.unit_m;
-    if (!wrapped) view.ball_distance_m += length;
-    if (wrapped) {
-      flight.points_m.clear();
-      flight.times_s.clear();
-    }
-  }
-  if (is_first) launched_at_s = view.simulated_s;
-  flight.points_m.push_back(to_float(ball.position_m));
-  flight.times_s.push_back(view.simulated_s - launched_at_s);
 }
 
 void Simulation::State::update_view() {

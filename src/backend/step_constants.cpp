@@ -1,18 +1,15 @@
 #include <cmath>
 
 #include "backend/backend.hpp"
+#include "model/spring.hpp"
 
 namespace pf {
 namespace {
 
-// Linear spring-dashpot from contact duration t_c and restitution e of a pair of equal masses (PHYSICS 6.2):
-// e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m.
 void set_spring(StepConstants& c, double contact_s) {
-  const double restitution = std::fmax(c.physics.parcels.restitution, 1e-3);
-  const double damping = -std::log(restitution) / contact_s;
-  const double frequency = kPi / contact_s;
-  c.spring_rate_per_s2 = 0.5 * (frequency * frequency + damping * damping);
-  c.damping_rate_per_s = damping;
+  const SpringContactRates rates = spring_contact_rates(c.physics.parcels.restitution, contact_s);
+  c.spring_rate_per_s2 = 0.5 * rates.omega0_squared_per_s2;
+  c.damping_rate_per_s = rates.damping_per_s;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstddef>
+#include <limits>
 
 namespace pf {
 
@@ -29,6 +30,17 @@ struct PhaseTimes {
     for (double value : ms) sum += value;
     return sum;
   }
+};
+
+// The two phases that GL works on, by both clocks: of the host until the calls returned, and of the GL device
+// from begin to end of that work, read some frames late so that nothing waits. Not a number: not known.
+struct DrawTimes {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+  double host_draw_ms = kUnknown;  // floor, parcels, paths, ball
+  double gpu_draw_ms = kUnknown;
+  double host_panel_ms = kUnknown;  // panel, overlay, marks
+  double gpu_panel_ms = kUnknown;
 };
 
 using Clock = std::chrono::steady_clock;

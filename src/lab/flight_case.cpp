@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/scene_run.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
 #include "scene/derive.hpp"
@@ -41,10 +42,7 @@ double share_to_edge(const World& world, Vec2d a, Vec2d b) {
 }  // namespace
 
 FlightResult fly_scene(const Settings& settings, double duration_s, Backend& backend) {
-  const Physics physics = derive_physics(settings);
-  const BallState start = initial_ball(settings);
-  const Spawner spawner(settings, physics, start);
-  backend.reset(physics, spawner.plan(), start);
+  const auto [physics, start] = spawn_scene(settings, backend);
   const FramePlan plan = plan_duration(settings, physics, start, duration_s);
   const double dt_s = duration_s / plan.num_steps;
   const Clock::time_point begin = Clock::now();
@@ -54,10 +52,8 @@ FlightResult fly_scene(const Settings& settings, double duration_s, Backend& bac
 
 Exit fly_to_exit(const Settings& settings, Backend& backend) {
   constexpr double kLook_s = 0.01, kLongest_s = 10.0;
-  const Physics physics = derive_physics(settings);
-  BallState ball = initial_ball(settings);
-  const Spawner spawner(settings, physics, ball);
-  backend.reset(physics, spawner.plan(), ball);
+  const auto [physics, start] = spawn_scene(settings, backend);
+  BallState ball = start;
   Exit exit;
   while (exit.time_s < kLongest_s) {
     const FramePlan plan = plan_duration(settings, physics, ball, kLook_s);

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <tuple>
 
+#include "app/scene_run.hpp"
 #include "app/step_request.hpp"
 #include "lab/theory.hpp"
-#include "scene/derive.hpp"
 
 namespace pf {
 namespace {
@@ -76,17 +76,8 @@ const char* method_name(Method method) {
 double theory_rate(double area_fraction) { return theory::collision_rate_per_s(area_fraction, 1.0, 0.5); }
 
 Settings gas_settings(const GasCase& gas) {
-  Settings s;
-  s.name = "gas";
-  s.width_m = s.height_m = 1.0;
-  s.boundary = gas.boundary;
-  s.box_follows_parcels = true;
-  s.num_parcels = gas.num_parcels;
-  s.area_fraction = gas.area_fraction;
-  s.parcel_radius_m = 0.5;
-  s.parcel_mass_kg = 1.0;
+  Settings s = unit_gas(gas.num_parcels, gas.area_fraction, gas.boundary);
   s.restitution = gas.restitution;
-  s.ball_present = false;
   s.seed = gas.seed;
   return s;
 }
@@ -100,15 +91,11 @@ const ParcelSnapshot& equilibrated(const GasCase& gas) {
   Settings s = gas_settings(gas);
   s.restitution = 1.0;
   s.method = Method::exact;
-  const Physics physics = derive_physics(s);
-  const BallState no_ball = initial_ball(s);
-  const Spawner spawner(s, physics, no_ball);
-  const std::unique_ptr<Backend> backend = make_cpu_backend(0);
-  backend->reset(physics, spawner.plan(), no_ball);
+  SceneRun run(s, 0);
   constexpr double kCollisionsPerStep = 0.1, kCollisions = 20.0;
   const double dt = kCollisionsPerStep / theory_rate(gas.area_fraction);
-  backend->advance(step_request(s, static_cast<std::uint32_t>(kCollisions / kCollisionsPerStep), dt));
-  return made.emplace(key, backend->snapshot()).first->second;
+  run.advance(static_cast<std::uint32_t>(kCollisions / kCollisionsPerStep), dt);
+  return made.emplace(key, run.backend->snapshot()).first->second;
 }
 
 GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> on)
@@ -116,11 +103,9 @@ GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend
   settings.method = steps.method;
   settings.dt_s = steps.dt;
   settings.spring_contact_s = steps.spring_contact;
+  settings.allow_unstable = true;  // where it breaks is what the lab measures
   settings.contact_clock_s = steps.contact_clock;
-  physics = derive_physics(settings);
-  const BallState no_ball = initial_ball(settings);
-  const Spawner spawner(settings, physics, no_ball);
-  backend->reset(physics, spawner.plan(), no_ball);
+  physics = spawn_scene(settings, *backend).physics;
   backend->restore(equilibrated(gas));
 }
 

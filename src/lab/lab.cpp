@@ -85,17 +85,25 @@ json start_result(const Study& study, const LabContext& context) {
           {"reading", study.reading},
           {"version", PF_VERSION},
           {"quick", context.quick},
-          {"command", fmt::format("pickleflight lab {}{}", study.name, context.quick ? " --quick" : "")},
+          {"command",
+           fmt::format("pickleflight lab {}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
+                       context.devices.size() > 1 ? " --cuda" : "", study.name)},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
 }
 
-const json* find_point(const json& points, const std::string& key) {
-  for (const json& point : points) {
-    if (point.value("key", "") == key) return &point;
+bool has_point(const json& points, const std::string& key) {
+  return std::any_of(points.begin(), points.end(),
+                     [&](const json& point) { return point.value("key", "") == key; });
+}
+
+void add_rows(json& points, json measured, const std::string& key) {
+  if (!measured.is_array()) measured = json::array({std::move(measured)});
+  for (json& row : measured) {
+    row["key"] = key;
+    points.push_back(std::move(row));
   }
-  return nullptr;
 }
 
 // For --accuracy on this machine.
@@ -110,26 +118,22 @@ void keep_table(const std::filesystem::path& folder) {
     fmt::print(stderr, "--accuracy goes on with the old table: {}: {}\n", kept.string(), error.message());
 }
 
-// Returns whether all points are there.
+// Returns whether all points are there and all yardsticks met.
 bool run_study(const Study& study, const LabContext& context, const LabOptions& options,
                const std::atomic<bool>& stop) {
   json result = start_result(study, context);
-  const json known = options.resume ? finished_points(options.out, study, result) : json::array();
+  if (options.resume) take_up(options.out, study, result);
+  const json known = result["points"];
   const std::vector<LabPoint> points = study.plan(context);
-  std::size_t num_known = 0;
-  for (const LabPoint& point : points) num_known += find_point(known, point.key) != nullptr ? 1U : 0U;
+  const auto num_known = static_cast<std::size_t>(std::count_if(
+      points.begin(), points.end(), [&](const LabPoint& point) { return has_point(known, point.key); }));
   Progress progress(study.name, points.size(), num_known);
-  for (const LabPoint& point : points) {
-    if (const json* found = find_point(known, point.key)) result["points"].push_back(*found);
-  }
   std::size_t done = num_known;
   for (const LabPoint& point : points) {
     if (stop) break;
-    if (find_point(known, point.key) != nullptr) continue;
+    if (has_point(known, point.key)) continue;
     progress.show(done, point.key);
-    json row = point.measure();
-    row["key"] = point.key;
-    result["points"].push_back(std::move(row));
+    add_rows(result["points"], point.measure(), point.key);
     ++done;
     save_study(options.out, result);
   }
@@ -142,7 +146,10 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   progress.end(
       fmt::format("{} of {} points, {}", done, points.size(), (options.out / (study.name + ".*")).string()));
   if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
-  return done == points.size();
+  const json failed = result.value("failed", json::array());
+  for (const json& yardstick : failed)
+    fmt::print(stderr, "{}: not met: {}\n", study.name, yardstick.get<std::string>());
+  return done == points.size() && failed.empty();
 }
 
 std::vector<Study> chosen(const std::string& name) {
@@ -156,8 +163,28 @@ std::vector<Study> chosen(const std::string& name) {
 }  // namespace
 
 const std::vector<Study>& studies() {
-  static const std::vector<Study> all = {work_precision_study(), stability_study(), terms_study()};
+  static const std::vector<Study> all = {work_precision_study(), stability_study(), terms_study(),
+                                         validate_study()};
   return all;
+}
+
+int plot_lab(const std::filesystem::path& folder) {
+  std::vector<std::string> scripts;
+  for (const Study& study : studies()) {
+    if (std::filesystem::exists(folder / (study.name + ".json"))) scripts.push_back(study.name + ".py");
+  }
+  if (scripts.empty()) {
+    throw UserError(fmt::format("lab plot: in {} is no result of a study; give the folder that --out named",
+                                in_quotes(folder.string())));
+  }
+  scripts.emplace_back("report.py");
+  bool drawn = true;
+  for (const std::string& script : scripts) {
+    const std::string trouble = run_plot(script, folder);
+    if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
+    drawn = drawn && trouble.empty();
+  }
+  return drawn ? 0 : 1;
 }
 
 int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, const std::atomic<bool>& stop) {

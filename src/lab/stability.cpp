@@ -4,12 +4,11 @@
 #include <cmath>
 #include <map>
 
-#include "app/step_request.hpp"
+#include "app/scene_run.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/reference.hpp"
 #include "lab/stability_cases.hpp"
 #include "lab/study.hpp"
-#include "scene/derive.hpp"
 
 namespace pf {
 namespace {
@@ -84,29 +83,22 @@ json map_cell(const LabDevice& device, const char* map, const GasCase& gas, Meth
 // A heavy disc in the gas, ten times as wide: energy of all, and hits against the count of `exact`.
 json mass_cell(const LabDevice& device, Method method, double dt, double mass_ratio) {
   Settings s = gas_settings({kMapDiscs, 0.2, 1.0});
-  s.ball_present = true;
-  s.ball_mass_kg = mass_ratio;
-  s.ball_radius_m = 5.0;
-  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_vy_mps = s.ball_spin_radps = s.friction = 0.0;
-  s.magnus = false;
+  add_resting_ball(s, mass_ratio, 5.0);
+  s.friction = 0.0;
   s.method = method;
-  const Physics physics = derive_physics(s);
-  const BallState start = initial_ball(s);
-  const Spawner spawner(s, physics, start);
-  const std::unique_ptr<Backend> backend = device.make();
-  backend->reset(physics, spawner.plan(), start);
+  SceneRun run(s, device.make());
   const auto steps_for = [dt](double collisions) {
     return static_cast<std::uint32_t>(std::max(1.0, std::round(collisions / (theory_rate(0.2) * dt))));
   };
-  backend->advance(step_request(s, steps_for(2.0), dt));  // as in map_cell
-  const double before = backend->measure().energy_j();
+  run.advance(steps_for(2.0), dt);  // as in map_cell
+  const double before = run.backend->measure().energy_j();
   const std::uint32_t num_steps = steps_for(kMapCollisions);
-  const StepReport report = backend->advance(step_request(s, num_steps, dt));
+  const StepReport report = run.advance(num_steps, dt);
   json row = {{"map", "mass ratio"},
               {"method", method_name(method)},
               {"step", dt},
               {"mass_ratio", mass_ratio},
-              {"energy_ratio", backend->measure().energy_j() / before},
+              {"energy_ratio", run.backend->measure().energy_j() / before},
               {"collisions", 2.0 * static_cast<double>(report.totals.num_collisions) / kMapDiscs},
               {"max_overlap", report.totals.max_overlap_diameters},
               {"ball_hits", report.totals.num_ball_hits},
@@ -199,15 +191,16 @@ struct Planner {
   void add_collapse() {
     for (const double e : {0.3, 0.4, 0.5, 0.6, 0.8}) {
       for (const double clock : {0.0, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1}) {
-        add(fmt::format("collapse/{}/{}", e, clock), [e, clock, wanted = context.quick ? 20'000.0 : 200'000.0] {
-          const Collapse result = cool_with_clock(e, clock, wanted);
-          return json{{"map", "collapse"},
-                      {"restitution", e},
-                      {"clock", clock},
-                      {"class", result.collapsed ? "collapsed" : "fine"},
-                      {"reached_share", result.reached_share},
-                      {"events_per_disc", result.events_per_disc}};
-        });
+        add(fmt::format("collapse/{}/{}", e, clock),
+            [e, clock, wanted = context.quick ? 20'000.0 : 200'000.0] {
+              const Collapse result = cool_with_clock(e, clock, wanted);
+              return json{{"map", "collapse"},
+                          {"restitution", e},
+                          {"clock", clock},
+                          {"class", result.collapsed ? "collapsed" : "fine"},
+                          {"reached_share", result.reached_share},
+                          {"events_per_disc", result.events_per_disc}};
+            });
       }
     }
   }

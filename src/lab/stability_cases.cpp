@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/scene_run.hpp"
 #include "app/step_request.hpp"
 #include "core/random.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/reference.hpp"
-#include "scene/derive.hpp"
 
 namespace pf {
 namespace {
@@ -19,10 +19,7 @@ class FewDiscs {
     settings_ = gas_settings({static_cast<std::int64_t>(num), 0.1, 1.0, 1, Boundary::periodic});
     settings_.box_follows_parcels = false;
     settings_.width_m = settings_.height_m = side_m;
-    physics_ = derive_physics(settings_);
-    const BallState no_ball = initial_ball(settings_);
-    const Spawner spawner(settings_, physics_, no_ball);
-    backend_->reset(physics_, spawner.plan(), no_ball);
+    physics_ = spawn_scene(settings_, *backend_).physics;
   }
   void place(const std::vector<Vec2d>& at_m, const std::vector<Vec2f>& velocity) {
     ParcelSnapshot state{{}, velocity};
@@ -85,10 +82,7 @@ double turned_speed(double theta_rad, Backend& backend) {
   s.air = Air::vacuum;
   s.ball_x_m = s.ball_y_m = 0.0;
   s.width_m = s.height_m = 1000.0;
-  const Physics physics = derive_physics(s);
-  const BallState start = initial_ball(s);
-  const Spawner spawner(s, physics, start);
-  backend.reset(physics, spawner.plan(), start);
+  const auto [physics, start] = spawn_scene(s, backend);
   const double dt_s = theta_rad / (physics.ball.magnus_per_rad * start.spin_radps);
   const auto num_steps = static_cast<std::uint32_t>(std::round(2.0 * kPi / theta_rad));
   const BallState end = backend.advance(step_request(s, num_steps, dt_s)).ball;
@@ -164,6 +158,9 @@ double float_position_step(double num_parcels) {
   return static_cast<double>(far) - static_cast<double>(std::nextafter(far, 0.0F));
 }
 
-double unit_position_step(double num_parcels) { return 2.0 * far_side_diameters(num_parcels) * 0x1p-31; }
+double unit_position_step(double num_parcels) {
+  const double side = 2.0 * far_side_diameters(num_parcels);
+  return make_world(side, side, Boundary::periodic).unit_m;
+}
 
 }  // namespace pf

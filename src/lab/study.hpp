@@ -25,8 +25,9 @@ struct LabContext {
 };
 
 struct LabPoint {
-  std::string key;                          // names the point in the table; --resume goes by it
-  std::function<nlohmann::json()> measure;  // an object of numbers and texts: a row of the table
+  std::string key;  // names the point in the table; --resume goes by it
+  // An object of numbers and texts, a row of the table; or an array of such.
+  std::function<nlohmann::json()> measure;
 };
 
 struct Study {
@@ -35,13 +36,15 @@ struct Study {
   std::string reading;  // two sentences: how to read its figure
   std::vector<LabPoint> (*plan)(const LabContext& context);
   // Adds to the result what follows from all its points: errors, orders, verdicts. Called after every point,
-  // also when some are missing. Each of result["points"] is what measure() returned, with its "key".
+  // also when some are missing. Each of result["points"] is a row that measure() returned, with its "key".
+  // Yardsticks that were not met go into result["failed"].
   void (*conclude)(nlohmann::json& result);
 };
 
 Study work_precision_study();
 Study stability_study();
 Study terms_study();
+Study validate_study();
 
 // All studies, in the order of `lab all`.
 const std::vector<Study>& studies();

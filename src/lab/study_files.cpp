@@ -77,15 +77,26 @@ void open_results(const fs::path& folder, Existing existing) {
   }
 }
 
-json finished_points(const fs::path& folder, const Study& study, const json& now) {
+void take_up(const fs::path& folder, const Study& study, json& result) {
   std::ifstream in(folder / (study.name + ".json"));
-  if (!in) return json::array();
+  if (!in) return;
   const json old = json::parse(in, nullptr, false);
   const bool same = old.is_object() && old.value("study", "") == study.name &&
-                    old.value("version", "") == now.at("version") &&
-                    old.value("quick", json()) == now.at("quick") && old.contains("points") &&
-                    old["points"].is_array();
-  return same ? old["points"] : json::array();
+                    old.value("version", "") == result.at("version") &&
+                    old.value("quick", json()) == result.at("quick") && old.contains("points") &&
+                    old["points"].is_array() && old.contains("machine");
+  if (!same) return;
+  result["points"] = old["points"];
+  json& machine = result["machine"];
+  const json& before = old["machine"];
+  machine["measured_under_load"] =
+      machine.value("measured_under_load", false) || before.value("measured_under_load", false);
+  for (const json& device : before.value("devices", json::array())) {
+    const bool is_known =
+        std::any_of(machine["devices"].begin(), machine["devices"].end(),
+                    [&](const json& now) { return now.value("device", "") == device.value("device", ""); });
+    if (!is_known) machine["devices"].push_back(device);
+  }
 }
 
 std::string csv_of(const json& points) {
@@ -133,8 +144,8 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
   }
   return fmt::format(
       "no pictures, CSV and JSON are there: Python's matplotlib is missing; apt install "
-      "python3-matplotlib, then /usr/bin/python3 {} {}",
-      file.string(), folder.string());
+      "python3-matplotlib, here or where you take the folder, then pickleflight lab plot {}",
+      folder.string());
 }
 
 }  // namespace pf

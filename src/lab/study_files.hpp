@@ -16,10 +16,9 @@ enum class Existing { refuse, resume, overwrite };
 // be written.
 void open_results(const std::filesystem::path& folder, Existing existing);
 
-// The points of an earlier run of the study in the folder, as an array; empty if there is none, or if it was
-// measured with another --quick or version.
-nlohmann::json finished_points(const std::filesystem::path& folder, const Study& study,
-                               const nlohmann::json& now);
+// Takes the points of an earlier run of the study in the folder into `result`, unless it was measured with
+// another --quick or version. Those of a series that is not measured now stay, with their device.
+void take_up(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
 
 // NAME.json and NAME.csv (one row a point, nested objects as columns a.b, arrays left out). Written beside
 // and moved into place: a crash leaves the old ones.

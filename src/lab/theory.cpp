@@ -4,6 +4,7 @@
 
 #include "core/portable_math.hpp"
 #include "model/measures.hpp"
+#include "model/missed.hpp"
 
 namespace pf::theory {
 namespace {
@@ -77,14 +78,7 @@ double cooled_fraction(double e, double initial_rate_per_s, double time_s) {
   return 1.0 / (root * root);
 }
 
-// Mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta), chord = 2 sqrt(d^2 - b^2), because
-// the phase of the steps is uniform; for Delta < 2 d only chords below Delta can be missed.
-double missed_fraction(double step_diameters) {
-  if (step_diameters >= 2.0) return 1.0 - kPi / (2.0 * step_diameters);
-  if (step_diameters < 1e-3) return step_diameters * step_diameters / 24.0;
-  const double phi = std::asin(0.5 * step_diameters);
-  return 1.0 - 0.5 * std::cos(phi) - 0.5 * phi / std::sin(phi);
-}
+double missed_fraction(double step_diameters) { return pf::missed_fraction(step_diameters); }
 
 double drag_specular(double s) { return drag_smooth(s, 1.0); }
 
@@ -94,11 +88,6 @@ double drag_rough(double s, double e) { return drag_smooth(s, e) + incident_mome
 
 double drag_diffuse(double s, double wall_over_gas) {
   return incident_momentum(s) + 0.25 * kPi * std::sqrt(kPi) / s * std::sqrt(wall_over_gas);
-}
-
-double drag_cold(double e, double friction) {
-  const double kappa = friction * (1.0 + e);
-  return 4.0 / 3.0 * (1.0 + e) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
 }
 
 double hit_factor(double s) {

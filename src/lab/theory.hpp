@@ -39,13 +39,12 @@ double cooled_fraction(double restitution, double initial_rate_per_s, double tim
 // Delta) from 2 on.
 double missed_fraction(double step_diameters);
 
-// Free-molecular drag coefficients of a disc, F = Cd rho V^2 R_c, R_c = R + r (Schaaf and Chambre form).
+// Free-molecular drag coefficients of a disc, F = Cd rho V^2 R_c, R_c = R + r (Schaaf and Chambre form). S to
+// infinity: cold_drag_coefficient in model/ball.hpp.
 double drag_specular(double speed_ratio);                       // smooth, elastic
 double drag_smooth(double speed_ratio, double restitution);     // smooth, heavy ball
 double drag_rough(double speed_ratio, double restitution);      // no slip after the impact, heavy ball
 double drag_diffuse(double speed_ratio, double wall_over_gas);  // wall temperature over gas temperature
-// S to infinity, Coulomb friction, ball not spinning.
-double drag_cold(double restitution, double friction);
 
 // M^ / (2 S): hits per second over 2 R_c n V.
 double hit_factor(double speed_ratio);

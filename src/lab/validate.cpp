@@ -5,15 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lab/gas_case.hpp"
+
 namespace pf {
-namespace {
-
-const char* method_name(Method method) {
-  return method == Method::exact ? "exact" : method == Method::impulse ? "impulse" : "spring";
-}
-
-}  // namespace
-
 double ValidationRow::error() const {
   const double off = measured - expected;
   return relative ? off / std::fabs(expected) : off;
@@ -33,12 +27,19 @@ std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowS
     rows.push_back(row);
     add(row);
   };
-  validate_pairs(plan, both);
-  validate_gas(plan, both);
-  validate_relaxation(plan, both);
-  validate_ball(plan, both);
+  for (const Rung& rung : validation_rungs(plan)) rung.measure(both);
   return rows;
 }
+
+std::vector<Rung> validation_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> all;
+  for (const auto rungs_of : {pair_rungs, gas_rungs, relaxation_rungs, ball_rungs}) {
+    for (Rung& rung : rungs_of(plan)) all.push_back(std::move(rung));
+  }
+  return all;
+}
+
+ValidationPlan validation_plan(bool quick) { return {quick, quick ? 1U : 0U}; }
 
 std::string table_head() {
   return fmt::format("{:<46} {:<8} {:>13} {:>13} {:>10} {:>9} {:>9} {:>7} {}", "yardstick", "method",
@@ -56,21 +57,18 @@ std::string table_line(const ValidationRow& row) {
                      row.seconds, row.verdict());
 }
 
+nlohmann::json to_json(const ValidationRow& row) {
+  return {{"yardstick", row.yardstick}, {"method", method_name(row.method)},
+          {"expected", row.expected},   {"measured", row.measured},
+          {"error", row.error()},       {"sigma", row.error_of_error()},
+          {"relative", row.relative},   {"tolerance", row.tolerance},
+          {"judged", row.judged},       {"verdict", row.verdict()},
+          {"seconds", row.seconds}};
+}
+
 nlohmann::json to_json(const std::vector<ValidationRow>& rows, const ValidationPlan& plan) {
   nlohmann::json list = nlohmann::json::array();
-  for (const ValidationRow& row : rows) {
-    list.push_back({{"yardstick", row.yardstick},
-                    {"method", method_name(row.method)},
-                    {"expected", row.expected},
-                    {"measured", row.measured},
-                    {"error", row.error()},
-                    {"sigma", row.error_of_error()},
-                    {"relative", row.relative},
-                    {"tolerance", row.tolerance},
-                    {"judged", row.judged},
-                    {"verdict", row.verdict()},
-                    {"seconds", row.seconds}});
-  }
+  for (const ValidationRow& row : rows) list.push_back(to_json(row));
   const bool all = std::all_of(rows.begin(), rows.end(),
                                [](const ValidationRow& row) { return !row.judged || row.passed(); });
   return {{"study", "validate"}, {"quick", plan.quick}, {"passed", all}, {"rows", list}};

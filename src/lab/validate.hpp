@@ -40,17 +40,28 @@ struct ValidationPlan {
 // Takes finished rows as they come.
 using RowSink = std::function<void(const ValidationRow&)>;
 
-// The rungs of the ladder.
-void validate_pairs(const ValidationPlan& plan, const RowSink& add);
-void validate_gas(const ValidationPlan& plan, const RowSink& add);
-void validate_relaxation(const ValidationPlan& plan, const RowSink& add);
-void validate_ball(const ValidationPlan& plan, const RowSink& add);
+// One measurement: a row, or some that come of the same run.
+struct Rung {
+  std::string key;  // names it among all
+  std::function<void(const RowSink& add)> measure;
+};
+
+std::vector<Rung> pair_rungs(const ValidationPlan& plan);
+std::vector<Rung> gas_rungs(const ValidationPlan& plan);
+std::vector<Rung> relaxation_rungs(const ValidationPlan& plan);
+std::vector<Rung> ball_rungs(const ValidationPlan& plan);
+// The whole ladder, from the bottom.
+std::vector<Rung> validation_rungs(const ValidationPlan& plan);
+
+// One thread is quickest for the small gases of the quick ladder.
+ValidationPlan validation_plan(bool quick);
 
 std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowSink& add);
 
 // A line of the table, and its head.
 std::string table_head();
 std::string table_line(const ValidationRow& row);
+nlohmann::json to_json(const ValidationRow& row);
 nlohmann::json to_json(const std::vector<ValidationRow>& rows, const ValidationPlan& plan);
 
 }  // namespace pf

@@ -2,22 +2,17 @@
 // holds in equilibrium.
 #include <fmt/format.h>
 
+#include "app/scene_run.hpp"
 #include "core/timing.hpp"
-#include "lab/lab_scene.hpp"
+#include "lab/free_stream.hpp"
+#include "lab/gas_case.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
+#include "model/ball.hpp"
 
 namespace pf {
 namespace {
-
-// A held ball in a stream of parcels without mutual contacts, in a periodic square of side 1.
-struct Stream {
-  double speed_mps = 1.0;    // of the stream, along x
-  double thermal_mps = 1.0;  // per component
-  double restitution = 1.0;
-  double friction = 0.0;
-  double spin_radps = 0.0;
-};
 
 constexpr double kContact = 0.1;        // R + r
 constexpr double kParcelRadius = 1e-4;  // of no importance: parcels do not see each other
@@ -25,29 +20,18 @@ constexpr double kParcelRadius = 1e-4;  // of no importance: parcels do not see 
 struct Force {
   Mean hits_per_s, drag_n, transverse_n, torque_n_m;
   double density = 0.0;  // parcels per area, of mass 1
+  double seconds = 0.0;  // wall clock
 };
 
-Settings stream_settings(const Stream& stream, Method method, std::int64_t num) {
-  Settings s;
-  s.width_m = s.height_m = 1.0;
-  s.boundary = Boundary::periodic;
-  s.num_parcels = num;
+Settings stream_settings(const FreeStream& stream, Method method, std::int64_t num) {
+  Settings s = free_stream_settings(stream, 1.0, kContact - kParcelRadius, num);
   s.parcel_radius_m = kParcelRadius;
-  s.parcel_mass_kg = 1.0;
-  s.contacts = false;
-  s.restitution = stream.restitution;
-  s.ball_held = true;
-  s.ball_radius_m = kContact - kParcelRadius;
-  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_vy_mps = 0.0;
-  s.ball_spin_radps = stream.spin_radps;
-  s.friction = stream.friction;
-  s.magnus = false;
   s.method = method;
   return s;
 }
 
 // Uniform outside the ball, so that what reaches the ball is stationary from the first moment on.
-void start_stream(LabRun& run, const Stream& stream, std::uint64_t seed) {
+void start_stream(SceneRun& run, const FreeStream& stream, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   ParcelSnapshot state = run.backend->snapshot();
   for (std::size_t i = 0; i < state.position.size(); ++i) {
@@ -64,12 +48,13 @@ void start_stream(LabRun& run, const Stream& stream, std::uint64_t seed) {
 }
 
 // Each run ends before a parcel thrown back by the ball, at the speed of hardly any, can come round.
-Force measure_force(const Stream& stream, Method method, const ValidationPlan& plan) {
+Force measure_force(const FreeStream& stream, Method method, const ValidationPlan& plan) {
+  const Clock::time_point start = Clock::now();
   const auto num = static_cast<std::int64_t>(plan.amount(1'000'000, 100'000));
   const auto runs = static_cast<int>(plan.amount(100, 16));
   const double end_s = (1.0 - 2.0 * kContact) / (2.0 * stream.speed_mps + 5.0 * stream.thermal_mps);
   const std::uint32_t steps = method == Method::exact ? 12 : 48;
-  LabRun run(stream_settings(stream, method, num), plan.threads);
+  SceneRun run(stream_settings(stream, method, num), plan.threads);
   Force force;
   force.density = static_cast<double>(num) / (1.0 - kPi * kContact * kContact);
   for (int k = 0; k < runs; ++k) {
@@ -80,6 +65,7 @@ Force measure_force(const Stream& stream, Method method, const ValidationPlan& p
     force.transverse_n.add(totals.ball_impulse_kg_mps.y / end_s);
     force.torque_n_m.add(totals.ball_torque_impulse_kg_m2ps / end_s);
   }
+  force.seconds = milliseconds_since(start) * 1e-3;
   return force;
 }
 
@@ -97,60 +83,45 @@ void add_row(const ValidationPlan& plan, const std::string& name, Method method,
   add(row);
 }
 
-double seconds_since(Clock::time_point start) { return milliseconds_since(start) * 1e-3; }
-
 // Drag coefficient: force over rho V^2 R_c.
-double drag_scale(const Force& force, const Stream& stream) {
+double drag_scale(const Force& force, const FreeStream& stream) {
   return force.density * stream.speed_mps * stream.speed_mps * kContact;
 }
 
 void add_smooth(const ValidationPlan& plan, Method method, double speed_ratio, const RowSink& add) {
-  const Clock::time_point start = Clock::now();
-  Stream stream;
-  stream.speed_mps = speed_ratio * std::sqrt(2.0);
+  const FreeStream stream = {.speed_mps = speed_ratio * std::sqrt(2.0)};
   const Force force = measure_force(stream, method, plan);
   add_row(plan, fmt::format("hits on the ball per s, S {:g}", speed_ratio), method,
           theory::hits_per_s(kContact, force.density, stream.speed_mps, speed_ratio), force.hits_per_s, 1.0,
-          seconds_since(start), add);
+          force.seconds, add);
   add_row(plan, fmt::format("drag coefficient, S {:g}", speed_ratio), method,
           theory::drag_specular(speed_ratio), force.drag_n, drag_scale(force, stream), 0.0, add);
 }
 
 void add_restitution(const ValidationPlan& plan, const RowSink& add) {
-  const Clock::time_point start = Clock::now();
-  Stream stream;
-  stream.speed_mps = 2.0 * std::sqrt(2.0);
-  stream.restitution = 0.6;
+  const FreeStream stream = {.speed_mps = 2.0 * std::sqrt(2.0), .restitution = 0.6};
   const Force force = measure_force(stream, Method::exact, plan);
   add_row(plan, "drag over elastic drag, (1 + e) / 2, e 0.6, S 2", Method::exact, 0.8, force.drag_n,
-          drag_scale(force, stream) * theory::drag_specular(2.0), seconds_since(start), add);
+          drag_scale(force, stream) * theory::drag_specular(2.0), force.seconds, add);
 }
 
 void add_friction(const ValidationPlan& plan, const RowSink& add) {
-  const Clock::time_point start = Clock::now();
-  Stream stream;
-  stream.thermal_mps = 0.0;
-  stream.restitution = 0.8;
-  stream.friction = 0.3;
+  const FreeStream stream = {.thermal_mps = 0.0, .restitution = 0.8, .friction = 0.3};
   const Force force = measure_force(stream, Method::exact, plan);
   add_row(plan, "drag coefficient, cold, e 0.8, friction 0.3", Method::exact,
-          theory::drag_cold(stream.restitution, stream.friction), force.drag_n, drag_scale(force, stream),
-          seconds_since(start), add);
+          cold_drag_coefficient(stream.restitution, stream.friction), force.drag_n, drag_scale(force, stream),
+          force.seconds, add);
 }
 
 // Full sticking: friction beyond what any hit needs.
 void add_spin(const ValidationPlan& plan, const RowSink& add) {
-  const Clock::time_point start = Clock::now();
-  Stream stream;
-  stream.speed_mps = 0.5 * std::sqrt(2.0);
-  stream.friction = 1e9;
-  stream.spin_radps = 20.0;
+  const FreeStream stream = {.speed_mps = 0.5 * std::sqrt(2.0), .friction = 1e9, .spin_radps = 20.0};
   const Force force = measure_force(stream, Method::exact, plan);
   const double radius = kContact - kParcelRadius;
   const double hits = theory::hits_per_s(kContact, force.density, stream.speed_mps, 0.5);
   add_row(plan, "torque, rough ball, S 0.5", Method::exact,
-          theory::spin_torque_n_m(1.0, stream.spin_radps, radius, hits), force.torque_n_m, 1.0,
-          seconds_since(start), add);
+          theory::spin_torque_n_m(1.0, stream.spin_radps, radius, hits), force.torque_n_m, 1.0, force.seconds,
+          add);
   // The stream goes along +x, the ball through it along -x.
   add_row(
       plan, "transverse force, rough ball, S 0.5", Method::exact,
@@ -160,16 +131,13 @@ void add_spin(const ValidationPlan& plan, const RowSink& add) {
 
 // Without friction a spinning ball takes no torque, exactly, and no transverse force.
 void add_null(const ValidationPlan& plan, const RowSink& add) {
-  const Clock::time_point start = Clock::now();
-  Stream stream;
-  stream.speed_mps = 2.0 * std::sqrt(2.0);
-  stream.spin_radps = 20.0;
+  const FreeStream stream = {.speed_mps = 2.0 * std::sqrt(2.0), .spin_radps = 20.0};
   const Force force = measure_force(stream, Method::exact, plan);
   ValidationRow row;
   row.yardstick = "torque without friction";
   row.relative = false;
   row.measured = force.torque_n_m.value();
-  row.seconds = seconds_since(start);
+  row.seconds = force.seconds;
   add(row);
   row.yardstick = "transverse force over drag without friction";
   row.measured = force.transverse_n.value() / force.drag_n.value();
@@ -182,13 +150,11 @@ void add_null(const ValidationPlan& plan, const RowSink& add) {
 void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
   constexpr double kNum = 80.0, kMass = 20.0;
   const Clock::time_point start = Clock::now();
-  Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.2, Method::exact);
-  s.ball_present = true;
-  s.ball_mass_kg = kMass;
-  s.ball_radius_m = 1.5;
-  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
-  s.magnus = false;
-  LabRun run(s, 1);
+  Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.2, Boundary::periodic);
+  s.method = Method::exact;
+  add_resting_ball(s, kMass, 1.5);
+  s.friction = 0.0;
+  SceneRun run(s, 1);
   run.advance(500, 0.1);
   Mean energy;
   const auto blocks = static_cast<int>(plan.amount(2000, 80));
@@ -207,22 +173,26 @@ void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
   row.measured = energy.value();
   row.sigma = energy.error();
   row.tolerance = 0.02;
-  row.seconds = seconds_since(start);
+  row.seconds = milliseconds_since(start) * 1e-3;
   add(row);
 }
 
 }  // namespace
 
-void validate_ball(const ValidationPlan& plan, const RowSink& add) {
+std::vector<Rung> ball_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs;
   for (const double speed_ratio : {0.5, 2.0, 5.0}) {
-    add_smooth(plan, Method::exact, speed_ratio, add);
-    add_smooth(plan, Method::impulse, speed_ratio, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("ball/{}/{}", method_name(method), speed_ratio),
+                       [=](const RowSink& add) { add_smooth(plan, method, speed_ratio, add); }});
+    }
   }
-  add_restitution(plan, add);
-  add_friction(plan, add);
-  add_spin(plan, add);
-  add_null(plan, add);
-  add_equipartition(plan, add);
+  rungs.push_back({"ball/restitution", [plan](const RowSink& add) { add_restitution(plan, add); }});
+  rungs.push_back({"ball/friction", [plan](const RowSink& add) { add_friction(plan, add); }});
+  rungs.push_back({"ball/spin", [plan](const RowSink& add) { add_spin(plan, add); }});
+  rungs.push_back({"ball/no friction", [plan](const RowSink& add) { add_null(plan, add); }});
+  rungs.push_back({"ball/energy", [plan](const RowSink& add) { add_equipartition(plan, add); }});
+  return rungs;
 }
 
 }  // namespace pf

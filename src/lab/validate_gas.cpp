@@ -1,8 +1,10 @@
 // Rungs of the ladder: collision rate and pressure of the gas in equilibrium.
 #include <fmt/format.h>
 
+#include "app/scene_run.hpp"
 #include "core/timing.hpp"
-#include "lab/lab_scene.hpp"
+#include "lab/gas_case.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -22,7 +24,7 @@ Equilibrium measure_equilibrium(const Settings& settings, double equilibrate, do
                                 unsigned threads) {
   constexpr int kBlocks = 25;
   const Clock::time_point start = Clock::now();
-  LabRun run(settings, threads);
+  SceneRun run(settings, threads);
   const double num = run.physics.parcels.num;
   const double rate = theory::collision_rate_per_s(settings.area_fraction, 1.0, 0.5);
   const double step_s = (settings.method == Method::exact ? 0.1 : 0.01) / rate;
@@ -51,8 +53,9 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
   const auto num = static_cast<std::int64_t>(plan.amount(4096, 1024));
   const double events = exact ? plan.amount(4e7, 2.5e5) : 1e5;
   const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
-  const Equilibrium found =
-      measure_equilibrium(unit_gas(num, eta, method), equilibrate, events, plan.threads);
+  Settings s = unit_gas(num, eta, Boundary::periodic);
+  s.method = method;
+  const Equilibrium found = measure_equilibrium(s, equilibrate, events, plan.threads);
   ValidationRow row;
   row.method = method;
   row.judged = exact;
@@ -73,7 +76,8 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
 
 // P* = P d^2 / kT of 870 discs in a box of 29 : 30 sqrt(3) / 2: Li et al. 2022.
 void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected, const RowSink& add) {
-  Settings s = unit_gas(870, eta, Method::exact);
+  Settings s = unit_gas(870, eta, Boundary::periodic);
+  s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
   const Equilibrium found = measure_equilibrium(s, 500.0, plan.amount(4e7, 3e5), plan.threads);
@@ -90,13 +94,20 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
 
 }  // namespace
 
-void validate_gas(const ValidationPlan& plan, const RowSink& add) {
+std::vector<Rung> gas_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs;
   for (const double eta : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65}) {
-    add_density(plan, eta, Method::exact, add);
-    add_density(plan, eta, Method::impulse, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("density/{}/{}", method_name(method), eta),
+                       [=](const RowSink& add) { add_density(plan, eta, method, add); }});
+    }
   }
-  add_pressure_of_870(plan, 0.67, 7.986735, add);
-  if (!plan.quick) add_pressure_of_870(plan, 0.69, 8.969476, add);
+  rungs.push_back(
+      {"870 discs/0.67", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.67, 7.986735, add); }});
+  if (plan.quick) return rungs;
+  rungs.push_back(
+      {"870 discs/0.69", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.69, 8.969476, add); }});
+  return rungs;
 }
 
 }  // namespace pf

@@ -3,9 +3,12 @@
 
 #include <array>
 
+#include "app/scene_run.hpp"
+#include "app/step_request.hpp"
 #include "core/timing.hpp"
-#include "lab/lab_scene.hpp"
+#include "lab/gas_case.hpp"
 #include "lab/reference.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -46,17 +49,19 @@ class Pairs {
         .totals;
   }
 
-  LabRun& run() { return run_; }
+  SceneRun& run() { return run_; }
   const ParcelSnapshot& start() const { return start_; }
   static constexpr double kPassed_s = 6.0;
 
  private:
   static Settings settings(Method method) {
     constexpr double kAreaPerParcel = kApart * kApart / 2.0;
-    return unit_gas(2 * kNumPairs, kPi * 0.25 / kAreaPerParcel, method);
+    Settings s = unit_gas(2 * kNumPairs, kPi * 0.25 / kAreaPerParcel, Boundary::periodic);
+    s.method = method;
+    return s;
   }
 
-  LabRun run_;
+  SceneRun run_;
   ParcelSnapshot start_;
 };
 
@@ -108,16 +113,13 @@ void add_missed(const ValidationPlan& plan, Method method, double step_diameters
 // along its first line, since parcels do not see each other.
 void add_heavy_ball(const RowSink& add) {
   const Clock::time_point start = Clock::now();
-  Settings s = unit_gas(4000, 0.4, Method::exact);
+  Settings s = unit_gas(4000, 0.4, Boundary::periodic);
+  s.method = Method::exact;
   s.contacts = false;
-  s.ball_present = true;
-  s.ball_mass_kg = 2.6e6;
-  s.ball_radius_m = 12.0;
-  s.ball_x_m = s.ball_y_m = 0.0;
+  add_resting_ball(s, 2.6e6, 12.0);
   s.ball_vx_mps = 0.5;
   s.ball_spin_radps = 0.1;
-  s.magnus = false;
-  LabRun run(s, 1);
+  SceneRun run(s, 1);
   const ParcelSnapshot before = run.backend->snapshot();
   std::vector<EventRecord> events;
   StepRequest request = step_request(s, 1, 3.0);
@@ -147,13 +149,16 @@ void add_heavy_ball(const RowSink& add) {
 
 }  // namespace
 
-void validate_pairs(const ValidationPlan& plan, const RowSink& add) {
-  add_two_body(plan, add);
-  add_heavy_ball(add);
+std::vector<Rung> pair_rungs(const ValidationPlan& plan) {
+  std::vector<Rung> rungs = {{"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
+                             {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
   for (const double step_diameters : {0.1, 0.5, 2.0}) {
-    add_missed(plan, Method::exact, step_diameters, add);
-    add_missed(plan, Method::impulse, step_diameters, add);
+    for (const Method method : {Method::exact, Method::impulse}) {
+      rungs.push_back({fmt::format("missed/{}/{}", method_name(method), step_diameters),
+                       [=](const RowSink& add) { add_missed(plan, method, step_diameters, add); }});
+    }
   }
+  return rungs;
 }
 
 }  // namespace pf

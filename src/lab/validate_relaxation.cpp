@@ -1,8 +1,9 @@
 // Rungs of the ladder: how the gas forgets its first velocities, and how it cools.
 #include <fmt/format.h>
 
+#include "app/scene_run.hpp"
 #include "core/timing.hpp"
-#include "lab/lab_scene.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -45,9 +46,10 @@ void add_excess(const ValidationPlan& plan, const RowSink& add) {
   Mean found[3];
   const auto runs = static_cast<int>(plan.amount(64, 6));
   for (int seed = 1; seed <= runs; ++seed) {
-    Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.01, Method::exact);
+    Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.01, Boundary::periodic);
+    s.method = Method::exact;
     s.seed = seed;
-    LabRun run(s, plan.threads);
+    SceneRun run(s, plan.threads);
     set_equal_speeds(*run.backend, static_cast<std::uint64_t>(seed));
     const double step_s = 0.02 / theory::collision_rate_per_s(s.area_fraction, 1.0, 0.5);
     double collisions = 0.0;
@@ -79,9 +81,10 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   Mean ratio;
   const auto seeds = static_cast<int>(plan.amount(1000, 256));
   for (int seed = 1; seed <= seeds; ++seed) {
-    Settings s = unit_gas(static_cast<std::int64_t>(kNum), kEta, method);
+    Settings s = unit_gas(static_cast<std::int64_t>(kNum), kEta, Boundary::periodic);
+    s.method = method;
     s.seed = seed;
-    LabRun run(s, 1);
+    SceneRun run(s, 1);
     run.advance(method == Method::exact ? 200 : 800, method == Method::exact ? 0.08 : 0.02);
     const double energy = run.backend->measure().parcel_energy_j;
     run.physics.parcels.restitution = kRestitution;
@@ -106,10 +109,10 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
 
 }  // namespace
 
-void validate_relaxation(const ValidationPlan& plan, const RowSink& add) {
-  add_excess(plan, add);
-  add_cooling(plan, Method::exact, add);
-  add_cooling(plan, Method::impulse, add);
+std::vector<Rung> relaxation_rungs(const ValidationPlan& plan) {
+  return {{"excess", [plan](const RowSink& add) { add_excess(plan, add); }},
+          {"cooling/exact", [plan](const RowSink& add) { add_cooling(plan, Method::exact, add); }},
+          {"cooling/impulse", [plan](const RowSink& add) { add_cooling(plan, Method::impulse, add); }}};
 }
 
 }  // namespace pf

@@ -119,6 +119,13 @@ PF_HD inline void advance_ball(const World& world, const BallConstants& ball, co
   apply_boundary_to_ball(world, ball.radius_m, state);
 }
 
+// Drag coefficient of a disc that does not spin in a cold stream of light parcels, referred to rho V^2 R_c,
+// R_c = R + r: the limit S -> infinity of free-molecular flow with restitution and Coulomb friction.
+PF_HD inline double cold_drag_coefficient(double restitution, double friction) {
+  const double kappa = friction * (1.0 + restitution);
+  return 4.0 / 3.0 * (1.0 + restitution) + 2.0 / 3.0 * kappa / sqrt(1.0 + kappa * kappa);
+}
+
 // Impulse on a parcel that touches the ball, per parcel mass, and its tangential part (positive along
 // perpendicular(normal)). normal: unit vector from ball to parcel. Coulomb friction: the slip is stopped
 // unless that needs more than friction times the normal impulse.

@@ -6,6 +6,8 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "model/ball.hpp"
+#include "model/spring.hpp"
 
 namespace pf {
 namespace {
@@ -21,13 +23,6 @@ double inertia_factor(Inertia inertia) {
     default:
       return 2.0 / 3.0;
   }
-}
-
-// Drag coefficient of a disc in a cold stream of light parcels with restitution e and Coulomb friction mu
-// (PHYSICS 3.1, the limit S -> infinity), referred to rho V^2 R.
-double cold_drag_coefficient(double restitution, double friction) {
-  const double kappa = friction * (1.0 + restitution);
-  return 4.0 / 3.0 * (1.0 + restitution) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
 }
 
 ParcelConstants derive_parcels(const Settings& s, double area_m2) {
@@ -131,6 +126,20 @@ double fastest_expected_mps(const Settings& s, const Physics& physics, const Bal
   return std::max(thermal, thrown);
 }
 
+// A step that is set; one that is chosen resolves the contact.
+void check_spring(const Settings& s) {
+  const bool is_set = s.dt_s > 0.0 && s.spring_contact_s > 0.0;
+  if (s.method != Method::spring || s.air != Air::parcels || !s.contacts || !is_set || s.allow_unstable)
+    return;
+  const double limit_s = spring_step_limit_s(spring_contact_rates(s.restitution, s.spring_contact_s));
+  if (s.dt_s <= limit_s) return;
+  throw UserError(fmt::format(
+      "run.dt_s: {:g} s is beyond the stability bound of method spring, {:.4g} s (2/omega_0, less its "
+      "damping, of a contact of {:g} s at restitution {:g}): contacts would blow up; give a shorter "
+      "run.dt_s or a longer run.spring_contact_s, or force it: --force, run.allow_unstable = true",
+      s.dt_s, limit_s, s.spring_contact_s, s.restitution));
+}
+
 // In a periodic world `exact` looks at nearest images only.
 void check_exact(const Settings& s, const Physics& physics) {
   if (s.method != Method::exact || s.boundary != Boundary::periodic || physics.parcels.num == 0) return;
@@ -165,6 +174,7 @@ Physics derive_physics(const Settings& s) {
                      : 0.0;
   physics.reference_speed_mps =
       std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
+  check_spring(s);
   check_exact(s, physics);
   check_sizes(s, physics);
   return physics;
@@ -182,14 +192,18 @@ double area_fraction_of(const Physics& physics) {
 
 namespace {
 
-// The longest step: displacement_per_step, and what suits `exact`.
+constexpr double kStepsPerContact = 20.0;
+
+// The longest step: displacement_per_step, and what suits `exact` and a contact of `spring`.
 double longest_step_s(const Settings& s, const Physics& physics, const BallState& ball, double rate_per_s) {
   constexpr double kCollisionsPerStep = 0.1;
   constexpr double kForever_s = 1e30;
   if (physics.parcels.num == 0) return kForever_s;
   const double fastest = fastest_expected_mps(s, physics, ball);
-  const double by_displacement =
+  double by_displacement =
       fastest > 0.0 ? s.displacement_per_step * 2.0 * physics.parcels.radius_m / fastest : kForever_s;
+  if (s.method == Method::spring && s.spring_contact_s > 0.0)
+    by_displacement = std::min(by_displacement, s.spring_contact_s / kStepsPerContact);
   if (s.method != Method::exact || !s.contacts) return by_displacement;
   const double rate =
       rate_per_s > 0.0
@@ -219,8 +233,13 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
   return plan;
 }
 
+double displacement_of_step(const Settings& s, const Physics& physics, const BallState& ball, double dt_s) {
+  if (physics.parcels.num == 0) return 0.0;
+  return fastest_expected_mps(s, physics, ball) * dt_s / (2.0 * physics.parcels.radius_m);
+}
+
 double spring_contact_s(const Settings& s, double dt_s) {
-  return s.spring_contact_s > 0.0 ? s.spring_contact_s : 20.0 * dt_s;
+  return s.spring_contact_s > 0.0 ? s.spring_contact_s : kStepsPerContact * dt_s;
 }
 
 }  // namespace pf

@@ -9,8 +9,9 @@
 
 namespace pf {
 
-// Checks what no single field can: that parcels fit, the ball is inside, the step is short enough for the
-// world, ... Throws UserError. settings.num_parcels must be resolved (not 0) unless air is not parcels.
+// Checks what no single field can: that parcels fit, the ball is inside, a step of `spring` that
+// is set is stable, ... Throws UserError. settings.num_parcels must be resolved (not 0) unless air is not
+// parcels.
 Physics derive_physics(const Settings& settings);
 
 BallState initial_ball(const Settings& settings);
@@ -28,6 +29,10 @@ struct FramePlan {
 // at most 0.1 collisions per parcel: a matter of speed, its events do not depend on the step.
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,
                      double collision_rate_per_s = 0.0);
+
+// What run.displacement_per_step would be for steps of dt_s: diameters that an ordinary fast parcel moves.
+double displacement_of_step(const Settings& settings, const Physics& physics, const BallState& ball,
+                            double dt_s);
 
 // Contact duration of `spring` as set, or 20 steps.
 double spring_contact_s(const Settings& settings, double dt_s);

@@ -111,6 +111,8 @@ std::vector<Field> run_fields() {
       {"run", "threads", "", "CPU threads; 0: all", 0, 1024, &Settings::threads},
       {"run", "spring_contact_s", "s", "contact duration of method spring; 0: 20 steps", 0, 1e3,
        &Settings::spring_contact_s},
+      {"run", "allow_unstable", "", "let method spring take steps beyond its stability bound (--force)", 0, 0,
+       &Settings::allow_unstable},
       {"run", "contact_clock_s", "s",
        "exact: collisions that follow the last one within this time lose no energy (TC model); 0: off", 0,
        1e3, &Settings::contact_clock_s},

@@ -66,6 +66,7 @@ struct Settings {
   std::int64_t seed = 1;
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
+  bool allow_unstable = false;    // `spring` with steps beyond its stability bound
   double contact_clock_s = 0.0;   // contact duration of the TC model in `exact`; 0: off
   bool relaunch = true;           // launch again a second after the ball left
 

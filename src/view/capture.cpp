@@ -89,7 +89,8 @@ std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size) {
   return rgba;
 }
 
-FrameReader::FrameReader(SizePx size, Receiver receiver) : size_(size), receiver_(std::move(receiver)) {
+FrameReader::FrameReader(SizePx size, std::size_t most_held, Receiver receiver)
+    : size_(size), receiver_(std::move(receiver)), slots_(most_held + kMostInFlight) {
   const auto bytes = static_cast<GLsizeiptr>(bytes_of(size));
   const GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   for (Slot& slot : slots_) {
@@ -102,24 +103,37 @@ FrameReader::FrameReader(SizePx size, Receiver receiver) : size_(size), receiver
 }
 
 void FrameReader::read(GLuint framebuffer) {
-  Slot& slot = slots_[next_];
-  hand_on(slot);
+  if (in_flight_.size() == kMostInFlight) hand_on_oldest();
+  Slot& slot = free_slot();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, slot.buffer.get());
   glReadPixels(0, 0, size_.width, size_.height, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
   slot.fence.place();
-  next_ = (next_ + 1) % slots_.size();
+  in_flight_.push_back(&slot);
 }
 
 void FrameReader::finish() {
-  for (std::size_t i = 0; i < slots_.size(); ++i) hand_on(slots_[(next_ + i) % slots_.size()]);
+  while (!in_flight_.empty()) hand_on_oldest();
 }
 
-void FrameReader::hand_on(Slot& slot) {
-  if (!slot.fence.placed()) return;
+// There is always one: at most most_held are held, and one less than kMostInFlight are being read.
+FrameReader::Slot& FrameReader::free_slot() {
+  const auto is_free = [](const Slot& slot) {
+    return !slot.fence.placed() && !slot.held.load(std::memory_order_acquire);
+  };
+  const auto found = std::find_if(slots_.begin(), slots_.end(), is_free);
+  if (found == slots_.end()) throw DeviceError("frames: more are kept than were agreed");
+  return *found;
+}
+
+void FrameReader::hand_on_oldest() {
+  Slot& slot = *in_flight_.front();
+  in_flight_.pop_front();
   slot.fence.wait();
-  receiver_({slot.memory, bytes_of(size_)});
+  slot.held.store(true, std::memory_order_relaxed);
+  const auto let_go = [&slot](const void*) { slot.held.store(false, std::memory_order_release); };
+  receiver_({{slot.memory, bytes_of(size_)}, std::shared_ptr<const void>(slot.memory, let_go)});
 }
 
 }  // namespace pf

@@ -1,8 +1,9 @@
 // Frames back from GL: for the film without stalling, for a picture at once.
 #pragma once
 
-#include <array>
+#include <atomic>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/film_writer.hpp"
 #include "view/context.hpp"
 #include "view/gl.hpp"
 
@@ -26,30 +28,37 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);
 
-// Reads frames back through a ring of pixel-pack buffers: a frame is handed on two frames after it was asked
-// for, when GL has long finished it.
+// Reads frames back into pixel-pack buffers that stay mapped: a frame is handed on two frames after it was
+// asked for, when GL has long finished it, in the buffer that GL wrote; whoever writes it to a file reads it
+// there, on a thread of its own.
 class FrameReader {
  public:
-  using Receiver = std::function<void(std::span<const std::uint8_t> rgba)>;
+  using Receiver = std::function<void(HeldFrame frame)>;
 
-  FrameReader(SizePx size, Receiver receiver);
+  // most_held: frames that the receiver may keep at a time. Takes all its memory here: most_held + 3 frames.
+  // Throws DeviceError if there is none.
+  FrameReader(SizePx size, std::size_t most_held, Receiver receiver);
 
   void read(GLuint framebuffer);  // of the size given; may hand on an older frame
   void finish();                  // hands on all that is left, in order
 
  private:
+  static constexpr std::size_t kMostInFlight = 3;
+
   struct Slot {
     GlBuffer buffer;
     const std::uint8_t* memory = nullptr;
     GlFence fence;
+    std::atomic<bool> held = false;  // by the receiver
   };
 
-  void hand_on(Slot& slot);
+  void hand_on_oldest();
+  Slot& free_slot();
 
   SizePx size_;
   Receiver receiver_;
-  std::array<Slot, 3> slots_;
-  std::size_t next_ = 0;
+  std::deque<Slot> slots_;
+  std::deque<Slot*> in_flight_;  // oldest first
 };
 
 }  // namespace pf

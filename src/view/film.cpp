@@ -13,14 +13,11 @@
 namespace pf {
 namespace {
 
-constexpr std::size_t kMostWaiting = 8;  // frames; 66 MB at 1080p
+constexpr const char* kForgetting = "/dev/null";
+constexpr std::size_t kMostHeld = 8;  // frames not yet written; 66 MB at 1080p
 
 // yuv420p halves both sides of the picture.
 SizePx even(SizePx size) { return {size.width & ~1, size.height & ~1}; }
-
-std::size_t bytes_of(SizePx size) {
-  return 4 * static_cast<std::size_t>(size.width) * static_cast<std::size_t>(size.height);
-}
 
 // Copies into `to` with the aspect kept and black beside it.
 void blit_fitting(GLuint from, SizePx from_size, const ColorTarget& to) {
@@ -45,14 +42,15 @@ Film::Film(const FilmRequest& request, const std::function<void(const std::strin
   figures_.rate_hz = request.rate_hz;
   std::unique_ptr<FrameSink> sink = make_sink(request, announce);
   figures_.encoder = sink->name();
-  writer_ = std::make_unique<FilmWriter>(std::move(sink), bytes_of(figures_.size), kMostWaiting);
-  reader_.emplace(figures_.size, [this](std::span<const std::uint8_t> rgba) { hand_on(rgba); });
+  reader_.emplace(figures_.size, kMostHeld, [this](HeldFrame frame) { hand_on(std::move(frame)); });
+  writer_ = std::make_unique<FilmWriter>(std::move(sink), kMostHeld);
 }
 
 std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
                                            const std::function<void(const std::string&)>& announce) {
   const SizePx size = figures_.size;
-  if (request.file.extension() == ".rgb") return std::make_unique<RawFrames>(request.file, size.width);
+  const bool is_raw = request.file.extension() == ".rgb" || request.file == kForgetting;
+  if (is_raw) return std::make_unique<RawFrames>(request.file, size.width);
   const bool frames_asked = is_frame_pattern(request.file);
   if (!frames_asked && ffmpeg_available())
     return std::make_unique<Encoder>(request.file, size.width, size.height, request.rate_hz);
@@ -94,11 +92,11 @@ void Film::add_frame(GLuint framebuffer, SizePx size) {
 
 // In simulation time the run waits for the encoder; in real time it does not, and the next frame that finds
 // room stands in for those that did not, so that the film keeps the clock's pace.
-void Film::hand_on(std::span<const std::uint8_t> rgba) {
+void Film::hand_on(HeldFrame frame) {
   const int times = repeats_.front();
   repeats_.pop_front();
   using WhenFull = FilmWriter::WhenFull;
-  if (writer_->add(rgba, times, real_time_ ? WhenFull::refuse : WhenFull::wait)) {
+  if (writer_->add(std::move(frame), times, real_time_ ? WhenFull::refuse : WhenFull::wait)) {
     figures_.num_duplicated += times - 1;
     return;
   }
@@ -115,6 +113,7 @@ FilmFigures Film::figures() const {
   FilmFigures figures = figures_;
   figures.num_frames = writer_->num_written();
   figures.num_dropped += writer_->num_lost();
+  figures.write_ms = writer_->write_ms();
   figures.failure = writer_->failure();
   return figures;
 }

@@ -31,6 +31,7 @@ struct FilmFigures {
   std::int64_t num_dropped = 0;     // drawn and due, but not taken: no room, or the encoder had ended
   std::int64_t num_duplicated = 0;  // real time: repeats, where no newer frame was drawn in time
   std::int64_t num_surplus = 0;     // real time: drawn before a new film frame was due
+  double write_ms = 0.0;            // of the encoder or sink, for all frames, on its own thread
   std::string failure;              // why it ended early; empty: it did not
 };
 
@@ -55,13 +56,13 @@ class Film {
   std::unique_ptr<FrameSink> make_sink(const FilmRequest& request,
                                        const std::function<void(const std::string&)>& announce);
   int times_due();
-  void hand_on(std::span<const std::uint8_t> rgba);
+  void hand_on(HeldFrame frame);
 
   FilmFigures figures_;  // what the writer does not know
   bool real_time_;
+  std::deque<int> repeats_;            // of the frames that are being read back
+  std::optional<FrameReader> reader_;  // its memory outlives the writer, which reads it
   std::unique_ptr<FilmWriter> writer_;
-  std::deque<int> repeats_;  // of the frames that are being read back
-  std::optional<FrameReader> reader_;
   ColorTarget scaled_;
   // Real time.
   std::optional<Clock::time_point> start_;

@@ -3,48 +3,64 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 
 #include "view/gl.hpp"
 
 namespace pf {
 
+// By two time stamps. A rasteriser on the CPU (llvmpipe) works tile by tile and stamps each tile, the last
+// one counting: there the first stamp goes out ahead of what is drawn.
 class GpuTimer {
  public:
-  GpuTimer() { glCreateQueries(GL_TIME_ELAPSED, static_cast<GLsizei>(queries_.size()), queries_.data()); }
-  ~GpuTimer() { glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data()); }
+  explicit GpuTimer(bool software) : flushes_(software) {
+    glCreateQueries(GL_TIMESTAMP, static_cast<GLsizei>(begins_.size()), begins_.data());
+    glCreateQueries(GL_TIMESTAMP, static_cast<GLsizei>(ends_.size()), ends_.data());
+  }
+  ~GpuTimer() {
+    glDeleteQueries(static_cast<GLsizei>(begins_.size()), begins_.data());
+    glDeleteQueries(static_cast<GLsizei>(ends_.size()), ends_.data());
+  }
   GpuTimer(const GpuTimer&) = delete;
   GpuTimer& operator=(const GpuTimer&) = delete;
 
-  void begin() { glBeginQuery(GL_TIME_ELAPSED, queries_[num_begun_ % queries_.size()]); }
+  void begin() {
+    if (flushes_) glFlush();
+    glQueryCounter(begins_[num_begun_ % kNumKept], GL_TIMESTAMP);
+    if (flushes_) glFlush();
+  }
   void end() {
-    glEndQuery(GL_TIME_ELAPSED);
+    glQueryCounter(ends_[num_begun_ % kNumKept], GL_TIMESTAMP);
     ++num_begun_;
   }
 
-  // Milliseconds of the newest measurement that has come back; 0 before the first.
+  // Milliseconds of the newest measurement that has come back; not a number before the first.
   double newest_ms() {
     while (num_read_ < num_begun_) {
-      const GLuint query = queries_[num_read_ % queries_.size()];
-      GLint ready = GL_FALSE;
+      const std::size_t place = num_read_ % kNumKept;
+      GLint ready = GL_TRUE;
       // One that would be begun again next is waited for.
-      if (num_begun_ - num_read_ < queries_.size())
-        glGetQueryObjectiv(query, GL_QUERY_RESULT_AVAILABLE, &ready);
-      else
-        ready = GL_TRUE;
+      if (num_begun_ - num_read_ < kNumKept)
+        glGetQueryObjectiv(ends_[place], GL_QUERY_RESULT_AVAILABLE, &ready);
       if (ready == GL_FALSE) break;
-      GLuint64 elapsed_ns = 0;
-      glGetQueryObjectui64v(query, GL_QUERY_RESULT, &elapsed_ns);
-      newest_ms_ = 1e-6 * static_cast<double>(elapsed_ns);
+      GLuint64 begin_ns = 0;
+      GLuint64 end_ns = 0;
+      glGetQueryObjectui64v(begins_[place], GL_QUERY_RESULT, &begin_ns);
+      glGetQueryObjectui64v(ends_[place], GL_QUERY_RESULT, &end_ns);
+      newest_ms_ = end_ns > begin_ns ? 1e-6 * static_cast<double>(end_ns - begin_ns) : 0.0;
       ++num_read_;
     }
     return newest_ms_;
   }
 
  private:
-  std::array<GLuint, 4> queries_{};
+  static constexpr std::size_t kNumKept = 4;
+  bool flushes_;
+  std::array<GLuint, kNumKept> begins_{};
+  std::array<GLuint, kNumKept> ends_{};
   std::size_t num_begun_ = 0;
   std::size_t num_read_ = 0;
-  double newest_ms_ = 0.0;
+  double newest_ms_ = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace pf

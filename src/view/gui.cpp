@@ -158,10 +158,27 @@ void Gui::apply_style(Theme theme, float scale) {
   scale_ = scale;
 }
 
+namespace {
+
+// GLFW counts in screen units, of which a pixel may be half (Wayland, macOS); all here counts in pixels.
+void count_in_pixels(SizePx size) {
+  ImGuiIO& io = ImGui::GetIO();
+  if (io.DisplaySize.x <= 0.0F || io.DisplaySize.y <= 0.0F) return;
+  const ImVec2 per_unit(static_cast<float>(size.width) / io.DisplaySize.x,
+                        static_cast<float>(size.height) / io.DisplaySize.y);
+  if (ImGui::IsMousePosValid(&io.MousePos))
+    io.MousePos = ImVec2(io.MousePos.x * per_unit.x, io.MousePos.y * per_unit.y);
+  io.DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));
+  io.DisplayFramebufferScale = ImVec2(1.0F, 1.0F);
+}
+
+}  // namespace
+
 void Gui::begin_frame(SizePx size, double frame_s) {
   ImGui_ImplOpenGL3_NewFrame();
   if (window_ != nullptr) {
     ImGui_ImplGlfw_NewFrame();
+    count_in_pixels(size);
   } else {
     ImGuiIO& io = ImGui::GetIO();
     io.DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));

@@ -156,8 +156,9 @@ float Overlay::used_height_px(OverlayMode mode, float scale) const {
   return height_px(mode, scale) + (has_terms ? kTermsRow_px * scale : 0.0F);
 }
 
-void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame) {
-  history_.add(times, frame_ms, frame);
+void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame,
+                        const DrawTimes& drawing) {
+  history_.add(times, frame_ms, frame, drawing);
   term_costs_.add_frame(frame);
 }
 
@@ -230,7 +231,8 @@ void Overlay::write_status(const FrameView& frame, float x, float y, float scale
   const MedianP99& frame_ms = figures_.frame_ms;
   const std::string rate = fmt::format("{:.0f}", 1e3 / std::max(frame_ms.median, 1e-3));
   texts_.add(x, y - 3.0F * scale, colors_.accent, rate, 1.5F);
-  texts_.add(x + text_width(rate, 1.5F) + 6.0F * scale, y + 2.0F * scale, colors_.dim, "frames/s");
+  texts_.add(x + text_width(rate, 1.5F) + 6.0F * scale, y + 2.0F * scale, colors_.dim,
+             info_.vsync ? "frames/s, vsync" : "frames/s");
   texts_.add_right(right, y + 2.0F * scale, colors_.dim,
                    fmt::format("{} ms, 99 %: {}", ms_text(frame_ms.median), ms_text(frame_ms.p99)));
   texts_.add(x, y + 1.3F * row, colors_.text, air_text(frame));
@@ -289,6 +291,10 @@ void Overlay::write_phases(float x, float y, float scale) {
     texts_.add_right(right - 44.0F * scale, top, is_idle ? colors_.dim : colors_.text, ms_text(ms.median));
     texts_.add_right(right, top, colors_.dim, ms_text(ms.p99));
   }
+  if (figures_.gpu_panel_ms <= 0.0 && figures_.gpu_draw_ms <= 0.0) return;
+  texts_.add(x + 15.0F * scale, y + 6.35F * row, colors_.dim,
+             fmt::format("by GL's own clock: draw {}, panel {}", ms_text(figures_.gpu_draw_ms),
+                         ms_text(figures_.gpu_panel_ms)));
 }
 
 void Overlay::paint_swatches(const OverlayPlace& place) const {

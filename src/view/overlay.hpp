@@ -31,12 +31,13 @@ class Overlay {
   // every_frame: the figures follow every frame, for pictures; else they stay for a few, to be read.
   Overlay(OverlayInfo info, bool every_frame) : info_(std::move(info)), every_frame_(every_frame) {}
 
-  // One frame's phases and the wall time from the last frame to this one.
-  void add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame);
+  // One frame's phases, the wall time from the last frame to this one, and what the GL device took.
+  void add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame, const DrawTimes& drawing);
   // Describes the strip to ImGui.
   void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look);
   void set_draw_target(std::string text) { info_.draw_target = std::move(text); }
   void set_copy_bandwidth(double bytes_per_s) { info_.copy_bytes_per_s = bytes_per_s; }
+  void set_vsync(bool on) { info_.vsync = on; }
   const OverlayInfo& info() const { return info_; }
   const FrameHistory& history() const { return history_; }
 

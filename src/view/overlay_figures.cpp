@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "core/error.hpp"
@@ -29,9 +30,11 @@ double compute_ms(const PhaseTimes& times) {
 
 }  // namespace
 
-void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame) {
+void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
+                       const DrawTimes& drawing) {
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
-  kept_[num_added_ % kNumKept] = {times, frame_ms, steps * frame.num_parcels, frame.least_bytes_moved};
+  kept_[num_added_ % kNumKept] = {times, drawing, frame_ms, steps * frame.num_parcels,
+                                  frame.least_bytes_moved};
   ++num_added_;
 }
 
@@ -46,6 +49,15 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
     figures.phase_ms[phase] = of([phase](const Kept& kept) { return kept.times.ms[phase]; });
   figures.total_ms = of([](const Kept& kept) { return kept.times.total(); });
   figures.frame_ms = of([](const Kept& kept) { return kept.frame_ms; });
+  const auto known_median = [&](double DrawTimes::*member) {
+    std::size_t num = 0;
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (std::isfinite(kept_[i].drawing.*member)) values[num++] = kept_[i].drawing.*member;
+    }
+    return statistics(std::span(values).first(num)).median;
+  };
+  figures.gpu_draw_ms = known_median(&DrawTimes::gpu_draw_ms);
+  figures.gpu_panel_ms = known_median(&DrawTimes::gpu_panel_ms);
   double seconds = 0.0;
   double particle_steps = 0.0;
   double bytes = 0.0;
@@ -70,15 +82,15 @@ OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::i
   for (const char* name : kPhaseNames) add(name);
   stream_
       << ",num_parcels,method,neighbors,dt_s,steps,particle_steps_per_s,copy_share,memory_bytes,draw_target,"
-         "collisions,ball_hits,rounds,redone_steps\n";
+         "collisions,ball_hits,rounds,redone_steps,draw_host_ms,draw_gpu_ms,panel_host_ms,panel_gpu_ms\n";
   if (!stream_) {
     throw UserError(
         fmt::format("--overlay-csv: {} cannot be written; choose another file", in_quotes(file.string())));
   }
 }
 
-void OverlayCsv::add_line(const PhaseTimes& times, double frame_ms, const FrameView& frame,
-                          const OverlayFigures& figures, const OverlayInfo& info) {
+void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, double frame_ms,
+                          const FrameView& frame, const OverlayFigures& figures, const OverlayInfo& info) {
   const auto name = [&](const char* path) {
     return value_text(find_field(path, "overlay"), *frame.settings);
   };
@@ -94,10 +106,16 @@ void OverlayCsv::add_line(const PhaseTimes& times, double frame_ms, const FrameV
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) add(times.ms[phase], figures.phase_ms[phase]);
   const std::string target = info.draw_target.substr(0, info.draw_target.find(':'));
   const StepTotals& totals = frame.frame_totals;
-  fmt::format_to(out, ",{},{},{},{},{},{:.6g},{:.4f},{},{},{},{},{},{}\n", frame.num_parcels,
+  fmt::format_to(out, ",{},{},{},{},{},{:.6g},{:.4f},{},{},{},{},{},{}", frame.num_parcels,
                  name("run.method"), name("run.neighbors"), frame.dt_s, totals.num_steps,
                  figures.particle_steps_per_s, figures.copy_share, frame.memory_bytes, target,
                  totals.num_collisions, totals.num_ball_hits, totals.num_rounds, totals.num_redone_steps);
+  for (const double ms :
+       {drawing.host_draw_ms, drawing.gpu_draw_ms, drawing.host_panel_ms, drawing.gpu_panel_ms}) {
+    line.push_back(',');
+    if (std::isfinite(ms)) fmt::format_to(out, "{:.4f}", ms);
+  }
+  line.push_back('\n');
   stream_.write(line.data(), static_cast<std::streamsize>(line.size()));
 }
 

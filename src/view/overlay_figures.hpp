@@ -18,7 +18,9 @@ struct MedianP99 {
 
 struct OverlayFigures {
   std::array<MedianP99, kNumPhases> phase_ms;
-  MedianP99 total_ms;                 // all phases
+  MedianP99 total_ms;        // all phases
+  double gpu_draw_ms = 0.0;  // medians by the clock of the GL device; 0: not known
+  double gpu_panel_ms = 0.0;
   MedianP99 frame_ms;                 // from one frame to the next
   double particle_steps_per_s = 0.0;  // in the phases that compute; 0: nothing stepped
   double copy_share = 0.0;  // of the speed of a plain copy, by what must be moved at least; 0: unknown
@@ -30,7 +32,7 @@ class FrameHistory {
   static constexpr std::size_t kNumKept = 120;
 
   // times: all phases of one frame; frame_ms: wall time from the frame before to it.
-  void add(const PhaseTimes& times, double frame_ms, const FrameView& frame);
+  void add(const PhaseTimes& times, double frame_ms, const FrameView& frame, const DrawTimes& drawing = {});
   std::size_t size() const { return num_added_ < kNumKept ? num_added_ : kNumKept; }
   std::uint64_t num_added() const { return num_added_; }
   const PhaseTimes& times(std::size_t age) const { return kept_[(num_added_ - 1 - age) % kNumKept].times; }
@@ -41,6 +43,7 @@ class FrameHistory {
  private:
   struct Kept {
     PhaseTimes times;
+    DrawTimes drawing;
     double frame_ms = 0.0;
     double particle_steps = 0.0;
     double least_bytes = 0.0;
@@ -54,16 +57,18 @@ struct OverlayInfo {
   std::string device;             // what draws
   std::string draw_target;        // kind and reason
   double copy_bytes_per_s = 0.0;  // 0: not measured
+  bool vsync = false;             // frames wait for a screen
 };
 
 // Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
 // each phase (of this frame, median and 99th percentile of the last 120), num_parcels, method, neighbors,
 // dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits, rounds,
-// redone_steps (of this frame).
+// redone_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks of the
+// host and of the GL device, whose is one or two frames late; empty where it does not tell).
 class OverlayCsv {
  public:
   explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written
-  void add_line(const PhaseTimes& times, double frame_ms, const FrameView& frame,
+  void add_line(const PhaseTimes& times, const DrawTimes& drawing, double frame_ms, const FrameView& frame,
                 const OverlayFigures& figures, const OverlayInfo& info);
 
  private:

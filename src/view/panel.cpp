@@ -40,6 +40,7 @@ Panel::Panel(std::int64_t max_parcels, std::string draw_target)
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
   rows_.begin_frame(*frame.settings);
+  shows_accuracy_ = false;
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
   ImGui::SetNextWindowSize(ImVec2(width_px(scale), ImGui::GetIO().DisplaySize.y));
@@ -53,6 +54,8 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (rows_.header("Ball", true)) edit_ball(frame);
   if (rows_.header("Air", true)) edit_air();
   if (rows_.header("Method", true)) edit_method(frame);
+  shows_accuracy_ = rows_.header("Accuracy", false);
+  if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
   if (rows_.header("View", true)) edit_view(switches);
   if (rows_.header("Show", false)) edit_show(frame, switches, commands);
   if (rows_.header("All settings", false)) edit_all();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/simulation.hpp"
+#include "view/accuracy_section.hpp"
 #include "view/look.hpp"
 #include "view/setting_rows.hpp"
 
@@ -35,6 +36,10 @@ class Panel {
   // changed.
   Commands edit(const FrameView& frame, ViewSwitches& switches, float scale);
 
+  // What the section on accuracy shows; null: nothing yet. shows_accuracy: the section is open.
+  void set_readout(const AccuracyReadout* readout) { readout_ = readout; }
+  bool shows_accuracy() const { return shows_accuracy_; }
+
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
   float width_px(float scale) const { return kWidth_px * scale; }
   const ControlMap& controls() const { return rows_.controls(); }
@@ -60,6 +65,9 @@ class Panel {
   std::string draw_target_;
   std::int64_t num_threads_;  // of the machine
   SettingRows rows_;
+  AccuracySection accuracy_;
+  const AccuracyReadout* readout_ = nullptr;
+  bool shows_accuracy_ = false;
   std::vector<std::string> scenes_;  // found when the menu was opened
   // A change of N spawns the air anew: it is applied when the person lets go, not on the way.
   std::int64_t num_parcels_ = 0;

@@ -56,6 +56,8 @@ json film_report(const FilmFigures& film, const fs::path& log) {
           {"width", film.size.width},
           {"height", film.size.height},
           {"rate_hz", film.rate_hz},
+          {"write_ms_per_frame",
+           film.num_frames > 0 ? json(film.write_ms / static_cast<double>(film.num_frames)) : json(nullptr)},
           {"failure", film.failure.empty() ? json(nullptr) : json(film.failure)}};
 }
 
@@ -105,8 +107,9 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   const FilmRequest request = {file, film_size(), simulation.settings().frame_rate_hz,
                                options_.record_real_time};
   auto film = std::make_unique<Film>(request, announce_);
-  const fs::path log = log_beside(film->file());
-  log_.open(log);
+  // Beside /dev/null, which `bench` records to, there is no place for a log.
+  const fs::path log = film->file() == "/dev/null" ? fs::path() : log_beside(film->file());
+  if (!log.empty()) log_.open(log);
   running_.emplace(Running{std::move(film), log, false});
 }
 
@@ -127,7 +130,7 @@ void Recorder::toggle(Simulation& simulation) {
 
 void Recorder::end(Simulation& simulation) {
   running_->film->close();
-  log_.close(running_->log, simulation);
+  if (!running_->log.empty()) log_.close(running_->log, simulation);
   ending_.push_back(std::move(*running_));
   running_.reset();
 }

@@ -54,7 +54,8 @@ class Recorder {
   std::string notice() const;
   bool failed() const;  // a film could not be written to its end
   // The last film, null if there is none: file, log, frames, dropped, duplicated, surplus, encoder, width,
-  // height, rate_hz, failure (null: none), earlier: the films before it.
+  // height, rate_hz, write_ms_per_frame (of encoder or sink, on their thread), failure (null: none), earlier:
+  // the films before it.
   nlohmann::json report() const;
 
  private:

@@ -73,6 +73,8 @@ def settings(bench):
             (("--set", "ball.mass_kg=-1"), ("--set ball.mass_kg: '-1' is out of range",)),
             (("--set", "air.restituton=1"), ("'air.restituton' is not a setting", "the nearest is air.restitution")),
             (("--draw-target", "interop"), ("--draw-target: interop needs the CUDA backend", "host")),
+            (("--method", "spring", "--dt", "0.01", "--set", "run.spring_contact_s=0.01"),
+             ("stability bound of method spring, 0.006", "--force")),
             (("-p", "1"), ("more than half the world's smaller side", "raise air.num_parcels"))):
         bench.refused(2, parts, "--headless", *words)
 
@@ -98,6 +100,10 @@ def scenes(bench):
             (bench.write("value.toml", b"[ball]\n\nmass_kg = inf\n"), ("value.toml:3: 'inf' is not a finite number",)),
             (str(bench.folder / "none.toml"), ("none.toml: cannot be read",))):
         bench.refused(2, parts, "--headless", "--scene", file)
+    soft = bench.write("soft.toml", b'[run]\nmethod = "spring"\ndt_s = 0.01\nspring_contact_s = 0.01\n')
+    bench.refused(2, ("stability bound of method spring, 0.006",), "--headless", "--scene", soft)
+    done = bench.run("--headless", "--scene", soft, "--force", "--seconds", "0.02", "-p", "100")
+    check(done.returncode == 0, f"--force takes it all the same: exit code {done.returncode}")
     huge = bench.write("huge.toml", b"")
     os.truncate(huge, 100_000_000)
     bench.refused(2, ("larger than 1 MiB", "100000000 bytes"), "--headless", "--scene", huge)

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """`pickleflight lab` as a person calls it.
 
-test_lab.py PROGRAM refusals|terms|resume|no_matplotlib
+test_lab.py PROGRAM refusals|terms|resume|no_matplotlib|validate
 exit 0: as it should be, 1: not, 77: skipped
 """
 import csv
@@ -44,6 +44,12 @@ def refusals(folder):
     require([file.name for file in (folder / "full").iterdir()] == ["notes"], "the folder was written to")
     done = lab(folder, "terms", "--quick", "--scene", "gas")
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+    done = lab(folder, "plot", "full")
+    require(done.returncode == 2 and "no result of a study" in done.stderr, done.stderr)
+    done = lab(folder, "plot")
+    require(done.returncode == 2 and "takes the folder" in done.stderr, done.stderr)
+    done = lab(folder, "terms", "full")
+    require(done.returncode == 2, f"a folder without --out was taken: {done.stderr}")
 
 
 def terms(folder):
@@ -102,9 +108,39 @@ def no_matplotlib(folder):
     require("apt install python3-matplotlib" in done.stderr, done.stderr)
     require((folder / "t/terms.csv").exists() and not (folder / "t/terms.png").exists(), "CSV missing, or a picture there")
     require("terms.csv has the figures" in (folder / "t/report.html").read_text(), "the report does not say so")
+    require("pickleflight lab plot t" in done.stderr, done.stderr)
+    # Elsewhere, where there is one, the folder is drawn without measuring.
+    (folder / "t").rename(folder / "taken away")
+    before = (folder / "taken away/terms.json").read_bytes()
+    done = lab(folder, "plot", "taken away")
+    if "matplotlib is missing" in done.stderr:
+        require(done.returncode == 1, f"exit code {done.returncode}: {done.stderr}")
+        return
+    require(done.returncode == 0, f"exit code {done.returncode}: {done.stderr}")
+    require((folder / "taken away/terms.png").exists(), "no picture")
+    require("src=\"data:image/png" in (folder / "taken away/report.html").read_text(), "no picture in the report")
+    require((folder / "taken away/terms.json").read_bytes() == before, "the results were written to")
 
 
-CASES = {case.__name__: case for case in (refusals, terms, resume, no_matplotlib)}
+def validate(folder):
+    """The ladder as a study: rows of a rung together, taken up again; stopped after the first rungs, since all take a
+    minute."""
+    process = subprocess.Popen([PROGRAM, "lab", "validate", "--quick", "--out", "v"], cwd=folder, stderr=subprocess.PIPE,
+                               text=True, env=environment(folder))
+    file, until = folder / "v/validate.json", time.monotonic() + 60
+    while time.monotonic() < until and not (file.exists() and len(json.loads(file.read_text())["points"]) > 2):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=60)[1]
+    require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
+    study = json.loads(file.read_text())
+    require(study["failed"] == [] and study["complete"] is False, study)
+    require([row["key"] for row in study["points"]][:2] == ["two bodies", "heavy ball"], study["points"])
+    require(all(row["verdict"] in ("pass", "-") for row in study["points"]), study["points"])
+    require("two bodies" in (folder / "v/report.html").read_text(), "the yardsticks are not in the report")
+
+
+CASES = {case.__name__: case for case in (refusals, terms, resume, no_matplotlib, validate)}
 
 
 def main():

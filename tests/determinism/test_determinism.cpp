@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "support/scene_support.hpp"
+#include "support/snapshot_checks.hpp"
 
 namespace pf::test {
 namespace {
@@ -64,23 +65,11 @@ TEST(Determinism, AnyCutIntoRequests) {
 }
 
 TEST(Determinism, RestoredSnapshotIsTheSameState) {
-  SceneRun run(gas(1000));
-  run.advance(50);
-  const std::uint64_t hash = run.backend->state_hash();
-  run.backend->restore(run.backend->snapshot());
-  EXPECT_EQ(run.backend->state_hash(), hash);
+  expect_restored_is_the_same_state(gas(1000), make_cpu_backend(2));
 }
 
-// The count of steps goes with it: it keys the random roundings.
 TEST(Determinism, ARestoredSnapshotGoesOnAsItDid) {
-  SceneRun run(gas(1000));
-  run.advance(50);
-  const ParcelSnapshot then = run.backend->snapshot();
-  run.advance(30);
-  const std::uint64_t hash = run.backend->state_hash();
-  run.backend->restore(then);
-  run.advance(30);
-  EXPECT_EQ(run.backend->state_hash(), hash);
+  expect_restored_goes_on_as_it_did(gas(1000), make_cpu_backend(2));
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "cuda_backend.hpp"
 #include "support/scene_support.hpp"
+#include "support/snapshot_checks.hpp"
 
 namespace pf::test {
 namespace {
@@ -180,23 +181,11 @@ TEST_F(Gpu, RunToRunAtTenMillion) {
 }
 
 TEST_F(Gpu, SnapshotAndRestoreKeepTheState) {
-  SceneRun run(gas(5000), make_cuda_backend(0));
-  run.advance(40);
-  const std::uint64_t hash = run.backend->state_hash();
-  run.backend->restore(run.backend->snapshot());
-  EXPECT_EQ(run.backend->state_hash(), hash);
+  expect_restored_is_the_same_state(gas(5000), make_cuda_backend(0));
 }
 
-// The count of steps goes with it: it keys the random roundings.
 TEST_F(Gpu, ARestoredSnapshotGoesOnAsItDid) {
-  SceneRun run(gas(5000), make_cuda_backend(0));
-  run.advance(40);
-  const ParcelSnapshot then = run.backend->snapshot();
-  run.advance(30);
-  const std::uint64_t hash = run.backend->state_hash();
-  run.backend->restore(then);
-  run.advance(30);
-  EXPECT_EQ(run.backend->state_hash(), hash);
+  expect_restored_goes_on_as_it_did(gas(5000), make_cuda_backend(0));
 }
 
 TEST_F(Gpu, MeasuresAgreeWithTheCpu) {

@@ -359,6 +359,93 @@ def looks(bench):
           f"--overlay-csv: {len(lines) - 1} frames, draw target {row['draw_target']}")
 
 
+def vsync_key(bench):
+    """V: frames wait for the screen, or do not."""
+    for words, after in (((), False), (("--no-vsync",), True)):
+        with bench.open(*words) as window:
+            window.press_key("v")
+            time.sleep(0.2)
+            display = window.stop()["display"]
+        check(display["vsync"] is after, f"V after {words or 'nothing'}: vsync is {display['vsync']}")
+
+
+ELASTIC = ("--scene", "gas", "--set", "run.dt_s=0.1", "--paused")
+
+
+def open_accuracy(window):
+    for header in ("Ball", "Air"):
+        window.click(f"{header} header")
+    window.click("Accuracy header")
+    window.wait_for_control("Work-precision")
+    time.sleep(0.3)
+
+
+def accuracy(bench):
+    """What the open section reads out is what the report finds; its slider does what --accuracy does."""
+    with bench.open(*ELASTIC) as window:
+        open_accuracy(window)
+        window.press_key("space")
+        time.sleep(1.0)
+        window.press_key("space")
+        time.sleep(0.7)
+        report = window.stop()
+    shown = report["accuracy"]
+    check(shown is not None and shown["simulated_s"] > 1.0, f"it is read out: {shown}")
+    drift = report["energy"]["relative_drift"]
+    check(abs(drift) > 1e-4 and math.isclose(shown["energy_drift"], drift, rel_tol=1e-6), f"energy drift: {drift:.2e}")
+    check(shown["num_collisions"] == report["collisions"]["count"], f"collisions: {shown['num_collisions']}")
+    check(shown["max_overlap_diameters"] == report["max_overlap_diameters"], "largest overlap")
+    rates = report["collisions"]
+    ratio = rates["rate_per_parcel_per_s"] / rates["enskog_rate_per_parcel_per_s"]
+    check(math.isclose(shown["rate_over_enskog"], ratio, rel_tol=1e-3), f"rate over Enskog's: {ratio:.3f}")
+    file = bench.folder / "chosen.json"
+    subprocess.run([bench.program, "--headless", "--scene", "gas", "-p", "2000", "--accuracy", "5%", "--seconds", "0.02",
+                    "--report", str(file)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    chosen = json.loads(file.read_text())
+    with bench.open(*ELASTIC) as window:
+        open_accuracy(window)
+        window.type_value("Accuracy", "5")
+        window.press_key("s")
+        time.sleep(0.3)
+        report = window.stop()
+    check((report["method"], report["dt_s"]) == (chosen["method"], chosen["dt_s"]),
+          f"5 % is the method and step of --accuracy 5%: {report['method']}, {report['dt_s']:.4f} s")
+
+
+def unstable(bench):
+    """A contact that the step does not resolve is refused while it flies, too, unless it was forced."""
+    too_long = ("--dt", "0.002", "--substeps", "1", "--set", "run.spring_contact_s=0.002")
+    for words, method in (((), "impulse"), (("--force",), "spring")):
+        with bench.open(*too_long, *words) as window:
+            window.choose("Method", "spring")
+            time.sleep(0.3)
+            report = window.stop()
+        check(report["method"] == method, f"spring in steps of its contact{' forced' if words else ''}: {report['method']}")
+
+
+def dense_screen(bench):
+    """At twice the usual pixels per inch everything has twice the pixels, and the mouse finds it there."""
+    widths = []
+    try:
+        for dpi in (96, 192):
+            bench.screen.set_dpi(dpi)
+            with bench.open("--size", "480x380") as window:
+                window.drag_slider("Restitution", 0.9, 0.3)
+                time.sleep(0.3)
+                x0, y0, x1, y1 = window.controls()["Restitution"]  # late, beside the scroll bar that has come
+                widths.append((x1 - x0, y1 - y0))
+                report = window.stop()
+            scale = dpi / 96
+            check(report["display"]["content_scale"] == scale and report["display"]["width"] == 480 * scale,
+                  f"{dpi} dpi: {report['display']}")
+            check(abs(report["restitution"] - 0.3) < 0.04, f"the slider is found: {report['restitution']:.3f}")
+    finally:
+        bench.screen.set_dpi(96)
+    # Each edge is rounded to a whole pixel, the font's height too: two pixels each way, at most.
+    grown = [(before, after) for before, after in zip(*widths)]
+    check(all(abs(after - 2.0 * before) <= 4.0 for before, after in grown), f"width and height of a slider: {grown}")
+
+
 def wider(window, width):
     x0, _, x1, _ = window.controls()["Restitution"]
     return x1 - x0 > 1.15 * width
@@ -390,7 +477,8 @@ def leave(bench):
 
 
 CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, launch, terms, scene_menu, keys, launch_key,
-                                          buttons, view_keys, slingshot, method_key, time_keys, save, looks, stays,
+                                          buttons, view_keys, slingshot, method_key, time_keys, save, looks, vsync_key, accuracy,
+                                          unstable, dense_screen, stays,
                                           leave)}
 
 

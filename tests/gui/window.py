@@ -1,4 +1,5 @@
 """A window of the program on an X server of its own, and hands for it (xdotool)."""
+import ctypes
 import json
 import os
 import pathlib
@@ -34,6 +35,7 @@ def wait_for(what, test, limit_s=LIMIT_S):
 
 class Screen:
     """Xvfb on a display that is free; ended with the block."""
+    connection = None  # to it, once it is needed
 
     def __enter__(self):
         # The server itself looks for a free number and writes it.
@@ -49,6 +51,19 @@ class Screen:
         self.server.terminate()
         self.server.wait(timeout=10)
 
+    def set_dpi(self, dpi):
+        """As a desktop tells its programs: Xft.dpi among the resources of the root window."""
+        x11 = ctypes.CDLL("libX11.so.6")
+        x11.XOpenDisplay.restype = ctypes.c_void_p
+        x11.XDefaultRootWindow.restype = ctypes.c_ulong
+        # Kept open: the server forgets all properties when the last one closes.
+        self.connection = self.connection or ctypes.c_void_p(x11.XOpenDisplay(self.name.encode()))
+        root = ctypes.c_ulong(x11.XDefaultRootWindow(self.connection))
+        text = f"Xft.dpi:\t{dpi}\n".encode()
+        resource_manager, string, replace = ctypes.c_ulong(23), ctypes.c_ulong(31), 0  # Xatom.h
+        x11.XChangeProperty(self.connection, root, resource_manager, string, 8, replace, text, len(text))
+        x11.XSync(self.connection, 0)
+
 
 class Window:
     """The program, running. hands_off: no key or button is pressed, to see that the tests notice."""
@@ -62,8 +77,9 @@ class Window:
         self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1", **(environment or {})}
         self.environment.pop("WAYLAND_DISPLAY", None)
         # High enough that nothing of the panel is scrolled out of sight.
-        command = [program, "run", "--size", "800x700", "-p", "2000", "--panel-map", str(self.map_file), "--report",
-                   str(self.report_file), *words]
+        usual = [part for flag, value in (("--size", "800x700"), ("-p", "2000")) if flag not in words
+                 for part in (flag, value)]
+        command = [program, "run", *usual, "--panel-map", str(self.map_file), "--report", str(self.report_file), *words]
         self.process = subprocess.Popen(command, env=self.environment)
         wait_for("panel map", lambda: self.is_running() and self.map_file.exists())
         self.id = wait_for("window", self._find)

@@ -207,14 +207,9 @@ TEST(Exact, NoRestitutionAtAll) {
 // a float velocity of a parcel is rounded by, 6e-8, is what energy and momentum may be off by in each event.
 TEST(Exact, AHeavyBallAmongLightParcels) {
   Settings s = exact(gas(2000, 0.2, kPeriodic));
-  s.ball_present = true;
-  s.ball_mass_kg = 2.6e6;
-  s.ball_radius_m = 6.0;
-  s.ball_x_m = s.ball_y_m = 0.0;
+  add_resting_ball(s, 2.6e6, 6.0);
   s.ball_vx_mps = 0.5;
-  s.ball_spin_radps = 0.0;
   s.friction = 0.0;
-  s.magnus = false;
   SceneRun run(s, 1);
   const Measures before = run.backend->measure();
   const StepTotals totals = run.advance(100, 0.4).totals;

@@ -134,9 +134,9 @@ TEST(Theory, DragLimits) {
 TEST(Theory, ColdDragWithFriction) {
   const double rows[][2] = {{0.0, 2.66667}, {0.1, 2.79741}, {0.3, 3.00966}, {0.5, 3.13807}, {1.0, 3.26295}};
   for (const auto& [friction, drag] : rows)
-    expect_digits(drag_cold(1.0, friction), drag, 5, "cold", friction);
-  expect_digits(drag_cold(1.0, 1e9), 3.33333, 5, "cold", 1e9);
-  expect_digits(drag_cold(0.8, 0.3), 2.71677, 5, "cold", 0.3);
+    expect_digits(cold_drag_coefficient(1.0, friction), drag, 5, "cold", friction);
+  expect_digits(cold_drag_coefficient(1.0, 1e9), 3.33333, 5, "cold", 1e9);
+  expect_digits(cold_drag_coefficient(0.8, 0.3), 2.71677, 5, "cold", 0.3);
 }
 
 // The same by summing the model's own impulses over the impact parameters of a cold beam.
@@ -157,7 +157,7 @@ TEST(Theory, ColdDragIsThatOfTheModelsImpulses) {
       const Vec2d normal{-std::sqrt(1.0 - b * b), b};
       sum -= ball_impulse(ball, parcel, normal, {1.0, 0.0}, 0.0).per_mass_mps.x * 2.0 / num;
     }
-    EXPECT_NEAR(sum, drag_cold(0.8, friction), 1e-6);
+    EXPECT_NEAR(sum, cold_drag_coefficient(0.8, friction), 1e-6);
   }
 }
 
@@ -167,7 +167,8 @@ TEST(Theory, ColdDragIsThatOfTheScenes) {
   s.air = Air::drag;
   const double drag = derive_physics(s).ball.drag_per_m;
   EXPECT_NEAR(drag,
-              s.areal_density_kg_m2 * drag_cold(s.restitution, s.friction) * s.ball_radius_m / s.ball_mass_kg,
+              s.areal_density_kg_m2 * cold_drag_coefficient(s.restitution, s.friction) * s.ball_radius_m /
+                  s.ball_mass_kg,
               1e-12 * drag);
 }
 

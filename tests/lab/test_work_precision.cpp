@@ -11,10 +11,12 @@
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
 #include "lab/study.hpp"
+#include "lab/study_files.hpp"
 #include "lab/theory.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
+#include "unit/temporary_folder.hpp"
 
 namespace pf::test {
 namespace {
@@ -81,6 +83,35 @@ TEST(WorkPrecision, AChoiceByTheShippedTableHolds) {
   EXPECT_NEAR(rate / true_rate, 1.0, wish.error);
   // What it expects is honest: the error is not far above it.
   EXPECT_LT(std::fabs(rate / true_rate - 1.0), choice.expected_error + 3.0 * 0.006);
+}
+
+// A series that is not measured now stays in the folder, with the device that it was measured on.
+TEST(Lab, ResumingKeepsTheSeriesOfAnotherMachine) {
+  const TemporaryFolder folder;
+  const Study study = terms_study();
+  json there = {{"study", "terms"}, {"version", "1"}, {"quick", true}, {"complete", true}};
+  there["machine"] = {
+      {"devices", {{{"series", "cpu"}, {"device", "A"}}, {{"series", "cuda"}, {"device", "G"}}}},
+      {"measured_under_load", true}};
+  there["points"] = json::array({{{"key", "cuda/x"}, {"device", "cuda"}}});
+  save_study(folder.path(), there);
+  json here = {{"study", "terms"}, {"version", "1"}, {"quick", true}, {"points", json::array()}};
+  here["machine"] = {{"devices", {{{"series", "cpu"}, {"device", "A"}}}}, {"measured_under_load", false}};
+  json other = here;
+  take_up(folder.path(), study, here);
+  EXPECT_EQ(here["points"], there["points"]);
+  ASSERT_EQ(here["machine"]["devices"].size(), 2U) << here;
+  EXPECT_EQ(here["machine"]["devices"][1]["device"], "G");
+  EXPECT_TRUE(here["machine"]["measured_under_load"].get<bool>());
+  other["quick"] = false;
+  take_up(folder.path(), study, other);
+  EXPECT_TRUE(other["points"].empty()) << "quick points are no part of a full run";
+}
+
+TEST(Lab, AllIsEveryStudy) {
+  std::vector<std::string> names;
+  for (const Study& study : studies()) names.push_back(study.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"work-precision", "stability", "terms", "validate"}));
 }
 
 // The command line knows every study by its name.

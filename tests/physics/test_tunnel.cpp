@@ -9,6 +9,8 @@
 #include <cmath>
 #include <ostream>
 
+#include "lab/free_stream.hpp"
+#include "model/ball.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -16,14 +18,6 @@ namespace {
 
 constexpr double kSide = 10.0;
 constexpr double kBallRadius = 2.0;
-
-struct Stream {
-  double speed_mps;          // along x
-  double thermal_mps = 1.0;  // standard deviation per component
-  double restitution = 1.0;
-  double friction = 0.0;
-  double spin_radps = 0.0;
-};
 
 // Sums over some runs, in units of parcel mass and m/s.
 struct Push {
@@ -42,23 +36,11 @@ struct Push {
   }
 };
 
-Settings tunnel(const Stream& stream, std::int64_t seed) {
-  Settings s;
-  s.width_m = s.height_m = kSide;
-  s.boundary = Boundary::periodic;
-  s.num_parcels = 1000000;
+Settings tunnel(const FreeStream& stream, std::int64_t seed) {
+  Settings s = free_stream_settings(stream, kSide, kBallRadius, 1000000);
   s.area_fraction = 0.01;
-  s.parcel_mass_kg = 1.0;
   s.parcel_speed_mps = stream.thermal_mps;
   s.flow_x_mps = stream.speed_mps;
-  s.restitution = stream.restitution;
-  s.contacts = false;
-  s.ball_held = true;
-  s.ball_radius_m = kBallRadius;
-  s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_vy_mps = 0.0;
-  s.ball_spin_radps = stream.spin_radps;
-  s.friction = stream.friction;
-  s.magnus = false;
   s.seed = seed;
   return s;
 }
@@ -74,7 +56,7 @@ double spawned_density(const SceneRun& run) {
 // The fastest parcel counted on is 4.5 thermal speeds faster than the stream (one in 25,000 is faster, and
 // hardly any of those off the ball come round). The first of 16 steps is not counted: next to the ball
 // parcels are spawned on a lattice with a hole, not at random.
-Push push(const Stream& stream, int num_runs) {
+Push push(const FreeStream& stream, int num_runs) {
   const double fastest_mps = stream.speed_mps + 4.5 * stream.thermal_mps;
   constexpr int kSteps = 16;
   const double dt = (kSide - 2.0 * kBallRadius) / fastest_mps / kSteps;
@@ -131,13 +113,12 @@ void PrintTo(const ColdCase& cold, std::ostream* out) {
 
 class ColdStream : public testing::TestWithParam<ColdCase> {};
 
-// Without thermal motion: 4/3 (1 + e) + 2/3 kappa / sqrt(1 + kappa^2), kappa = mu (1 + e). The 2.6e5 parcels
-// that hit start on a lattice, moved by less than half its spacing, so chance plays only along the edge of
-// the area they come from, some 4,000 sites long: 60 hits, 0.02 %. Five of these are allowed.
+// Without thermal motion. The 2.6e5 parcels that hit start on a lattice, moved by less than half its spacing,
+// so chance plays only along the edge of the area they come from, some 4,000 sites long: 60 hits, 0.02 %.
+// Five of these are allowed.
 TEST_P(ColdStream, DragFollowsTheClosedForm) {
   const auto [e, mu] = GetParam();
-  const double kappa = mu * (1.0 + e);
-  const double expected = 4.0 / 3.0 * (1.0 + e) + 2.0 / 3.0 * kappa / std::sqrt(1.0 + kappa * kappa);
+  const double expected = cold_drag_coefficient(e, mu);
   const Push measured = push({.speed_mps = 1.0, .thermal_mps = 0.0, .restitution = e, .friction = mu}, 1);
   EXPECT_GT(measured.hits, 2e5);
   EXPECT_NEAR(measured.drag_coefficient(1.0) / expected, 1.0, 0.001);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
@@ -55,6 +56,24 @@ TEST(Accuracy, TakesTheCheapestThatMeetsIt) {
   const AccuracyChoice fine = choose(0.002, 0.1);
   EXPECT_EQ(fine.settings.method, Method::exact) << "impulse at 160 is dearer than exact at 100";
   EXPECT_EQ(fine.settings.displacement_per_step, 0.2) << "the cheaper of its steps";
+}
+
+// The nearest case is that of 0.1; half way (in logarithms) between two steps lies the mean of their
+// logarithms.
+TEST(WorkPrecision, PresentSettingLiesBetweenItsNeighbours) {
+  Settings scene = gas_scene(0.12);
+  const WorkPrecision picture = work_precision(table(), scene, "rate", "cpu", std::sqrt(0.5));
+  EXPECT_EQ(picture.area_fraction, 0.1);
+  ASSERT_EQ(picture.methods[static_cast<int>(Method::impulse)].size(), 5U);
+  EXPECT_TRUE(picture.methods[static_cast<int>(Method::spring)].empty());
+  ASSERT_TRUE(picture.present);
+  EXPECT_NEAR(picture.present->error, std::sqrt(0.2 * 0.05), 1e-12);
+  EXPECT_NEAR(picture.present->ns_per_disc_time, std::sqrt(10.0 * 20.0), 1e-12);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 1e-3).present->error, 0.0008);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 9.0).present->error, 0.0001);
+  scene.method = Method::spring;
+  EXPECT_FALSE(work_precision(table(), scene, "rate", "cpu", 0.5).present);
+  EXPECT_TRUE(work_precision(table(), scene, "drag", "cpu", 0.5).methods[0].empty());
 }
 
 // A small error at a step beyond one that fails is chance.

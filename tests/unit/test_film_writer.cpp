@@ -38,12 +38,15 @@ class RecordingSink final : public FrameSink {
   std::shared_ptr<Taken> taken_;
 };
 
-Bytes frame(int value) { return Bytes(16, static_cast<std::uint8_t>(value)); }
+HeldFrame frame(int value) {
+  const auto bytes = std::make_shared<Bytes>(16, static_cast<std::uint8_t>(value));
+  return {*bytes, bytes};
+}
 
 TEST(FilmWriter, KeepsOrderAndRepeats) {
   const auto taken = std::make_shared<Taken>();
   {
-    FilmWriter writer(std::make_unique<RecordingSink>(taken), 16, 2);
+    FilmWriter writer(std::make_unique<RecordingSink>(taken), 2);
     for (int i = 0; i < 20; ++i)
       EXPECT_TRUE(writer.add(frame(i), i == 3 ? 3 : 1, FilmWriter::WhenFull::wait));
   }
@@ -58,7 +61,7 @@ TEST(FilmWriter, RefusesWhenFullAndTakesAgainLater) {
   std::promise<void> gate;
   taken->go_on = gate.get_future().share();
   {
-    FilmWriter writer(std::make_unique<RecordingSink>(taken), 16, 3);
+    FilmWriter writer(std::make_unique<RecordingSink>(taken), 3);
     // Each of the three buffers is either waiting or in the writer's hand.
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(writer.add(frame(i), 1, FilmWriter::WhenFull::refuse));
     EXPECT_FALSE(writer.add(frame(3), 1, FilmWriter::WhenFull::refuse));
@@ -71,7 +74,7 @@ TEST(FilmWriter, RefusesWhenFullAndTakesAgainLater) {
 TEST(FilmWriter, FailureIsKeptLossesCountedAndNobodyWaits) {
   const auto taken = std::make_shared<Taken>();
   taken->fail_at = 2;
-  FilmWriter writer(std::make_unique<RecordingSink>(taken), 16, 2);
+  FilmWriter writer(std::make_unique<RecordingSink>(taken), 2);
   int num_refused = 0;
   for (int i = 0; i < 20; ++i) num_refused += writer.add(frame(i), 1, FilmWriter::WhenFull::wait) ? 0 : 1;
   EXPECT_GT(num_refused, 10);
@@ -81,6 +84,47 @@ TEST(FilmWriter, FailureIsKeptLossesCountedAndNobodyWaits) {
   EXPECT_EQ(writer.num_written(), 2);
   EXPECT_EQ(writer.num_written() + writer.num_lost() + num_refused, 20);
   EXPECT_FALSE(taken->finished);
+}
+
+TEST(FilmWriter, AFailureLetsGoOfWhatWaits) {
+  const auto taken = std::make_shared<Taken>();
+  taken->fail_at = 0;
+  std::promise<void> gate;
+  taken->go_on = gate.get_future().share();
+  FilmWriter writer(std::make_unique<RecordingSink>(taken), 4);
+  std::vector<std::weak_ptr<const void>> keepers;
+  for (int i = 0; i < 4; ++i) {
+    HeldFrame held = frame(i);
+    keepers.push_back(held.keeper);
+    ASSERT_TRUE(writer.add(std::move(held), 1, FilmWriter::WhenFull::refuse));
+  }
+  gate.set_value();
+  while (!writer.done()) std::this_thread::yield();
+  for (const auto& keeper : keepers) EXPECT_TRUE(keeper.expired());
+}
+
+// What GL reads into must not be written to again before a frame has gone, and must be afterwards.
+TEST(FilmWriter, MemoryIsHeldUntilItIsWrittenAndNoLonger) {
+  const auto taken = std::make_shared<Taken>();
+  std::promise<void> gate;
+  taken->go_on = gate.get_future().share();
+  std::vector<std::weak_ptr<const void>> keepers;
+  FilmWriter writer(std::make_unique<RecordingSink>(taken), 3);
+  for (int i = 0; i < 3; ++i) {
+    HeldFrame held = frame(i);
+    keepers.push_back(held.keeper);
+    ASSERT_TRUE(writer.add(std::move(held), 1, FilmWriter::WhenFull::refuse));
+  }
+  for (const auto& keeper : keepers) EXPECT_FALSE(keeper.expired());
+  HeldFrame refused = frame(3);
+  const std::weak_ptr<const void> keeper = refused.keeper;
+  EXPECT_FALSE(writer.add(std::move(refused), 1, FilmWriter::WhenFull::refuse));
+  EXPECT_TRUE(keeper.expired());
+  gate.set_value();
+  writer.close();
+  while (!writer.done()) std::this_thread::yield();
+  for (const auto& one : keepers) EXPECT_TRUE(one.expired());
+  EXPECT_GT(writer.write_ms(), 0.0);
 }
 
 TEST(RawFrames, HasTheTopRowFirst) {

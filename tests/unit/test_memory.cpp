@@ -29,7 +29,7 @@ TEST(Memory, LawHoldsForTheBackend) {
       for (const unsigned threads : {1U, 2U, 6U}) {
         Settings settings = test::gas(10000, area_fraction);
         settings.method = method;
-        test::SceneRun run(settings, threads);
+        SceneRun run(settings, threads);
         run.advance(1);
         const std::uint64_t law = cpu_backend_bytes(10000, threads, method);
         EXPECT_GE(law + 4096, run.backend->memory_bytes()) << area_fraction << " " << threads;  // padding

@@ -175,10 +175,35 @@ TEST(Options, UnknownWords) {
   EXPECT_TRUE(contains(refusal({"--headles=1"}), "the nearest is --headless"));
   EXPECT_TRUE(contains(refusal({"bnech"}), "the nearest command is bench"));
   EXPECT_TRUE(contains(refusal({"-t", "bench"}), "'bench' must come first"));
-  EXPECT_TRUE(contains(refusal({"bench", "--record", "a.mp4"}),
-                       "'--record' is not an option of 'pickleflight bench'"));
+  EXPECT_TRUE(contains(refusal({"bench", "--record", "a.mp4"}), "--record: goes with --frames N"));
   EXPECT_TRUE(contains(refusal({"--steps", "3"}), "'--steps' is not an option of 'pickleflight run'"));
   EXPECT_TRUE(contains(refusal({"--headless=foo"}), "--headless"));
+}
+
+TEST(Options, BenchOfWholeFrames) {
+  const Options plain = options_of({"bench", "--frames", "5", "--panel"});
+  EXPECT_EQ(plain.bench_frames, 5);
+  EXPECT_TRUE(plain.bench_panel);
+  EXPECT_EQ(plain.width_px, 1280);
+  EXPECT_TRUE(plain.record.empty());
+  const Options film =
+      options_of({"bench", "--frames", "5", "--record", "/dev/null", "--record-time", "real"});
+  EXPECT_EQ(film.record, "/dev/null");
+  EXPECT_TRUE(film.record_real_time);
+  EXPECT_EQ(film.width_px, 1920);
+  EXPECT_EQ(film.height_px, 1080);
+  EXPECT_EQ(options_of({"bench", "--frames", "5", "--record", "/dev/null", "--size", "64x48"}).width_px, 64);
+  EXPECT_TRUE(contains(refusal({"bench", "--panel"}), "--panel: goes with --frames N"));
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "5", "--record-time", "real"}), "goes with --record"));
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "5", "--record", "a.avi"}), ".mp4 or .mkv or .rgb"));
+  EXPECT_TRUE(contains(refusal({"--record", "/dev/null"}), "--record: '/dev/null' has the wrong ending"));
+  EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--record", "/dev/null"}), "--sweep: chooses"));
+}
+
+TEST(Options, ForceLetsSpringTakeAnyStep) {
+  EXPECT_FALSE(options_of({}).settings.allow_unstable);
+  EXPECT_TRUE(options_of({"--force", "--set", "run.allow_unstable=false"}).settings.allow_unstable);
+  EXPECT_TRUE(options_of({"bench", "--force"}).settings.allow_unstable);
 }
 
 TEST(Options, Bench) {
@@ -207,7 +232,16 @@ TEST(Options, Lab) {
   EXPECT_TRUE(options.lab.quick && options.lab.resume && !options.lab.force);
   EXPECT_EQ(options_of({"lab", "terms"}).lab.out, "lab-terms");
   EXPECT_TRUE(contains(refusal({"lab", "terms", "--resume", "--force"}), "contradicts"));
-  EXPECT_TRUE(contains(refusal({"lab", "validate", "--out", "here"}), "--json only"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--cuda"}), "has no CUDA series"));
+  EXPECT_TRUE(contains(refusal({"lab", "validate", "--resume"}), "give --out DIR"));
+  EXPECT_TRUE(
+      contains(refusal({"lab", "validate", "--out", "here", "--json", "x.json"}), "has the JSON in it"));
+  EXPECT_TRUE(contains(refusal({"lab", "plot"}), "takes the folder"));
+  EXPECT_TRUE(contains(refusal({"lab", "plot", "here", "--quick"}), "nothing else"));
+  EXPECT_TRUE(contains(refusal({"lab", "terms", "here"}), "'here'"));
+  EXPECT_EQ(options_of({"lab", "plot", "here"}).lab.out, "here");
+  EXPECT_EQ(options_of({"lab", "validate", "--out", "here"}).lab.out, "here");
+  EXPECT_TRUE(options_of({"lab", "validate"}).lab.out.empty());
   EXPECT_TRUE(contains(refusal({"lab", "terms", "--json", "x.json"}), "goes with validate"));
   EXPECT_TRUE(contains(refusal({"lab", "stability", "--scene", "court"}), "goes with terms"));
 }
@@ -258,7 +292,7 @@ TEST(Options, VersionAndHelpAreText) {
     EXPECT_TRUE(contains(help.text, part)) << part;
   }
   EXPECT_TRUE(contains(parse({"bench", "--help"}).text, "--repeats N"));
-  EXPECT_FALSE(contains(parse({"bench", "--help"}).text, "--record"));
+  EXPECT_FALSE(contains(parse({"bench", "--help"}).text, "--headless"));
 }
 
 TEST(Options, OutputFilesAreCheckedAndLeftAlone) {

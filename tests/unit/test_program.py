@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Jobs of the whole program that leave files: the sweep, and films without ffmpeg.
+"""Jobs of the whole program that leave files: the sweep, films without ffmpeg, whole frames timed.
 
-test_program.py PROGRAM sweep|sweep_stopped|frames|frames_without_ffmpeg
+test_program.py PROGRAM sweep|sweep_stopped|frames|frames_without_ffmpeg|bench_clocks|bench_recording
 exit 0: as it should be, 1: not, 77: nothing can be drawn here
 """
 import json
@@ -124,6 +124,48 @@ def frames_without_ffmpeg(folder):
     check_frames(found, 320, 180)
 
 
+TIMED_FRAMES = ["bench", "--frames", "40", "-p", "500", "--scene", "court"]
+
+
+def bench_clocks(folder):
+    """What draws, by the host's clock and by GL's: there, positive, within the frame of the same run."""
+    reports = {}
+    for name, words in (("plain", []), ("panel", ["--panel"])):
+        done = run([*TIMED_FRAMES, "--size", "640x480", *words, "--json", f"{name}.json"], folder)
+        require(done.returncode == 0, done.stderr)
+        report = reports[name] = json.loads((folder / f"{name}.json").read_text())
+        whole = report["frame_ms"]["median"]
+        for part in ("draw", "panel"):
+            host, gpu = (report[f"{clock}_ms"][part]["median"] for clock in ("host", "gpu"))
+            require(f"{part}, host" in done.stdout and f"{part}, GPU" in done.stdout, f"no row: {done.stdout}")
+            require(host is not None and 0 < host < whole, f"{name} {part}: {host} ms of the host's {whole}")
+            require(gpu is not None and 0 < gpu < whole, f"{name} {part}: {gpu} ms of GL in a frame of {whole}")
+            require(report["gpu_ms"][part]["p99"] < 1e4, f"{name} {part}: {report['gpu_ms'][part]}")
+    require(reports["plain"]["state_hash"] == reports["panel"]["state_hash"], "the panel changes the flight")
+    # The panel has many times the letters of the overlay, which both have.
+    more = reports["panel"]["host_ms"]["panel"]["median"] / reports["plain"]["host_ms"]["panel"]["median"]
+    require(more > 1.1, f"the panel is not drawn: {more:.2f} times the cost")
+
+
+def bench_recording(folder):
+    """Without and with a film in one command; the sink has every frame."""
+    small = ["--size", "320x180", "--json", "r.json"]
+    done = run([*TIMED_FRAMES, *small, "--record", "film.rgb"], folder)
+    require(done.returncode == 0, done.stderr)
+    cost = json.loads((folder / "r.json").read_text())["recording"]
+    require(cost["ratio"] > 0 and math.isclose(cost["ratio"], cost["frame_ms_with"] / cost["frame_ms_without"]),
+            f"ratio: {cost}")
+    require(cost["film_frames"] == 40 and cost["dropped"] == 0, f"frames: {cost}")
+    require((folder / "film.rgb").stat().st_size == 40 * 320 * 180 * 4, "the sink has not every frame")
+    require(cost["write_ms_per_frame"] > 0 and cost["encoder"] == "raw", f"writing: {cost}")
+    require(f"ratio {cost['ratio']:.3f}" in done.stdout, f"not in the table: {done.stdout}")
+    done = run([*TIMED_FRAMES, *small, "--record", "/dev/null"], folder)
+    require(done.returncode == 0, done.stderr)
+    cost = json.loads((folder / "r.json").read_text())["recording"]
+    require(cost["film_frames"] == 40 and cost["dropped"] == 0 and cost["ratio"] > 0, f"forgotten frames: {cost}")
+    require(not pathlib.Path("/dev/null.toml").exists(), "a log was left beside /dev/null")
+
+
 with tempfile.TemporaryDirectory(prefix="pf_test_") as name:
-    {"sweep": sweep, "sweep_stopped": sweep_stopped, "frames": frames,
-     "frames_without_ffmpeg": frames_without_ffmpeg}[sys.argv[2]](pathlib.Path(name))
+    {"sweep": sweep, "sweep_stopped": sweep_stopped, "frames": frames, "frames_without_ffmpeg": frames_without_ffmpeg,
+     "bench_clocks": bench_clocks, "bench_recording": bench_recording}[sys.argv[2]](pathlib.Path(name))

@@ -114,6 +114,8 @@ TEST_F(Report, HasTheAgreedKeys) {
                                              "energy",
                                              "exact",
                                              "frame_ms",
+                                             "gpu_ms",
+                                             "host_ms",
                                              "max_overlap_diameters",
                                              "memory_bytes",
                                              "method",
@@ -226,6 +228,22 @@ TEST_F(Report, BallIsReported) {
   EXPECT_EQ(ball["impulse_y_kg_mps"], -0.5);
   physics_.ball.present = false;
   EXPECT_TRUE(finish()["ball"].is_null());
+}
+
+// The GL device tells a frame late: what is not known yet does not count as 0.
+TEST(ReportPhases, BothClocksOfWhatIsDrawn) {
+  const Settings settings;
+  const Physics physics = hundred_parcels();
+  RunRecord record(settings, physics, {}, "d");
+  record.add_frame({}, {}, 0.1, {4.0, DrawTimes::kUnknown, 2.0, DrawTimes::kUnknown});
+  for (int i = 0; i < 4; ++i) record.add_frame({}, {}, 0.1, {4.0, 3.0, 2.0, DrawTimes::kUnknown});
+  ToldBackend backend;
+  const nlohmann::json report = record.finish(settings, physics, backend, {}, 0.0);
+  EXPECT_EQ(report["host_ms"]["draw"]["median"], 4.0);
+  EXPECT_EQ(report["host_ms"]["panel"]["median"], 2.0);
+  EXPECT_EQ(report["gpu_ms"]["draw"]["median"], 3.0);
+  EXPECT_EQ(report["gpu_ms"]["draw"]["p99"], 3.0);
+  EXPECT_TRUE(report["gpu_ms"]["panel"]["median"].is_null());
 }
 
 TEST(ReportPhases, MedianAndP99) {

@@ -85,6 +85,7 @@ TEST(Fields, CoversEverySettingOnce) {
                                           "run.seed",
                                           "run.threads",
                                           "run.spring_contact_s",
+                                          "run.allow_unstable",
                                           "run.contact_clock_s",
                                           "run.relaunch"};
   std::set<std::string> found;

@@ -125,7 +125,7 @@ TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
     OverlayCsv csv(folder.path() / "overlay.csv");
     for (int i = 0; i < 3; ++i) {
       history.add(computing(2.0), 16.0, frames.view);
-      csv.add_line(computing(2.0), 16.0, frames.view, history.figures(0.0),
+      csv.add_line(computing(2.0), {1.0, 0.5}, 16.0, frames.view, history.figures(0.0),
                    {"gl", "host: reason, and more", 0.0});
     }
   }
@@ -136,8 +136,9 @@ TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
   const auto num_columns = [](const std::string& line) {
     return std::count(line.begin(), line.end(), ',') + 1;
   };
-  for (const std::string& line : lines) EXPECT_EQ(num_columns(line), 4 + 3 * 12 + 13) << line;
+  for (const std::string& line : lines) EXPECT_EQ(num_columns(line), 4 + 3 * 12 + 17) << line;
   EXPECT_TRUE(lines[3].starts_with("2,"));
+  EXPECT_TRUE(lines[3].ends_with(",1.0000,0.5000,,")) << lines[3];  // the panel's are not known
   EXPECT_NE(lines[3].find(",1000,impulse,grid,"), std::string::npos) << lines[3];
   EXPECT_NE(lines[3].find(",4321,host,"), std::string::npos) << lines[3];
 }

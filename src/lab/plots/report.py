@@ -10,7 +10,7 @@ import json
 import pathlib
 import sys
 
-ORDER = ["work-precision", "stability", "terms"]
+ORDER = ["work-precision", "stability", "terms", "validate"]
 CAPTIONS = {"-order": "Order of convergence. Each line is a method; one decade down per decade of the time step is "
                       "first order.",
             "-parcels": "Scatter of the flight over 16 seeds. Left of where a method's error meets the scatter, a better "
@@ -44,7 +44,15 @@ def figures_in_words(study):
                      [(row["term"], f"{100 * row['exit_shift']:.2g} %", f"{row['deflection_m']:+.2g} m",
                        f"{100 * row['speed_shift']:+.2g} %", f"{100 * row['saved_share']:.0f} %", row["verdict"])
                       for row in study["points"] if "verdict" in row])
+    if study["study"] == "validate":
+        return table(["yardstick", "method", "expected", "measured", "off", "standard error", "verdict"],
+                     [(row["yardstick"], row["method"], f"{row['expected']:.6g}", f"{row['measured']:.6g}",
+                       share(row, "error"), share(row, "sigma"), row["verdict"]) for row in study["points"]])
     return ""
+
+
+def share(row, key):
+    return f"{100 * row[key]:.3f} %" if row["relative"] else f"{row[key]:.2g}"
 
 
 def section(folder, study):

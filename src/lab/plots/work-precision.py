@@ -7,11 +7,13 @@ Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import style
 from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 ERRORS = [("rate", "collision rate"), ("pressure", "pressure"), ("energy", "energy, per 10 collisions"),
           ("path", "ball: path"), ("drag", "ball: drag")]
 FLOOR = 1e-7  # energy below it is drawn there
+PALE = {"impulse": "#B3D4E8", "spring": "#F3CDB2", "exact": "#B2DDD0"}
 
 
 def rows_of(study, error, device, eta, restitution):
@@ -20,7 +22,12 @@ def rows_of(study, error, device, eta, restitution):
             and row["area_fraction"] == eta and row["restitution"] == restitution and error in row.get("errors", {})]
 
 
-def draw_method(axes, rows, error, method, hollow_device):
+def look_of(method, device):
+    """Dots of the CPU are full, those of a CUDA device a rim of the same colour around a pale core."""
+    return dict(mew=1.2, mfc=COLOURS[method]) if device == "cpu" else dict(mew=1.7, mfc=PALE[method])
+
+
+def draw_method(axes, rows, error, method, device):
     chosen = sorted((row for row in rows if row["method"] == method), key=lambda row: row["ns_per_disc_time"])
     for row in chosen:
         entry, cost = row["errors"][error], row["ns_per_disc_time"]
@@ -29,8 +36,8 @@ def draw_method(axes, rows, error, method, hollow_device):
             continue
         value = max(entry["value"], FLOOR)
         bound = entry["bound"] or entry["value"] < FLOOR
-        axes.plot(cost, value, MARKS[method], ms=5.2, mew=1.2, mec=COLOURS[method], zorder=4,
-                  mfc="white" if bound else COLOURS[method], alpha=0.55 if hollow_device else 1.0)
+        axes.plot(cost, value, MARKS[method], ms=5.2, mec=COLOURS[method], zorder=4,
+                  **{**look_of(method, device), **({"mfc": "white"} if bound else {})})
         if bound:
             axes.annotate("", (cost, value * 0.45), (cost, value * 0.9), zorder=3,
                           arrowprops=dict(arrowstyle="-|>", color=COLOURS[method], lw=0.8, mutation_scale=6))
@@ -39,11 +46,12 @@ def draw_method(axes, rows, error, method, hollow_device):
             axes.plot([cost, cost], [low, value + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
 
 
-def draw_front(axes, rows, error):
+def draw_front(axes, rows, error, device):
     front = sorted(((row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)) for row in rows
                     if row["errors"][error].get("front")))
     if len(front) > 1:
-        axes.plot(*zip(*front), color=INK, lw=6, alpha=0.10, zorder=2, solid_capstyle="round", solid_joinstyle="round")
+        axes.plot(*zip(*front), color=INK, lw=6 if device == "cpu" else 3, alpha=0.10 if device == "cpu" else 0.22, zorder=2,
+                  solid_capstyle="round", solid_joinstyle="round")
 
 
 def draw_panel(axes, study, error, eta, restitution):
@@ -52,8 +60,8 @@ def draw_panel(axes, study, error, eta, restitution):
     for device in dict.fromkeys(row["device"] for row in study["points"]):
         rows = rows_of(study, error, device, eta, restitution)
         for method in METHODS:
-            draw_method(axes, rows, error, method, device == "cuda")
-        draw_front(axes, rows, error)
+            draw_method(axes, rows, error, method, device)
+        draw_front(axes, rows, error, device)
     style.tidy(axes)
     axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
     for axis in (axes.xaxis, axes.yaxis):
@@ -66,6 +74,17 @@ def share_limits(row_axes):
     for axes in row_axes:
         axes.set_ylim(low, high)
         axes.yaxis.set_major_locator(LogLocator(base=100.0 if high / low > 1e5 else 10.0, numticks=9))
+
+
+def name_devices(figure, study):
+    """Which dots are whose, where there are two series."""
+    devices = list(dict.fromkeys(row["device"] for row in study["points"]))
+    if len(devices) < 2:
+        return
+    names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
+    figure.legend(handles=[Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
+                                  mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices],
+                  loc="upper right", bbox_to_anchor=(0.99, 0.985), ncol=len(devices), frameon=False, fontsize=10)
 
 
 def name_methods(axes, study):
@@ -99,6 +118,7 @@ def draw(study):
     for axes in grid[0]:
         axes.set_title(f"area fraction {axes.case[0]:g}, e = {axes.case[1]:g}", loc="left", fontsize=9.5, color=INK)
     name_methods(grid[0][0], study)
+    name_devices(figure, study)
     figure.text(0.01, 0.975, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.95, "Down: more accurate. Left: cheaper. Grey: the front that no other dot beats. Hollow with "
                 "arrow: below what the run resolves. Dotted line: cost of exact, where it is the yardstick itself.",

@@ -1,0 +1,97 @@
+#include "app/live_accuracy.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "model/measures.hpp"
+#include "model/missed.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kPeriod_ms = 250.0;
+
+// What changes nothing about the state or its error does not begin the figures anew.
+Settings as_far_as_they_matter(Settings s) {
+  const Settings plain;
+  s.time_scale = plain.time_scale;
+  s.threads = plain.threads;
+  s.seconds = plain.seconds;
+  s.relaunch = plain.relaunch;
+  s.drawn_area_fraction = plain.drawn_area_fraction;
+  s.ball_vx_mps = plain.ball_vx_mps;  // of the next launch
+  s.ball_vy_mps = plain.ball_vy_mps;
+  return s;
+}
+
+double length(Vec2d v) { return std::sqrt(dot(v, v)); }
+
+}  // namespace
+
+void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
+  const Settings settings = as_far_as_they_matter(*view.settings);
+  const bool goes_on = begin_ && begin_->num_flights == view.num_flights &&
+                       begin_->num_scenes == view.num_scenes && begin_->settings == settings;
+  if (!goes_on) {
+    begin_ = {settings, view.num_flights, view.num_scenes, backend.measure(), view.simulated_s, view.totals};
+    readout_ = {};
+    measured_ = Clock::now();
+    measured_at_s_ = view.simulated_s;
+    return;
+  }
+  readout_.max_overlap_diameters =
+      std::max(readout_.max_overlap_diameters, view.frame_totals.max_overlap_diameters);
+  if (view.simulated_s == measured_at_s_ || milliseconds_since(measured_) < kPeriod_ms) return;
+  measure(view, backend);
+}
+
+void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
+  const Measures now = backend.measure();
+  const Measures& then = begin_->measures;
+  measured_ = Clock::now();
+  measured_at_s_ = view.simulated_s;
+  readout_.simulated_s = view.simulated_s - begin_->simulated_s;
+  readout_.num_collisions = view.totals.num_collisions - begin_->totals.num_collisions;
+  readout_.num_retired = view.totals.num_retired - begin_->totals.num_retired;
+  readout_.num_redone_steps = view.totals.num_redone_steps - begin_->totals.num_redone_steps;
+  if (then.energy_j() > 0.0) readout_.energy_drift = now.energy_j() / then.energy_j() - 1.0;
+  if (then.momentum_scale_kg_mps > 0.0) {
+    readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
+  }
+  const ParcelConstants& parcels = view.physics->parcels;
+  if (parcels.num < 2 || !parcels.contacts || readout_.simulated_s <= 0.0) return;
+  // Speed of the mean of both energies per parcel.
+  const double speed_mps =
+      std::sqrt(0.5 * (now.parcel_energy_j + then.parcel_energy_j) / (parcels.num * parcels.mass_kg));
+  const double enskog = enskog_rate_per_s(area_fraction_of(*view.physics), speed_mps, parcels.radius_m);
+  const auto num = static_cast<double>(readout_.num_collisions);
+  if (enskog > 0.0 && num > 0.0) {
+    readout_.rate_over_enskog = 2.0 * num / (parcels.num * readout_.simulated_s) / enskog;
+    readout_.rate_error = readout_.rate_over_enskog / std::sqrt(num);
+  }
+  // `impulse` acts on the first half of the chord only: as if its steps were twice as long.
+  const double seen_every_s = (view.settings->method == Method::impulse ? 2.0 : 1.0) * view.dt_s;
+  readout_.missed_fraction = view.settings->method == Method::exact
+                                 ? 0.0
+                                 : missed_fraction_of_gas(speed_mps, seen_every_s, 2.0 * parcels.radius_m);
+}
+
+nlohmann::json to_json(const AccuracyReadout& r) {
+  const auto number = [](double value) {
+    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
+  };
+  return {{"simulated_s", r.simulated_s},
+          {"num_collisions", r.num_collisions},
+          {"energy_drift", number(r.energy_drift)},
+          {"momentum_drift", number(r.momentum_drift)},
+          {"rate_over_enskog", number(r.rate_over_enskog)},
+          {"rate_error", number(r.rate_error)},
+          {"missed_fraction", number(r.missed_fraction)},
+          {"max_overlap_diameters", r.max_overlap_diameters},
+          {"num_retired", r.num_retired},
+          {"num_redone_steps", r.num_redone_steps}};
+}
+
+}  // namespace pf

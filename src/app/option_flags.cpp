@@ -1,0 +1,223 @@
+#include "app/option_flags.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+
+#include "app/accuracy.hpp"
+
+namespace pf {
+namespace {
+
+constexpr SettingFlag kSettingFlags[] = {
+    {"-p", "air.num_parcels", "N"},      {"--ball-vx", "ball.vx_mps", "X"},
+    {"--ball-vy", "ball.vy_mps", "Y"},   {"--ball-spin", "ball.spin_radps", "OMEGA"},
+    {"--method", "run.method", "NAME"},  {"--neighbors", "run.neighbors", "NAME"},
+    {"--threads", "run.threads", "N"},   {"--dt", "run.dt_s", "SECONDS"},
+    {"--substeps", "run.substeps", "N"}, {"--time-scale", "run.time_scale", "X"},
+    {"--seed", "run.seed", "N"},         {"--seconds", "run.seconds", "SECONDS"},
+};
+
+std::string flag_help(const SettingFlag& flag) {
+  const Field field = field_of(flag);
+  const std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
+  const auto* choice = std::get_if<Choice>(&field.member);
+  const std::string allowed = choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", "))
+                                                : fmt::format("{} to {}", field.min, field.max);
+  const Settings defaults;
+  const std::string standard =
+      is_num_parcels(flag)
+          ? fmt::format("{} on a CPU, {} on a GPU", defaults.num_parcels_cpu, defaults.num_parcels_gpu)
+          : value_text(field, defaults);
+  return fmt::format("{}{}; {}; default {}", field.doc, unit, allowed, standard);
+}
+
+std::string set_help() {
+  std::string text = "Settings for --set, the keys of a scene file (defaults; a scene may have others):\n";
+  for (const Field& field : fields()) {
+    const bool is_number =
+        field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
+    const auto* choice = std::get_if<Choice>(&field.member);
+    const std::string range = is_number ? fmt::format(" ({} to {})", field.min, field.max)
+                              : choice  ? fmt::format(" ({})", fmt::join(choice->names, ", "))
+                                        : "";
+    text += fmt::format("  {} = {}{}{}\n      {}\n", field.path(), value_text(field, Settings{}),
+                        field.unit.empty() ? "" : " " + field.unit, range, field.doc);
+  }
+  return text;
+}
+
+CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
+                      const std::string& help) {
+  // A callback, since CLI11 takes an empty value of an optional for none at all.
+  return app
+      .add_option_function<std::string>(
+          flag, [&target](const std::string& text) { target = text; }, help)
+      ->type_name(value);
+}
+
+void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_option(
+         "--draw-target", options.draw_target,
+         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
+      ->type_name("NAME");
+  add_text(app, "--size", typed.size, "WxH",
+           "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
+}
+
+void add_record_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_option(
+         "--record", typed.record,
+         "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png, or raw as .rgb (RGBA, top row "
+         "first); without ffmpeg the frames of NAME.mp4 go to NAME_frames/%05d.png; beside it "
+         "FILE.toml, the log of the flight; F9 in the window stops it and starts others")
+      ->type_name("FILE");
+  app.add_option("--record-time", typed.record_time,
+                 "simulation: every frame that is drawn is one of the film; real: one per period of the "
+                 "clock, others are repeated or left out; default simulation")
+      ->type_name("NAME");
+  add_text(app, "--record-size", typed.record_size, "WxH",
+           "size of the film, as 1280x720 or 1920x1080; each 16 to 16384 and even; default: the window's");
+  app.add_flag("--record-panel", options.record_panel, "with the panel in the film, and in pictures by F12");
+  app.add_option("--record-overlay", typed.record_overlay,
+                 "whether the film has the overlay; on, off; default on")
+      ->type_name("NAME");
+  app.add_option("--log", typed.log,
+                 "write settings and inputs: 'pickleflight run FILE.toml' flies them again")
+      ->type_name("FILE.toml");
+}
+
+std::string one_of(const char* what, const std::vector<std::string>& names) {
+  return fmt::format("{}; {}; default {}", what, fmt::join(names, ", "), names.front());
+}
+
+// What the panel and the keys do to the picture.
+void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
+  app.add_flag("--paused", options.paused, "start paused; the space bar starts");
+  app.add_flag("--ghosts", options.ghosts,
+               "draw the paths of the same launch in a vacuum and in closed-form drag");
+  add_text(app, "--theme", typed.theme, "NAME", one_of("colours of floor, panel and overlay", kThemeNames));
+  add_text(app, "--color-map", typed.color_map, "NAME",
+           one_of("colours of the parcels' speed", kColorMapNames));
+  add_text(app, "--overlay", typed.overlay, "NAME",
+           one_of("times and figures at the lower edge", kOverlayNames));
+  add_text(app, "--ui-scale", typed.ui_scale, "X",
+           fmt::format("size of text and overlay; {} to {}; default 1", kLeastUiScale, kMostUiScale));
+  app.add_flag_callback(
+      "--no-vsync", [&options] { options.vsync = false; }, "frames do not wait for the screen");
+  app.add_flag("--full-screen", options.full_screen, "a window that fills the screen");
+  app.add_option("--overlay-csv", typed.overlay_csv, "write what the overlay shows, one line per frame")
+      ->type_name("FILE");
+  app.add_option("--save-scene", typed.save_scene,
+                 "write the settings of this command line as a scene file that is not there yet, .toml")
+      ->type_name("FILE");
+}
+
+}  // namespace
+
+bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
+
+Field field_of(const SettingFlag& flag) {
+  Field field = find_field(flag.path, flag.flag);
+  if (is_num_parcels(flag)) {
+    field.doc = "number of parcels";
+    field.min = 1;
+  }
+  return field;
+}
+
+void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene) {
+  add_text(app, "--scene", typed.scene, "NAME",
+           fmt::format("scene by name (see 'pickleflight scenes') or a file ending in .toml; default {}",
+                       default_scene));
+  add_text(app, "--accuracy", typed.accuracy, "X%",
+           "choose method, time step and number of parcels (unless -p gives it): the cheapest that errs by "
+           "at most "
+           "this, by the table of 'pickleflight lab work-precision'");
+  add_text(app, "--of", typed.of, "WHAT",
+           fmt::format("what --accuracy is of; {}; default path if a ball flies, else rate",
+                       fmt::join(accuracy_targets(), ", ")));
+  for (const SettingFlag& flag : kSettingFlags) {
+    const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };
+    app.add_option_function<std::string>(flag.flag, keep, flag_help(flag))->type_name(flag.value);
+  }
+  app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
+      ->type_name("SECTION.KEY=VALUE")
+      ->allow_extra_args(false);
+  app.add_flag("--force", typed.force,
+               "let method spring take steps beyond its stability bound: run.allow_unstable = true");
+  app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
+               "as --cuda, but end with an error if there is none");
+  app.footer(set_help);
+}
+
+void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
+  add_stage_flags(app, typed, options);
+  app.add_flag("-t", options.show_path, "draw the path of the ball");
+  app.add_flag("--headless", options.headless, "no window");
+  app.add_flag_callback(
+      "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
+  add_record_flags(app, typed, options);
+  app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
+      ->type_name("FILE");
+  app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
+  app.add_option("--still", typed.still,
+                 "headless: write the picture at T seconds of simulated time, and end")
+      ->type_name("T FILE.png")
+      ->expected(2);
+  app.add_option("replay", typed.replay, "a log of inputs (--log, or beside a film): the same flight again")
+      ->type_name("FILE.toml");
+  app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
+  add_text(app, "--warmup", typed.warmup, "N",
+           "frames before those that the report's means are of; 0 to 1000000; default 0");
+  add_frame_flags(app, typed, options);
+}
+
+void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
+  LabOptions& lab = options.lab;
+  app.add_option("study", typed.study, fmt::format("what to measure: {}", fmt::join(kStudies, ", ")))
+      ->type_name("NAME");
+  app.add_option("folder", typed.folder, "plot: draw what is there, measured here or elsewhere")
+      ->type_name("DIR");
+  app.add_flag("--quick", lab.quick,
+               "minutes on 2 cores; validate: two minutes instead of an hour, wider tolerances");
+  app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
+  app.add_option("--out", lab.out, "folder of the results; default lab-STUDY, for validate none")
+      ->type_name("DIR");
+  app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
+  app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
+  app.add_flag("--force", lab.force, "measure anew over what is in the folder");
+  app.add_flag("--cuda", options.cuda, "also on the CUDA device, as a series of its own");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
+               "as --cuda, but end with an error if there is none");
+}
+
+void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
+  add_text(app, "--steps", typed.steps, "N", "timed steps per repeat; 1 to 1000000; default 200");
+  add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
+  add_text(app, "--repeats", typed.repeats, "N",
+           "repeats, of which median and minimum are given; 1 to 1000; default 5");
+  add_text(app, "--frames", typed.frames, "N",
+           "time N whole frames instead, drawn offscreen with overlay; 1 to 1000000");
+  app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too, as a window does");
+  app.add_option(
+         "--record", typed.record,
+         "with --frames: time them also with this film, in turn, and give the ratio; .rgb takes frames "
+         "as they are, /dev/null takes and forgets them, .mp4 and .mkv encode; size 1920x1080 unless "
+         "--size is given")
+      ->type_name("FILE");
+  app.add_option("--record-time", typed.record_time,
+                 "simulation: every frame is one of the film; real: one per period of the clock; default "
+                 "simulation")
+      ->type_name("NAME");
+  app.add_flag("--sweep", options.sweep,
+               "instead: whole frames, drawing included, over N, for every backend and neighbour search");
+  add_text(app, "--sweep-max", typed.sweep_max, "N",
+           "largest number of parcels of the sweep; 1000 to 100000000; default 1000000");
+  add_frame_flags(app, typed, options);
+  app.add_option("--json", typed.json, "write the results as JSON")->type_name("FILE");
+}
+
+}  // namespace pf

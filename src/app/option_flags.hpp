@@ -1,0 +1,61 @@
+// What the command line knows: its commands and flags with their help, and the text that each was given.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/options.hpp"
+#include "scene/settings.hpp"
+
+namespace CLI {
+class App;
+}
+
+namespace pf {
+
+// Flags that are short for --set; their help and checks come from the table of settings.
+struct SettingFlag {
+  const char* flag;
+  const char* path;
+  const char* value;  // as the help names it
+};
+
+inline const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
+inline const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "terms", "all",
+                                                  "plot"};
+inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
+inline const std::vector<std::string> kOnOff = {"on", "off"};
+inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
+constexpr const char* kForgetting = "/dev/null";  // a film for measuring
+constexpr const char* kDefaultScene = "court";
+constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
+
+// The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
+// stand.
+struct Typed {
+  std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
+      color_map, overlay, ui_scale;
+  std::vector<std::string> sets;
+  std::vector<std::pair<const SettingFlag*, std::string>> flags;
+  std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, save_scene;
+  std::string record_time = "simulation", record_overlay = "on";
+  std::optional<std::string> record_size, replay;
+  std::vector<std::string> still;
+  bool force = false;
+};
+
+bool is_num_parcels(const SettingFlag& flag);
+
+// The row of a flag. For -p without 0, which means 'by backend' in a scene and would be read as 'none' here.
+Field field_of(const SettingFlag& flag);
+
+// Flags of the commands. What they are given lands in `typed`, and in `options` what cannot be wrong; both
+// must outlive the parse.
+void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene);
+void add_run_flags(CLI::App& app, Typed& typed, Options& options);
+void add_lab_flags(CLI::App& app, Typed& typed, Options& options);
+void add_bench_flags(CLI::App& app, Typed& typed, Options& options);
+
+}  // namespace pf

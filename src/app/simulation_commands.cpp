@@ -1,0 +1,140 @@
+// What a person asks of a simulation, taken over or refused.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <tuple>
+
+#include "app/simulation_state.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kSlowest = 0.001;  // that keys reach; the panel and a scene may go on
+
+// Whether going from one to the other needs the parcels to be spawned anew.
+bool needs_respawn(const Settings& a, const Settings& b) {
+  const auto spawned_from = [](const Settings& s) {
+    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
+                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
+                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+  };
+  return spawned_from(a) != spawned_from(b);
+}
+
+// Whether a change made in flight makes it another one than was launched.
+bool disturbs(const Settings& a, Settings b) {
+  b.ball_vx_mps = a.ball_vx_mps;
+  b.ball_vy_mps = a.ball_vy_mps;
+  b.time_scale = a.time_scale;
+  b.threads = a.threads;
+  b.seconds = a.seconds;
+  b.relaunch = a.relaunch;
+  b.drawn_area_fraction = a.drawn_area_fraction;
+  return !(a == b);
+}
+
+// NAME or NAME.toml, as typed.
+std::filesystem::path scene_file_of(const std::string& name) {
+  return name.ends_with(".toml") ? name : name + ".toml";
+}
+
+}  // namespace
+
+// Takes over edited settings.
+void Simulation::State::apply(const Settings& edited) {
+  check_settings(edited, "panel");
+  Settings with = edited;
+  resolve(with);
+  if (with.threads != settings.threads) change_threads(with);
+  if (needs_respawn(settings, with)) {
+    respawn(with, ball);
+  } else {
+    physics = derive_physics(with);
+    backend->set_physics(physics);
+  }
+  if (with.ball_spin_radps != settings.ball_spin_radps) {
+    ball.spin_radps = with.ball_spin_radps;
+    backend->set_ball(ball);
+  }
+  flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
+  settings = with;
+  ghosts = ghosts_of(settings);
+}
+
+// Another scene, from its start. What belongs to the run and its film and not to the scene stays.
+void Simulation::State::change_scene(const std::string& name) {
+  Settings with = load_scene(name);
+  with.threads = settings.threads;
+  with.seconds = settings.seconds;
+  with.frame_rate_hz = settings.frame_rate_hz;
+  restart(with);
+}
+
+void Simulation::State::restart(Settings with) {
+  resolve(with);
+  reset(with);
+  view.paused = false;
+  ++view.num_scenes;
+}
+
+// Another team with the same parcels. Only the count of steps, which keys the random rounding of positions,
+// begins anew; on a device, too, which has no team, so that one log gives one flight everywhere.
+void Simulation::State::change_threads(const Settings& with) {
+  const Spawner spawner(settings, physics, ball);
+  const ParcelSnapshot parcels = backend->snapshot();
+  if (backend->name() == "cpu") {
+    check_room(with, 0);
+    std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
+    fresh->reset(physics, spawner.plan(), ball);
+    backend = std::move(fresh);
+  } else {
+    backend->reset(physics, spawner.plan(), ball);
+  }
+  backend->restore(parcels);
+}
+
+void Simulation::State::scale_time(double factor) {
+  const double most = find_field("run.time_scale", "keys").max;
+  const double least = std::min(kSlowest, settings.time_scale);
+  settings.time_scale = std::clamp(settings.time_scale * factor, least, most);
+}
+
+void Simulation::State::save_scene(const std::string& name) {
+  const std::filesystem::path file = scene_file_of(name);
+  save_new_scene_file(file, settings);
+  view.notice = fmt::format("Saved: {}", file.string());
+}
+
+// Throws UserError for what cannot be done.
+void Simulation::State::change(const Commands& commands) {
+  if (commands.settings) apply(*commands.settings);
+  if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
+  if (commands.reset) reset(settings);
+  if (!commands.scene.empty()) change_scene(commands.scene);
+  if (commands.restart) restart(*commands.restart);
+  if (commands.fly) fly(*commands.fly);
+  if (commands.compare != Comparison::none) compare(commands.compare);
+  if (commands.back) go_back();
+  if (!commands.save_scene.empty()) save_scene(commands.save_scene);
+}
+
+void Simulation::State::obey(const Commands& commands) {
+  const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
+                       commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
+                       !commands.save_scene.empty();
+  if (changes) {
+    view.message.clear();
+    view.notice.clear();
+  }
+  try {
+    change(commands);
+  } catch (const UserError& error) {
+    view.message = error.what();
+  }
+  if (commands.launch) launch(false);
+  if (commands.toggle_pause) view.paused = !view.paused;
+}
+
+}  // namespace pf

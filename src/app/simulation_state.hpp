@@ -1,0 +1,73 @@
+// What a simulation holds and does between its calls; only the sources of Simulation include it.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/moments.hpp"
+#include "app/simulation.hpp"
+#include "core/error.hpp"
+
+namespace pf {
+
+struct Simulation::State {
+  Settings settings;
+  Physics physics;
+  std::unique_ptr<Backend> backend;
+  BallState ball;
+  FrameView view;
+  FlightRecord flight;
+  std::deque<FlightRecord> old_flights;
+  std::vector<Ghost> ghosts;
+  std::optional<Moments> moments;  // none: not kept
+  bool by_hand = false;            // the launch
+  double launched_at_s = 0.0;      // simulated
+  double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
+  std::int64_t flight_seed = 0;    // of the air that the flight began in
+  std::function<std::unique_ptr<Backend>()> make_fallback;
+  int num_fallbacks = 0;
+  std::int64_t num_launches = 0;
+  double landed_for_s = 0.0;
+  bool left_once = false;
+  double collision_rate_per_s = 0.0;   // per parcel, in the last frame; 0: not known
+  std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
+  PhaseTimes mapping;                  // of that frame
+
+  void resolve(Settings& with) const;
+  void check_room(const Settings& with, std::uint64_t held_bytes) const;
+  void reset(const Settings& with);
+  void respawn(const Settings& with, const BallState& around);
+  void launch(bool fresh_air);
+  void end_flight();
+  void keep_old_flight();
+  void begin_flight(bool fresh_air);
+  void launch_again();
+  void fly(const BallLaunch& wanted);
+  void compare(Comparison comparison);
+  bool repeat_flight(const Settings& with);
+  bool launches_by_itself() const;
+  void scale_time(double factor);
+  void save_scene(const std::string& name);
+  void keep_moment_when_due();
+  void go_back();
+  void change(const Commands& commands);
+  void apply(const Settings& edited);
+  void change_scene(const std::string& name);
+  void restart(Settings with);
+  void change_threads(const Settings& with);
+  void obey(const Commands& commands);
+  void begin(const Commands& commands, DrawTarget* target);
+  void submit_steps(DrawTarget* target);
+  void draw_again(DrawTarget& target);
+  void collect_steps();
+  void launch_again_when_due();
+  void fall_back(const DeviceError& error);
+  void follow_ball();
+  void update_view();
+};
+
+}  // namespace pf

@@ -1,0 +1,240 @@
+#include "view/accuracy_section.hpp"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "scene/derive.hpp"
+#include "view/overlay_paint.hpp"
+
+namespace pf {
+namespace {
+
+constexpr std::array<const char*, 3> kMethodNames = {"impulse", "spring", "exact"};
+// In the order of Method, as in the lab's figures (Okabe and Ito 2008).
+constexpr Rgb kMethodColors[] = {{0.20F, 0.60F, 0.86F}, {0.90F, 0.45F, 0.10F}, {0.10F, 0.74F, 0.56F}};
+
+ImU32 method_color(std::size_t method, Theme theme) {
+  Rgb color = kMethodColors[method];
+  if (theme == Theme::light) {
+    for (float& part : color) part *= 0.7F;
+  }
+  return packed(color);
+}
+
+std::string signed_text(double value) { return std::isfinite(value) ? fmt::format("{:+.2g}", value) : "-"; }
+std::string plain_text(double value) { return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-"; }
+
+void row(SettingRows& rows, const char* label, const std::string& value, const std::string& help) {
+  rows.begin_row(label, help);
+  ImGui::TextUnformatted(value.c_str());
+  rows.end_row(label, help);
+}
+
+void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReadout& r) {
+  const bool loses = frame.physics->parcels.restitution < 1.0;
+  row(rows, "Energy drift", signed_text(r.energy_drift) + (loses ? " (e < 1 loses some)" : ""),
+      "relative, of parcels and ball together, since the last launch or change of a setting; with a "
+      "restitution "
+      "below 1 a loss is physics");
+  row(rows, "Momentum", plain_text(r.momentum_drift),
+      "its drift, relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, "
+      "and "
+      "that is physics");
+  std::string rate = "-";
+  if (std::isfinite(r.rate_over_enskog))
+    rate = fmt::format("{:.3f} \xC2\xB1 {:.2g}", r.rate_over_enskog, r.rate_error);
+  row(rows, "Rate / Enskog", rate,
+      "collisions counted over those of a gas in equilibrium, with their statistical error; a gas that cools "
+      "in "
+      "clusters, or one that a ball stirs, is not in equilibrium");
+  row(rows, "Missed, left",
+      fmt::format("{}, {}",
+                  std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
+                  r.num_retired),
+      "share of collisions that steps so long do not see, by theory (exact sees all), and the number of "
+      "parcels "
+      "that have left an open world");
+  row(rows, "Overlap", fmt::format("at most {:.2g} diameters", r.max_overlap_diameters),
+      fmt::format("at a contact, over {:.3g} s simulated and {} collisions", r.simulated_s,
+                  r.num_collisions));
+}
+
+// A rectangle of the screen with logarithmic axes; an error of 0 is at its lower edge.
+struct Axes {
+  ImVec2 low, high;  // corners: left top, right bottom
+  double least_cost, most_cost, least_error, most_error;
+
+  ImVec2 place(const WorkPrecisionPoint& point) const {
+    const auto share = [](double value, double least, double most) {
+      return static_cast<float>(std::clamp(std::log(value / least) / std::log(most / least), 0.0, 1.0));
+    };
+    return {low.x + (high.x - low.x) * share(point.ns_per_disc_time, least_cost, most_cost),
+            high.y - (high.y - low.y) * share(point.error, least_error, most_error)};
+  }
+};
+
+std::optional<Axes> axes_of(const WorkPrecision& picture, ImVec2 low, ImVec2 high) {
+  Axes axes{low, high, 1e300, 0.0, 1e300, 0.0};
+  for (const auto& points : picture.methods) {
+    for (const WorkPrecisionPoint& point : points) {
+      axes.least_cost = std::min(axes.least_cost, point.ns_per_disc_time);
+      axes.most_cost = std::max(axes.most_cost, point.ns_per_disc_time);
+      if (point.error > 0.0) axes.least_error = std::min(axes.least_error, point.error);
+      axes.most_error = std::max(axes.most_error, point.error);
+    }
+  }
+  axes.least_cost *= 0.8;
+  axes.most_cost *= 1.25;
+  axes.least_error *= 0.7;
+  axes.most_error *= 1.4;
+  const bool is_plane = axes.most_cost > axes.least_cost && axes.most_error > axes.least_error;
+  return is_plane && axes.least_error > 0.0 ? std::optional(axes) : std::nullopt;
+}
+
+void draw_decades(ImDrawList* list, const Axes& axes, const OverlayColors& colors) {
+  const float size = 0.8F * ImGui::GetFontSize();
+  for (double error = 1e-6; error < 10.0; error *= 10.0) {
+    if (error < axes.least_error || error > axes.most_error) continue;
+    const ImVec2 at = axes.place({axes.least_cost, error});
+    list->AddLine(at, ImVec2(axes.high.x, at.y), colors.edge);
+    list->AddText(ImGui::GetFont(), size, ImVec2(at.x + 3.0F, at.y - size), colors.dim,
+                  fmt::format("{:g} %", 100.0 * error).c_str());
+  }
+  for (double cost = 1.0; cost < 1e9; cost *= 10.0) {
+    if (cost < axes.least_cost || cost > axes.most_cost) continue;
+    const ImVec2 at = axes.place({cost, axes.least_error});
+    list->AddLine(ImVec2(at.x, axes.low.y), at, colors.edge);
+  }
+}
+
+void draw_methods(ImDrawList* list, const Axes& axes, const WorkPrecision& picture, Theme theme) {
+  const float thick = ImGui::GetFontSize() / 9.0F;
+  for (std::size_t k = 0; k < picture.methods.size(); ++k) {
+    const auto& points = picture.methods[k];
+    const ImU32 color = method_color(k, theme);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const ImVec2 at = axes.place(points[i]);
+      if (i > 0 && k != static_cast<std::size_t>(Method::exact))
+        list->AddLine(axes.place(points[i - 1]), at, color, thick);
+      list->AddCircleFilled(at, 1.6F * thick, color);
+    }
+  }
+}
+
+void draw_names(ImDrawList* list, const Axes& axes, Theme theme) {
+  const float size = 0.85F * ImGui::GetFontSize();
+  float right = axes.high.x - 4.0F;
+  for (std::size_t k = kMethodNames.size(); k-- > 0;) {
+    right -= text_width(kMethodNames[k], 0.85F);
+    list->AddText(ImGui::GetFont(), size, ImVec2(right, axes.low.y + 2.0F), method_color(k, theme),
+                  kMethodNames[k]);
+    right -= size;
+  }
+}
+
+}  // namespace
+
+void AccuracySection::load_table() {
+  if (loaded_) return;
+  loaded_ = true;
+  try {
+    table_ = read_accuracy_table(accuracy_table_file());
+  } catch (const UserError& error) {
+    note_ = error.what();
+  }
+}
+
+std::string AccuracySection::target(const Settings& settings) const {
+  if (of_ > 0) return accuracy_targets()[static_cast<std::size_t>(of_ - 1)];
+  return settings.ball_present && !settings.ball_held ? "path" : "rate";
+}
+
+void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const AccuracyReadout* readout,
+                           Theme theme) {
+  load_table();
+  show_readout(rows, frame, readout != nullptr ? *readout : AccuracyReadout{});
+  const bool has_parcels = rows.edited().air == Air::parcels;
+  ImGui::BeginDisabled(!has_parcels || !table_);
+  const std::string of_help = "what the error is of; drag and path are the ball's";
+  rows.begin_row("Error of", of_help);
+  std::string names = "by scene";
+  names.push_back('\0');
+  for (const std::string& name : accuracy_targets()) (names += name).push_back('\0');
+  ImGui::Combo("##accuracy of", &of_, names.c_str());
+  rows.end_row("Error of", of_help);
+  const std::string help =
+      "--accuracy: the cheapest method and time step that err by at most this, by the table of 'pickleflight "
+      "lab "
+      "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
+  rows.begin_row("Accuracy", help);
+  const double limits[2] = {0.1, 50.0};
+  ImGui::SliderScalar("##accuracy", ImGuiDataType_Double, &percent_, &limits[0], &limits[1], "%.2f %%",
+                      ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
+  const bool done = ImGui::IsItemDeactivatedAfterEdit();
+  rows.end_row("Accuracy", help);
+  ImGui::EndDisabled();
+  if (done) choose(rows, frame);
+  if (!note_.empty()) ImGui::TextWrapped("%s", note_.c_str());
+  if (has_parcels && table_) plot(rows, frame, theme);
+}
+
+void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
+  percent_ = std::isfinite(percent_) ? std::clamp(percent_, 1e-3, 99.0) : 2.0;
+  const AccuracyWish wish = {0.01 * percent_, target(rows.edited()), true};
+  try {
+    const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);
+    rows.edited() = choice.settings;
+    rows.mark_changed();
+    note_ = fmt::format("{}: {} within {}{:.2g} %",
+                        kMethodNames[static_cast<std::size_t>(choice.settings.method)], choice.of,
+                        choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
+    if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
+  } catch (const UserError& error) {
+    note_ = error.what();
+  }
+}
+
+// Error upwards, cost to the right, both logarithmic; the dot is the present setting.
+void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme theme) const {
+  const Settings& settings = *frame.settings;
+  const FramePlan plan = plan_frame(settings, *frame.physics, frame.ball);
+  const double displacement = displacement_of_step(settings, *frame.physics, frame.ball, plan.dt_s);
+  const WorkPrecision picture =
+      work_precision(*table_, settings, target(settings), frame.backend, displacement);
+  const float font = ImGui::GetFontSize();
+  const ImVec2 low = ImGui::GetCursorScreenPos();
+  const ImVec2 size(ImGui::GetContentRegionAvail().x, 8.0F * font);
+  ImGui::InvisibleButton("##work-precision", size);
+  rows.end_row(
+      "Work-precision",
+      fmt::format("error of {} over cost in nanoseconds per disc and time d/c, at area fraction {:g} and "
+                  "restitution {:g}, the nearest of the table; vertical lines are powers of ten. The dot: "
+                  "the present setting{}",
+                  picture.of, picture.area_fraction, picture.restitution,
+                  picture.present ? fmt::format(", {:.3g} ns, {:.2g} %", picture.present->ns_per_disc_time,
+                                                100.0 * picture.present->error)
+                                  : " has none"));
+  const ImVec2 high(low.x + size.x, low.y + size.y);
+  const OverlayColors& colors = overlay_colors(theme);
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  list->AddRectFilled(low, high, colors.plot);
+  const auto axes = axes_of(picture, low, ImVec2(high.x, high.y - 0.5F * font));
+  if (!axes) return;
+  draw_decades(list, *axes, colors);
+  draw_methods(list, *axes, picture, theme);
+  draw_names(list, *axes, theme);
+  const std::string caption = fmt::format("error of {}; cost \xE2\x86\x92", picture.of);
+  list->AddText(ImGui::GetFont(), 0.85F * font, ImVec2(low.x + 0.3F * font, high.y - font), colors.dim,
+                caption.c_str());
+  if (!picture.present) return;
+  const ImVec2 at = axes->place(*picture.present);
+  list->AddCircleFilled(at, 0.42F * font, colors.plot);
+  list->AddCircleFilled(at, 0.32F * font, colors.accent);
+}
+
+}  // namespace pf

@@ -1,0 +1,135 @@
+// What keys, mouse and panel do to the stage.
+#include <algorithm>
+#include <cmath>
+
+#include "view/stage_loop.hpp"
+
+namespace pf {
+namespace {
+
+// Steps of 2^(1/4) from 1, within what the flag takes.
+double scaled_text(double scale, int steps) {
+  const double place = std::round(4.0 * std::log2(scale)) + steps;
+  return std::clamp(std::exp2(0.25 * place), kLeastUiScale, kMostUiScale);
+}
+
+}  // namespace
+
+// Keys, mouse and panel; the overlay is described after the simulation has moved on.
+Commands Stage::handle_input() {
+  ScopedPhase timing(times_, Phase::panel);
+  context_.poll_events();
+  gui_.set_look(switches_.look.theme, scale_);
+  gui_.begin_frame(size_, frame_s_);
+  InputFrame input;
+  if (input_) input = input_->take(gui_);
+  Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
+  if (num_frames_ == 0) commands.toggle_pause = commands.toggle_pause != (options_.paused && input_);
+  commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
+  commands.single_step = commands.single_step || input.commands.single_step;
+  commands.reset = commands.reset || input.commands.reset;
+  commands.launch = commands.launch || input.commands.launch;
+  commands.back = commands.back || input.commands.back;
+  commands.time_scale_factor = input.commands.time_scale_factor;
+  if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
+  commands.quit = input.commands.quit;
+  // S steps while paused; while running it does nothing.
+  commands.single_step = commands.single_step && simulation_.view().paused;
+  write_panel_map();
+  aim(input, commands);
+  follow_keys(input);
+  follow_switches(commands);
+  follow_camera(input);
+  return commands;
+}
+
+// The ball is grabbed where it is, or at its start, and the show waits until it is let go.
+void Stage::aim(const InputFrame& input, Commands& commands) {
+  const FrameView& view = simulation_.view();
+  const Settings& settings = *view.settings;
+  if (!aim_.active() && input.pressed_left && view.physics->ball.present && is_at_ball(input.pointer_px))
+    aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
+  if (!aim_.active()) return;
+  aim_.drag(input.drag_px, input.shift);
+  commands.hold = true;
+  if (commands.quit) aim_.cancel();
+  commands.quit = false;
+  if (input.released) commands.fly = aim_.release();
+  Settings aimed = settings;
+  aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
+  aimed.ball_vy_mps = aim_.launch().velocity_mps.y;
+  aimed.ball_spin_radps = aim_.launch().spin_radps;
+  aimed_ghosts_ = ghosts_of(aimed);
+}
+
+bool Stage::is_at_ball(Vec2d pointer_px) const {
+  const FrameView& view = simulation_.view();
+  constexpr double kLeastReach_px = 14.0;
+  const double reach_m =
+      std::max(view.physics->ball.radius_m, kLeastReach_px * scale_ * camera_.metres_per_px);
+  const Vec2d pointer_m = camera_.to_world(pointer_px);
+  const auto is_near = [&](Vec2d place_m) {
+    const Vec2d away = pointer_m - place_m;
+    return dot(away, away) <= reach_m * reach_m;
+  };
+  return is_near(view.ball.position_m) || is_near({view.settings->ball_x_m, view.settings->ball_y_m});
+}
+
+void Stage::follow_keys(const InputFrame& input) {
+  if (input.toggle_panel) switches_.show_panel = !switches_.show_panel;
+  if (input.toggle_path) switches_.show_path = !switches_.show_path;
+  if (input.next_overlay) switches_.overlay_mode = (switches_.overlay_mode + 1) % kNumOverlayModes;
+  Look& look = switches_.look;
+  if (input.toggle_ghosts) look.ghosts = !look.ghosts;
+  if (input.next_theme) look.theme = look.theme == Theme::dark ? Theme::light : Theme::dark;
+  if (input.next_color_map) {
+    const auto next = (static_cast<std::size_t>(look.color_map) + 1) % kColorMapNames.size();
+    look.color_map = static_cast<ColorMap>(next);
+  }
+  if (input.toggle_vsync) switches_.vsync = !switches_.vsync;
+  if (input.toggle_full_screen) switches_.full_screen = !switches_.full_screen;
+  if (input.larger_text != 0) switches_.ui_scale = scaled_text(switches_.ui_scale, input.larger_text);
+  // Ghosts are paths; asked for, they are shown.
+  if (input.toggle_ghosts && look.ghosts) switches_.show_path = true;
+}
+
+void Stage::follow_switches(const Commands& commands) {
+  // What is launched by hand or compared is to be seen.
+  if (commands.fly || commands.compare != Comparison::none) switches_.show_path = true;
+  switches_.look.paths = switches_.show_path;
+  scale_ = context_.content_scale() * static_cast<float>(switches_.ui_scale);  // from the next frame on
+  if (switches_.vsync != vsync_) context_.set_vsync(switches_.vsync);
+  vsync_ = switches_.vsync;
+  overlay_.set_vsync(context_.window() != nullptr && vsync_);
+  context_.set_full_screen(switches_.full_screen);
+}
+
+void Stage::follow_camera(const InputFrame& input) {
+  if (!aim_.active() && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) camera_.pan(input.drag_px);
+  const World& world = simulation_.view().physics->world;
+  const Vec2d half_m = to_metres(world, world.half);
+  if (input.zoom != 1.0) camera_.zoom_at(input.pointer_px, input.zoom, 2.0 * std::max(half_m.x, half_m.y));
+  if (input.fit || switches_.fit_camera) camera_.fitted = true;
+  switches_.fit_camera = false;
+  if (camera_.fitted) fit_camera();
+  if (input.toggle_film) recorder_.toggle(simulation_);
+  if (input.take_picture) recorder_.ask_picture();
+}
+
+void Stage::write_panel_map() {
+  if (hooks_.panel_map.empty()) return;
+  if (simulation_.view().physics->ball.present) {
+    const Vec2d start_px =
+        (initial_ball(simulation_.settings()).position_m - camera_.center_m) * (1.0 / camera_.metres_per_px) +
+        camera_.anchor_px;
+    const auto x = static_cast<float>(start_px.x);
+    const auto y = static_cast<float>(size_.height - start_px.y);
+    panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
+  }
+  std::string layout = panel_.controls().text();
+  if (layout == panel_layout_) return;
+  panel_layout_ = std::move(layout);
+  panel_.controls().write(hooks_.panel_map);
+}
+
+}  // namespace pf

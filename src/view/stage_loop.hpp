@@ -1,0 +1,103 @@
+// The stage while it runs: what it holds, and the parts of a frame. Only the sources of the stage include it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/input_log.hpp"
+#include "app/live_accuracy.hpp"
+#include "app/replay.hpp"
+#include "view/aim.hpp"
+#include "view/gpu_timer.hpp"
+#include "view/gui.hpp"
+#include "view/overlay.hpp"
+#include "view/panel.hpp"
+#include "view/recorder.hpp"
+#include "view/renderer.hpp"
+#include "view/scene_marks.hpp"
+#include "view/stage.hpp"
+#include "view/window_input.hpp"
+
+namespace pf {
+
+class Stage {
+ public:
+  Stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
+        const StageHooks& hooks);
+  int run();
+
+ private:
+  Commands handle_input();
+  void aim(const InputFrame& input, Commands& commands);
+  bool is_at_ball(Vec2d pointer_px) const;
+  void follow_keys(const InputFrame& input);
+  void follow_switches(const Commands& commands);
+  void follow_camera(const InputFrame& input);
+  void measure_copy_bandwidth();
+  Look look_of_marks() const;
+  ViewRegion free_region() const;
+  void fit_camera();
+  void begin_steps();
+  void finish_steps();
+  void follow_accuracy();
+  void describe_overlay();
+  void draw_air(const Viewport& viewport);
+  void draw_flight(const Viewport& viewport);
+  void draw_gui(const Viewport& viewport);
+  void take_frame(const Viewport& viewport);
+  void present(const Viewport& viewport);
+  void follow_fallback();
+  void begin_record();
+  void write_panel_map();
+  void steer();
+  double left_to_still_s() const;
+  void show_recording();
+  bool ended();
+  bool still_ended() const;
+  int finish();
+  void keep_pace();
+  void settle() const;
+
+  const Options& options_;
+  GlContext& context_;
+  Simulation& simulation_;
+  RunRecord& record_;
+  const StageHooks& hooks_;
+
+  std::unique_ptr<GlDrawTarget> target_;
+  std::unique_ptr<WindowInput> input_;  // before gui_, which calls on to it
+  Gui gui_;
+  Renderer renderer_;
+  Panel panel_;
+  LiveAccuracy accuracy_;
+  Overlay overlay_;
+  SceneMarks marks_;
+  Aim aim_;
+  std::vector<Ghost> aimed_ghosts_;
+  std::optional<OverlayCsv> csv_;
+  InputLog log_;
+  Recorder recorder_;
+  std::optional<Replay> replay_;
+  GpuTimer air_timer_, flight_timer_, panel_timer_;
+  ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
+
+  Camera camera_;
+  ViewSwitches switches_;
+  Commands commands_;
+  SizePx size_;
+  float scale_;  // of text and margins, in pixels per layout pixel
+  bool vsync_ = true;
+  PhaseTimes times_;   // of the frame in hand
+  DrawTimes drawing_;  // the host's of the frame in hand, the GL device's of one or two before it
+  double draw_air_ms_ = 0.0;
+  std::string panel_layout_;
+  std::int64_t num_frames_ = 0;
+  std::int64_t frames_after_flight_ = 0;
+  double frame_s_ = 1.0 / 60.0;
+  Clock::time_point last_frame_ = Clock::now();
+  Clock::time_point next_frame_ = Clock::now();
+};
+
+}  // namespace pf

@@ -1,0 +1,134 @@
+// A frame of the stage as it is drawn, taken for the film and shown.
+#include <algorithm>
+#include <cmath>
+
+#include "view/stage_loop.hpp"
+
+namespace pf {
+
+// Without an overlay there is no legend either: the scene alone.
+Look Stage::look_of_marks() const {
+  Look look = switches_.look;
+  look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
+  return look;
+}
+
+ViewRegion Stage::free_region() const {
+  const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
+  const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
+                                                 static_cast<float>(size_.width - left), scale_);
+  const double bottom = overlay_.used_height_px(mode, scale_);
+  const double top = SceneMarks::reserved_px(simulation_.view(), look_of_marks(), scale_,
+                                             static_cast<float>(size_.height - bottom));
+  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
+}
+
+void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
+
+void Stage::describe_overlay() {
+  ScopedPhase timing(times_, Phase::panel);
+  OverlayPlace place;
+  place.left_px = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
+  place.width_px = static_cast<float>(size_.width) - place.left_px;
+  place.bottom_px = static_cast<float>(size_.height);
+  place.scale = scale_;
+  const FrameView& view = simulation_.view();
+  const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
+  overlay_.show(view, mode, place, switches_.look);
+  place.bottom_px -= Overlay::height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
+  const auto height_px = static_cast<float>(size_.height);
+  marks_.show(view, camera_, place, height_px, look_of_marks());
+  if (aim_.active()) {
+    SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
+                         camera_, place, height_px, switches_.look);
+  }
+  if (context_.window() != nullptr) show_recording();
+  gui_.end_frame();
+}
+
+// At the upper right corner of the window; a film that is drawn for itself does not have it.
+void Stage::show_recording() {
+  const std::string text = recorder_.notice();
+  if (!text.empty()) show_corner_notice(text, static_cast<float>(size_.width), scale_);
+}
+
+void Stage::draw_air(const Viewport& viewport) {
+  const Clock::time_point start = Clock::now();
+  const ParcelBuffers parcels = target_->buffers();
+  renderer_.set_look(switches_.look);
+  air_timer_.begin();
+  renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
+  air_timer_.end();
+  const double film_before_ms = times_[Phase::encode];
+  if (FilmScene* film = recorder_.scene()) {
+    ScopedPhase timing(times_, Phase::encode);
+    film->set_look(switches_.look);
+    film->draw_air(simulation_.view(), parcels, camera_, free_region(),
+                   recorder_.has_overlay() ? &overlay_ : nullptr);
+  }
+  target_->frame_drawn();
+  settle();
+  draw_air_ms_ = milliseconds_since(start) - (times_[Phase::encode] - film_before_ms);
+}
+
+void Stage::draw_flight(const Viewport& viewport) {
+  const Clock::time_point start = Clock::now();
+  flight_timer_.begin();
+  if (aim_.active()) {
+    FrameView aimed = simulation_.view();
+    aimed.ball = initial_ball(*aimed.settings);
+    aimed.ghosts = &aimed_ghosts_;
+    renderer_.set_look({switches_.look.theme, switches_.look.color_map, true, true});
+    renderer_.draw_flight(aimed, camera_, viewport);
+  } else {
+    renderer_.draw_flight(simulation_.view(), camera_, viewport);
+  }
+  flight_timer_.end();
+  settle();
+  drawing_.host_draw_ms = draw_air_ms_ + milliseconds_since(start);
+  drawing_.gpu_draw_ms = air_timer_.newest_ms() + flight_timer_.newest_ms();
+  // A GPU works on after the calls return.
+  times_[Phase::draw] = context_.info().software ? drawing_.host_draw_ms
+                                                 : std::fmax(drawing_.gpu_draw_ms, drawing_.host_draw_ms);
+}
+
+void Stage::draw_gui(const Viewport& viewport) {
+  {
+    ScopedPhase timing(times_, Phase::panel);
+    panel_timer_.begin();
+    gui_.draw(viewport.framebuffer, viewport.size);
+    panel_timer_.end();
+    settle();
+  }
+  drawing_.host_panel_ms = times_[Phase::panel];
+  drawing_.gpu_panel_ms = panel_timer_.newest_ms();
+}
+
+void Stage::take_frame(const Viewport& viewport) {
+  ScopedPhase timing(times_, Phase::encode);
+  if (FilmScene* film = recorder_.scene()) {
+    film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, gui_);
+    settle();
+  }
+  recorder_.take({viewport.framebuffer, viewport.size}, simulation_);
+}
+
+void Stage::present(const Viewport& viewport) {
+  ScopedPhase timing(times_, Phase::present);
+  if (context_.window() != nullptr && viewport.framebuffer != 0) {
+    // Mesa looks for a new window size when a viewport is set, not when something is copied there.
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, viewport.size.width, viewport.size.height);
+    const auto [width, height] = viewport.size;
+    glBlitNamedFramebuffer(viewport.framebuffer, 0, 0, 0, width, height, 0, 0, width, height,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  }
+  context_.present();
+}
+
+// A rasteriser on the CPU starts when something waits for it. Waiting here books its time where it belongs.
+void Stage::settle() const {
+  if (context_.info().software) glFinish();
+}
+
+}  // namespace pf

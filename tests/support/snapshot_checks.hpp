@@ -1,0 +1,30 @@
+// What every backend must do with a snapshot that it is given back.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+
+inline void expect_restored_is_the_same_state(const Settings& s, std::unique_ptr<Backend> backend) {
+  SceneRun run(s, std::move(backend));
+  run.advance(50);
+  const std::uint64_t hash = run.backend->state_hash();
+  run.backend->restore(run.backend->snapshot());
+  EXPECT_EQ(run.backend->state_hash(), hash);
+}
+
+// The count of steps goes with it: it keys the random roundings.
+inline void expect_restored_goes_on_as_it_did(const Settings& s, std::unique_ptr<Backend> backend) {
+  SceneRun run(s, std::move(backend));
+  run.advance(50);
+  const ParcelSnapshot then = run.backend->snapshot();
+  run.advance(30);
+  const std::uint64_t hash = run.backend->state_hash();
+  run.backend->restore(then);
+  run.advance(30);
+  EXPECT_EQ(run.backend->state_hash(), hash);
+}
+
+}  // namespace pf::test
