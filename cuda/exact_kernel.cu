@@ -11,14 +11,15 @@ namespace {
 
 constexpr unsigned kBlock = kExactBlock;
 constexpr unsigned kPredictBlocksPerSm = 5;  // ms at 10^7: 0.63; with 4 0.74, with 3 0.93
-constexpr unsigned kSolveBlocksPerSm = 2;
 constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
-// So many threads solve a cluster together where a block has few of them and waiting for memory counts; with many,
-// fewer threads each waste less.
-constexpr unsigned kTogether = 16;
-constexpr unsigned kTogetherIfMany = 8;
-constexpr std::uint32_t kFew = 128;
+// So many threads solve a cluster together, and so many blocks share a multiprocessor. Where parcels are few, what
+// counts is how long one cluster takes; where they are many, how many are solved at a time. Gps at 10^5, 10^6, 10^7 on
+// an H200 with 2 threads and 4 blocks: 0.45 1.32 3.99; 4, 4: 0.64 2.07 4.28; 8, 2: 0.74 2.24 3.76; 8, 4: 0.70 2.25 4.02;
+// 16, 3: 0.66 2.18 3.67; 32, 2: 0.50 1.51 2.67.
+constexpr unsigned kTogether = 8, kBlocksPerSm = 2;
+constexpr unsigned kTogetherIfMany = 4, kBlocksPerSmIfMany = 4;
+constexpr std::uint32_t kMany = 4000000;
 
 // With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth.
 constexpr std::uint32_t kAlone = 64;
@@ -185,8 +186,8 @@ __device__ void plan_next(const ExactConstants& constants, std::uint64_t until, 
   state.ball_has_changed = 0;
 }
 
-// What one block's threads know of solving the step's clusters.
-template <Boundary kBoundary>
+// What one block's threads know of solving the step's clusters, each by kTeam of them.
+template <Boundary kBoundary, unsigned kTeam>
 struct Clusters {
   const ExactLaunch& launch;
   const ExactConstants& c;
@@ -253,43 +254,34 @@ struct Clusters {
     record.claimed = kNone;
   }
 
-  template <unsigned kLanes>
-  __device__ void solve_first() {
-    TeamSolver<kBoundary, kLanes> solver(launch, c, state, space, counts);
-    for (std::uint32_t k = threadIdx.x / kLanes; k < counts.leaders; k += kBlock / kLanes) {
-      const std::uint32_t leader = segment(a.leaders.items, a.leaders.capacity)[k];
-      solver.solve(leader, a.list_head[leader]);
-    }
-  }
-
-  __device__ void solve_all_first() {
-    if (blockIdx.x == 0 && c.ball == BallRole::participant)
-      TeamSolver<kBoundary, kBlock>(launch, c, state, space, counts).solve(kBallCluster, kNone);
-    __syncthreads();
-    if (counts.leaders > kFew) {
-      solve_first<kTogetherIfMany>();
-    } else {
-      solve_first<kTogether>();
-    }
-  }
-
   __device__ bool is_for_block(std::uint32_t cluster) const {
     return record_of(a, cluster).wants_block != 0 || load_shared(&state.ball_owner) == cluster;
   }
 
-  __device__ void solve_again() {
-    const std::uint32_t num = at_most(state.num_todo, a.todo.capacity);
-    TeamSolver<kBoundary, kBlock> large(launch, c, state, space, counts);
-    for (std::uint32_t k = block(); k < num; k += num_blocks()) {
-      const std::uint32_t cluster = a.todo.items[k];
-      if (is_for_block(cluster)) large.solve(cluster, record_of(a, cluster).merged);
+  // In the first round the block's own clusters, and the ball's; later those that were merged.
+  __device__ void solve(bool is_first) {
+    {
+      TeamSolver<kBoundary, kBlock> large(launch, c, state, space, counts);
+      const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
+      const std::uint32_t num = is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
+      for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
+        const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
+        if (is_first || is_for_block(cluster))
+          large.solve(cluster, is_first ? kNone : record_of(a, cluster).merged);
+      }
     }
     __syncthreads();
-    TeamSolver<kBoundary, kTogether> small(launch, c, state, space, counts);
-    constexpr unsigned kTeams = kBlock / kTogether;
-    for (std::uint32_t k = block() + num_blocks() * (threadIdx.x / kTogether); k < num; k += num_blocks() * kTeams) {
-      const std::uint32_t cluster = a.todo.items[k];
-      if (!is_for_block(cluster)) small.solve(cluster, record_of(a, cluster).merged);
+    {
+      constexpr unsigned kTeams = kBlock / kTeam;
+      TeamSolver<kBoundary, kTeam> small(launch, c, state, space, counts);
+      const std::uint32_t num = is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
+      const std::uint32_t team = threadIdx.x / kTeam;
+      for (std::uint32_t k = is_first ? team : block() + num_blocks() * team; k < num;
+           k += is_first ? kTeams : num_blocks() * kTeams) {
+        const std::uint32_t cluster = is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
+        if (is_first || !is_for_block(cluster))
+          small.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
+      }
     }
   }
 
@@ -376,8 +368,8 @@ struct Clusters {
   __device__ void run() {
     form();
     barrier();
-    solve_all_first();
     for (std::uint32_t round = 0;; ++round) {
+      solve(round == 0);
       if (rank() == 0) state.num_rounds += 1;
       barrier();
       if (rank() == 0) state.num_todo = 0;
@@ -397,7 +389,6 @@ struct Clusters {
         take_over(k % 2 == 0 ? pair.x : pair.y, round);
       }
       barrier();
-      solve_again();
     }
   }
 
@@ -491,8 +482,8 @@ __device__ void anchor_parcel(const ExactArrays& a, const ExactState& state, std
 }
 
 // Solves the clusters of one step, until its end: parts of it that must be redone, too.
-template <Boundary kBoundary>
-__global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
+template <Boundary kBoundary, unsigned kTeam, unsigned kBlocks>
+__global__ void __launch_bounds__(kBlock, kBlocks)
     solve_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ ExactConstants c;
   __shared__ TallySlot block_tally;
@@ -508,7 +499,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
       counts.active = launch.arrays.active.counts[blockIdx.x];
     }
     __syncthreads();
-    Clusters<kBoundary> clusters{launch, c, state, space, counts};
+    Clusters<kBoundary, kTeam> clusters{launch, c, state, space, counts};
     if (state.failed == 0) clusters.run();
     grid.sync();
     const bool finished = load_shared(&state.failed) == 0 && fastest_of_all_mps(state) <= c.max_speed_mps;
@@ -621,13 +612,19 @@ void for_boundary(Boundary boundary, Function function) {
   }
 }
 
-std::uint32_t most_segments() {
+template <Boundary kBoundary>
+auto solve_kernel_for(std::uint32_t num_parcels) {
+  return num_parcels < kMany ? solve_kernel<kBoundary, kTogether, kBlocksPerSm>
+                             : solve_kernel<kBoundary, kTogetherIfMany, kBlocksPerSmIfMany>;
+}
+
+std::uint32_t most_segments(std::uint32_t num_parcels) {
   int device = 0, num_sms = 0, blocks = 0;
   PF_CUDA(cudaGetDevice(&device));
   PF_CUDA(cudaDeviceGetAttribute(&num_sms, cudaDevAttrMultiProcessorCount, device));
-  int least = kSolveBlocksPerSm;
-  for (const auto kernel :
-       {solve_kernel<Boundary::open>, solve_kernel<Boundary::walls>, solve_kernel<Boundary::periodic>}) {
+  int least = num_parcels < kMany ? kBlocksPerSm : kBlocksPerSmIfMany;
+  for (const auto kernel : {solve_kernel_for<Boundary::open>(num_parcels), solve_kernel_for<Boundary::walls>(num_parcels),
+                            solve_kernel_for<Boundary::periodic>(num_parcels)}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     least = std::min(least, blocks);
   }
@@ -638,7 +635,7 @@ std::uint32_t most_segments() {
 
 std::uint32_t exact_num_segments(std::uint32_t num_parcels) {
   const std::uint32_t wanted = (num_parcels + kParcelsPerSegment - 1) / kParcelsPerSegment;
-  return std::clamp(wanted, 1U, std::max(1U, most_segments()));
+  return std::clamp(wanted, 1U, std::max(1U, most_segments(num_parcels)));
 }
 
 void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
@@ -668,7 +665,7 @@ void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream) {
     PF_LAUNCHED("predict_kernel");
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
-    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
+    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel_for<kBoundary>(launch.space.num_parcels)),
                                         dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0,
                                         stream));
   });

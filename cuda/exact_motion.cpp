@@ -6,11 +6,10 @@ namespace pf {
 namespace {
 
 // Room in each segment: for one in so many of its parcels, and some more where parcels are few.
-constexpr std::uint32_t kActiveShare = 4;   // have an event in the step
-constexpr std::uint32_t kMemberShare = 4;   // are in a cluster; as many more for those that have no event
-constexpr std::uint32_t kSegmentShare = 16; // lines between two events of one step
-constexpr std::uint32_t kBorderShare = 8;   // neighbours in two clusters
-constexpr std::uint32_t kLeast = 512;
+constexpr std::uint32_t kActiveShare = 4;    // have an event in the step
+constexpr std::uint32_t kJoinedShare = 32;   // have none, but are hit
+constexpr std::uint32_t kSegmentShare = 16;  // lines between two events of one step
+constexpr std::uint32_t kBorderShare = 8;    // neighbours in two clusters
 // Of the whole.
 constexpr std::uint32_t kCommonShare = 16;
 constexpr std::uint32_t kLeastCommon = 16384;
@@ -36,10 +35,11 @@ void DeviceExact::reserve(std::uint32_t num_parcels) {
   }();
   num_segments_ = exact_num_segments(num_parcels);
   const std::uint32_t in_segment = num_parcels / num_segments_;
-  active_capacity_ = in_segment / kActiveShare + kLeast;
-  member_capacity_ = active_capacity_ + in_segment / (4 * kMemberShare) + kLeast;
-  segment_capacity_ = in_segment / kSegmentShare + 4 * kLeast;
-  border_capacity_ = in_segment / kBorderShare + 8 * kLeast;
+  const std::uint32_t more = in_segment < 4096 ? 512 : 64;
+  active_capacity_ = in_segment / kActiveShare + more;
+  member_capacity_ = active_capacity_ + in_segment / kJoinedShare + more;
+  segment_capacity_ = in_segment / kSegmentShare + 4 * more;
+  border_capacity_ = in_segment / kBorderShare + 8 * more;
   const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_segments_; };
   const std::size_t common = num_parcels / kCommonShare + kLeastCommon;
   active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));

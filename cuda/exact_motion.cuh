@@ -19,7 +19,7 @@ class DeviceExact {
   std::size_t bytes() const;
   // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and leaders,
   // lines, and pairs of neighbours.
-  static constexpr double kBytesPerParcel = 8.0 + 40.0 + 3.0 + 2.0 + 1.0;
+  static constexpr double kBytesPerParcel = 8.0 + 43.0 + 2.0 + 2.0 + 2.0;
 
   // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's arrays.
   struct Memory {

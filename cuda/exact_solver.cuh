@@ -98,7 +98,7 @@ class TeamSolver {
   static constexpr std::uint32_t kMostEvents = 20000;
   static constexpr bool kIsBlock = kLanes == kExactBlock;
 
-  __device__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state, TeamSpace& space,
+  __device__ __forceinline__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state, TeamSpace& space,
                         BlockCounts& counts)
       : launch_(launch),
         a_(launch.arrays),
@@ -113,7 +113,7 @@ class TeamSolver {
         present_(launch.arrays.present[state.parity]) {}
 
   // Solves the cluster, `list` being its members. All threads of the team call it with the same arguments.
-  __device__ void solve(std::uint32_t cluster, std::uint32_t list) {
+  __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     cluster_ = cluster;
     sum_ = {};
     has_ball_ = kIsBlock && c_.ball == BallRole::participant && load_shared(&state_.ball_owner) == cluster;
@@ -132,10 +132,10 @@ class TeamSolver {
   }
 
   // The model's Tally, of the first thread.
-  __device__ void begin_contact() { ++sum_.num_collisions; }
-  __device__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
-  __device__ void overlap(float diameters) { sum_.max_overlap = fmaxf(sum_.max_overlap, diameters); }
-  __device__ void ball_hit(const BallSums& hit) {
+  __device__ __forceinline__ void begin_contact() { ++sum_.num_collisions; }
+  __device__ __forceinline__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
+  __device__ __forceinline__ void overlap(float diameters) { sum_.max_overlap = fmaxf(sum_.max_overlap, diameters); }
+  __device__ __forceinline__ void ball_hit(const BallSums& hit) {
     ++sum_.num_hits;
     sum_.ball_x += hit.impulse_x;
     sum_.ball_y += hit.impulse_y;
@@ -145,26 +145,26 @@ class TeamSolver {
  private:
   static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // in place of a member
 
-  __device__ bool leads() const { return lane_ == 0; }
-  __device__ void sync() const {
+  __device__ __forceinline__ bool leads() const { return lane_ == 0; }
+  __device__ __forceinline__ void sync() const {
     if constexpr (kIsBlock) {
       __syncthreads();
     } else if constexpr (kLanes > 1) {
       cg::tiled_partition<kLanes>(cg::this_thread_block()).sync();
     }
   }
-  __device__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
-  __device__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
-  __device__ std::uint32_t owner_of(std::uint32_t i) const { return load_shared(&a_.owner[i]); }
-  __device__ std::uint32_t num_members() const { return space_.num_members[team_]; }
+  __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
+  __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
+  __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const { return load_shared(&a_.owner[i]); }
+  __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members[team_]; }
 
-  __device__ static bool is_before(const uint4& p, const uint4& q) {
+  static __device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
     if (p.x != q.x) return p.x < q.x;
     if (p.y != q.y) return p.y < q.y;
     return p.z != q.z ? p.z < q.z : p.w < q.w;
   }
   // The least of the threads' keys, the same in all of them: two members may have one and the same event.
-  __device__ uint4 least(uint4 best) {
+  __device__ __forceinline__ uint4 least(uint4 best) {
     if constexpr (kLanes > 1) {
       constexpr unsigned kWidth = kLanes < 32 ? kLanes : 32;
       const auto lanes = cg::tiled_partition<kWidth>(cg::this_thread_block());
@@ -184,7 +184,7 @@ class TeamSolver {
     }
     return best;
   }
-  __device__ Event earliest(const Event& best) {
+  __device__ __forceinline__ Event earliest(const Event& best) {
     if constexpr (kLanes == 1) return best;
     const uint4 least_of_all = least({best.tick, best.partner_id, 0U, best.partner});
     return {least_of_all.x, least_of_all.w, least_of_all.y};
@@ -192,7 +192,7 @@ class TeamSolver {
 
   // ---- members
 
-  __device__ void write_member(std::uint32_t m, std::uint32_t i) {
+  __device__ __forceinline__ void write_member(std::uint32_t m, std::uint32_t i) {
     ClusterMember now;
     now.index = i;
     now.id = id(i);
@@ -208,7 +208,7 @@ class TeamSolver {
   }
 
   // Whether they are as few as the team has room for.
-  __device__ bool load_members(std::uint32_t list) {
+  __device__ __forceinline__ bool load_members(std::uint32_t list) {
     if (leads()) {
       std::uint32_t num = 0;
       for (std::uint32_t m = list; m != kNone && num < kCapacity + 1; m = member(m).next) {
@@ -226,7 +226,7 @@ class TeamSolver {
 
   // The parcel's place among the members, which it joins if it is nobody's; else kNone, and space_.other has the
   // cluster whose it is, or this one's own name if there is no room.
-  __device__ std::uint32_t join(std::uint32_t i) {
+  __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
     if (leads()) {
       std::uint32_t place = kNone;
       if (owner_of(i) == cluster_) {
@@ -259,7 +259,7 @@ class TeamSolver {
   }
 
   // Called by the first thread: the list of members, and what came of it, for the other blocks.
-  __device__ void finish(std::uint32_t list, bool fits, bool solved) {
+  __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
     ClusterRecord& record = record_of(a_, cluster_);
     const std::uint32_t num = fits ? num_members() : 0U;
     for (std::uint32_t k = 0; k < num; ++k)
@@ -291,48 +291,84 @@ class TeamSolver {
 
   // ---- events
 
-  __device__ bool go_through_events() {
+  static __device__ __forceinline__ uint4 key_of(std::uint32_t own, const Event& event, std::uint32_t who) {
+    return {event.tick, own < event.partner_id ? own : event.partner_id,
+            own < event.partner_id ? event.partner_id : own, who};
+  }
+
+  // The earliest event of all; its w is the member that has it, or kBall.
+  __device__ __forceinline__ uint4 next_event() {
+    uint4 best{kNoTick, kNone, kNone, kNone};
+    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+      const ClusterMember& it = member(table_[k]);
+      const uint4 key = key_of(it.id, it.event, table_[k]);
+      if (key.x != kNoTick && is_before(key, best)) best = key;
+    }
+    best = least(best);
+    if (has_ball_) {
+      const uint4 key = key_of(kBallPartner, state_.ball_event, kBall);
+      if (key.x != kNoTick && is_before(key, best)) best = key;
+    }
+    sync();
+    return best;
+  }
+
+  // Every step of the loop stands once in the program: all is inlined, so that what the kernel was given stays in
+  // the constant bank.
+  __device__ __forceinline__ bool go_through_events() {
+    bool ball_is_stale = has_ball_;
     while (true) {
-      uint4 best{kNoTick, kNone, kNone, kNone};
-      for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
-        const ClusterMember& it = member(table_[k]);
-        const Event event = it.event;
-        if (event.tick == kNoTick) continue;
-        const std::uint32_t own = it.id;
-        const uint4 key{event.tick, own < event.partner_id ? own : event.partner_id,
-                        own < event.partner_id ? event.partner_id : own, table_[k]};
-        if (is_before(key, best)) best = key;
-      }
-      best = least(best);
-      if (has_ball_) {
-        const Event event = state_.ball_event;
-        const std::uint32_t own = kBallPartner;
-        const uint4 key{event.tick, own < event.partner_id ? own : event.partner_id,
-                        own < event.partner_id ? event.partner_id : own, kBall};
-        if (event.tick != kNoTick && is_before(key, best)) best = key;
-      }
-      sync();
-      if (best.x == kNoTick) return true;
+      if (ball_is_stale) predict_ball();
+      const uint4 next = next_event();
+      if (next.x == kNoTick) return true;
       if (sum_.num_events == kMostEvents) {
         if (leads()) state_.failed = 1;
         return true;
       }
-      if (!(best.w == kBall ? resolve_ball_event() : resolve(best.w))) return false;
+      const Event event = next.w == kBall ? state_.ball_event : member(next.w).event;
+      std::uint32_t m = next.w, other = kNone;
+      if (is_parcel(event.partner)) {
+        const std::uint32_t joined = join(event.partner);
+        if (joined == kNone) return false;
+        (next.w == kBall ? m : other) = joined;
+      } else if (event.partner == kBallPartner && c_.ball == BallRole::participant) {
+        if (leads()) space_.other[team_] = load_shared(&state_.ball_owner);
+        return false;
+      }
+      sync();
+      if (leads()) {
+        if (other != kNone) {
+          collide_members(m, other, event.tick);
+        } else if (next.w == kBall || event.partner == kBallPartner) {
+          meet_ball(m, event);
+        } else {
+          meet_the_edge(m, event);
+        }
+        space_.num_flagged[team_] = 0;
+        if (m != kBall) flagged_[space_.num_flagged[team_]++] = m;
+        if (other != kNone) flagged_[space_.num_flagged[team_]++] = other;
+      }
+      record(next);
+      sync();
+      const std::uint32_t num_changed = space_.num_flagged[team_];
+      ball_is_stale = next.w == kBall;
+      for (std::uint32_t k = 0; k < space_.num_flagged[team_]; ++k)
+        predict(flagged_[k], k < num_changed, k == 0 ? other : m, ball_is_stale);
+      sync();
     }
   }
 
   // By all threads, so that num_events is the same in all.
-  __device__ void record(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    sum_.event_hash += event_hash(state_.progress.now + tick, first < second ? first : second,
-                                  first < second ? second : first);
+  __device__ __forceinline__ void record(const uint4& event) {
+    sum_.event_hash += event_hash(state_.progress.now + event.x, event.y, event.z);
     ++sum_.num_events;
   }
 
-  __device__ bool in_contact_time(const ClusterMember& it, std::uint32_t tick) const {
+  __device__ __forceinline__ bool in_contact_time(const ClusterMember& it, std::uint32_t tick) const {
     return c_.clock_ticks != 0 && c_.begin + tick - it.clock <= c_.clock_ticks;
   }
 
-  __device__ void store(ClusterMember& it, const Line& now, std::uint32_t tick) {
+  __device__ __forceinline__ void store(ClusterMember& it, const Line& now, std::uint32_t tick) {
     if (it.has_changed) {
       const std::uint32_t place = atomicAdd(&counts_.segments, 1U);
       if (place < a_.segment_capacity) {
@@ -350,132 +386,73 @@ class TeamSolver {
     sum_.fastest2 = fmaxf(sum_.fastest2, speed2);
   }
 
-  __device__ bool resolve(std::uint32_t m) {
-    const Event event = member(m).event;
-    if (is_parcel(event.partner)) {
-      const std::uint32_t other = join(event.partner);
-      if (other == kNone) return false;
-      resolve_pair(m, other, event.tick);
-      return true;
-    }
-    if (event.partner == kBallPartner) {
-      if (c_.ball == BallRole::participant) {
-        if (leads()) space_.other[team_] = load_shared(&state_.ball_owner);
-        return false;
-      }
-      hit_ball(m, event.tick, state_.ball.line);
-    } else {
-      resolve_edge(m, event);
-    }
-    predict_changed(m, kNone);
-    predict_flagged();
-    return true;
+  // What an event does; called by the first thread.
+  __device__ __forceinline__ void collide_members(std::uint32_t m, std::uint32_t n, std::uint32_t tick) {
+    const bool in_order = member(m).id < member(n).id;
+    ClusterMember &one = member(in_order ? m : n), &two = member(in_order ? n : m);
+    Line first = one.line, second = two.line;
+    anchor_at<kBoundary>(c_, first, tick);
+    anchor_at<kBoundary>(c_, second, tick);
+    const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
+    collide<kBoundary>(c_, first, second, elastic, *this);
+    store(one, first, tick);
+    store(two, second, tick);
+    one.clock = two.clock = c_.begin + tick;
   }
 
-  __device__ void resolve_pair(std::uint32_t m, std::uint32_t other, std::uint32_t tick) {
-    const std::uint32_t id_m = member(m).id, id_other = member(other).id;
-    const std::uint32_t p = id_m < id_other ? m : other, q = id_m < id_other ? other : m;
-    if (leads()) {
-      ClusterMember &one = member(p), &two = member(q);
-      Line first = one.line, second = two.line;
-      anchor_at<kBoundary>(c_, first, tick);
-      anchor_at<kBoundary>(c_, second, tick);
-      const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
-      collide<kBoundary>(c_, first, second, elastic, *this);
-      store(one, first, tick);
-      store(two, second, tick);
-      one.clock = two.clock = c_.begin + tick;
-    }
-    record(tick, id_m, id_other);
-    sync();
-    predict_changed(p, q);
-    predict_changed(q, p);
-    predict_flagged();
+  __device__ __forceinline__ void meet_the_edge(std::uint32_t m, const Event& event) {
+    ClusterMember& it = member(m);
+    Line now = it.line;
+    anchor_at<kBoundary>(c_, now, event.tick);
+    meet_edge(c_, event.partner, now);
+    if (event.partner == kExit) ++sum_.num_retired;
+    store(it, now, event.tick);
+    it.clock = c_.begin + event.tick;
   }
 
-  __device__ void resolve_edge(std::uint32_t m, const Event& event) {
-    if (leads()) {
+  // A member, and the ball if it takes part; or that at a wall, and m is none.
+  __device__ __forceinline__ void meet_ball(std::uint32_t m, const Event& event) {
+    ExactBall ball = has_ball_ ? state_.ball_now : state_.ball;
+    BallKick kick{};
+    if (m != kBall) {
       ClusterMember& it = member(m);
       Line now = it.line;
       anchor_at<kBoundary>(c_, now, event.tick);
-      meet_edge(c_, event.partner, now);
-      if (event.partner == kExit) ++sum_.num_retired;
+      kick = collide_with_ball<kBoundary>(c_, ball.line, event.tick, now, *this);
       store(it, now, event.tick);
-      it.clock = c_.begin + event.tick;
     }
-    record(event.tick, member(m).id, event.partner);
-    sync();
-  }
-
-  // What it does to the ball, in the first thread.
-  __device__ BallKick hit_ball(std::uint32_t m, std::uint32_t tick, const BallLine& line) {
-    BallKick kick{};
-    if (leads()) {
-      ClusterMember& it = member(m);
-      Line now = it.line;
-      anchor_at<kBoundary>(c_, now, tick);
-      kick = collide_with_ball<kBoundary>(c_, line, tick, now, *this);
-      store(it, now, tick);
+    if (!has_ball_) return;
+    if (state_.ball_has_changed) {
+      if (state_.num_ball_segments < a_.ball_segment_capacity) {
+        a_.ball_segments[state_.num_ball_segments++] = {ball.line, event.tick};
+      } else {
+        state_.failed = 1;
+      }
     }
-    record(tick, member(m).id, kBallPartner);
-    sync();
-    return kick;
+    change_ball(c_, event.tick, event.partner, kick, ball);
+    state_.ball_now = ball;
+    state_.ball_has_changed = 1;
+    const double surface_mps = surface_speed_mps(c_.step.physics, ball.line);
+    if (surface_mps > c_.max_speed_mps)
+      atomicMax(&state_.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
   }
 
   // ---- the ball as a member
 
-  __device__ void begin_ball() {
+  __device__ __forceinline__ void begin_ball() {
     if (leads()) {
       state_.ball_now = state_.ball;
       state_.ball_has_changed = 0;
       state_.num_ball_segments = 0;
-      state_.ball_event = {};
     }
     sync();
-    predict_ball();
   }
 
-  __device__ bool resolve_ball_event() {
-    const Event event = state_.ball_event;
-    sync();
-    BallKick kick{};
-    std::uint32_t m = kNone;
-    if (is_parcel(event.partner)) {
-      m = join(event.partner);
-      if (m == kNone) return false;
-      kick = hit_ball(m, event.tick, state_.ball_now.line);
-    } else {
-      record(event.tick, event.partner, kBallPartner);
-    }
-    if (leads()) {
-      ExactBall now = state_.ball_now;
-      if (state_.ball_has_changed) {
-        if (state_.num_ball_segments < a_.ball_segment_capacity) {
-          a_.ball_segments[state_.num_ball_segments++] = {now.line, event.tick};
-        } else {
-          state_.failed = 1;
-        }
-      }
-      change_ball(c_, event.tick, event.partner, kick, now);
-      state_.ball_now = now;
-      state_.ball_has_changed = 1;
-      state_.ball_event = {};
-      const double surface_mps = surface_speed_mps(c_.step.physics, now.line);
-      if (surface_mps > c_.max_speed_mps)
-        atomicMax(&state_.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
-    }
-    sync();
-    if (m != kNone) predict_changed(m, kNone);
-    predict_ball();
-    predict_flagged();
-    return true;
-  }
-
-  __device__ Line line_now(std::uint32_t k) const {
+  __device__ __forceinline__ Line line_now(std::uint32_t k) const {
     return owner_of(k) == cluster_ ? member(a_.place[k]).line : line_of(a_, k);
   }
 
-  __device__ void predict_ball() {
+  __device__ __forceinline__ void predict_ball() {
     Event best;
     const BallLine line = state_.ball_now.line;
     const std::uint32_t num = state_.num_near_ball < a_.near_ball.capacity ? state_.num_near_ball : 0U;
@@ -493,16 +470,17 @@ class TeamSolver {
     sync();
   }
 
-  // The ball's event after a member got a new line.
-  __device__ void heed_ball(std::uint32_t i, const Line& now) {
+  // After a member got a new line: whether the ball's event is to be predicted again, or is this parcel's now.
+  __device__ __forceinline__ bool heed_ball(std::uint32_t i, const Line& now) {
     const Event event = state_.ball_event;
     sync();
-    if (event.partner == i) return predict_ball();
+    if (event.partner == i) return true;
     if (leads() && !is_retired(now.anchor) && is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i])) {
       const Event next{meeting_ball<kBoundary>(c_, state_.ball_now.line, now), i, id(i)};
       if (next.tick != kNoTick && comes_before(next, event)) state_.ball_event = next;
     }
     sync();
+    return false;
   }
 
   // ---- predictions
@@ -510,7 +488,7 @@ class TeamSolver {
   // visit(j) for the parcels of i's search box, i among them, shared among the team's threads. The ranges of the box
   // are laid end to end, so that the threads wait for memory together and not row by row.
   template <class Visit>
-  __device__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
+  __device__ __forceinline__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
     const GridShape& grid = launch_.space.grid;
     if constexpr (!kIsBlock) {
       const CellSpan sx = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
@@ -557,7 +535,7 @@ class TeamSolver {
   // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step, may
   // touch, but for the members of its cluster; those that are another's, on whatever line they are.
   template <class Visit>
-  __device__ void search_others(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
+  __device__ __forceinline__ void search_others(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
     if (!c_.step.physics.parcels.contacts) return;
     const double in_step = c_.units_per_tick * c_.length;
     const double moved = (static_cast<double>(fastest_mps) + c_.max_speed_mps) * in_step;
@@ -582,7 +560,7 @@ class TeamSolver {
     });
   }
 
-  __device__ void keep_edge_and_ball(std::uint32_t i, const Line& now, Event& best) const {
+  __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Line& now, Event& best) const {
     if (may_reach_edge<kBoundary>(c_, present_[i])) keep_edge_event<kBoundary>(c_, now, best);
     if (c_.ball == BallRole::absent || has_ball_ ||
         !is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i]))
@@ -590,7 +568,7 @@ class TeamSolver {
     keep_earlier(best, {meeting_ball<kBoundary>(c_, state_.ball.line, now), kBallPartner, kBallPartner});
   }
 
-  __device__ void add_border(std::uint32_t i, std::uint32_t j) {
+  __device__ __forceinline__ void add_border(std::uint32_t i, std::uint32_t j) {
     const std::uint32_t place = atomicAdd(&counts_.border, 1U);
     if (place < a_.border_capacity) {
       a_.border[static_cast<std::size_t>(blockIdx.x) * a_.border_capacity + place] = {i, j};
@@ -599,9 +577,9 @@ class TeamSolver {
     }
   }
 
-  // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well and has
-  // its own turn.
-  __device__ void predict_changed(std::uint32_t m, std::uint32_t partner) {
+  // A member's next event. Of one on a new line also those of the members near it: they are told of an earlier one,
+  // or flagged if theirs was with it; `partner` changed as well and has its own turn.
+  __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner, bool& ball_is_stale) {
     const Line now = member(m).line;
     const std::uint32_t i = member(m).index, own = member(m).id;
     const bool gone = is_retired(now.anchor);
@@ -609,68 +587,32 @@ class TeamSolver {
     search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
       const Line there = line_of(a_, j);
       if (gone || is_retired(there.anchor)) return;
-      if (owner != kNone) add_border(i, j);
+      if (owner != kNone && has_changed) add_border(i, j);
       keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
     });
-    each_other_member(m, [&](ClusterMember& other, std::uint32_t n) {
-      const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, now, other.line);
-      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
-      if (n == partner) return;
-      const Event next{tick, i, own};
-      if (other.event.partner == i) {
-        other.event = {};
-        flagged_[atomicAdd(&space_.num_flagged[team_], 1U)] = n;
-      } else if (tick != kNoTick && comes_before(next, other.event)) {
-        other.event = next;
+    if (c_.step.physics.parcels.contacts) {
+      for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+        const std::uint32_t n = table_[k];
+        ClusterMember& other = member(n);
+        if (n == m || is_retired(other.line.anchor)) continue;
+        const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, now, other.line);
+        if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
+        if (!has_changed || n == partner) continue;
+        if (other.event.partner == i) {
+          other.event = {};
+          flagged_[atomicAdd(&space_.num_flagged[team_], 1U)] = n;
+        } else if (tick != kNoTick && comes_before({tick, i, own}, other.event)) {
+          other.event = {tick, i, own};
+        }
       }
-    });
+    }
     best = earliest(best);
     if (leads()) {
       if (!gone) keep_edge_and_ball(i, now, best);
       member(m).event = best;
     }
     sync();
-    if (has_ball_) heed_ball(i, now);
-  }
-
-  // visit(member, its place) for the members on a line but m.
-  template <class Visit>
-  __device__ void each_other_member(std::uint32_t m, Visit visit) {
-    if (!c_.step.physics.parcels.contacts) return;
-    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
-      const std::uint32_t n = table_[k];
-      if (n != m && !is_retired(member(n).line.anchor)) visit(member(n), n);
-    }
-  }
-
-  // Of the members whose next event was with one that changed.
-  __device__ void predict_flagged() {
-    const std::uint32_t num = space_.num_flagged[team_];
-    sync();
-    for (std::uint32_t k = 0; k < num; ++k) {
-      const std::uint32_t m = flagged_[k];
-      const Line now = member(m).line;
-      const std::uint32_t i = member(m).index;
-      Event best;
-      search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t) {
-        const Line there = line_of(a_, j);
-        if (!is_retired(there.anchor))
-          keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
-      });
-      each_other_member(m, [&](const ClusterMember& other, std::uint32_t) {
-        const std::uint32_t tick = meeting<kBoundary>(c_, now, other.line);
-        if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
-      });
-      best = earliest(best);
-      if (leads()) {
-        keep_edge_and_ball(i, now, best);
-        member(m).event = best;
-      }
-      sync();
-    }
-    if (num == 0) return;
-    if (leads()) space_.num_flagged[team_] = 0;
-    sync();
+    if (has_ball_ && has_changed && !ball_is_stale) ball_is_stale = heed_ball(i, now);
   }
 
   struct Sum {

@@ -123,8 +123,6 @@ TEST_F(Gpu, ExactSameBitsAsTheCpuForEverySceneAndBoundary) {
 TEST_F(Gpu, ExactSameBitsAfterTwoThousandSteps) {
   for (const std::int64_t n : {1, 2, 1000, 100000}) {
     for (Settings s : scenes(n)) {
-      // A ball among many parcels allows one of its hits a round: minutes on both backends.
-      if (n == 100000 && s.ball_present) continue;
       s.method = Method::exact;
       expect_same_hashes(s, 2000);
     }
@@ -164,7 +162,8 @@ TEST_F(Gpu, ExactRunToRunAtTenMillion) {
     SceneRun run(s, make_cuda_backend(0));
     const StepReport report = run.advance(30);
     EXPECT_GT(report.totals.num_collisions, 1'000'000U);
-    EXPECT_LE(run.backend->memory_bytes(), 80U * 10'000'000U);
+    // 72 for lines and sort; members and records of clusters, for up to a quarter of the parcels, 43; lists.
+    EXPECT_LE(run.backend->memory_bytes(), 125U * 10'000'000U);
     return run.backend->state_hash();
   };
   EXPECT_EQ(hash(), hash());
