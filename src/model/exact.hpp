@@ -99,6 +99,7 @@ PF_HD inline Vec2d travelled(const ExactConstants& c, Vec2d velocity_mps, std::i
 }
 
 PF_HD inline double nearest_image(double offset, std::int32_t half) {
+  if (offset < half && offset > -static_cast<double>(half)) return offset;
   const double period = 2.0 * half;
   return offset - period * static_cast<double>(round_to_int64(offset / period));
 }
