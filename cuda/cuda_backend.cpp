@@ -238,6 +238,7 @@ double CudaBackend::measure_copy_bandwidth(std::size_t num_bytes) {
   const auto copy = [&] {
     PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), num_bytes, cudaMemcpyDeviceToDevice, stream_));
   };
+  PF_CUDA(cudaMemsetAsync(from.data(), 0, num_bytes, stream_));
   copy();
   timer_.begin(stream_);
   for (int repeat = 0; repeat < kRepeats; ++repeat) copy();

@@ -91,6 +91,16 @@ struct ExactStepper::Phases {
     });
   }
 
+  // visit(worker) for each of them, by their threads if there is much to do.
+  template <class Visit>
+  void each_worker(std::size_t how_much, Visit visit) {
+    if (how_much < kAlone) {
+      for (ExactWorker& worker : self.workers_) visit(worker);
+    } else {
+      self.team_.run([&](unsigned thread) { visit(self.workers_[thread]); });
+    }
+  }
+
   // visit(thread, cluster) for those to do; which thread does which is left to chance.
   template <class Visit>
   void each_to_do(Visit visit) {
@@ -156,14 +166,15 @@ struct ExactStepper::Phases {
   // Parcels that have an event with an edge or the ball are in worker.found; of those, the ones that meet another
   // parcel earlier go.
   void predict_from_hits() {
-    self.team_.run([&](unsigned thread) {
-      for (const ExactWorker::Hit& hit : self.workers_[thread].hits) {
+    std::size_t num_hits = 0;
+    for (const ExactWorker& worker : self.workers_) num_hits += worker.hits.size();
+    each_worker(num_hits, [&](const ExactWorker& worker) {
+      for (const ExactWorker::Hit& hit : worker.hits) {
         keep_earliest(hit.first, event_key(hit.tick, lines.id[hit.second]));
         keep_earliest(hit.second, event_key(hit.tick, lines.id[hit.first]));
       }
     });
-    self.team_.run([&](unsigned thread) {
-      ExactWorker& worker = self.workers_[thread];
+    each_worker(num_hits, [&](ExactWorker& worker) {
       std::erase_if(worker.found, [&](std::uint32_t i) {
         return static_cast<std::uint32_t>(self.event_key_[i]) != self.event_partner_[i];
       });
@@ -283,8 +294,9 @@ struct ExactStepper::Phases {
 
   // Adds to `conflicts` the clusters whose new lines would have met.
   void compare() {
-    self.team_.run([&](unsigned thread) {
-      ExactWorker& worker = self.workers_[thread];
+    std::size_t num_pairs = 0;
+    for (const ExactWorker& worker : self.workers_) num_pairs += worker.border.size();
+    each_worker(num_pairs, [&](ExactWorker& worker) {
       for (const ExactWorker::Pair& pair : worker.border) {
         const std::uint32_t a = self.owner_[pair.first], b = self.owner_[pair.second];
         if (a != b && self.clusters_[b].is_solved && would_have_met(pair.first, pair.second))
