@@ -3,42 +3,25 @@
 #include <algorithm>
 
 #include "check.cuh"
-#include "exact_solver.cuh"
+#include "exact_clusters.cuh"
 #include "tally.cuh"
 
 namespace pf {
 namespace {
 
 constexpr unsigned kBlock = kExactBlock;
-constexpr unsigned kPredictBlocksPerSm = 5;  // ms at 10^7: 0.63; with 4 0.74, with 3 0.93
+constexpr unsigned kPredictBlocksPerSm = 5;         // ms at 10^7: 0.63; with 4 0.74, with 3 0.93
 constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
-// So many threads solve a cluster together, and so many blocks share a multiprocessor. Where parcels are few, what
-// counts is how long one cluster takes; where they are many, how many are solved at a time. Gps at 10^5, 10^6, 10^7 on
-// an H200 with 2 threads and 4 blocks: 0.45 1.32 3.99; 4, 4: 0.64 2.07 4.28; 8, 2: 0.74 2.24 3.76; 8, 4: 0.70 2.25 4.02;
-// 16, 3: 0.66 2.18 3.67; 32, 2: 0.50 1.51 2.67.
+// So many threads solve a cluster together, and so many blocks share a multiprocessor. Where parcels are few,
+// what counts is how long one cluster takes; where they are many, how many are solved at a time. Gps at 10^5,
+// 10^6, 10^7 on an H200 with 2 threads and 4 blocks: 0.45 1.32 3.99; 4, 4: 0.64 2.07 4.28; 8, 2:
+// 0.74 2.24 3.76; 8, 4: 0.70 2.25 4.02; 16, 3: 0.66 2.18 3.67; 32, 2: 0.50 1.51 2.67.
 constexpr unsigned kTogether = 8, kBlocksPerSm = 2;
 constexpr unsigned kTogetherIfMany = 4, kBlocksPerSmIfMany = 4;
 constexpr std::uint32_t kMany = 4000000;
 
-// With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth.
-constexpr std::uint32_t kAlone = 64;
-
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
-
-__device__ bool reaches_end(const ExactState& state, std::uint64_t until) {
-  return state.progress.now + state.plan.length == until;
-}
-
-// Where the parcel will be at the end of the step if nothing happens to it any more.
-template <Boundary kBoundary>
-__device__ void write_end(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
-                          std::uint32_t i, const Line& line) {
-  const Vec2i end = position_at<kBoundary>(c, line, static_cast<std::int32_t>(c.length));
-  launch.arrays.present[state.parity ^ 1U][i] = end;
-  if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
-    draw_parcel(launch.draw, c.step.physics.world, i, end, line.velocity);
-}
 
 // First prediction of parcel i, on the line that it has at the begin.
 template <Boundary kBoundary, bool kReadOnly>
@@ -186,251 +169,6 @@ __device__ void plan_next(const ExactConstants& constants, std::uint64_t until, 
   state.ball_has_changed = 0;
 }
 
-// What one block's threads know of solving the step's clusters, each by kTeam of them.
-template <Boundary kBoundary, unsigned kTeam>
-struct Clusters {
-  const ExactLaunch& launch;
-  const ExactConstants& c;
-  ExactState& state;
-  TeamSpace& space;
-  BlockCounts& counts;
-  const ExactArrays& a = launch.arrays;
-  cg::grid_group grid = cg::this_grid();
-  bool alone = false;  // one block, which does what is left
-
-  __device__ void barrier() {
-    if (alone) {
-      __syncthreads();
-    } else {
-      grid.sync();
-    }
-  }
-  __device__ unsigned rank() const { return alone ? threadIdx.x : static_cast<unsigned>(grid.thread_rank()); }
-  __device__ unsigned num_threads() const { return alone ? kBlock : static_cast<unsigned>(grid.size()); }
-  __device__ unsigned block() const { return alone ? 0U : blockIdx.x; }
-  __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }
-  template <class T>
-  __device__ T* segment(T* items, std::uint32_t capacity) const {
-    return items + static_cast<std::size_t>(blockIdx.x) * capacity;
-  }
-  __device__ static std::uint32_t at_most(std::uint32_t count, std::uint32_t capacity) {
-    return count < capacity ? count : capacity;
-  }
-
-  // The parcel that the cluster of i is called by. Earliest events lead from parcel to parcel, each to an earlier
-  // one, and end with two that are each other's or with a parcel's own.
-  __device__ std::uint32_t leader_of(std::uint32_t i) const {
-    while (true) {
-      const std::uint32_t partner = a.event_partner[i];
-      if (!is_parcel(partner)) return i;
-      if (a.event_partner[partner] == i) return i < partner ? i : partner;
-      i = partner;
-    }
-  }
-
-  // Makes a member of each of the block's active parcels, and a cluster of those that hang together.
-  __device__ void form() {
-    const std::uint32_t num = at_most(counts.active, a.active.capacity);
-    for (std::uint32_t k = threadIdx.x; k < num; k += kBlock) {
-      const std::uint32_t i = segment(a.active.items, a.active.capacity)[k];
-      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
-      const std::uint32_t leader = leader_of(i);
-      a.owner[i] = leader;
-      a.place[i] = place;
-      a.members[place].index = i;
-      a.members[place].next = atomicExch(&a.list_head[leader], place);
-      if (leader != i) continue;
-      begin_record(a.records[place], i);
-      segment(a.leaders.items, a.leaders.capacity)[atomicAdd(&counts.leaders, 1U)] = i;
-    }
-    if (threadIdx.x == 0) counts.members = num;
-    if (grid.thread_rank() == 0 && c.ball == BallRole::participant)
-      begin_record(record_of(a, kBallCluster), kBallCluster);
-  }
-  __device__ static void begin_record(ClusterRecord& record, std::uint32_t name) {
-    record = {};
-    record.members = record.merged = kNone;
-    record.toward = name;
-    record.claimed = kNone;
-  }
-
-  __device__ bool is_for_block(std::uint32_t cluster) const {
-    return record_of(a, cluster).wants_block != 0 || load_shared(&state.ball_owner) == cluster;
-  }
-
-  // In the first round the block's own clusters, and the ball's; later those that were merged.
-  __device__ void solve(bool is_first) {
-    {
-      TeamSolver<kBoundary, kBlock> large(launch, c, state, space, counts);
-      const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
-      const std::uint32_t num = is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
-      for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
-        const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
-        if (is_first || is_for_block(cluster))
-          large.solve(cluster, is_first ? kNone : record_of(a, cluster).merged);
-      }
-    }
-    __syncthreads();
-    {
-      constexpr unsigned kTeams = kBlock / kTeam;
-      TeamSolver<kBoundary, kTeam> small(launch, c, state, space, counts);
-      const std::uint32_t num = is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
-      const std::uint32_t team = threadIdx.x / kTeam;
-      for (std::uint32_t k = is_first ? team : block() + num_blocks() * team; k < num;
-           k += is_first ? kTeams : num_blocks() * kTeams) {
-        const std::uint32_t cluster = is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
-        if (is_first || !is_for_block(cluster))
-          small.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
-      }
-    }
-  }
-
-  // visit(line, end) for the lines that events of the step led a parcel to, until it returns true.
-  template <class Visit>
-  __device__ bool any_line(std::uint32_t i, Visit visit) const {
-    const ClusterMember& member = a.members[a.place[i]];
-    if (!member.has_changed) return false;
-    if (!is_retired(member.line.anchor) && visit(member.line, c.length)) return true;
-    for (std::uint32_t s = member.segments; s != kNone; s = a.segments[s].before) {
-      if (visit(a.segments[s].line, a.segments[s].end)) return true;
-    }
-    return false;
-  }
-
-  __device__ static bool is_within(std::uint32_t tick, std::uint32_t one_end, std::uint32_t other_end) {
-    return tick != kNoTick && tick <= (one_end < other_end ? one_end : other_end);
-  }
-
-  __device__ bool would_have_met(std::uint32_t i, std::uint32_t j) const {
-    return any_line(i, [&](const Line& p, std::uint32_t p_end) {
-      return any_line(j, [&](const Line& q, std::uint32_t q_end) {
-        return is_within(meeting<kBoundary>(c, p, q), p_end, q_end);
-      });
-    });
-  }
-
-  __device__ bool would_have_met_ball(std::uint32_t i) const {
-    return any_line(i, [&](const Line& line, std::uint32_t end) {
-      if (is_within(meeting_ball<kBoundary>(c, state.ball_now.line, line), end, c.length)) return true;
-      for (std::uint32_t s = 0; s < state.num_ball_segments; ++s) {
-        const BallLineSegment segment = a.ball_segments[s];
-        if (is_within(meeting_ball<kBoundary>(c, segment.line, line), end, segment.end)) return true;
-      }
-      return false;
-    });
-  }
-
-  // Finds the clusters whose new lines would have met.
-  __device__ void compare() {
-    const std::uint32_t num = at_most(counts.border, a.border_capacity);
-    for (std::uint32_t k = threadIdx.x; k < num; k += kBlock) {
-      const uint2 pair = segment(a.border, a.border_capacity)[k];
-      const std::uint32_t p = a.owner[pair.x], q = a.owner[pair.y];
-      if (p != q && record_of(a, p).is_solved && record_of(a, q).is_solved && would_have_met(pair.x, pair.y))
-        add_conflict(a, state, p, q);
-    }
-    __syncthreads();
-    if (threadIdx.x == 0) counts.border = 0;
-    if (c.ball != BallRole::participant || !state.ball_has_changed) return;
-    const std::uint32_t with_ball = state.ball_owner;
-    if (!record_of(a, with_ball).is_solved) return;
-    for (std::uint32_t k = rank(); k < at_most(state.num_near_ball, a.near_ball.capacity); k += num_threads()) {
-      const std::uint32_t i = a.near_ball.items[k], owner = a.owner[i];
-      if (owner != kNone && owner != with_ball && record_of(a, owner).is_solved && would_have_met_ball(i))
-        add_conflict(a, state, with_ball, owner);
-    }
-  }
-
-  // Gives the cluster's members to the root of its set.
-  __device__ void take_over(std::uint32_t cluster, std::uint32_t round) {
-    ClusterRecord& record = record_of(a, cluster);
-    if (atomicExch(&record.claimed, round) == round) return;
-    const std::uint32_t root = root_of(a, cluster);
-    ClusterRecord& into = record_of(a, root);
-    std::uint32_t last = kNone;
-    for (std::uint32_t m = record.members; m != kNone; m = a.members[m].next) {
-      a.owner[a.members[m].index] = root;
-      last = m;
-    }
-    if (last != kNone) a.members[last].next = atomicExch(&into.merged, record.members);
-    if (record.wants_block) into.wants_block = 1;
-    if (state.ball_owner == cluster && root != cluster) state.ball_owner = root;
-    if (root != cluster) return;
-    const std::uint32_t place = atomicAdd(&state.num_todo, 1U);
-    if (place < a.todo.capacity) {
-      a.todo.items[place] = root;
-    } else {
-      state.failed = 1;
-    }
-  }
-
-  // Solves all clusters. Blocks that leave the rest to the first one return earlier.
-  __device__ void run() {
-    form();
-    barrier();
-    for (std::uint32_t round = 0;; ++round) {
-      solve(round == 0);
-      if (rank() == 0) state.num_rounds += 1;
-      barrier();
-      if (rank() == 0) state.num_todo = 0;
-      compare();
-      barrier();
-      const std::uint32_t num = load_shared(&state.num_conflicts);
-      if (num == 0 || load_shared(&state.failed) != 0) return;
-      if (!alone && num <= kAlone) {
-        if (blockIdx.x != 0) return;
-        alone = true;
-      }
-      for (std::uint32_t k = rank(); k < num; k += num_threads()) unite(a, a.conflicts[k].x, a.conflicts[k].y);
-      barrier();
-      if (rank() == 0) state.num_conflicts = 0;
-      for (std::uint32_t k = rank(); k < 2 * num; k += num_threads()) {
-        const uint2 pair = a.conflicts[k / 2];
-        take_over(k % 2 == 0 ? pair.x : pair.y, round);
-      }
-      barrier();
-    }
-  }
-
-  // What was solved becomes the parcels' state.
-  __device__ void commit(const ExactLaunch& to_draw, TallySlot& tally) {
-    const std::uint32_t num = at_most(counts.members, a.member_capacity);
-    std::uint32_t num_events = 0;
-    for (std::uint32_t k = threadIdx.x; k < num; k += kBlock) {
-      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
-      const ClusterMember member = a.members[place];
-      const std::uint32_t i = member.index;
-      if (a.owner[i] == i) num_events += add(a.records[place], tally);
-      if (!member.has_changed) continue;
-      a.lines.position[i] = member.line.anchor;
-      a.lines.velocity[i] = member.line.velocity;
-      a.lines.tick[i] = member.line.tick;
-      if (a.lines.clock) a.lines.clock[i] = member.clock;
-      write_end<kBoundary>(c, to_draw, state, i, member.line);
-    }
-    if (grid.thread_rank() == 0 && c.ball == BallRole::participant && state.ball_owner == kBallCluster)
-      num_events += add(record_of(a, kBallCluster), tally);
-    if (num_events > 0) atomicAdd(&state.num_events, static_cast<unsigned long long>(num_events));
-  }
-
-  __device__ static std::uint32_t add(const ClusterRecord& record, TallySlot& tally) {
-    if (record.num_collisions > 0) {
-      atomicAdd(&tally.num_collisions, static_cast<unsigned long long>(record.num_collisions));
-      atomicAdd(&tally.impulse_sum, static_cast<unsigned long long>(record.impulse_sum));
-      atomicMax(&tally.max_overlap_bits, __float_as_uint(record.max_overlap));
-    }
-    if (record.num_hits > 0) {
-      atomicAdd(&tally.num_hits, record.num_hits);
-      atomicAdd(&tally.ball_x, static_cast<unsigned long long>(record.ball_x));
-      atomicAdd(&tally.ball_y, static_cast<unsigned long long>(record.ball_y));
-      atomicAdd(&tally.ball_torque, static_cast<unsigned long long>(record.ball_torque));
-    }
-    if (record.num_retired > 0) atomicAdd(&tally.num_retired, record.num_retired);
-    if (record.num_events > 0) atomicAdd(&tally.event_hash, record.event_hash);
-    return record.num_events;
-  }
-};
-
 __device__ double fastest_after_mps(const ExactState& state) {
   return sqrt(static_cast<double>(__uint_as_float(load_shared(&state.fastest_after_bits))));
 }
@@ -483,8 +221,7 @@ __device__ void anchor_parcel(const ExactArrays& a, const ExactState& state, std
 
 // Solves the clusters of one step, until its end: parts of it that must be redone, too.
 template <Boundary kBoundary, unsigned kTeam, unsigned kBlocks>
-__global__ void __launch_bounds__(kBlock, kBlocks)
-    solve_kernel(const __grid_constant__ ExactLaunch launch) {
+__global__ void __launch_bounds__(kBlock, kBlocks) solve_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ ExactConstants c;
   __shared__ TallySlot block_tally;
   __shared__ TeamSpace space;
@@ -623,8 +360,9 @@ std::uint32_t most_segments(std::uint32_t num_parcels) {
   PF_CUDA(cudaGetDevice(&device));
   PF_CUDA(cudaDeviceGetAttribute(&num_sms, cudaDevAttrMultiProcessorCount, device));
   int least = num_parcels < kMany ? kBlocksPerSm : kBlocksPerSmIfMany;
-  for (const auto kernel : {solve_kernel_for<Boundary::open>(num_parcels), solve_kernel_for<Boundary::walls>(num_parcels),
-                            solve_kernel_for<Boundary::periodic>(num_parcels)}) {
+  for (const auto kernel :
+       {solve_kernel_for<Boundary::open>(num_parcels), solve_kernel_for<Boundary::walls>(num_parcels),
+        solve_kernel_for<Boundary::periodic>(num_parcels)}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     least = std::min(least, blocks);
   }
@@ -665,9 +403,9 @@ void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream) {
     PF_LAUNCHED("predict_kernel");
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
-    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel_for<kBoundary>(launch.space.num_parcels)),
-                                        dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0,
-                                        stream));
+    PF_CUDA(cudaLaunchCooperativeKernel(
+        reinterpret_cast<const void*>(solve_kernel_for<kBoundary>(launch.space.num_parcels)),
+        dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0, stream));
   });
 }
 

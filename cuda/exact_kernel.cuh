@@ -1,7 +1,7 @@
-// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, and one
-// cooperative kernel that solves the clusters (backend/exact_stepper.hpp has the same in plain loops; the formulas
-// are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the ball stay on
-// the device.
+// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, and
+// one cooperative kernel that solves the clusters (backend/exact_stepper.hpp has the same in plain loops; the
+// formulas are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the
+// ball stay on the device.
 #pragma once
 
 #include "backend/draw_buffers.hpp"
@@ -19,7 +19,7 @@ struct ClusterMember {
   Line line;
   Event event;
   std::uint32_t index, id;
-  std::uint32_t next;      // in the cluster's list
+  std::uint32_t next;  // in the cluster's list
   std::uint32_t clock;
   std::uint32_t segments;  // the latest of its earlier lines but the one at the step's begin
   float fastest_mps;       // in the step so far
@@ -72,20 +72,20 @@ struct ExactArrays {
   Vec2i* present[2] = {};  // at the step's begin and, in the other, at its end: ExactState::parity
   std::uint32_t* event_tick = nullptr;  // along the lines of the begin
   std::uint32_t* event_partner = nullptr;
-  std::uint32_t* owner = nullptr;     // cluster, or kNone
-  std::uint32_t* place = nullptr;     // of an owned parcel among the members
-  std::uint32_t* list_head = nullptr; // of a cluster's first members
+  std::uint32_t* owner = nullptr;      // cluster, or kNone
+  std::uint32_t* place = nullptr;      // of an owned parcel among the members
+  std::uint32_t* list_head = nullptr;  // of a cluster's first members
   SegmentedList active;                // parcels with an event before the end
   SegmentedList leaders;               // those that clusters are called by
-  std::uint32_t num_segments = 0;     // blocks of the cooperative kernel
-  ClusterMember* members = nullptr;   // num_segments x member_capacity
-  ClusterRecord* records = nullptr;   // as many; and one for the ball
-  LineSegment* segments = nullptr;    // num_segments x segment_capacity
-  uint2* border = nullptr;            // num_segments x border_capacity: parcels of two clusters, near each other
+  std::uint32_t num_segments = 0;      // blocks of the cooperative kernel
+  ClusterMember* members = nullptr;    // num_segments x member_capacity
+  ClusterRecord* records = nullptr;    // as many; and one for the ball
+  LineSegment* segments = nullptr;     // num_segments x segment_capacity
+  uint2* border = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
   std::uint32_t member_capacity = 0, segment_capacity = 0, border_capacity = 0;
   CommonList near_ball;
-  CommonList todo;                    // clusters to solve again
-  uint2* conflicts = nullptr;         // pairs of clusters
+  CommonList todo;             // clusters to solve again
+  uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
   BallLineSegment* ball_segments = nullptr;
   std::uint32_t ball_segment_capacity = 0;
@@ -111,8 +111,8 @@ struct ExactState {
   std::uint32_t num_ball_segments = 0;
   std::uint32_t ball_has_changed = 0;
   std::uint32_t fastest_after_bits = 0;  // square of the largest speed after an event, float
-  unsigned long long num_events = 0;  // of the step
-  unsigned long long num_rounds = 0;  // of the request
+  unsigned long long num_events = 0;     // of the step
+  unsigned long long num_rounds = 0;     // of the request
   unsigned long long num_redone = 0;
   unsigned long long event_hash = 0;
   std::int64_t last_travel = 0;  // of the last step

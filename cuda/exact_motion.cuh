@@ -17,11 +17,12 @@ class DeviceExact {
   // Makes room; what the clusters need is kept until more parcels need more.
   void reserve(std::uint32_t num_parcels);
   std::size_t bytes() const;
-  // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and leaders,
-  // lines, and pairs of neighbours.
+  // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and
+  // leaders, lines, and pairs of neighbours.
   static constexpr double kBytesPerParcel = 8.0 + 43.0 + 2.0 + 2.0 + 2.0;
 
-  // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's arrays.
+  // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's
+  // arrays.
   struct Memory {
     ParcelPointers lines, free;
     std::uint32_t* scratch[3];

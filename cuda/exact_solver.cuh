@@ -33,7 +33,8 @@ __device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i 
   return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
 }
 
-__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j, const std::uint32_t* id) {
+__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j,
+                                    const std::uint32_t* id) {
   if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
 }
 
@@ -65,7 +66,8 @@ __device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_
 }
 
 // Clusters that have to be solved as one, or one of them by a whole block.
-__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p, std::uint32_t q) {
+__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p,
+                                    std::uint32_t q) {
   const std::uint32_t place = atomicAdd(&state.num_conflicts, 1U);
   if (place < a.conflict_capacity) {
     a.conflicts[place] = {p, q};
@@ -88,8 +90,8 @@ struct BlockCounts {
   std::uint32_t active, leaders, members, segments, border;
 };
 
-// A team of kLanes threads of one block, which walk through a cluster together. Its first thread writes what there
-// is one of.
+// A team of kLanes threads of one block, which walk through a cluster together. Its first thread writes what
+// there is one of.
 template <Boundary kBoundary, unsigned kLanes>
 class TeamSolver {
  public:
@@ -98,8 +100,8 @@ class TeamSolver {
   static constexpr std::uint32_t kMostEvents = 20000;
   static constexpr bool kIsBlock = kLanes == kExactBlock;
 
-  __device__ __forceinline__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state, TeamSpace& space,
-                        BlockCounts& counts)
+  __device__ __forceinline__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state,
+                                        TeamSpace& space, BlockCounts& counts)
       : launch_(launch),
         a_(launch.arrays),
         c_(c),
@@ -134,7 +136,9 @@ class TeamSolver {
   // The model's Tally, of the first thread.
   __device__ __forceinline__ void begin_contact() { ++sum_.num_collisions; }
   __device__ __forceinline__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
-  __device__ __forceinline__ void overlap(float diameters) { sum_.max_overlap = fmaxf(sum_.max_overlap, diameters); }
+  __device__ __forceinline__ void overlap(float diameters) {
+    sum_.max_overlap = fmaxf(sum_.max_overlap, diameters);
+  }
   __device__ __forceinline__ void ball_hit(const BallSums& hit) {
     ++sum_.num_hits;
     sum_.ball_x += hit.impulse_x;
@@ -155,7 +159,9 @@ class TeamSolver {
   }
   __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
   __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
-  __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const { return load_shared(&a_.owner[i]); }
+  __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const {
+    return load_shared(&a_.owner[i]);
+  }
   __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members[team_]; }
 
   static __device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
@@ -219,13 +225,14 @@ class TeamSolver {
     }
     sync();
     if (num_members() > kCapacity) return false;
-    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) write_member(table_[k], member(table_[k]).index);
+    for (std::uint32_t k = lane_; k < num_members(); k += kLanes)
+      write_member(table_[k], member(table_[k]).index);
     sync();
     return true;
   }
 
-  // The parcel's place among the members, which it joins if it is nobody's; else kNone, and space_.other has the
-  // cluster whose it is, or this one's own name if there is no room.
+  // The parcel's place among the members, which it joins if it is nobody's; else kNone, and space_.other has
+  // the cluster whose it is, or this one's own name if there is no room.
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
     if (leads()) {
       std::uint32_t place = kNone;
@@ -262,8 +269,7 @@ class TeamSolver {
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
     ClusterRecord& record = record_of(a_, cluster_);
     const std::uint32_t num = fits ? num_members() : 0U;
-    for (std::uint32_t k = 0; k < num; ++k)
-      member(table_[k]).next = k + 1 < num ? table_[k + 1] : kNone;
+    for (std::uint32_t k = 0; k < num; ++k) member(table_[k]).next = k + 1 < num ? table_[k + 1] : kNone;
     record.members = fits ? (num > 0 ? table_[0] : kNone) : list;
     record.merged = kNone;
     record.is_solved = solved ? 1U : 0U;
@@ -313,8 +319,8 @@ class TeamSolver {
     return best;
   }
 
-  // Every step of the loop stands once in the program: all is inlined, so that what the kernel was given stays in
-  // the constant bank.
+  // Every step of the loop stands once in the program: all is inlined, so that what the kernel was given
+  // stays in the constant bank.
   __device__ __forceinline__ bool go_through_events() {
     bool ball_is_stale = has_ball_;
     while (true) {
@@ -470,12 +476,14 @@ class TeamSolver {
     sync();
   }
 
-  // After a member got a new line: whether the ball's event is to be predicted again, or is this parcel's now.
+  // After a member got a new line: whether the ball's event is to be predicted again, or is this parcel's
+  // now.
   __device__ __forceinline__ bool heed_ball(std::uint32_t i, const Line& now) {
     const Event event = state_.ball_event;
     sync();
     if (event.partner == i) return true;
-    if (leads() && !is_retired(now.anchor) && is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i])) {
+    if (leads() && !is_retired(now.anchor) &&
+        is_near_ball<kBoundary>(c_.step.physics.world, state_, present_[i])) {
       const Event next{meeting_ball<kBoundary>(c_, state_.ball_now.line, now), i, id(i)};
       if (next.tick != kNoTick && comes_before(next, event)) state_.ball_event = next;
     }
@@ -485,8 +493,8 @@ class TeamSolver {
 
   // ---- predictions
 
-  // visit(j) for the parcels of i's search box, i among them, shared among the team's threads. The ranges of the box
-  // are laid end to end, so that the threads wait for memory together and not row by row.
+  // visit(j) for the parcels of i's search box, i among them, shared among the team's threads. The ranges of
+  // the box are laid end to end, so that the threads wait for memory together and not row by row.
   template <class Visit>
   __device__ __forceinline__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
     const GridShape& grid = launch_.space.grid;
@@ -503,8 +511,8 @@ class TeamSolver {
           const int k = static_cast<int>(two ? lane_ / 2 : lane_);
           const int row = k < num_rows ? sy.first + k : sy.second_first + (k - num_rows);
           const bool second = two && lane_ % 2 != 0;
-          const std::uint32_t* starts =
-              launch_.space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.num_x);
+          const std::uint32_t* starts = launch_.space.cell_start + static_cast<std::uint32_t>(row) *
+                                                                       static_cast<std::uint32_t>(grid.num_x);
           first = starts[second ? sx.second_first : sx.first];
           count = starts[(second ? sx.second_last : sx.last) + 1] - first;
         }
@@ -521,7 +529,8 @@ class TeamSolver {
           for (unsigned r = 0; r < num; ++r) {
             const std::uint32_t range_end = lanes.shfl(end, r), range_count = lanes.shfl(count, r);
             const std::uint32_t range_first = lanes.shfl(first, r);
-            if (k < range_end && k + range_count >= range_end) j = range_first + (k + range_count - range_end);
+            if (k < range_end && k + range_count >= range_end)
+              j = range_first + (k + range_count - range_end);
           }
           if (k < total) visit(j);
         }
@@ -532,10 +541,11 @@ class TeamSolver {
                                      [&](std::uint32_t j, Vec2i) { visit(j); });
   }
 
-  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step, may
-  // touch, but for the members of its cluster; those that are another's, on whatever line they are.
+  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step,
+  // may touch, but for the members of its cluster; those that are another's, on whatever line they are.
   template <class Visit>
-  __device__ __forceinline__ void search_others(std::uint32_t i, const Line& now, float fastest_mps, Visit visit) {
+  __device__ __forceinline__ void search_others(std::uint32_t i, const Line& now, float fastest_mps,
+                                                Visit visit) {
     if (!c_.step.physics.parcels.contacts) return;
     const double in_step = c_.units_per_tick * c_.length;
     const double moved = (static_cast<double>(fastest_mps) + c_.max_speed_mps) * in_step;
@@ -577,9 +587,10 @@ class TeamSolver {
     }
   }
 
-  // A member's next event. Of one on a new line also those of the members near it: they are told of an earlier one,
-  // or flagged if theirs was with it; `partner` changed as well and has its own turn.
-  __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner, bool& ball_is_stale) {
+  // A member's next event. Of one on a new line also those of the members near it: they are told of an
+  // earlier one, or flagged if theirs was with it; `partner` changed as well and has its own turn.
+  __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner,
+                                          bool& ball_is_stale) {
     const Line now = member(m).line;
     const std::uint32_t i = member(m).index, own = member(m).id;
     const bool gone = is_retired(now.anchor);

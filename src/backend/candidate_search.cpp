@@ -95,9 +95,9 @@ struct Eight {
       : x(_mm256_shuffle_ps(a, b, 0x88)), y(_mm256_shuffle_ps(a, b, 0xDD)) {}
 };
 
-// Other threads may take parcels while a search reads who owns them: aligned words, which x86 reads whole. What
-// matters is that a search after a thread's own taking sees all that were taken before, and after a locked
-// instruction it does. The thread sanitizer knows neither.
+// Other threads may take parcels while a search reads who owns them: aligned words, which x86 reads whole.
+// What matters is that a search after a thread's own taking sees all that were taken before, and after a
+// locked instruction it does. The thread sanitizer knows neither.
 #define PF_AVX2 target("avx2"), no_sanitize_thread
 
 // The same, eight parcels first .. first + 7 at a time: a bit each of those below last, wanted, and not self.
@@ -198,8 +198,7 @@ inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>&
 // Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
 // many rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
 template <Boundary kBoundary, Wanted kWanted>
-__attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_t i,
-                                                 SearchScratch& scratch) {
+__attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];
   const Filter<kBoundary, kWanted> filter(space, i);
   scratch.finds.clear();

@@ -63,7 +63,7 @@ struct Cluster {
 
 // What one thread collects, and its working memory.
 struct ExactWorker {
-  struct Entry {  // of the queue of events, earliest first
+  struct Entry {                    // of the queue of events, earliest first
     std::uint32_t tick, low, high;  // low, high: ids of the two
     std::uint32_t member, version;
   };
@@ -90,15 +90,15 @@ struct ExactWorker {
 
 struct ExactProblem {
   ExactConstants constants;
-  SearchSpace space;             // position = present; reach and filter are set here
-  std::int64_t travel = 0;       // bound on displacements along an axis from the sort to the begin
-  double fastest_mps = 0.0;      // largest parcel speed at the begin
-  std::uint64_t begin_tick = 0;  // since the reset
+  SearchSpace space;                   // position = present; reach and filter are set here
+  std::int64_t travel = 0;             // bound on displacements along an axis from the sort to the begin
+  double fastest_mps = 0.0;            // largest parcel speed at the begin
+  std::uint64_t begin_tick = 0;        // since the reset
   std::uint32_t most_events = 100000;  // of a cluster
 };
 
-// The step that is being made: the lines at its begin, which stay as they are until all is solved, and what is
-// known of each parcel.
+// The step that is being made: the lines at its begin, which stay as they are until all is solved, and what
+// is known of each parcel.
 template <Boundary kBoundary>
 struct ExactStep {
   const ExactProblem& problem;
@@ -111,7 +111,7 @@ struct ExactStep {
   std::vector<std::uint32_t>& event_partner;
   std::vector<std::uint32_t>& owner;  // cluster, or kNone
   std::vector<std::uint32_t>& place;  // of an owned parcel in its worker's members
-  const std::uint32_t& ball_owner;  // cluster of a participant
+  const std::uint32_t& ball_owner;    // cluster of a participant
   std::vector<std::uint32_t>& near_ball;
   std::vector<std::uint32_t>& seeds;
   BallMember& ball_member;  // of the cluster that owns the ball
@@ -130,7 +130,8 @@ struct ExactStep {
            std::abs(static_cast<std::int64_t>(from.y)) <= ball_reach;
   }
 
-  // Sequentially consistent: of two clusters that take a parcel each and then look at the other's, one sees it.
+  // Sequentially consistent: of two clusters that take a parcel each and then look at the other's, one sees
+  // it.
   std::uint32_t owner_of(std::uint32_t i) const { return std::atomic_ref<std::uint32_t>(owner[i]).load(); }
   static std::uint32_t take(std::uint32_t& of, std::uint32_t cluster) {  // its owner afterwards
     std::uint32_t seen = kNone;
@@ -148,8 +149,8 @@ struct ExactStep {
     return distance;
   }
 
-  // Fills worker.scratch.finds with the parcels that i, now on another line than at the begin and never faster than
-  // fastest_mps in the step, may touch; for those that are owned, on whatever line they are.
+  // Fills worker.scratch.finds with the parcels that i, now on another line than at the begin and never
+  // faster than fastest_mps in the step, may touch; for those that are owned, on whatever line they are.
   void search_reachable(ExactWorker& worker, std::uint32_t i, const Line& now, double fastest_mps) const {
     worker.scratch.finds.clear();
     if (!c.step.physics.parcels.contacts) return;

@@ -1,5 +1,6 @@
-// Method `exact` on the CPU: one cluster's events through a step, in the order of time, as if the other parcels
-// kept to the lines that they have at its begin. Where one of them turns out to be another cluster's, it stops.
+// Method `exact` on the CPU: one cluster's events through a step, in the order of time, as if the other
+// parcels kept to the lines that they have at its begin. Where one of them turns out to be another cluster's,
+// it stops.
 #pragma once
 
 #include <algorithm>
@@ -53,7 +54,8 @@ class ClusterSolver {
     now.line = step_.line(i);
     const std::uint32_t partner = step_.event_partner[i];
     const std::uint64_t key = step_.event_key[i];
-    if (key != kNoEvent) now.event = {static_cast<std::uint32_t>(key >> 32U), partner, static_cast<std::uint32_t>(key)};
+    if (key != kNoEvent)
+      now.event = {static_cast<std::uint32_t>(key >> 32U), partner, static_cast<std::uint32_t>(key)};
     now.clock = step_.lines.clock.empty() ? 0U : step_.lines.clock[i];
     now.fastest_mps = std::sqrt(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
     worker_.members.push_back(now);
@@ -79,8 +81,8 @@ class ClusterSolver {
   }
   void push(std::uint32_t m, std::uint32_t own_id, const Event& event, std::uint32_t version) {
     if (event.tick == kNoTick) return;
-    worker_.queue.push_back({event.tick, std::min(own_id, event.partner_id),
-                             std::max(own_id, event.partner_id), m, version});
+    worker_.queue.push_back(
+        {event.tick, std::min(own_id, event.partner_id), std::max(own_id, event.partner_id), m, version});
     std::push_heap(worker_.queue.begin(), worker_.queue.end(), is_later);
   }
   void push(std::uint32_t m) { push(m, id(member(m).index), member(m).event, member(m).version); }
@@ -259,12 +261,11 @@ class ClusterSolver {
     if (may_reach_edge<kBoundary>(c_, step_.problem.space.position[it.index]))
       keep_edge_event<kBoundary>(c_, it.line, best);
     if (c_.ball == BallRole::absent || cluster_.has_ball || !step_.is_near_ball(it.index)) return;
-    keep_earlier(best,
-                 {meeting_ball<kBoundary>(c_, step_.ball.line, it.line), kBallPartner, kBallPartner});
+    keep_earlier(best, {meeting_ball<kBoundary>(c_, step_.ball.line, it.line), kBallPartner, kBallPartner});
   }
 
-  // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well and
-  // has its own turn.
+  // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well
+  // and has its own turn.
   void predict_changed(std::uint32_t m, std::uint32_t partner) {
     const Member it = member(m);
     const bool gone = is_retired(it.line.anchor);
@@ -305,8 +306,7 @@ class ClusterSolver {
       Event best;
       for (const std::uint32_t j : worker_.scratch.finds) {
         const Line there = line_now(j);
-        if (!is_retired(there.anchor))
-          keep_earlier(best, {meeting<kBoundary>(c_, it.line, there), j, id(j)});
+        if (!is_retired(there.anchor)) keep_earlier(best, {meeting<kBoundary>(c_, it.line, there), j, id(j)});
       }
       keep_edge_and_ball(it, best);
       set_event(m, best);

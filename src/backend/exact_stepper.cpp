@@ -163,8 +163,8 @@ struct ExactStepper::Phases {
     worker.found.push_back(i);
   }
 
-  // Parcels that have an event with an edge or the ball are in worker.found; of those, the ones that meet another
-  // parcel earlier go.
+  // Parcels that have an event with an edge or the ball are in worker.found; of those, the ones that meet
+  // another parcel earlier go.
   void predict_from_hits() {
     std::size_t num_hits = 0;
     for (const ExactWorker& worker : self.workers_) num_hits += worker.hits.size();
@@ -279,7 +279,8 @@ struct ExactStepper::Phases {
   }
 
   bool would_have_met_ball(std::uint32_t i) const {
-    const auto meets = [&](const Line& line, std::uint32_t line_end, const BallLine& of_ball, std::uint32_t end) {
+    const auto meets = [&](const Line& line, std::uint32_t line_end, const BallLine& of_ball,
+                           std::uint32_t end) {
       const std::uint32_t tick = meeting_ball<kBoundary>(c, of_ball, line);
       return tick != kNoTick && tick <= std::min(line_end, end);
     };
@@ -313,7 +314,8 @@ struct ExactStepper::Phases {
     });
   }
 
-  // Makes one of each set of clusters that conflict: the one with the lowest index, which is to be solved again.
+  // Makes one of each set of clusters that conflict: the one with the lowest index, which is to be solved
+  // again.
   void merge() {
     if (!any_conflict()) return self.todo_.clear();
     std::vector<std::uint32_t>& toward = self.todo_;
@@ -430,8 +432,8 @@ void ExactStepper::prepare(const ExactProblem& problem, std::size_t num_parcels)
 }
 
 template <Boundary kBoundary>
-ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
-                               std::vector<EventRecord>* events) {
+ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
+                               Vec2i* at_end, std::vector<EventRecord>* events) {
   ExactOutcome outcome;
   Phases<kBoundary> phases(*this, problem, lines, ball, at_end, events != nullptr);
   outcome.finished = phases.solve_all(outcome);
@@ -450,8 +452,8 @@ ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines,
   return outcome;
 }
 
-ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
-                                std::vector<EventRecord>* events) {
+ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
+                                Vec2i* at_end, std::vector<EventRecord>* events) {
   prepare(problem, lines.id.size());
   switch (problem.constants.step.physics.world.boundary) {
     case Boundary::walls:
@@ -464,11 +466,11 @@ ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines
 }
 
 std::uint64_t ExactStepper::memory_bytes() const {
-  std::uint64_t bytes = 8 * event_key_.capacity() +
-                        4 * (event_partner_.capacity() + owner_.capacity() +
-                             place_.capacity() + active_.capacity() + near_ball_.capacity() +
-                             seeds_.capacity() + todo_.capacity()) +
-                        sizeof(Cluster) * clusters_.capacity();
+  std::uint64_t bytes =
+      8 * event_key_.capacity() +
+      4 * (event_partner_.capacity() + owner_.capacity() + place_.capacity() + active_.capacity() +
+           near_ball_.capacity() + seeds_.capacity() + todo_.capacity()) +
+      sizeof(Cluster) * clusters_.capacity();
   for (const ExactWorker& worker : workers_)
     bytes += sizeof(Member) * worker.members.capacity() + sizeof(Segment) * worker.segments.capacity();
   return bytes;

@@ -1,9 +1,10 @@
 // Method `exact` on the CPU: one step.
 //
-// Every parcel predicts its earliest event. Parcels whose events hang together form a cluster; clusters are solved
-// side by side, each by one thread in the order of time, as if nothing else happened (exact_cluster_solver.hpp).
-// Clusters that run into each other, or whose new lines would have met, are solved again as one, until the lines of
-// all fit together: then they are the only ones that can be (docs/exact.md).
+// Every parcel predicts its earliest event. Parcels whose events hang together form a cluster; clusters are
+// solved side by side, each by one thread in the order of time, as if nothing else happened
+// (exact_cluster_solver.hpp). Clusters that run into each other, or whose new lines would have met, are
+// solved again as one, until the lines of all fit together: then they are the only ones that can be
+// (docs/exact.md).
 #pragma once
 
 #include <cstdint>

@@ -147,7 +147,8 @@ PF_HD inline Vec2i position_at(const ExactConstants& c, const Line& line, std::i
 template <Boundary kBoundary>
 PF_HD inline Vec2i line_begin(const ExactConstants& c, const Line& line) {
   if constexpr (kBoundary == Boundary::periodic) return position_at<kBoundary>(c, line, 0);
-  const Vec2d moved = travelled(c, to_double(line.velocity), -static_cast<std::int64_t>(anchor_time(c, line)));
+  const Vec2d moved =
+      travelled(c, to_double(line.velocity), -static_cast<std::int64_t>(anchor_time(c, line)));
   return {static_cast<std::int32_t>(line.anchor.x + round_to_int64(moved.x)),
           static_cast<std::int32_t>(line.anchor.y + round_to_int64(moved.y))};
 }

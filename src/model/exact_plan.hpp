@@ -26,8 +26,8 @@ struct ExactBall {
   Vec2d end_velocity_mps;  // at the end of the step if nothing hits it
 };
 
-// What follows from the present speeds for the step: more is rare, and costs a step done again. (Two parcels of
-// equal speed cannot leave one of them with more than sqrt(2) times that.)
+// What follows from the present speeds for the step: more is rare, and costs a step done again. (Two parcels
+// of equal speed cannot leave one of them with more than sqrt(2) times that.)
 constexpr double kSpeedMargin = 1.2;
 constexpr double kLongestReach = 1.0e9;  // position units; a search box must stay within 32 bits
 
@@ -178,8 +178,8 @@ PF_HD inline double surface_speed_mps(const Physics& physics, const BallLine& li
 }
 
 // The step is done: time, travel and ball move on. frozen_hits: what a frozen ball took (counts of
-// c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events. num_events: of
-// the step.
+// c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events.
+// num_events: of the step.
 PF_HD inline void end_step(const ExactConstants& c, const ExactBall& ball, const BallSums& frozen_hits,
                            double fastest_at_begin_mps, double fastest_after_mps, std::uint64_t num_events,
                            ExactProgress& progress) {

@@ -1,5 +1,5 @@
-// Method `exact` on the CPU against the lab's serial event-driven reference: that it works in parallel and in steps
-// has to pay.
+// Method `exact` on the CPU against the lab's serial event-driven reference: that it works in parallel and in
+// steps has to pay.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,11 +51,13 @@ TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
     ASSERT_TRUE(rival.run_until(rival.now_s() + kTime_s));
     const double reference = static_cast<double>(rival.totals().num_collisions) - before;
     per_s[1].push_back(reference / (1e-3 * milliseconds_since(start)));
-    EXPECT_NEAR(exact / reference, 1.0, 0.02);  // both in the same gas: 9e4 collisions, 4 sigma of the difference
+    EXPECT_NEAR(exact / reference, 1.0,
+                0.02);  // both in the same gas: 9e4 collisions, 4 sigma of the difference
   }
   const double ratio = median(per_s[0]) / median(per_s[1]);
-  std::printf("million collisions per second, median: exact, 2 threads %.3f; reference, 1 thread %.3f; ratio %.2f\n",
-              1e-6 * median(per_s[0]), 1e-6 * median(per_s[1]), ratio);
+  std::printf(
+      "million collisions per second, median: exact, 2 threads %.3f; reference, 1 thread %.3f; ratio %.2f\n",
+      1e-6 * median(per_s[0]), 1e-6 * median(per_s[1]), ratio);
   EXPECT_GE(ratio, 1.3);  // measured: 1.8 on a Xeon, 2.6 on an EPYC, two threads each
 }
 

@@ -46,13 +46,13 @@ TEST(Search, FastestFindsWhatThePlainLoopFinds) {
         const GridShape grid = choose_grid(run.physics.world, num, width * diameter);
         cell_sort.sort(team, grid, parcels.position.data(), parcels, sorted, cell_start, times);
         SearchSpace space{sorted.position.data(),
-                                cell_start.data(),
-                                grid,
-                                run.physics.world,
-                                num,
-                                static_cast<std::int32_t>(reach),
-                                static_cast<float>(reach * reach),
-                                false};
+                          cell_start.data(),
+                          grid,
+                          run.physics.world,
+                          num,
+                          static_cast<std::int32_t>(reach),
+                          static_cast<float>(reach * reach),
+                          false};
         space.velocity = sorted.velocity.data();
         space.contact = static_cast<float>(diameter);
         space.owner = owner.data();

@@ -1,0 +1,276 @@
+// Method `exact` on the device: from the events of the step's begin to clusters that fit together. The blocks
+// of a cooperative kernel form, solve, compare and merge them; backend/exact_stepper.cpp has the same.
+#pragma once
+
+#include "exact_solver.cuh"
+
+namespace pf {
+
+// With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth.
+constexpr std::uint32_t kAlone = 64;
+
+__device__ inline bool reaches_end(const ExactState& state, std::uint64_t until) {
+  return state.progress.now + state.plan.length == until;
+}
+
+// Where the parcel will be at the end of the step if nothing happens to it any more.
+template <Boundary kBoundary>
+__device__ void write_end(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
+                          std::uint32_t i, const Line& line) {
+  const Vec2i end = position_at<kBoundary>(c, line, static_cast<std::int32_t>(c.length));
+  launch.arrays.present[state.parity ^ 1U][i] = end;
+  if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
+    draw_parcel(launch.draw, c.step.physics.world, i, end, line.velocity);
+}
+
+// What one block's threads know of solving the step's clusters, each by kTeam of them.
+template <Boundary kBoundary, unsigned kTeam>
+struct Clusters {
+  const ExactLaunch& launch;
+  const ExactConstants& c;
+  ExactState& state;
+  TeamSpace& space;
+  BlockCounts& counts;
+  const ExactArrays& a = launch.arrays;
+  cg::grid_group grid = cg::this_grid();
+  bool alone = false;  // one block, which does what is left
+
+  __device__ void barrier() {
+    if (alone) {
+      __syncthreads();
+    } else {
+      grid.sync();
+    }
+  }
+  __device__ unsigned rank() const { return alone ? threadIdx.x : static_cast<unsigned>(grid.thread_rank()); }
+  __device__ unsigned num_threads() const { return alone ? kExactBlock : static_cast<unsigned>(grid.size()); }
+  __device__ unsigned block() const { return alone ? 0U : blockIdx.x; }
+  __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }
+  template <class T>
+  __device__ T* segment(T* items, std::uint32_t capacity) const {
+    return items + static_cast<std::size_t>(blockIdx.x) * capacity;
+  }
+  __device__ static std::uint32_t at_most(std::uint32_t count, std::uint32_t capacity) {
+    return count < capacity ? count : capacity;
+  }
+
+  // The parcel that the cluster of i is called by. Earliest events lead from parcel to parcel, each to an
+  // earlier one, and end with two that are each other's or with a parcel's own.
+  __device__ std::uint32_t leader_of(std::uint32_t i) const {
+    while (true) {
+      const std::uint32_t partner = a.event_partner[i];
+      if (!is_parcel(partner)) return i;
+      if (a.event_partner[partner] == i) return i < partner ? i : partner;
+      i = partner;
+    }
+  }
+
+  // Makes a member of each of the block's active parcels, and a cluster of those that hang together.
+  __device__ void form() {
+    const std::uint32_t num = at_most(counts.active, a.active.capacity);
+    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
+      const std::uint32_t i = segment(a.active.items, a.active.capacity)[k];
+      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
+      const std::uint32_t leader = leader_of(i);
+      a.owner[i] = leader;
+      a.place[i] = place;
+      a.members[place].index = i;
+      a.members[place].next = atomicExch(&a.list_head[leader], place);
+      if (leader != i) continue;
+      begin_record(a.records[place], i);
+      segment(a.leaders.items, a.leaders.capacity)[atomicAdd(&counts.leaders, 1U)] = i;
+    }
+    if (threadIdx.x == 0) counts.members = num;
+    if (grid.thread_rank() == 0 && c.ball == BallRole::participant)
+      begin_record(record_of(a, kBallCluster), kBallCluster);
+  }
+  __device__ static void begin_record(ClusterRecord& record, std::uint32_t name) {
+    record = {};
+    record.members = record.merged = kNone;
+    record.toward = name;
+    record.claimed = kNone;
+  }
+
+  __device__ bool is_for_block(std::uint32_t cluster) const {
+    return record_of(a, cluster).wants_block != 0 || load_shared(&state.ball_owner) == cluster;
+  }
+
+  // In the first round the block's own clusters, and the ball's; later those that were merged.
+  __device__ void solve(bool is_first) {
+    {
+      TeamSolver<kBoundary, kExactBlock> large(launch, c, state, space, counts);
+      const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
+      const std::uint32_t num =
+          is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
+      for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
+        const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
+        if (is_first || is_for_block(cluster))
+          large.solve(cluster, is_first ? kNone : record_of(a, cluster).merged);
+      }
+    }
+    __syncthreads();
+    {
+      constexpr unsigned kTeams = kExactBlock / kTeam;
+      TeamSolver<kBoundary, kTeam> small(launch, c, state, space, counts);
+      const std::uint32_t num =
+          is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
+      const std::uint32_t team = threadIdx.x / kTeam;
+      for (std::uint32_t k = is_first ? team : block() + num_blocks() * team; k < num;
+           k += is_first ? kTeams : num_blocks() * kTeams) {
+        const std::uint32_t cluster =
+            is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
+        if (is_first || !is_for_block(cluster))
+          small.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
+      }
+    }
+  }
+
+  // visit(line, end) for the lines that events of the step led a parcel to, until it returns true.
+  template <class Visit>
+  __device__ bool any_line(std::uint32_t i, Visit visit) const {
+    const ClusterMember& member = a.members[a.place[i]];
+    if (!member.has_changed) return false;
+    if (!is_retired(member.line.anchor) && visit(member.line, c.length)) return true;
+    for (std::uint32_t s = member.segments; s != kNone; s = a.segments[s].before) {
+      if (visit(a.segments[s].line, a.segments[s].end)) return true;
+    }
+    return false;
+  }
+
+  __device__ static bool is_within(std::uint32_t tick, std::uint32_t one_end, std::uint32_t other_end) {
+    return tick != kNoTick && tick <= (one_end < other_end ? one_end : other_end);
+  }
+
+  __device__ bool would_have_met(std::uint32_t i, std::uint32_t j) const {
+    return any_line(i, [&](const Line& p, std::uint32_t p_end) {
+      return any_line(j, [&](const Line& q, std::uint32_t q_end) {
+        return is_within(meeting<kBoundary>(c, p, q), p_end, q_end);
+      });
+    });
+  }
+
+  __device__ bool would_have_met_ball(std::uint32_t i) const {
+    return any_line(i, [&](const Line& line, std::uint32_t end) {
+      if (is_within(meeting_ball<kBoundary>(c, state.ball_now.line, line), end, c.length)) return true;
+      for (std::uint32_t s = 0; s < state.num_ball_segments; ++s) {
+        const BallLineSegment segment = a.ball_segments[s];
+        if (is_within(meeting_ball<kBoundary>(c, segment.line, line), end, segment.end)) return true;
+      }
+      return false;
+    });
+  }
+
+  // Finds the clusters whose new lines would have met.
+  __device__ void compare() {
+    const std::uint32_t num = at_most(counts.border, a.border_capacity);
+    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
+      const uint2 pair = segment(a.border, a.border_capacity)[k];
+      const std::uint32_t p = a.owner[pair.x], q = a.owner[pair.y];
+      if (p != q && record_of(a, p).is_solved && record_of(a, q).is_solved && would_have_met(pair.x, pair.y))
+        add_conflict(a, state, p, q);
+    }
+    __syncthreads();
+    if (threadIdx.x == 0) counts.border = 0;
+    if (c.ball != BallRole::participant || !state.ball_has_changed) return;
+    const std::uint32_t with_ball = state.ball_owner;
+    if (!record_of(a, with_ball).is_solved) return;
+    for (std::uint32_t k = rank(); k < at_most(state.num_near_ball, a.near_ball.capacity);
+         k += num_threads()) {
+      const std::uint32_t i = a.near_ball.items[k], owner = a.owner[i];
+      if (owner != kNone && owner != with_ball && record_of(a, owner).is_solved && would_have_met_ball(i))
+        add_conflict(a, state, with_ball, owner);
+    }
+  }
+
+  // Gives the cluster's members to the root of its set.
+  __device__ void take_over(std::uint32_t cluster, std::uint32_t round) {
+    ClusterRecord& record = record_of(a, cluster);
+    if (atomicExch(&record.claimed, round) == round) return;
+    const std::uint32_t root = root_of(a, cluster);
+    ClusterRecord& into = record_of(a, root);
+    std::uint32_t last = kNone;
+    for (std::uint32_t m = record.members; m != kNone; m = a.members[m].next) {
+      a.owner[a.members[m].index] = root;
+      last = m;
+    }
+    if (last != kNone) a.members[last].next = atomicExch(&into.merged, record.members);
+    if (record.wants_block) into.wants_block = 1;
+    if (state.ball_owner == cluster && root != cluster) state.ball_owner = root;
+    if (root != cluster) return;
+    const std::uint32_t place = atomicAdd(&state.num_todo, 1U);
+    if (place < a.todo.capacity) {
+      a.todo.items[place] = root;
+    } else {
+      state.failed = 1;
+    }
+  }
+
+  // Solves all clusters. Blocks that leave the rest to the first one return earlier.
+  __device__ void run() {
+    form();
+    barrier();
+    for (std::uint32_t round = 0;; ++round) {
+      solve(round == 0);
+      if (rank() == 0) state.num_rounds += 1;
+      barrier();
+      if (rank() == 0) state.num_todo = 0;
+      compare();
+      barrier();
+      const std::uint32_t num = load_shared(&state.num_conflicts);
+      if (num == 0 || load_shared(&state.failed) != 0) return;
+      if (!alone && num <= kAlone) {
+        if (blockIdx.x != 0) return;
+        alone = true;
+      }
+      for (std::uint32_t k = rank(); k < num; k += num_threads())
+        unite(a, a.conflicts[k].x, a.conflicts[k].y);
+      barrier();
+      if (rank() == 0) state.num_conflicts = 0;
+      for (std::uint32_t k = rank(); k < 2 * num; k += num_threads()) {
+        const uint2 pair = a.conflicts[k / 2];
+        take_over(k % 2 == 0 ? pair.x : pair.y, round);
+      }
+      barrier();
+    }
+  }
+
+  // What was solved becomes the parcels' state.
+  __device__ void commit(const ExactLaunch& to_draw, TallySlot& tally) {
+    const std::uint32_t num = at_most(counts.members, a.member_capacity);
+    std::uint32_t num_events = 0;
+    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
+      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
+      const ClusterMember member = a.members[place];
+      const std::uint32_t i = member.index;
+      if (a.owner[i] == i) num_events += add(a.records[place], tally);
+      if (!member.has_changed) continue;
+      a.lines.position[i] = member.line.anchor;
+      a.lines.velocity[i] = member.line.velocity;
+      a.lines.tick[i] = member.line.tick;
+      if (a.lines.clock) a.lines.clock[i] = member.clock;
+      write_end<kBoundary>(c, to_draw, state, i, member.line);
+    }
+    if (grid.thread_rank() == 0 && c.ball == BallRole::participant && state.ball_owner == kBallCluster)
+      num_events += add(record_of(a, kBallCluster), tally);
+    if (num_events > 0) atomicAdd(&state.num_events, static_cast<unsigned long long>(num_events));
+  }
+
+  __device__ static std::uint32_t add(const ClusterRecord& record, TallySlot& tally) {
+    if (record.num_collisions > 0) {
+      atomicAdd(&tally.num_collisions, static_cast<unsigned long long>(record.num_collisions));
+      atomicAdd(&tally.impulse_sum, static_cast<unsigned long long>(record.impulse_sum));
+      atomicMax(&tally.max_overlap_bits, __float_as_uint(record.max_overlap));
+    }
+    if (record.num_hits > 0) {
+      atomicAdd(&tally.num_hits, record.num_hits);
+      atomicAdd(&tally.ball_x, static_cast<unsigned long long>(record.ball_x));
+      atomicAdd(&tally.ball_y, static_cast<unsigned long long>(record.ball_y));
+      atomicAdd(&tally.ball_torque, static_cast<unsigned long long>(record.ball_torque));
+    }
+    if (record.num_retired > 0) atomicAdd(&tally.num_retired, record.num_retired);
+    if (record.num_events > 0) atomicAdd(&tally.event_hash, record.event_hash);
+    return record.num_events;
+  }
+};
+
+}  // namespace pf
