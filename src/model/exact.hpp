@@ -1,5 +1,5 @@
-// Method `exact`: every parcel moves on a straight line from event to event. When two lines meet, what an
-// event does, and how early an event that is not known yet can touch a parcel. Text for host and device.
+// Method `exact`: every parcel moves on a straight line from event to event. When two lines meet, and
+// what an event does. Text for host and device.
 //
 // Time is counted in ticks, an integer. A line is anchored where and when its parcel's last event was and is
 // evaluated from there, so an event's tick depends neither on the steps that the time was cut into nor on
@@ -291,44 +291,7 @@ PF_HD inline bool may_reach_edge(const ExactConstants& c, Vec2i present) {
 // one of a tick each.
 constexpr double kRoundingMargin = 4.0;
 
-// The safety rule. Something happens to a body at tick `at` or later, after which it may move at the assumed
-// bound; `gap`: position units between it and another body at max(at, the other's anchor) along the present
-// lines. The earliest tick at which it can touch the other.
-PF_HD inline std::uint32_t earliest_touch(const ExactConstants& c, std::uint32_t at, double gap,
-                                          double other_mps) {
-  const double room = gap - kRoundingMargin;
-  if (room <= 0.0) return at;
-  const double ticks = room / ((c.max_speed_mps + other_mps) * c.units_per_tick);
-  const double touch = static_cast<double>(at) + ticks;
-  return touch < static_cast<double>(c.length) ? static_cast<std::uint32_t>(touch) : kNoTick;
-}
-
 PF_HD inline double speed_of(Vec2d v) { return sqrt(dot(v, v)); }
-
-// How early parcel `other` can be touched by `first`, to which something happens at `at`.
-template <Boundary kBoundary>
-PF_HD inline std::uint32_t earliest_touch(const ExactConstants& c, const Line& first, std::uint32_t at,
-                                          const Line& other) {
-  const Approach pair = approach<kBoundary>(c, first, other);
-  const std::uint32_t when =
-      pair.from > static_cast<std::int32_t>(at) ? static_cast<std::uint32_t>(pair.from) : at;
-  const Vec2d there =
-      pair.offset + pair.velocity * (static_cast<double>(when) - static_cast<double>(pair.from));
-  return earliest_touch(c, when, speed_of(there) - c.step.contact_distance,
-                        speed_of(to_double(other.velocity)));
-}
-
-// The same between a parcel and the ball; reached_mps: present speed of the one that is touched.
-template <Boundary kBoundary>
-PF_HD inline std::uint32_t earliest_touch_ball(const ExactConstants& c, const BallLine& ball,
-                                               const Line& line, std::uint32_t at, double reached_mps) {
-  const Approach pair = approach_ball<kBoundary>(c, ball, line);
-  const std::uint32_t when =
-      pair.from > static_cast<std::int32_t>(at) ? static_cast<std::uint32_t>(pair.from) : at;
-  const Vec2d there =
-      pair.offset + pair.velocity * (static_cast<double>(when) - static_cast<double>(pair.from));
-  return earliest_touch(c, when, speed_of(there) - c.ball_contact, reached_mps);
-}
 
 // Moves the anchor to a tick of the step.
 template <Boundary kBoundary>
