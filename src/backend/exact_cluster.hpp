@@ -93,7 +93,8 @@ struct ExactProblem {
   SearchSpace space;                   // position = present; reach and filter are set here
   std::int64_t travel = 0;             // bound on displacements along an axis from the sort to the begin
   double fastest_mps = 0.0;            // largest parcel speed at the begin
-  std::uint64_t begin_tick = 0;        // since the reset
+  std::uint64_t begin_tick = 0;        // since the reset, in ticks of the reference speed
+  std::uint32_t coarse = 0;            // those of the step are 2^coarse of them
   std::uint32_t most_events = 100000;  // of a cluster
 };
 
