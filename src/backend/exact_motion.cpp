@@ -6,9 +6,9 @@
 namespace pf {
 namespace {
 
-// Measured at N = 10^5, as for the time-stepped methods.
-constexpr double kCellWidth = 2.0;
-constexpr double kWidestReach = 2.5;  // contact distances: parcels are sorted again beyond it
+// Measured at N = 10^5, area fraction 0.2.
+constexpr double kCellWidth = 2.8;
+constexpr double kWidestReach = 3.5;  // contact distances: parcels are sorted again beyond it
 
 }  // namespace
 
