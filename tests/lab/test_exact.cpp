@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/error.hpp"
 #include "lab/event_match.hpp"
 #include "lab/exact_support.hpp"
 
@@ -228,6 +229,12 @@ TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
     for (const int steps : {7, 1000}) EXPECT_EQ(hashes_of(cooling, end_s, steps), expected) << steps << " steps";
     EXPECT_EQ(hashes_of(cooling, end_s, 30, 4, 2), expected);
   }
+}
+
+TEST(Exact, RefusesMoreTimeThanItCanCount) {
+  SceneRun run(exact(gas(2, 0.01, kPeriodic)), 1);
+  EXPECT_THROW(run.advance(1, 1e18), UserError);
+  EXPECT_EQ(run.advance(1, 1e-3).totals.num_steps, 1U);  // and is as before
 }
 
 // A ball that is set in motion among parcels that are slow is as fast against finer ticks: nothing overlaps.
