@@ -3,6 +3,7 @@
 // A cluster is what one thread solves on its own: parcels, and perhaps the ball, whose events hang together.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <utility>
@@ -48,6 +49,34 @@ struct BallMember {
   std::vector<BallSegment> segments;
 };
 
+// What a cluster's events add to the step's tally. There are many clusters: it is as small as it can be.
+struct ClusterTally {
+  std::uint32_t num_collisions = 0, num_ball_hits = 0, num_retired = 0;
+  float max_overlap = 0.0F;  // diameters
+  std::int64_t impulse_sum = 0;
+  BallSums ball;
+
+  void overlap(float diameters) { max_overlap = std::max(max_overlap, diameters); }
+  void impulse(std::int32_t counts) { impulse_sum += counts; }
+  void begin_contact() { ++num_collisions; }
+  void retired() { ++num_retired; }
+  void ball_hit(const BallSums& hit) {
+    ++num_ball_hits;
+    ball.impulse_x += hit.impulse_x;
+    ball.impulse_y += hit.impulse_y;
+    ball.torque += hit.torque;
+  }
+  void add_to(CpuTally& sum) const {
+    sum.num_collisions += num_collisions;
+    sum.num_retired += num_retired;
+    sum.impulse_sum += impulse_sum;
+    sum.overlap(max_overlap);
+    if (num_ball_hits == 0) return;
+    sum.ball_hit(ball);
+    sum.num_ball_hits += num_ball_hits - 1;
+  }
+};
+
 struct Cluster {
   std::uint32_t first_seed = 0, num_seeds = 0;      // in ExactStep::seeds
   std::uint32_t thread = 0;                         // whose worker has its members
@@ -58,7 +87,7 @@ struct Cluster {
   bool is_merged_away = false;  // into one with a lower index
   double fastest2 = 0.0;        // largest squared speed that an event led to
   std::uint64_t event_hash = 0;
-  CpuTally tally;
+  ClusterTally tally;
 };
 
 // What one thread collects, and its working memory.
@@ -93,7 +122,8 @@ struct ExactProblem {
   SearchSpace space;                   // position = present; reach and filter are set here
   std::int64_t travel = 0;             // bound on displacements along an axis from the sort to the begin
   double fastest_mps = 0.0;            // largest parcel speed at the begin
-  std::uint64_t begin_tick = 0;        // since the reset
+  std::uint64_t begin_tick = 0;        // since the reset, in ticks of the reference speed
+  std::uint32_t coarse = 0;            // those of the step are 2^coarse of them
   std::uint32_t most_events = 100000;  // of a cluster
 };
 

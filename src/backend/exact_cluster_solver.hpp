@@ -114,7 +114,8 @@ class ClusterSolver {
   // ---- events
 
   void record(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    const std::uint64_t at = step_.problem.begin_tick + tick;
+    const std::uint64_t at =
+        step_.problem.begin_tick + (static_cast<std::uint64_t>(tick) << step_.problem.coarse);
     const std::uint32_t low = std::min(first, second), high = std::max(first, second);
     cluster_.event_hash += event_hash(at, low, high);
     ++cluster_.num_events;

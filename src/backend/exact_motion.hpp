@@ -20,7 +20,10 @@ class ExactMotion {
 
   void reset_time();
   // The ball was set from outside: its line starts there.
-  void forget_ball() { progress_.ball_follows = false; }
+  void forget_ball() {
+    progress_.ball_follows = false;
+    ball_is_new_ = true;
+  }
   // Anchors every parcel where it is now.
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
   // Positions become the present ones.
@@ -34,13 +37,15 @@ class ExactMotion {
  private:
   void sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report);
   void find_present(const ExactConstants& c, const SortedParcels& parcels);
-  void anchor_all(SortedParcels& parcels);
-  void one_step(const ExactConstants& constants, std::uint64_t until, const StepRequest& request,
+  double fastest_mps(const Physics& physics, const SortedParcels& parcels) const;
+  void anchor_all(const ExactConstants& base, SortedParcels& parcels);
+  void one_step(const ExactConstants& base, std::uint64_t until, const StepRequest& request,
                 SortedParcels& parcels, StepReport& report);
 
   ThreadTeam& team_;
   ExactStepper stepper_;
   bool active_ = false;
+  bool ball_is_new_ = false;
   double time_s_ = 0.0;  // what was asked for since the reset: progress_.now is its nearest tick
   ExactProgress progress_;
   std::vector<Vec2i> present_;  // n + kSearchPadding

@@ -101,12 +101,15 @@ struct ExactStepper::Phases {
     }
   }
 
-  // visit(thread, cluster) for those to do; which thread does which is left to chance.
-  template <class Visit>
-  void each_to_do(Visit visit) {
+  void solve(unsigned thread, std::uint32_t k) {
+    ClusterSolver<kBoundary>(step, self.workers_[thread], thread, k, self.clusters_[k]).solve();
+  }
+
+  // Each cluster to do by one thread; which does which is left to chance.
+  void solve() {
     const std::size_t count = self.todo_.size();
     if (count < kAloneClusters) {
-      for (const std::uint32_t k : self.todo_) visit(0U, k);
+      for (const std::uint32_t k : self.todo_) solve(0, k);
       return;
     }
     std::atomic<std::size_t> next{0};
@@ -114,7 +117,8 @@ struct ExactStepper::Phases {
       while (true) {
         const std::size_t begin = next.fetch_add(kAtATime, std::memory_order_relaxed);
         if (begin >= count) return;
-        for (std::size_t k = begin; k < std::min(count, begin + kAtATime); ++k) visit(thread, self.todo_[k]);
+        const std::size_t end = std::min(count, begin + kAtATime);
+        for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
       }
     });
   }
@@ -248,12 +252,6 @@ struct ExactStepper::Phases {
     }
     self.todo_.resize(self.clusters_.size());
     for (std::uint32_t k = 0; k < self.todo_.size(); ++k) self.todo_[k] = k;
-  }
-
-  void solve() {
-    each_to_do([&](unsigned thread, std::uint32_t k) {
-      ClusterSolver<kBoundary>(step, self.workers_[thread], thread, k, self.clusters_[k]).solve();
-    });
   }
 
   // visit(line, end) for the lines that events of the step led a parcel to, the latest first.
@@ -410,7 +408,7 @@ struct ExactStepper::Phases {
         if (!lines.clock.empty()) lines.clock[i] = member.clock;
         at_end[i] = position_at<kBoundary>(c, member.line, static_cast<std::int32_t>(c.length));
       }
-      if (keep) worker.tally.add(cluster.tally);
+      if (keep) cluster.tally.add_to(worker.tally);
     });
   }
 };

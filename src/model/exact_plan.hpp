@@ -10,7 +10,8 @@ namespace pf {
 
 // What is known at the begin of a step.
 struct ExactProgress {
-  std::uint64_t now = 0;          // ticks since the reset
+  std::uint64_t now = 0;          // ticks of the reference speed since the reset
+  std::uint32_t coarse = 0;       // the ticks that lines and steps are counted in are 2^coarse of these
   std::int64_t travel = 0;        // bound on displacements along an axis since the sort, position units
   double fastest_mps = 0.0;       // bound on the parcels' present speeds
   double raised_bound_mps = 0.0;  // after a step in which something was faster than assumed; 0: none
@@ -107,13 +108,68 @@ PF_HD inline double preferred_ticks(const Physics& physics, std::uint32_t length
   return ticks < 1.0 ? 1.0 : ticks;
 }
 
-// Fills begin, length, bound and role of the step that starts now and ends at `until` at the latest, at most
-// `longest` ticks long. It ends where all lines are anchored anew.
+// A gas that cools becomes slow against its ticks, until little happens from one anchoring to the next. So
+// ticks become coarser then: what was slow is a gas of a lower reference speed.
+
+constexpr std::uint32_t kMostCoarse = 40;
+
+// Largest speed of ticks 2^coarse times as long: the same part of a position unit as the reference speed's.
+PF_HD inline double tick_speed_mps(const ExactConstants& c, std::uint32_t coarse) {
+  return 1.0 / (8.0 * c.units_per_tick * static_cast<double>(1ULL << coarse));
+}
+
+// What the ticks are to be from the present moment on, at which every line is anchored anew. c: of the ticks of
+// the reference speed. fastest_mps: exactly the largest speed of parcels and ball now, so that this depends on
+// nothing else. Where it is between a 64th of the ticks' speed and all of it, they stay as they are.
+PF_HD inline std::uint32_t suitable_coarseness(const ExactConstants& c, std::uint32_t coarse,
+                                               double fastest_mps) {
+  const double speed = tick_speed_mps(c, coarse);
+  const bool fits = fastest_mps <= speed && fastest_mps >= 0x1p-6 * speed;
+  if (fits || fastest_mps == 0.0) return coarse;
+  const std::uint32_t most = coarse + 30 < kMostCoarse ? coarse + 30 : kMostCoarse;  // begins are whole ticks
+  std::uint32_t best = 0;
+  while (best < most && tick_speed_mps(c, best + 1) >= 2.0 * fastest_mps) ++best;
+  return best;
+}
+
+// The same constants for ticks 2^coarse times as long.
+PF_HD inline ExactConstants coarsened(const ExactConstants& base, std::uint32_t coarse) {
+  if (coarse == 0) return base;
+  ExactConstants c = base;
+  const auto factor = static_cast<double>(1ULL << coarse);
+  c.tick_s *= factor;
+  c.units_per_tick *= factor;
+  c.least_parting_mps /= factor;
+  c.step.physics.reference_speed_mps /= factor;
+  c.clock_ticks =
+      static_cast<std::uint32_t>((base.clock_ticks + (1ULL << coarse) - 1) >> coarse);  // none stays none
+  return c;
+}
+
+// Since when a parcel's contact clock runs, counted in ticks of another length; now: the moment in both. What
+// is older than an anchoring stays so.
+PF_HD inline std::uint32_t clock_in_ticks(std::uint32_t clock, std::uint64_t now, std::uint32_t from,
+                                          std::uint32_t to) {
+  const std::uint64_t longest = kAnchorPeriod;
+  std::uint64_t age = static_cast<std::uint32_t>(now >> from) - clock;
+  if (age < longest) age = to >= from ? (age + (1ULL << (to - from)) - 1) >> (to - from) : age << (from - to);
+  if (age > longest) age = longest;
+  return static_cast<std::uint32_t>((now >> to) - age);
+}
+
+PF_HD inline bool is_at_anchoring(const ExactProgress& progress) {
+  return (progress.now >> progress.coarse) % kAnchorPeriod == 0;
+}
+
+// Fills begin, length, bound and role of the step that starts now and ends in the tick of `until` at the latest,
+// at most `longest` ticks long. It ends where all lines are anchored anew. c: coarsened.
 PF_HD inline void plan_step(const ExactProgress& progress, std::uint64_t until, std::uint32_t longest,
                             ExactConstants& c) {
-  c.begin = static_cast<std::uint32_t>(progress.now);
-  const std::uint64_t to_anchoring = kAnchorPeriod - progress.now % kAnchorPeriod;
-  const std::uint64_t wanted = until - progress.now < to_anchoring ? until - progress.now : to_anchoring;
+  const std::uint64_t begin = progress.now >> progress.coarse;
+  const std::uint64_t asked = ((until - progress.now - 1) >> progress.coarse) + 1;
+  c.begin = static_cast<std::uint32_t>(begin);
+  const std::uint64_t to_anchoring = kAnchorPeriod - begin % kAnchorPeriod;
+  const std::uint64_t wanted = asked < to_anchoring ? asked : to_anchoring;
   const double parts = static_cast<double>(wanted) / preferred_ticks(c, progress);  // equal ones
   const std::uint64_t num = parts > 1.0 ? static_cast<std::uint64_t>(parts) + 1 : 1;
   const std::uint64_t part = (wanted + num - 1) / num;
@@ -177,6 +233,11 @@ PF_HD inline double surface_speed_mps(const Physics& physics, const BallLine& li
   return speed_of(line.velocity_mps) + spin * physics.ball.radius_m;
 }
 
+PF_HD inline double surface_speed_mps(const Physics& physics, const BallState& ball) {
+  const double spin = ball.spin_radps < 0.0 ? -ball.spin_radps : ball.spin_radps;
+  return speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
+}
+
 // The step is done: time, travel and ball move on. frozen_hits: what a frozen ball took (counts of
 // c.step.impulse_unit_kg_mps). fastest_*: largest speeds of parcels, at the begin and after events.
 // num_events: of the step.
@@ -189,7 +250,7 @@ PF_HD inline void end_step(const ExactConstants& c, const ExactBall& ball, const
   progress.fastest_mps = fastest_after_mps > fastest_at_begin_mps ? fastest_after_mps : fastest_at_begin_mps;
   progress.raised_bound_mps = 0.0;
   progress.preferred_ticks = preferred_ticks(physics, c.length, num_events);
-  progress.now += c.length;
+  progress.now += static_cast<std::uint64_t>(c.length) << progress.coarse;
   if (c.ball == BallRole::absent || physics.ball.held) return;
   BallState& state = progress.ball;
   const BallLine& line = ball.line;
@@ -211,7 +272,7 @@ PF_HD inline void end_step(const ExactConstants& c, const ExactBall& ball, const
   apply_boundary_to_ball(physics.world, physics.ball.radius_m, state);
   progress.ball_follows = c.ball == BallRole::participant && flies_straight(physics.ball, state.spin_radps) &&
                           before.x == state.position_m.x && before.y == state.position_m.y &&
-                          progress.now % kAnchorPeriod != 0;
+                          !is_at_anchoring(progress);
 }
 
 }  // namespace pf

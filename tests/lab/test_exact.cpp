@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/error.hpp"
 #include "lab/event_match.hpp"
 #include "lab/exact_support.hpp"
 
@@ -214,6 +215,45 @@ INSTANTIATE_TEST_SUITE_P(
                     CutCase{"ball_walls", with_ball(exact(gas(1000, 0.3, kWalls)))},
                     CutCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// A gas that has cooled to a thousandth of its speed is counted in coarser ticks, whatever the steps are: the
+// events of each are the same, and so is the state.
+TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
+  for (const double clock_s : {0.0, 0.02}) {
+    const Settings cooling = with_clock(with_restitution(exact(gas(200, 0.25, kPeriodic)), 0.6), clock_s);
+    const double end_s = 4e5;
+    SceneRun run(cooling, 1);
+    run.advance(1, end_s);
+    EXPECT_LT(run.backend->measure().parcel_energy_j / 200.0, 1e-6);
+    const Hashes expected = hashes_of(cooling, end_s, 1);
+    for (const int steps : {7, 1000}) EXPECT_EQ(hashes_of(cooling, end_s, steps), expected) << steps << " steps";
+    EXPECT_EQ(hashes_of(cooling, end_s, 30, 4, 2), expected);
+  }
+}
+
+TEST(Exact, RefusesMoreTimeThanItCanCount) {
+  SceneRun run(exact(gas(2, 0.01, kPeriodic)), 1);
+  EXPECT_THROW(run.advance(1, 1e18), UserError);
+  EXPECT_EQ(run.advance(1, 1e-3).totals.num_steps, 1U);  // and is as before
+}
+
+// A ball that is set in motion among parcels that are slow is as fast against finer ticks: nothing overlaps.
+TEST(Exact, ABallSetFromOutsideMakesTicksFinerAgain) {
+  Settings s = with_ball(exact(gas(200, 0.25, kPeriodic)), 20.0, 0.0);
+  s.restitution = 0.6;
+  s.friction = 0.0;
+  SceneRun run(s, 1);
+  run.advance(1, 4e5);
+  const double cold = run.backend->measure().energy_j();
+  EXPECT_LT(cold / 200.0, 1e-5);
+  BallState ball = run.ball;
+  ball.velocity_mps = {1.0, 0.3};
+  run.backend->set_ball(ball);
+  const StepTotals totals = run.advance(40, 0.5).totals;
+  EXPECT_GT(totals.num_ball_hits, 10U);
+  const double diameter_units = 2.0 * run.physics.parcels.radius_m / run.physics.world.unit_m;
+  EXPECT_LT(totals.max_overlap_diameters * diameter_units, 5.0);
+}
 
 }  // namespace
 }  // namespace pf::test
