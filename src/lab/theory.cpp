@@ -94,7 +94,8 @@ struct ShearWave {
 };
 
 ShearWave shear_wave(double eta, double e, double num_parcels, double num_waves_squared) {
-  const double k2 = 4.0 * kPi * eta / num_parcels * num_waves_squared;  // (2 pi / side)^2, side^2 = pi N / eta
+  const double k2 =
+      4.0 * kPi * eta / num_parcels * num_waves_squared;  // (2 pi / side)^2, side^2 = pi N / eta
   const double rate = collision_rate_per_s(eta, 1.0, 1.0);
   return {2.0 * kinematic_viscosity_m2ps(eta, 1.0, 1.0) * k2 / rate,
           0.5 * (1.0 - e * e) * (1.0 + 3.0 * sonine_a2(e) / 16.0)};

@@ -34,8 +34,8 @@ double cooled_fraction_by_collisions(double restitution, double num_collisions);
 // Enskog.
 double cooled_fraction(double restitution, double initial_rate_per_s, double time_s);
 
-// Kinematic shear viscosity of parcels of temperature c^2 by Enskog's theory, constants of Gass 1971, J. Chem.
-// Phys. 54, 1898.
+// Kinematic shear viscosity of parcels of temperature c^2 by Enskog's theory, constants of Gass 1971, J.
+// Chem. Phys. 54, 1898.
 double kinematic_viscosity_m2ps(double area_fraction, double speed_mps, double radius_m);
 
 // What a cooling gas in a periodic square has in each shear wave of num_waves = |k| side / (2 pi), over what

@@ -55,7 +55,7 @@ void start_stream(SceneRun& run, const FreeStream& stream, std::uint64_t seed) {
 Force measure_force(const FreeStream& stream, Method method, const ValidationPlan& plan) {
   const Clock::time_point start = Clock::now();
   const auto num = static_cast<std::int64_t>(plan.amount(1'000'000, 100'000));
-  const auto runs = static_cast<int>(plan.amount(32, 16));
+  const auto runs = static_cast<int>(plan.amount(96, 16));
   const double end_s = (1.0 - 2.0 * kContact) / (2.0 * stream.speed_mps + 5.0 * stream.thermal_mps);
   const std::uint32_t steps = method == Method::exact ? 12 : 48;
   std::vector<StepTotals> totals(static_cast<std::size_t>(runs));

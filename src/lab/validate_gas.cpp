@@ -43,14 +43,14 @@ std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& 
   };
   run.advance(steps_for(length.equilibrate), step_s);
   const double c2 = run.backend->measure().parcel_energy_j / (num - 1.0);
-  const std::uint32_t steps = steps_for(2.0 * length.num_events / num / (length.num_runs * length.num_blocks));
+  const std::uint32_t steps =
+      steps_for(2.0 * length.num_events / num / (length.num_runs * length.num_blocks));
   const double time_s = steps * step_s;
   std::vector<GasBlock> blocks;
   for (int block = 0; block < length.num_blocks; ++block) {
     const StepTotals totals = run.advance(steps, step_s).totals;
-    blocks.push_back(
-        {2.0 * static_cast<double>(totals.num_collisions) / (num * time_s * std::sqrt(c2)),
-         theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, c2, 1.0)});
+    blocks.push_back({2.0 * static_cast<double>(totals.num_collisions) / (num * time_s * std::sqrt(c2)),
+                      theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, c2, 1.0)});
   }
   return blocks;
 }
@@ -113,7 +113,8 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
   s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
-  const Equilibrium found = measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)), plan.threads);
+  const Equilibrium found =
+      measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)), plan.threads);
   const double per_z = 4.0 * eta / kPi;
   ValidationRow row;
   row.yardstick = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);

@@ -97,8 +97,7 @@ double cooled(Method method, int seed) {
   const double energy = run.backend->measure().parcel_energy_j;
   run.physics.parcels.restitution = kCooledRestitution;
   run.backend->set_physics(run.physics);
-  const double rate =
-      theory::collision_rate_per_s(kCooledEta, std::sqrt(energy / (kCooledNum - 1.0)), 0.5);
+  const double rate = theory::collision_rate_per_s(kCooledEta, std::sqrt(energy / (kCooledNum - 1.0)), 0.5);
   const double time_s = kCollisionTimes / rate;
   const std::uint32_t steps = method == Method::exact ? 140 : 600;
   run.advance(steps, time_s / steps);
@@ -119,8 +118,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   row.method = method;
   row.judged = method == Method::exact;
   row.yardstick = "T / T0 after 14 collision times, e 0.9 (Haff)";
-  row.expected =
-      theory::cooled_fraction_in_box(kCooledEta, kCooledRestitution, kCooledNum, kCollisionTimes);
+  row.expected = theory::cooled_fraction_in_box(kCooledEta, kCooledRestitution, kCooledNum, kCollisionTimes);
   row.measured = ratio.value();
   row.sigma = ratio.error();
   row.tolerance = 0.01;

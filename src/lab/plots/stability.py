@@ -107,6 +107,7 @@ def draw_missed(axes, study):
         for row in rows:
             if row["missed"] <= 2 * row["sigma"]:
                 axes.plot(row["step"], 2.5 * row["sigma"], MARKS[method], ms=5.5, mfc="white", mec=COLOURS[method])
+                style.arrow_down(axes, row["step"], 2.5 * row["sigma"], COLOURS[method])
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title("Collisions missed", loc="left")

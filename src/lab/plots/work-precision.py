@@ -39,8 +39,7 @@ def draw_method(axes, rows, error, method, device):
         axes.plot(cost, value, MARKS[method], ms=5.2, mec=COLOURS[method], zorder=4,
                   **{**look_of(method, device), **({"mfc": "white"} if bound else {})})
         if bound:
-            axes.annotate("", (cost, value * 0.45), (cost, value * 0.9), zorder=3,
-                          arrowprops=dict(arrowstyle="-|>", color=COLOURS[method], lw=0.8, mutation_scale=6))
+            style.arrow_down(axes, cost, value, COLOURS[method])
         elif entry["sigma"] > 0.0:
             low = max(value - entry["sigma"], value * 0.1)
             axes.plot([cost, cost], [low, value + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
@@ -147,7 +146,8 @@ def draw_orders(study):
                           yerr=[[row["path_error"] - row["path_low"] for row in mine],
                                 [row["path_high"] - row["path_error"] for row in mine]])
             order = next((entry["order"] for entry in study["orders"]
-                          if entry["method"] == method and entry["area_fraction"] == eta), None)
+                          if entry["method"] == method and entry["area_fraction"] == eta
+                          and entry.get("device", "cpu") == "cpu"), None)
             label = method if order is None else f"{method}, order {order:.2f}"
             at, offset = {"impulse": (len(mine) // 2, (6, -14)), "spring": (len(mine) // 2, (-4, 16)), "exact": (0, (0, 11))}[method]
             axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
@@ -213,7 +213,11 @@ def draw_method_errors(axes, study, error):
         at = row["num_parcels"] * (11.0 if method == "impulse" else 19.0)
         axes.plot(at, entry["value"], MARKS[method], ms=5.5, mec=COLOURS[method], zorder=4,
                   mfc="white" if entry["bound"] else COLOURS[method])
-        if not entry["bound"]:
+        if entry["bound"]:
+            style.arrow_down(axes, at, entry["value"], COLOURS[method])
+        else:
+            low = max(entry["value"] - entry["sigma"], 0.1 * entry["value"])
+            axes.plot([at, at], [low, entry["value"] + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
             axes.annotate(f"{row['displacement_per_step']:g}", (at, entry["value"]), xytext=(6, 0), va="center",
                           textcoords="offset points", color=COLOURS[method], fontsize=8)
     for method in ("impulse", "spring"):
