@@ -186,31 +186,31 @@ def draw_parcels(study):
         law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
         axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2)
         axes.annotate(r"$1/\sqrt{N}$", (sizes[0], law[0]), xytext=(4, 4), textcoords="offset points", color=FAINT, fontsize=9.5)
-        draw_method_errors(axes, study, error)
+        draw_method_errors(axes, study, error, {"impulse": sizes[-1] * 2.0, "spring": sizes[-1] * 4.5})
         style.tidy(axes)
         axes.set_title(title, loc="left", color=INK)
         axes.set_xlabel("air parcels N")
-        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 4.5)
+        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 8.0)
         axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
     figure.text(0.01, 0.965, "Where a better method buys nothing: its error is below the scatter of one flight",
                 fontsize=13.5, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at 4,000 or more parcels, area "
+    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at their own number of parcels, area "
                 "fraction 0.05, e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact, hollow: upper "
-                "bound. " + style.machine_text(study), fontsize=8, color=FAINT)
+                "bound. Bars: standard errors. " + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
-def draw_method_errors(axes, study, error):
-    """Errors of the methods as dots at their number of parcels, named by displacement per step."""
+def draw_method_errors(axes, study, error, places):
+    """Errors of the methods as dots at a place on the right each, named by displacement per step."""
     etas = sorted({row["area_fraction"] for row in study["points"] if row["group"] == "ball"})
     rows = [row for row in study["points"] if row["group"] == "ball" and row["restitution"] == 0.9
             and row["device"] == "cpu" and row["area_fraction"] == etas[0] and row["method"] != "exact"
             and row["errors"].get(error, {}).get("value") is not None]
     for row in rows:
         entry, method = row["errors"][error], row["method"]
-        at = row["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+        at = places[method]
         axes.plot(at, entry["value"], MARKS[method], ms=5.5, mec=COLOURS[method], zorder=4,
                   mfc="white" if entry["bound"] else COLOURS[method])
         if entry["bound"]:
@@ -223,8 +223,7 @@ def draw_method_errors(axes, study, error):
     for method in ("impulse", "spring"):
         mine = [row["errors"][error]["value"] for row in rows if row["method"] == method]
         if mine:
-            at = rows[0]["num_parcels"] * (11.0 if method == "impulse" else 19.0)
-            axes.annotate(method, (at, max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
+            axes.annotate(method, (places[method], max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
