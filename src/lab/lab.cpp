@@ -81,6 +81,9 @@ void note_load_at_end(json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context) {
+  const bool has_cuda_series = study.name == "work-precision";
+  const std::string scene =
+      study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},
           {"study", study.name},
           {"title", study.title},
@@ -88,8 +91,8 @@ json start_result(const Study& study, const LabContext& context) {
           {"version", PF_VERSION},
           {"quick", context.quick},
           {"command",
-           fmt::format("pickleflight lab {}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
-                       context.devices.size() > 1 ? " --cuda" : "", study.name)},
+           fmt::format("pickleflight lab {}{}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
+                       context.devices.size() > 1 && has_cuda_series ? " --cuda" : "", scene, study.name)},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};

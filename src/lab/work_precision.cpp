@@ -136,7 +136,7 @@ json walls_point(const LabContext& context, const LabDevice& device, std::int64_
 
 std::vector<double> ball_ladder(Method method) {
   if (method == Method::impulse) return halvings(4.0, 7);
-  if (method == Method::spring) return halvings(0.5, 5);
+  if (method == Method::spring) return halvings(0.5, 4);
   return {0.5};
 }
 
