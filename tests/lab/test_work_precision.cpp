@@ -2,6 +2,7 @@
 // reference.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,9 +15,11 @@
 #include "lab/mean_error.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/study.hpp"
 #include "lab/study_files.hpp"
 #include "lab/theory.hpp"
+#include "lab/validate.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
@@ -224,6 +227,36 @@ TEST(Lab, ResumingKeepsTheSeriesOfAnotherMachine) {
   other["quick"] = false;
   take_up(folder.path(), study, other);
   EXPECT_TRUE(other["points"].empty()) << "quick points are no part of a full run";
+}
+
+TEST(Lab, SideBySideIsOnceEachAndPassesOnWhatIsThrown) {
+  for (const unsigned threads : {1U, 3U}) {
+    std::vector<std::atomic<int>> calls(50);
+    side_by_side(50, threads, [&](int k) { ++calls[static_cast<std::size_t>(k)]; });
+    for (const auto& num : calls) EXPECT_EQ(num, 1);
+    std::atomic<int> num_begun = 0;
+    const auto stumble = [&](int) {
+      ++num_begun;
+      throw std::runtime_error("no");
+    };
+    EXPECT_THROW(side_by_side(50, threads, stumble), std::runtime_error);
+    EXPECT_LE(num_begun, static_cast<int>(threads)) << "nothing begins after it";
+    side_by_side(0, threads, stumble);
+  }
+}
+
+// What validate finds does not depend on the number of threads.
+TEST(Lab, AYardstickIsTheSameOnAnyNumberOfThreads) {
+  std::vector<double> measured;
+  for (const unsigned threads : {1U, 3U}) {
+    for (const Rung& rung : gas_rungs({true, threads})) {
+      if (rung.key != "density/exact/0.2") continue;
+      rung.measure([&](const ValidationRow& row) { measured.push_back(row.measured); });
+    }
+  }
+  ASSERT_EQ(measured.size(), 4U) << "rate and pressure, twice";
+  EXPECT_EQ(measured[0], measured[2]);
+  EXPECT_EQ(measured[1], measured[3]);
 }
 
 TEST(Lab, AllIsEveryStudy) {
