@@ -12,7 +12,10 @@ namespace {
 
 // As for the time-stepped methods, in contact distances; measured on an H200, see docs/exact.md.
 constexpr double kCellWidth = 2.5;
-constexpr double kWidestReach = 2.5;
+constexpr double kWidestReach = 3.0;
+// Within a request parcels may become faster than they were when it was submitted: what they travel, position
+// units, must stay far below kLongestReach, or steps become as short as a tick.
+constexpr double kFarthest = kLongestReach / 64.0;
 
 }  // namespace
 
@@ -151,8 +154,10 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   launch.until = ends.empty() ? 0 : ends.front();
   launch_exact_begin_request(launch, stream_);
   for (std::size_t k = 0; k < ends.size(); ++k) {
-    const double reach = c.step.contact_distance + 2.0 * moved + static_cast<double>(expected_travel_);
-    if (search && (!sorted_ || (expected_travel_ > 0 && reach > kWidestReach * c.step.contact_distance))) {
+    const double travel = static_cast<double>(expected_travel_);
+    const double reach = c.step.contact_distance + 2.0 * moved + travel;
+    const bool moved_far = reach > kWidestReach * c.step.contact_distance || travel > kFarthest;
+    if (search && (!sorted_ || (expected_travel_ > 0 && moved_far))) {
       sort_exact(launch);
       ++submitted_.num_sorts;
     }

@@ -2,34 +2,21 @@
 // of a cooperative kernel form, solve, compare and merge them; backend/exact_stepper.cpp has the same.
 #pragma once
 
-#include "exact_solver.cuh"
+#include "exact_block.cuh"
+#include "exact_warp.cuh"
 
 namespace pf {
 
 // With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth.
-constexpr std::uint32_t kAlone = 64;
+constexpr std::uint32_t kAlone = 8;
 
-__device__ inline bool reaches_end(const ExactState& state, std::uint64_t until) {
-  return state.progress.now + state.plan.length == until;
-}
-
-// Where the parcel will be at the end of the step if nothing happens to it any more.
+// What one block's threads know of solving the step's clusters.
 template <Boundary kBoundary>
-__device__ void write_end(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
-                          std::uint32_t i, const Line& line) {
-  const Vec2i end = position_at<kBoundary>(c, line, static_cast<std::int32_t>(c.length));
-  launch.arrays.present[state.parity ^ 1U][i] = end;
-  if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
-    draw_parcel(launch.draw, c.step.physics.world, i, end, line.velocity);
-}
-
-// What one block's threads know of solving the step's clusters, each by kTeam of them.
-template <Boundary kBoundary, unsigned kTeam>
 struct Clusters {
   const ExactLaunch& launch;
   const ExactConstants& c;
   ExactState& state;
-  TeamSpace& space;
+  BlockSpace& space;
   BlockCounts& counts;
   const ExactArrays& a = launch.arrays;
   cg::grid_group grid = cg::this_grid();
@@ -65,15 +52,16 @@ struct Clusters {
     }
   }
 
-  // Makes a member of each of the block's active parcels, and a cluster of those that hang together.
+  // Makes a member of each of the block's active parcels, and a cluster of those that hang together, but for
+  // those that are solved.
   __device__ void form() {
     const std::uint32_t num = at_most(counts.active, a.active.capacity);
     for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
       const std::uint32_t i = segment(a.active.items, a.active.capacity)[k];
+      if (a.owner[i] != kNone) continue;
       const std::uint32_t place = blockIdx.x * a.member_capacity + k;
       const std::uint32_t leader = leader_of(i);
       a.owner[i] = leader;
-      a.place[i] = place;
       a.members[place].index = i;
       a.members[place].next = atomicExch(&a.list_head[leader], place);
       if (leader != i) continue;
@@ -97,31 +85,32 @@ struct Clusters {
 
   // In the first round the block's own clusters, and the ball's; later those that were merged.
   __device__ void solve(bool is_first) {
-    {
-      TeamSolver<kBoundary, kExactBlock> large(launch, c, state, space, counts);
-      const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
-      const std::uint32_t num =
-          is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
-      for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
-        const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
-        if (is_first || is_for_block(cluster))
-          large.solve(cluster, is_first ? kNone : record_of(a, cluster).merged);
-      }
-    }
+    solve_large(is_first);
     __syncthreads();
-    {
-      constexpr unsigned kTeams = kExactBlock / kTeam;
-      TeamSolver<kBoundary, kTeam> small(launch, c, state, space, counts);
-      const std::uint32_t num =
-          is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
-      const std::uint32_t team = threadIdx.x / kTeam;
-      for (std::uint32_t k = is_first ? team : block() + num_blocks() * team; k < num;
-           k += is_first ? kTeams : num_blocks() * kTeams) {
-        const std::uint32_t cluster =
-            is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
-        if (is_first || !is_for_block(cluster))
-          small.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
-      }
+    constexpr unsigned kWarps = kExactBlock / 32;
+    WarpSolver<kBoundary> solver(launch, c, state, counts);
+    const std::uint32_t warp = threadIdx.x / 32;
+    const std::uint32_t num =
+        is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
+    for (std::uint32_t k = is_first ? warp : block() + num_blocks() * warp; k < num;
+         k += is_first ? kWarps : num_blocks() * kWarps) {
+      const std::uint32_t cluster =
+          is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
+      if (is_first || !is_for_block(cluster))
+        solver.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
+    }
+  }
+
+  // Of those the ones that a block solves.
+  __device__ void solve_large(bool is_first) {
+    BlockSolver<kBoundary> solver(launch, c, state, space, counts);
+    const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
+    const std::uint32_t num =
+        is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
+    for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
+      const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
+      if (is_first || is_for_block(cluster))
+        solver.solve(cluster, is_first ? kNone : record_of(a, cluster).merged);
     }
   }
 
@@ -232,44 +221,6 @@ struct Clusters {
       }
       barrier();
     }
-  }
-
-  // What was solved becomes the parcels' state.
-  __device__ void commit(const ExactLaunch& to_draw, TallySlot& tally) {
-    const std::uint32_t num = at_most(counts.members, a.member_capacity);
-    std::uint32_t num_events = 0;
-    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
-      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
-      const ClusterMember member = a.members[place];
-      const std::uint32_t i = member.index;
-      if (a.owner[i] == i) num_events += add(a.records[place], tally);
-      if (!member.has_changed) continue;
-      a.lines.position[i] = member.line.anchor;
-      a.lines.velocity[i] = member.line.velocity;
-      a.lines.tick[i] = member.line.tick;
-      if (a.lines.clock) a.lines.clock[i] = member.clock;
-      write_end<kBoundary>(c, to_draw, state, i, member.line);
-    }
-    if (grid.thread_rank() == 0 && c.ball == BallRole::participant && state.ball_owner == kBallCluster)
-      num_events += add(record_of(a, kBallCluster), tally);
-    if (num_events > 0) atomicAdd(&state.num_events, static_cast<unsigned long long>(num_events));
-  }
-
-  __device__ static std::uint32_t add(const ClusterRecord& record, TallySlot& tally) {
-    if (record.num_collisions > 0) {
-      atomicAdd(&tally.num_collisions, static_cast<unsigned long long>(record.num_collisions));
-      atomicAdd(&tally.impulse_sum, static_cast<unsigned long long>(record.impulse_sum));
-      atomicMax(&tally.max_overlap_bits, __float_as_uint(record.max_overlap));
-    }
-    if (record.num_hits > 0) {
-      atomicAdd(&tally.num_hits, record.num_hits);
-      atomicAdd(&tally.ball_x, static_cast<unsigned long long>(record.ball_x));
-      atomicAdd(&tally.ball_y, static_cast<unsigned long long>(record.ball_y));
-      atomicAdd(&tally.ball_torque, static_cast<unsigned long long>(record.ball_torque));
-    }
-    if (record.num_retired > 0) atomicAdd(&tally.num_retired, record.num_retired);
-    if (record.num_events > 0) atomicAdd(&tally.event_hash, record.event_hash);
-    return record.num_events;
   }
 };
 

@@ -4,254 +4,88 @@
 
 #include "check.cuh"
 #include "exact_clusters.cuh"
-#include "tally.cuh"
+#include "exact_commit.cuh"
+#include "exact_pairs.cuh"
+#include "exact_predict.cuh"
 
 namespace pf {
 namespace {
 
 constexpr unsigned kBlock = kExactBlock;
-constexpr unsigned kPredictBlocksPerSm = 5;         // ms at 10^7: 0.63; with 4 0.74, with 3 0.93
 constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
-// So many threads solve a cluster together, and so many blocks share a multiprocessor. Where parcels are few,
-// what counts is how long one cluster takes; where they are many, how many are solved at a time. Gps at 10^5,
-// 10^6, 10^7 on an H200 with 2 threads and 4 blocks: 0.45 1.32 3.99; 4, 4: 0.64 2.07 4.28; 8, 2:
-// 0.74 2.24 3.76; 8, 4: 0.70 2.25 4.02; 16, 3: 0.66 2.18 3.67; 32, 2: 0.50 1.51 2.67.
-constexpr unsigned kTogether = 8, kBlocksPerSm = 2;
-constexpr unsigned kTogetherIfMany = 4, kBlocksPerSmIfMany = 4;
-constexpr std::uint32_t kMany = 4000000;
+// ms at 10^7: 0.58; with 4 0.65, with 6 0.56, but slower below; in a periodic world registers spill with 5.
+template <Boundary kBoundary>
+constexpr unsigned kPredictBlocksPerSm = kBoundary == Boundary::periodic ? 4 : 5;
+constexpr unsigned kSolveBlocksPerSm = 2;    // with 3, registers spill: 0.23 ms at 10^7 for 0.21
+constexpr unsigned kMostPartsOfSegment = 8;
+// ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30
+constexpr unsigned kLanesOfPair = 2;
 
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
-// First prediction of parcel i, on the line that it has at the begin.
-template <Boundary kBoundary, bool kReadOnly>
-__device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
-                               std::uint32_t i, DeviceTally& tally) {
-  const ExactArrays& a = launch.arrays;
-  const Line here = line_of(a, i);
-  Event best;
-  const float speed2 = dot(here.velocity, here.velocity);
-  if (!(speed2 < 1e30F)) {
-    tally.invalid(a.lines.id[i]);
-    a.present[state.parity ^ 1U][i] = here.anchor;
-    return best;
-  }
-  write_end<kBoundary>(c, launch, state, i, here);
-  if (is_retired(here.anchor)) return best;
-  tally.moved(0, speed2);
-  const Vec2i* present = a.present[state.parity];
-  const Vec2i at = present[i];
-  if (c.step.physics.parcels.contacts) {
-    const double in_step = c.units_per_tick * c.length;
-    const double moved = (sqrtf(speed2) * (1.0F + 1e-6F) + state.progress.fastest_mps) * in_step;
-    const double distance = c.step.contact_distance + moved + kRoundingMargin;
-    const auto contact = static_cast<float>(c.step.contact_distance);
-    const auto per_mps = static_cast<float>(in_step);
-    FindList finds;
-    const auto find = [&](auto found) {
-      search<kBoundary, kReadOnly>(launch.space, present, at, i,
-                                   saturated(distance + static_cast<double>(state.progress.travel)),
-                                   filter_of(distance), found);
-    };
-    const auto meet = [&](std::uint32_t j) {
-      keep_meeting(best, meeting<kBoundary>(c, here, line_of(a, j)), j, a.lines.id);
-    };
-    const auto may = [&](std::uint32_t j, Vec2i offset) {
-      return may_meet(offset, a.lines.velocity[j] - here.velocity, contact, per_mps);
-    };
-    find([&](std::uint32_t j, Vec2i offset) {
-      if (may(j, offset)) finds.push(j);
-    });
-    if (finds.num > FindList::kMost) {
-      find([&](std::uint32_t j, Vec2i offset) {
-        if (may(j, offset)) meet(j);
-      });
-    } else {
-      while (finds.num > 0) meet(finds.pop());
-    }
-  }
-  if (may_reach_edge<kBoundary>(c, at)) keep_edge_event<kBoundary>(c, here, best);
-  if (c.ball == BallRole::frozen && is_near_ball<kBoundary>(c.step.physics.world, state, at))
-    keep_earlier(best, {meeting_ball<kBoundary>(c, state.ball.line, here), kBallPartner, kBallPartner});
-  return best;
-}
-
-// Adds items to a segment of the list; all threads of the block call it. Items of one call may land in any
-// order.
-__device__ void append(const SegmentedList& list, std::uint32_t segment, std::uint32_t item, bool wanted,
-                       ExactState& state) {
-  __shared__ std::uint32_t num, base;
-  __syncthreads();
-  if (threadIdx.x == 0) num = 0;
-  __syncthreads();
-  const std::uint32_t place = wanted ? atomicAdd(&num, 1U) : 0U;
-  __syncthreads();
-  if (threadIdx.x == 0 && num > 0) base = atomicAdd(&list.counts[segment], num);
-  __syncthreads();
-  if (!wanted) return;
-  if (base + place < list.capacity) {
-    list.items[static_cast<std::size_t>(segment) * list.capacity + base + place] = item;
-  } else {
-    state.failed = 1;
-  }
-}
-
-template <Boundary kBoundary, bool kReadOnly>
-__device__ void predict_tile(const ExactConstants& c, const ExactLaunch& launch, std::uint32_t i,
-                             std::uint32_t segment, DeviceTally& tally) {
-  ExactState& state = *launch.state;
-  const ExactArrays& a = launch.arrays;
-  bool active = false;
-  if (i < launch.space.num_parcels) {
-    const Event event = predict_first<kBoundary, kReadOnly>(c, launch, state, i, tally);
-    active = event.tick != kNoTick;
-    a.event_tick[i] = event.tick;
-    a.event_partner[i] = event.partner;
-    a.owner[i] = kNone;
-    if (active) a.list_head[i] = kNone;
-    if (c.ball == BallRole::participant) {
-      const Vec2i at = a.present[state.parity][i];
-      if (!is_retired(at) && is_near_ball<kBoundary>(c.step.physics.world, state, at)) {
-        const std::uint32_t place = atomicAdd(&state.num_near_ball, 1U);
-        if (place < a.near_ball.capacity) {
-          a.near_ball.items[place] = i;
-        } else {
-          state.failed = 1;
-        }
-      }
-    }
-  }
-  append(a.active, segment, i, active, state);
-}
-
 template <Boundary kBoundary>
-__global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm)
+__global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     predict_kernel(const __grid_constant__ ExactLaunch launch) {
+  __shared__ NearList<kBlock>::Space near_space;
+  predict_one<kBoundary, true>(constants_of(launch), launch, blockIdx.x * kBlock + threadIdx.x,
+                               blockIdx.x % launch.arrays.num_segments, near_space);
+}
+
+// blockIdx.x: segment; blockIdx.y: a part of it.
+template <Boundary kBoundary>
+__global__ void __launch_bounds__(kBlock) pair_kernel(const __grid_constant__ ExactLaunch launch) {
+  __shared__ PairSpace space;
+  __shared__ NearList<kBlock>::Space near_space;
+  solve_pairs<kBoundary, true, kLanesOfPair>(constants_of(launch), launch, blockIdx.x, blockIdx.y, gridDim.y,
+                                             space, near_space);
+}
+
+// Solves the clusters of one step. If it must be redone, or is only a part of the way to `until`, also what
+// follows, but for the last commit, which is commit_kernel's.
+template <Boundary kBoundary>
+__global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
+    solve_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ TallySlot block_tally;
-  if (threadIdx.x == 0) block_tally = {};
-  __syncthreads();
-  const ExactConstants& plan = launch.state->plan;
-  ExactConstants c = launch.constants;
-  c.begin = plan.begin;
-  c.length = plan.length;
-  c.max_speed_mps = plan.max_speed_mps;
-  c.ball = plan.ball;
-  DeviceTally tally{&block_tally};
-  predict_tile<kBoundary, true>(c, launch, blockIdx.x * kBlock + threadIdx.x,
-                                blockIdx.x % launch.arrays.num_segments, tally);
-  reduce_warp(tally, block_tally);
-  __syncthreads();
-  if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
-}
-
-// Plans the step from now on: its length, the bound, the ball, and empty counters. One thread.
-__device__ void plan_next(const ExactConstants& constants, std::uint64_t until, ExactState& state) {
-  state.plan = constants;
-  plan_step(state.progress, until, state.longest, state.plan);
-  const ExactConstants& c = state.plan;
-  state.ball = ball_in_step(c, state.progress);
-  if (c.ball != BallRole::absent) {
-    const Vec2d centre =
-        state.ball.line.anchor_units +
-        travelled(c, state.ball.line.velocity_mps, -static_cast<std::int64_t>(state.ball.line.tick));
-    state.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    const double moved = c.max_speed_mps * c.units_per_tick * c.length;
-    state.ball_reach = saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
-  }
-  state.failed = 0;
-  state.too_fast_bits = 0;
-  state.fastest_after_bits = 0;
-  state.num_near_ball = 0;
-  state.num_conflicts = 0;
-  state.num_todo = 0;
-  state.num_events = 0;
-  state.ball_owner = kBallCluster;
-  state.ball_has_changed = 0;
-}
-
-__device__ double fastest_after_mps(const ExactState& state) {
-  return sqrt(static_cast<double>(__uint_as_float(load_shared(&state.fastest_after_bits))));
-}
-__device__ double fastest_of_all_mps(const ExactState& state) {
-  const double parcels = fastest_after_mps(state);
-  const double ball = static_cast<double>(__uint_as_float(load_shared(&state.too_fast_bits)));
-  return parcels > ball ? parcels : ball;
-}
-
-// After solving, one warp: totals, the ball and the time move on, or the step is planned anew.
-__device__ void finish_step_on_device(const ExactLaunch& launch, bool finished) {
-  ExactState& state = *launch.state;
-  const TallySlot sum = sum_slots(launch.slots[threadIdx.x]);
-  launch.slots[threadIdx.x] = {};
-  if (threadIdx.x != 0) return;
-  if (finished) {
-    add_to_totals(sum, *launch.step_state);
-    state.event_hash += sum.event_hash;
-    const std::int64_t travel = state.progress.travel;
-    const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
-                        static_cast<std::int64_t>(sum.ball_torque)};
-    const double at_begin = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
-    const ExactConstants plan = state.plan;
-    ExactProgress progress = state.progress;
-    const ExactBall ball = plan.ball == BallRole::participant ? state.ball_now : state.ball;
-    end_step(plan, ball, hits, at_begin, fastest_after_mps(state), state.num_events, progress);
-    state.progress = progress;
-    state.last_travel = progress.travel - travel;
-    state.parity ^= 1U;
-    state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
-    launch.step_state->ball = progress.ball;
-  } else {
-    state.num_redone += 1;
-    const double needed = fastest_of_all_mps(state);
-    if (needed > state.plan.max_speed_mps) {
-      state.progress.raised_bound_mps = kSpeedMargin * needed;
-    } else {
-      state.longest = state.plan.length / 2 > 1 ? state.plan.length / 2 : 1;
-    }
-  }
-}
-
-__device__ void anchor_parcel(const ExactArrays& a, const ExactState& state, std::uint32_t i) {
-  const auto now = static_cast<std::uint32_t>(state.progress.now);
-  a.lines.position[i] = a.present[state.parity][i];
-  a.lines.tick[i] = now;
-  if (a.lines.clock && now - a.lines.clock[i] > kAnchorPeriod)
-    a.lines.clock[i] = now - static_cast<std::uint32_t>(kAnchorPeriod);
-}
-
-// Solves the clusters of one step, until its end: parts of it that must be redone, too.
-template <Boundary kBoundary, unsigned kTeam, unsigned kBlocks>
-__global__ void __launch_bounds__(kBlock, kBlocks) solve_kernel(const __grid_constant__ ExactLaunch launch) {
-  __shared__ ExactConstants c;
-  __shared__ TallySlot block_tally;
-  __shared__ TeamSpace space;
+  __shared__ BlockSpace space;
   __shared__ BlockCounts counts;
+  __shared__ PairSpace pair_space;
+  __shared__ NearList<kBlock>::Space near_space;
   cg::grid_group grid = cg::this_grid();
   ExactState& state = *launch.state;
+  SegmentCounts& outside = launch.arrays.counts[blockIdx.x];
   if (threadIdx.x == 0) block_tally = {};
   while (true) {
+    const ExactConstants c = constants_of(launch);
     if (threadIdx.x == 0) {
-      c = state.plan;
       counts = {};
-      counts.active = launch.arrays.active.counts[blockIdx.x];
+      counts.active = outside.active;
+      counts.border = outside.border;
     }
     __syncthreads();
-    Clusters<kBoundary, kTeam> clusters{launch, c, state, space, counts};
+    Clusters<kBoundary> clusters{launch, c, state, space, counts};
     if (state.failed == 0) clusters.run();
     grid.sync();
-    const bool finished = load_shared(&state.failed) == 0 && fastest_of_all_mps(state) <= c.max_speed_mps;
-    if (finished) clusters.commit(launch, block_tally);
+    const bool finished = is_solved(state);
+    const std::uint32_t num_members = min(counts.members, launch.arrays.member_capacity);
+    if (finished && reaches_end(state, launch.until) && launch.until % kAnchorPeriod != 0) {
+      if (threadIdx.x == 0) outside.members = num_members;
+      if (grid.thread_rank() == 0) state.to_commit = 1;
+      return;
+    }
+    if (finished) {
+      commit<kBoundary>(c, launch, state, blockIdx.x, num_members, threadIdx.x, kBlock, block_tally);
+    }
     __syncthreads();
     if (threadIdx.x == 0) {
       add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
       block_tally = {};
-      launch.arrays.active.counts[blockIdx.x] = 0;
+      outside = {};
     }
     grid.sync();
     if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step_on_device(launch, finished);
     grid.sync();
-    const bool anchoring = finished && state.progress.now % kAnchorPeriod == 0;
-    if (anchoring) {
+    if (finished && state.progress.now % kAnchorPeriod == 0) {
       for (std::uint32_t i = grid.thread_rank(); i < launch.space.num_parcels; i += grid.size())
         anchor_parcel(launch.arrays, state, i);
     }
@@ -263,23 +97,51 @@ __global__ void __launch_bounds__(kBlock, kBlocks) solve_kernel(const __grid_con
     }
     if (done) return;
     grid.sync();
-    if (threadIdx.x == 0) c = state.plan;
-    __syncthreads();
-    DeviceTally tally{&block_tally};
-    for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x) {
-      predict_tile<kBoundary, false>(c, launch, tile * kBlock + threadIdx.x, blockIdx.x, tally);
-      reduce_warp(tally, block_tally);
-      tally = DeviceTally{&block_tally};
-    }
+    const ExactConstants next = constants_of(launch);
+    for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
+      predict_one<kBoundary, false>(next, launch, tile * kBlock + threadIdx.x, blockIdx.x, near_space);
+    grid.sync();
+    if (next.step.physics.parcels.contacts)
+      solve_pairs<kBoundary, false, kLanesOfPair>(next, launch, blockIdx.x, 0, 1, pair_space, near_space);
     grid.sync();
   }
+}
+
+// Commits what solve_kernel solved, and plans the next step. blockIdx.x: segment; blockIdx.y: a part of it.
+template <Boundary kBoundary>
+__global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ ExactLaunch launch) {
+  __shared__ TallySlot block_tally;
+  __shared__ bool is_last;
+  ExactState& state = *launch.state;
+  if (state.to_commit == 0) return;
+  const std::uint32_t segment = blockIdx.x;
+  if (threadIdx.x == 0) block_tally = {};
+  __syncthreads();
+  commit<kBoundary>(constants_of(launch), launch, state, segment, launch.arrays.counts[segment].members,
+                    blockIdx.y * kBlock + threadIdx.x, gridDim.y * kBlock, block_tally);
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    add_slot(launch.slots[(blockIdx.x + blockIdx.y) % kNumSlots], block_tally);
+    __threadfence();
+    const std::uint32_t num_blocks = gridDim.x * gridDim.y;
+    is_last = atomicAdd(&state.num_committed, 1U) == num_blocks - 1;
+  }
+  __syncthreads();
+  if (!is_last) return;
+  __threadfence();
+  for (std::uint32_t s = threadIdx.x; s < gridDim.x; s += kBlock) launch.arrays.counts[s] = {};
+  if (threadIdx.x < kNumSlots) finish_step_on_device(launch, true);
+  if (threadIdx.x != 0) return;
+  state.to_commit = 0;
+  state.num_committed = 0;
+  if (launch.next_until > state.progress.now) plan_next(launch.constants, launch.next_until, state);
 }
 
 __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch) {
   ExactState& state = *launch.state;
   if (threadIdx.x < kNumSlots) launch.slots[threadIdx.x] = {};
   for (std::uint32_t s = threadIdx.x; s < launch.arrays.num_segments; s += blockDim.x)
-    launch.arrays.active.counts[s] = 0;
+    launch.arrays.counts[s] = {};
   if (threadIdx.x != 0) return;
   launch.step_state->totals = {};
   state.num_rounds = 0;
@@ -349,20 +211,13 @@ void for_boundary(Boundary boundary, Function function) {
   }
 }
 
-template <Boundary kBoundary>
-auto solve_kernel_for(std::uint32_t num_parcels) {
-  return num_parcels < kMany ? solve_kernel<kBoundary, kTogether, kBlocksPerSm>
-                             : solve_kernel<kBoundary, kTogetherIfMany, kBlocksPerSmIfMany>;
-}
-
-std::uint32_t most_segments(std::uint32_t num_parcels) {
+std::uint32_t most_segments() {
   int device = 0, num_sms = 0, blocks = 0;
   PF_CUDA(cudaGetDevice(&device));
   PF_CUDA(cudaDeviceGetAttribute(&num_sms, cudaDevAttrMultiProcessorCount, device));
-  int least = num_parcels < kMany ? kBlocksPerSm : kBlocksPerSmIfMany;
+  int least = kSolveBlocksPerSm;
   for (const auto kernel :
-       {solve_kernel_for<Boundary::open>(num_parcels), solve_kernel_for<Boundary::walls>(num_parcels),
-        solve_kernel_for<Boundary::periodic>(num_parcels)}) {
+       {solve_kernel<Boundary::open>, solve_kernel<Boundary::walls>, solve_kernel<Boundary::periodic>}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     least = std::min(least, blocks);
   }
@@ -373,7 +228,7 @@ std::uint32_t most_segments(std::uint32_t num_parcels) {
 
 std::uint32_t exact_num_segments(std::uint32_t num_parcels) {
   const std::uint32_t wanted = (num_parcels + kParcelsPerSegment - 1) / kParcelsPerSegment;
-  return std::clamp(wanted, 1U, std::max(1U, most_segments(num_parcels)));
+  return std::clamp(wanted, 1U, std::max(1U, most_segments()));
 }
 
 void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
@@ -401,11 +256,19 @@ void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream) {
     const unsigned blocks = std::max(1U, blocks_for(launch.space.num_parcels));
     predict_kernel<kBoundary><<<blocks, kBlock, 0, stream>>>(launch);
     PF_LAUNCHED("predict_kernel");
+    const dim3 parts(launch.arrays.num_segments,
+                     std::min(blocks_for(launch.arrays.active.capacity), kMostPartsOfSegment));
+    if (launch.constants.step.physics.parcels.contacts) {
+      pair_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
+      PF_LAUNCHED("pair_kernel");
+    }
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
-    PF_CUDA(cudaLaunchCooperativeKernel(
-        reinterpret_cast<const void*>(solve_kernel_for<kBoundary>(launch.space.num_parcels)),
-        dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0, stream));
+    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
+                                        dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0,
+                                        stream));
+    commit_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
+    PF_LAUNCHED("commit_kernel");
   });
 }
 

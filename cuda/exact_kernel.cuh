@@ -1,5 +1,6 @@
-// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, and
-// one cooperative kernel that solves the clusters (backend/exact_stepper.hpp has the same in plain loops; the
+// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, one
+// that solves the clusters of two parcels with one event (exact_pairs.cuh), and one cooperative kernel that
+// solves the others, and one that commits (backend/exact_stepper.hpp has the same in plain loops; the
 // formulas are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the
 // ball stay on the device.
 #pragma once
@@ -38,6 +39,15 @@ struct BallLineSegment {
   std::uint32_t end;
 };
 
+// What the events of a cluster add up to.
+struct EventSums {
+  std::uint32_t num_events = 0, num_collisions = 0, num_hits = 0, num_retired = 0;
+  float max_overlap = 0.0F;
+  float fastest2 = 0.0F;  // square of the largest speed after an event
+  long long impulse_sum = 0, ball_x = 0, ball_y = 0, ball_torque = 0;
+  unsigned long long event_hash = 0;
+};
+
 // Stands beside the member that the cluster is called by.
 struct ClusterRecord {
   std::uint32_t members;  // list of those that it was solved with
@@ -45,19 +55,20 @@ struct ClusterRecord {
   std::uint32_t toward;   // the cluster that it became part of, or itself
   std::uint32_t claimed;  // round in which it was last merged
   std::uint32_t is_solved;
-  std::uint32_t wants_block;  // too large for a smaller team
-  std::uint32_t num_events, num_collisions, num_hits, num_retired;
-  float max_overlap;
-  long long impulse_sum, ball_x, ball_y, ball_torque;
-  unsigned long long event_hash;
+  std::uint32_t wants_block;  // too large for a warp
+  EventSums sum;
 };
 
-// Items found by the blocks of the cooperative kernel, each in a segment of its own: no block waits for a
-// common counter. Found beyond `capacity` a segment, the step is too long for the lists and is redone.
+// Items found for or by the blocks of the cooperative kernel, each in a segment of its own: no block waits
+// for a common counter. Found beyond `capacity` a segment, the step is too long for the lists and is redone.
 struct SegmentedList {
-  std::uint32_t* items = nullptr;   // num_segments x capacity
-  std::uint32_t* counts = nullptr;  // num_segments
+  std::uint32_t* items = nullptr;  // num_segments x capacity
   std::uint32_t capacity = 0;
+};
+
+// How many items a segment has, outside of the cooperative kernel.
+struct SegmentCounts {
+  std::uint32_t active, border, members;
 };
 
 // Common lists: where items are few.
@@ -82,6 +93,7 @@ struct ExactArrays {
   ClusterRecord* records = nullptr;    // as many; and one for the ball
   LineSegment* segments = nullptr;     // num_segments x segment_capacity
   uint2* border = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
+  SegmentCounts* counts = nullptr;  // num_segments
   std::uint32_t member_capacity = 0, segment_capacity = 0, border_capacity = 0;
   CommonList near_ball;
   CommonList todo;             // clusters to solve again
@@ -104,6 +116,8 @@ struct ExactState {
   std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
   std::uint32_t num_near_ball = 0;
   std::uint32_t num_conflicts = 0, num_todo = 0;
+  std::uint32_t to_commit = 0;              // the step is solved as far as `until`
+  std::uint32_t num_committed = 0;          // blocks that have done their part
   std::uint32_t ball_owner = kBallCluster;  // the cluster that has the ball
   // The ball as a member of a cluster.
   ExactBall ball_now;

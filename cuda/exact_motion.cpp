@@ -43,7 +43,7 @@ void DeviceExact::reserve(std::uint32_t num_parcels) {
   const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_segments_; };
   const std::size_t common = num_parcels / kCommonShare + kLeastCommon;
   active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
-  active_counts_ = DeviceBuffer<std::uint32_t>(num_segments_);
+  counts_ = DeviceBuffer<SegmentCounts>(num_segments_);
   leaders_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
   members_ = DeviceBuffer<ClusterMember>(all(member_capacity_));
   records_ = DeviceBuffer<ClusterRecord>(all(member_capacity_) + 1);
@@ -57,7 +57,7 @@ void DeviceExact::reserve(std::uint32_t num_parcels) {
 }
 
 std::size_t DeviceExact::bytes() const {
-  return active_.bytes() + active_counts_.bytes() + leaders_.bytes() + members_.bytes() + records_.bytes() +
+  return active_.bytes() + counts_.bytes() + leaders_.bytes() + members_.bytes() + records_.bytes() +
          segments_.bytes() + border_.bytes() + near_ball_.bytes() + todo_.bytes() + conflicts_.bytes() +
          ball_segments_.bytes();
 }
@@ -72,13 +72,14 @@ void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   a.event_tick = memory.scratch[0];
   a.event_partner = memory.scratch[1];
   a.owner = memory.scratch[2];
-  a.active = {active_.data(), active_counts_.data(), active_capacity_};
-  a.leaders = {leaders_.data(), nullptr, active_capacity_};
+  a.active = {active_.data(), active_capacity_};
+  a.leaders = {leaders_.data(), active_capacity_};
   a.num_segments = num_segments_;
   a.members = members_.data();
   a.records = records_.data();
   a.segments = segments_.data();
   a.border = border_.data();
+  a.counts = counts_.data();
   a.member_capacity = member_capacity_;
   a.segment_capacity = segment_capacity_;
   a.border_capacity = border_capacity_;

@@ -19,7 +19,7 @@ class DeviceExact {
   std::size_t bytes() const;
   // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and
   // leaders, lines, and pairs of neighbours.
-  static constexpr double kBytesPerParcel = 8.0 + 43.0 + 2.0 + 2.0 + 2.0;
+  static constexpr double kBytesPerParcel = 8.0 + 44.0 + 2.0 + 2.0 + 2.0;
 
   // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's
   // arrays.
@@ -42,7 +42,8 @@ class DeviceExact {
   std::uint32_t reserved_ = 0;
   std::uint32_t num_segments_ = 0;
   std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0, border_capacity_ = 0;
-  DeviceBuffer<std::uint32_t> active_, active_counts_, leaders_, near_ball_, todo_;
+  DeviceBuffer<std::uint32_t> active_, leaders_, near_ball_, todo_;
+  DeviceBuffer<SegmentCounts> counts_;
   DeviceBuffer<ClusterMember> members_;
   DeviceBuffer<ClusterRecord> records_;
   DeviceBuffer<LineSegment> segments_;

@@ -41,6 +41,35 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i h
   }
 }
 
+// Finds of one thread's search, in its block's shared memory, kBlock threads wide: a warp works through them
+// together after the search instead of one by one inside it.
+template <unsigned kBlock>
+struct NearList {
+  static constexpr unsigned kMost = 12;
+  using Space = std::uint32_t[kMost][kBlock];
+
+  Space& space;
+  unsigned num = 0;
+
+  // All are counted, the first kMost kept.
+  __device__ void push(std::uint32_t j) {
+    if (num < kMost) space[num][threadIdx.x] = j;
+    ++num;
+  }
+  __device__ bool holds_all() const { return num <= kMost; }
+  __device__ std::uint32_t operator[](unsigned k) const { return space[k][threadIdx.x]; }
+  // Keeps those that the predicate is true for.
+  template <class Predicate>
+  __device__ void keep_if(Predicate predicate) {
+    unsigned kept = 0;
+    for (unsigned k = 0; k < num; ++k) {
+      const std::uint32_t j = space[k][threadIdx.x];
+      if (predicate(j)) space[kept++][threadIdx.x] = j;
+    }
+    num = kept;
+  }
+};
+
 // Up to four finds kept in registers, so that a warp's few are worked through together after its search
 // instead of one by one inside it.
 struct FindList {

@@ -3,6 +3,8 @@
 
 #if defined(__CUDACC__)
 #define PF_HD __host__ __device__
+#define PF_HD_RARE __host__ __device__ __noinline__
 #else
 #define PF_HD
+#define PF_HD_RARE [[gnu::noinline]]
 #endif

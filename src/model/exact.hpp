@@ -98,10 +98,15 @@ PF_HD inline Vec2d travelled(const ExactConstants& c, Vec2d velocity_mps, std::i
   return velocity_mps * (c.units_per_tick * static_cast<double>(ticks));
 }
 
-PF_HD inline double nearest_image(double offset, std::int32_t half) {
-  if (offset < half && offset > -static_cast<double>(half)) return offset;
+PF_HD_RARE inline double far_image(double offset, std::int32_t half) {
   const double period = 2.0 * half;
   return offset - period * static_cast<double>(round_to_int64(offset / period));
+}
+
+PF_HD inline double nearest_image(double offset, std::int32_t half) {
+  const double limit = half;
+  if (offset < limit && offset > -limit) return offset;
+  return far_image(offset, half);
 }
 
 template <Boundary kBoundary>
@@ -110,16 +115,19 @@ PF_HD inline Vec2d nearest_image(const World& world, Vec2d offset) {
   return {nearest_image(offset.x, world.half.x), nearest_image(offset.y, world.half.y)};
 }
 
+// position, anywhere, as it is in a periodic world.
+PF_HD_RARE inline std::int64_t wrapped(std::int64_t position, std::int32_t half) {
+  const std::int64_t period = 2LL * half;
+  std::int64_t offset = (position + half) % period;
+  if (offset < 0) offset += period;
+  return offset - half;
+}
+
 // An axis of a position after a move, brought back into a periodic world, into the walls.
 template <Boundary kBoundary>
 PF_HD inline std::int32_t settled(std::int64_t position, std::int32_t half, std::int32_t radius) {
   if constexpr (kBoundary == Boundary::periodic) {
-    if (position >= half || position < -static_cast<std::int64_t>(half)) {
-      const std::int64_t period = 2LL * half;
-      std::int64_t offset = (position + half) % period;
-      if (offset < 0) offset += period;
-      return static_cast<std::int32_t>(offset - half);
-    }
+    if (position >= half || position < -static_cast<std::int64_t>(half)) position = wrapped(position, half);
   } else {
     const std::int64_t limit = kBoundary == Boundary::walls ? static_cast<std::int64_t>(half) - radius
                                                             : static_cast<std::int64_t>(half);

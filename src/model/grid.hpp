@@ -106,9 +106,17 @@ PF_HD inline void visit_candidate_ranges(const GridShape& grid, const std::uint3
   const CellSpan sx = cell_span<kBoundary>(position.x, reach, grid.half.x, grid.num_x, grid.factor_x);
   const CellSpan sy = cell_span<kBoundary>(position.y, reach, grid.half.y, grid.num_y, grid.factor_y);
   const auto visit_rows = [&](std::int32_t first_row, std::int32_t last_row) {
-    for (std::int32_t row = first_row; row <= last_row; ++row) {
-      const std::uint32_t base = static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.num_x);
-      visit(cell_start[base + sx.first], cell_start[base + sx.last + 1]);
+    if (first_row > last_row) return;
+    const auto width = static_cast<std::uint32_t>(grid.num_x);
+    std::uint32_t base = static_cast<std::uint32_t>(first_row) * width;
+    std::uint32_t first = cell_start[base + sx.first], last = cell_start[base + sx.last + 1];
+    for (std::int32_t row = first_row; row <= last_row; ++row, base += width) {
+      const std::uint32_t next = row < last_row ? base + width : base;  // fetched while this row is visited
+      const std::uint32_t next_first = cell_start[next + sx.first],
+                          next_last = cell_start[next + sx.last + 1];
+      visit(first, last);
+      first = next_first;
+      last = next_last;
       if constexpr (kBoundary == Boundary::periodic) {
         if (sx.second_first <= sx.second_last) {
           visit(cell_start[base + sx.second_first], cell_start[base + sx.second_last + 1]);

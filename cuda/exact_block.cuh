@@ -1,128 +1,49 @@
-// Method `exact` on the device: one cluster's events through a step, solved by a team of threads.
-// backend/exact_cluster_solver.hpp has the same for one thread; what is said there holds here.
+// Method `exact` on the device: a large cluster's events through a step, or those of the ball's, solved by
+// the threads of a block. backend/exact_cluster_solver.hpp has the same for one thread; what is said there
+// holds here.
 #pragma once
 
-#include <cooperative_groups.h>
-
-#include "draw_parcel.cuh"
-#include "exact_kernel.cuh"
+#include "exact_parts.cuh"
 
 namespace pf {
 
-namespace cg = cooperative_groups;
-
-constexpr unsigned kExactBlock = 256;
-
-__device__ inline Line line_of(const ExactArrays& a, std::uint32_t i) {
-  return {a.lines.position[i], a.lines.velocity[i], a.lines.tick[i]};
-}
-
-__device__ inline std::int32_t saturated(double units) {
-  return static_cast<std::int32_t>(units < 1.0e9 ? units : 1.0e9);
-}
-
-// Square of a distance, as the filter of a search: a little above it, whatever float makes of it.
-__device__ inline float filter_of(double distance) {
-  return static_cast<float>(distance * distance * (1.0 + 1e-5));
-}
-
-template <Boundary kBoundary>
-__device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i present) {
-  const Vec2i from = separation<kBoundary>(world, state.ball_centre, present);
-  const long long x = from.x, y = from.y;
-  return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
-}
-
-__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j,
-                                    const std::uint32_t* id) {
-  if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
-}
-
-__device__ inline std::uint32_t load_shared(const std::uint32_t* word) {
-  return *const_cast<const volatile std::uint32_t*>(word);
-}
-
-__device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t cluster) {
-  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_segments) * a.member_capacity];
-  return a.records[a.place[cluster]];
-}
-
-// Sets of clusters as trees; the lowest name is the root.
-__device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
-  while (true) {
-    const std::uint32_t next = load_shared(&record_of(a, cluster).toward);
-    if (next == cluster) return cluster;
-    cluster = next;
-  }
-}
-__device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
-  while (true) {
-    p = root_of(a, p);
-    q = root_of(a, q);
-    if (p == q) return;
-    const std::uint32_t low = p < q ? p : q, high = p < q ? q : p;
-    if (atomicCAS(&record_of(a, high).toward, high, low) == high) return;
-  }
-}
-
-// Clusters that have to be solved as one, or one of them by a whole block.
-__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p,
-                                    std::uint32_t q) {
-  const std::uint32_t place = atomicAdd(&state.num_conflicts, 1U);
-  if (place < a.conflict_capacity) {
-    a.conflicts[place] = {p, q};
-  } else {
-    state.failed = 1;
-  }
-}
-
-// What the teams of a block share among their threads.
-struct TeamSpace {
-  static constexpr unsigned kMostMembers = 3072;  // of all teams of the block together
-  std::uint32_t table[kMostMembers];              // places of the members
-  std::uint32_t flagged[kMostMembers];            // members to predict again
-  std::uint32_t num_members[kExactBlock], num_flagged[kExactBlock], other[kExactBlock], joined[kExactBlock];
+// What the block's threads share.
+struct BlockSpace {
+  static constexpr unsigned kCapacity = 3072;
+  std::uint32_t table[kCapacity];    // places of the members
+  std::uint32_t flagged[kCapacity];  // members to predict again
+  std::uint32_t num_members, num_flagged, other, joined;
   uint4 of_warps[kExactBlock / 32];
 };
 
-// Counts of a block's items in its segments.
-struct BlockCounts {
-  std::uint32_t active, leaders, members, segments, border;
-};
-
-// A team of kLanes threads of one block, which walk through a cluster together. Its first thread writes what
-// there is one of.
-template <Boundary kBoundary, unsigned kLanes>
-class TeamSolver {
+// All threads walk through the cluster together; the first one writes what there is one of.
+template <Boundary kBoundary>
+class BlockSolver {
  public:
-  static constexpr unsigned kTeams = kExactBlock / kLanes;
-  static constexpr unsigned kCapacity = TeamSpace::kMostMembers / kTeams;
+  static constexpr unsigned kCapacity = BlockSpace::kCapacity;
   static constexpr std::uint32_t kMostEvents = 20000;
-  static constexpr bool kIsBlock = kLanes == kExactBlock;
 
-  __device__ __forceinline__ TeamSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state,
-                                        TeamSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ BlockSolver(const ExactLaunch& launch, const ExactConstants& c,
+                                         ExactState& state, BlockSpace& space, BlockCounts& counts)
       : launch_(launch),
         a_(launch.arrays),
         c_(c),
         state_(state),
         space_(space),
         counts_(counts),
-        team_(threadIdx.x / kLanes),
-        lane_(threadIdx.x % kLanes),
-        table_(space.table + team_ * kCapacity),
-        flagged_(space.flagged + team_ * kCapacity),
+        table_(space.table),
+        flagged_(space.flagged),
         present_(launch.arrays.present[state.parity]) {}
 
-  // Solves the cluster, `list` being its members. All threads of the team call it with the same arguments.
+  // Solves the cluster, `list` being its members. All threads call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     cluster_ = cluster;
     sum_ = {};
-    has_ball_ = kIsBlock && c_.ball == BallRole::participant && load_shared(&state_.ball_owner) == cluster;
+    has_ball_ = c_.ball == BallRole::participant && load_shared(&state_.ball_owner) == cluster;
     if (leads()) {
-      space_.num_members[team_] = 0;
-      space_.num_flagged[team_] = 0;
-      space_.other[team_] = kNone;
+      space_.num_members = 0;
+      space_.num_flagged = 0;
+      space_.other = kNone;
     }
     sync();
     const bool fits = load_members(list);
@@ -149,20 +70,14 @@ class TeamSolver {
  private:
   static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // in place of a member
 
-  __device__ __forceinline__ bool leads() const { return lane_ == 0; }
-  __device__ __forceinline__ void sync() const {
-    if constexpr (kIsBlock) {
-      __syncthreads();
-    } else if constexpr (kLanes > 1) {
-      cg::tiled_partition<kLanes>(cg::this_thread_block()).sync();
-    }
-  }
+  __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
+  __device__ __forceinline__ void sync() const { __syncthreads(); }
   __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
   __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
   __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const {
     return load_shared(&a_.owner[i]);
   }
-  __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members[team_]; }
+  __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members; }
 
   static __device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
     if (p.x != q.x) return p.x < q.x;
@@ -171,49 +86,28 @@ class TeamSolver {
   }
   // The least of the threads' keys, the same in all of them: two members may have one and the same event.
   __device__ __forceinline__ uint4 least(uint4 best) {
-    if constexpr (kLanes > 1) {
-      constexpr unsigned kWidth = kLanes < 32 ? kLanes : 32;
-      const auto lanes = cg::tiled_partition<kWidth>(cg::this_thread_block());
-      for (unsigned offset = kWidth / 2; offset > 0; offset /= 2) {
-        const uint4 other{lanes.shfl_xor(best.x, offset), lanes.shfl_xor(best.y, offset),
-                          lanes.shfl_xor(best.z, offset), lanes.shfl_xor(best.w, offset)};
-        if (is_before(other, best)) best = other;
-      }
+    for (unsigned offset = 16; offset > 0; offset /= 2) {
+      const uint4 other{
+          __shfl_xor_sync(kWholeWarp, best.x, offset), __shfl_xor_sync(kWholeWarp, best.y, offset),
+          __shfl_xor_sync(kWholeWarp, best.z, offset), __shfl_xor_sync(kWholeWarp, best.w, offset)};
+      if (is_before(other, best)) best = other;
     }
-    if constexpr (kIsBlock) {
-      if (threadIdx.x % 32 == 0) space_.of_warps[threadIdx.x / 32] = best;
-      __syncthreads();
-      for (const uint4& other : space_.of_warps) {
-        if (is_before(other, best)) best = other;
-      }
-      __syncthreads();
+    if (threadIdx.x % 32 == 0) space_.of_warps[threadIdx.x / 32] = best;
+    __syncthreads();
+    for (const uint4& other : space_.of_warps) {
+      if (is_before(other, best)) best = other;
     }
+    __syncthreads();
     return best;
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
-    if constexpr (kLanes == 1) return best;
     const uint4 least_of_all = least({best.tick, best.partner_id, 0U, best.partner});
     return {least_of_all.x, least_of_all.w, least_of_all.y};
   }
 
   // ---- members
 
-  __device__ __forceinline__ void write_member(std::uint32_t m, std::uint32_t i) {
-    ClusterMember now;
-    now.index = i;
-    now.id = id(i);
-    now.line = line_of(a_, i);
-    const std::uint32_t partner = a_.event_partner[i];
-    now.event = {a_.event_tick[i], partner, is_parcel(partner) ? id(partner) : partner};
-    now.clock = a_.lines.clock ? a_.lines.clock[i] : 0U;
-    now.next = kNone;
-    now.segments = kNone;
-    now.fastest_mps = sqrtf(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
-    now.has_changed = 0;
-    member(m) = now;
-  }
-
-  // Whether they are as few as the team has room for.
+  // Whether they are as few as there is room for.
   __device__ __forceinline__ bool load_members(std::uint32_t list) {
     if (leads()) {
       std::uint32_t num = 0;
@@ -221,12 +115,12 @@ class TeamSolver {
         if (num < kCapacity) table_[num] = m;
         ++num;
       }
-      space_.num_members[team_] = num;
+      space_.num_members = num;
     }
     sync();
     if (num_members() > kCapacity) return false;
-    for (std::uint32_t k = lane_; k < num_members(); k += kLanes)
-      write_member(table_[k], member(table_[k]).index);
+    for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock)
+      member(table_[k]) = member_at_begin(a_, member(table_[k]).index);
     sync();
     return true;
   }
@@ -239,12 +133,12 @@ class TeamSolver {
       if (owner_of(i) == cluster_) {
         place = a_.place[i];
       } else if (num_members() == kCapacity) {
-        space_.other[team_] = cluster_;
+        space_.other = cluster_;
       } else {
         const std::uint32_t owner = atomicCAS(&a_.owner[i], kNone, cluster_);
         __threadfence();  // of two clusters that take a parcel each and then look at the other's, one sees it
         if (owner != kNone) {
-          space_.other[team_] = owner;
+          space_.other = owner;
         } else {
           place = atomicAdd(&counts_.members, 1U);
           if (place >= a_.member_capacity) {
@@ -253,14 +147,14 @@ class TeamSolver {
           }
           place += blockIdx.x * a_.member_capacity;
           a_.place[i] = place;
-          write_member(place, i);
-          table_[space_.num_members[team_]++] = place;
+          member(place) = member_at_begin(a_, i);
+          table_[space_.num_members++] = place;
         }
       }
-      space_.joined[team_] = place;
+      space_.joined = place;
     }
     sync();
-    const std::uint32_t place = space_.joined[team_];
+    const std::uint32_t place = space_.joined;
     sync();
     return place;
   }
@@ -273,24 +167,15 @@ class TeamSolver {
     record.members = fits ? (num > 0 ? table_[0] : kNone) : list;
     record.merged = kNone;
     record.is_solved = solved ? 1U : 0U;
-    record.num_events = sum_.num_events;
-    record.num_collisions = sum_.num_collisions;
-    record.num_hits = sum_.num_hits;
-    record.num_retired = sum_.num_retired;
-    record.max_overlap = sum_.max_overlap;
-    record.impulse_sum = sum_.impulse_sum;
-    record.ball_x = sum_.ball_x;
-    record.ball_y = sum_.ball_y;
-    record.ball_torque = sum_.ball_torque;
-    record.event_hash = sum_.event_hash;
+    record.sum = sum_;
     if (solved) {
       if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));
       return;
     }
-    const std::uint32_t other = fits ? space_.other[team_] : cluster_;
+    const std::uint32_t other = fits ? space_.other : cluster_;
     if (other == cluster_) {  // no room: a block is to solve it
       record.wants_block = 1;
-      if constexpr (kIsBlock) state_.failed = 1;
+      state_.failed = 1;
     }
     add_conflict(a_, state_, cluster_, other);
   }
@@ -305,7 +190,7 @@ class TeamSolver {
   // The earliest event of all; its w is the member that has it, or kBall.
   __device__ __forceinline__ uint4 next_event() {
     uint4 best{kNoTick, kNone, kNone, kNone};
-    for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+    for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock) {
       const ClusterMember& it = member(table_[k]);
       const uint4 key = key_of(it.id, it.event, table_[k]);
       if (key.x != kNoTick && is_before(key, best)) best = key;
@@ -338,7 +223,7 @@ class TeamSolver {
         if (joined == kNone) return false;
         (next.w == kBall ? m : other) = joined;
       } else if (event.partner == kBallPartner && c_.ball == BallRole::participant) {
-        if (leads()) space_.other[team_] = load_shared(&state_.ball_owner);
+        if (leads()) space_.other = load_shared(&state_.ball_owner);
         return false;
       }
       sync();
@@ -350,15 +235,15 @@ class TeamSolver {
         } else {
           meet_the_edge(m, event);
         }
-        space_.num_flagged[team_] = 0;
-        if (m != kBall) flagged_[space_.num_flagged[team_]++] = m;
-        if (other != kNone) flagged_[space_.num_flagged[team_]++] = other;
+        space_.num_flagged = 0;
+        if (m != kBall) flagged_[space_.num_flagged++] = m;
+        if (other != kNone) flagged_[space_.num_flagged++] = other;
       }
       record(next);
       sync();
-      const std::uint32_t num_changed = space_.num_flagged[team_];
+      const std::uint32_t num_changed = space_.num_flagged;
       ball_is_stale = next.w == kBall;
-      for (std::uint32_t k = 0; k < space_.num_flagged[team_]; ++k)
+      for (std::uint32_t k = 0; k < space_.num_flagged; ++k)
         predict(flagged_[k], k < num_changed, k == 0 ? other : m, ball_is_stale);
       sync();
     }
@@ -462,7 +347,7 @@ class TeamSolver {
     Event best;
     const BallLine line = state_.ball_now.line;
     const std::uint32_t num = state_.num_near_ball < a_.near_ball.capacity ? state_.num_near_ball : 0U;
-    for (std::uint32_t n = lane_; n < num; n += kLanes) {
+    for (std::uint32_t n = threadIdx.x; n < num; n += kExactBlock) {
       const std::uint32_t k = a_.near_ball.items[n];
       const Line there = line_now(k);
       if (!is_retired(there.anchor))
@@ -493,52 +378,11 @@ class TeamSolver {
 
   // ---- predictions
 
-  // visit(j) for the parcels of i's search box, i among them, shared among the team's threads. The ranges of
-  // the box are laid end to end, so that the threads wait for memory together and not row by row.
+  // visit(j) for the parcels of i's search box, i among them, shared among the threads.
   template <class Visit>
   __device__ __forceinline__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
-    const GridShape& grid = launch_.space.grid;
-    if constexpr (!kIsBlock) {
-      const CellSpan sx = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
-      const CellSpan sy = cell_span<kBoundary>(at.y, reach, grid.half.y, grid.num_y, grid.factor_y);
-      const bool two = sx.second_first <= sx.second_last;
-      const int num_rows = sy.last - sy.first + 1;
-      const int num_second = sy.second_last >= sy.second_first ? sy.second_last - sy.second_first + 1 : 0;
-      const unsigned num = static_cast<unsigned>(num_rows + num_second) * (two ? 2U : 1U);
-      if (!launch_.space.all_pairs && num <= kLanes) {
-        std::uint32_t first = 0, count = 0;
-        if (lane_ < num) {
-          const int k = static_cast<int>(two ? lane_ / 2 : lane_);
-          const int row = k < num_rows ? sy.first + k : sy.second_first + (k - num_rows);
-          const bool second = two && lane_ % 2 != 0;
-          const std::uint32_t* starts = launch_.space.cell_start + static_cast<std::uint32_t>(row) *
-                                                                       static_cast<std::uint32_t>(grid.num_x);
-          first = starts[second ? sx.second_first : sx.first];
-          count = starts[(second ? sx.second_last : sx.last) + 1] - first;
-        }
-        const auto lanes = cg::tiled_partition<kLanes>(cg::this_thread_block());
-        std::uint32_t end = count;  // of the range among all
-        for (unsigned offset = 1; offset < kLanes; offset *= 2) {
-          const std::uint32_t before = lanes.shfl_up(end, offset);
-          if (lane_ >= offset) end += before;
-        }
-        const std::uint32_t total = lanes.shfl(end, num - 1);
-        for (std::uint32_t base = 0; base < total; base += kLanes) {
-          const std::uint32_t k = base + lane_;
-          std::uint32_t j = 0;
-          for (unsigned r = 0; r < num; ++r) {
-            const std::uint32_t range_end = lanes.shfl(end, r), range_count = lanes.shfl(count, r);
-            const std::uint32_t range_first = lanes.shfl(first, r);
-            if (k < range_end && k + range_count >= range_end)
-              j = range_first + (k + range_count - range_end);
-          }
-          if (k < total) visit(j);
-        }
-        return;
-      }
-    }
-    search<kBoundary, false, kLanes>(launch_.space, present_, at, kNone, reach, 3.4e38F,
-                                     [&](std::uint32_t j, Vec2i) { visit(j); });
+    search<kBoundary, false, kExactBlock>(launch_.space, present_, at, kNone, reach, 3.4e38F,
+                                          [&](std::uint32_t j, Vec2i) { visit(j); });
   }
 
   // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step,
@@ -602,7 +446,7 @@ class TeamSolver {
       keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
     });
     if (c_.step.physics.parcels.contacts) {
-      for (std::uint32_t k = lane_; k < num_members(); k += kLanes) {
+      for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock) {
         const std::uint32_t n = table_[k];
         ClusterMember& other = member(n);
         if (n == m || is_retired(other.line.anchor)) continue;
@@ -611,7 +455,7 @@ class TeamSolver {
         if (!has_changed || n == partner) continue;
         if (other.event.partner == i) {
           other.event = {};
-          flagged_[atomicAdd(&space_.num_flagged[team_], 1U)] = n;
+          flagged_[atomicAdd(&space_.num_flagged, 1U)] = n;
         } else if (tick != kNoTick && comes_before({tick, i, own}, other.event)) {
           other.event = {tick, i, own};
         }
@@ -626,26 +470,18 @@ class TeamSolver {
     if (has_ball_ && has_changed && !ball_is_stale) ball_is_stale = heed_ball(i, now);
   }
 
-  struct Sum {
-    std::uint32_t num_events = 0, num_collisions = 0, num_hits = 0, num_retired = 0;
-    float max_overlap = 0.0F, fastest2 = 0.0F;
-    long long impulse_sum = 0, ball_x = 0, ball_y = 0, ball_torque = 0;
-    unsigned long long event_hash = 0;
-  };
-
   const ExactLaunch& launch_;
   const ExactArrays& a_;
   const ExactConstants& c_;
   ExactState& state_;
-  TeamSpace& space_;
+  BlockSpace& space_;
   BlockCounts& counts_;
-  unsigned team_, lane_;
   std::uint32_t* table_;
   std::uint32_t* flagged_;
   const Vec2i* present_;
   std::uint32_t cluster_ = 0;
   bool has_ball_ = false;
-  Sum sum_;
+  EventSums sum_;
 };
 
 }  // namespace pf

@@ -1,0 +1,125 @@
+// Method `exact` on the device: what those that solve clusters share.
+#pragma once
+
+#include <cooperative_groups.h>
+
+#include "draw_parcel.cuh"
+#include "exact_kernel.cuh"
+
+namespace pf {
+
+namespace cg = cooperative_groups;
+
+constexpr unsigned kExactBlock = 256;
+constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
+constexpr float kAbove = 1.0F + 1e-5F;  // more than the roundings of a bound in float
+
+__device__ inline Line line_of(const ExactArrays& a, std::uint32_t i) {
+  return {a.lines.position[i], a.lines.velocity[i], a.lines.tick[i]};
+}
+
+template <class Real>
+__device__ std::int32_t saturated(Real units) {
+  return static_cast<std::int32_t>(units < Real{1.0e9} ? units : Real{1.0e9});
+}
+
+// Square of a distance, as the filter of a search: a little above it, whatever float makes of it.
+__device__ inline float filter_of(double distance) {
+  return static_cast<float>(distance * distance * (1.0 + 1e-5));
+}
+
+template <Boundary kBoundary>
+__device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i present) {
+  const Vec2i from = separation<kBoundary>(world, state.ball_centre, present);
+  const long long x = from.x, y = from.y;
+  return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
+}
+
+__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j,
+                                    const std::uint32_t* id) {
+  if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
+}
+
+__device__ inline std::uint32_t load_shared(const std::uint32_t* word) {
+  return *const_cast<const volatile std::uint32_t*>(word);
+}
+
+__device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t cluster) {
+  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_segments) * a.member_capacity];
+  return a.records[a.place[cluster]];
+}
+
+// Sets of clusters as trees; the lowest name is the root.
+__device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
+  while (true) {
+    const std::uint32_t next = load_shared(&record_of(a, cluster).toward);
+    if (next == cluster) return cluster;
+    cluster = next;
+  }
+}
+__device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
+  while (true) {
+    p = root_of(a, p);
+    q = root_of(a, q);
+    if (p == q) return;
+    const std::uint32_t low = p < q ? p : q, high = p < q ? q : p;
+    if (atomicCAS(&record_of(a, high).toward, high, low) == high) return;
+  }
+}
+
+// Clusters that have to be solved as one, or one of them by a whole block.
+__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p,
+                                    std::uint32_t q) {
+  const std::uint32_t place = atomicAdd(&state.num_conflicts, 1U);
+  if (place < a.conflict_capacity) {
+    a.conflicts[place] = {p, q};
+  } else {
+    state.failed = 1;
+  }
+}
+
+// A parcel as it is at the begin of the step.
+__device__ inline ClusterMember member_at_begin(const ExactArrays& a, std::uint32_t i) {
+  ClusterMember now;
+  now.index = i;
+  now.id = a.lines.id[i];
+  now.line = line_of(a, i);
+  const std::uint32_t partner = a.event_partner[i];
+  now.event = {a.event_tick[i], partner, is_parcel(partner) ? a.lines.id[partner] : partner};
+  now.clock = a.lines.clock ? a.lines.clock[i] : 0U;
+  now.next = kNone;
+  now.segments = kNone;
+  now.fastest_mps = sqrtf(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
+  now.has_changed = 0;
+  return now;
+}
+
+// A load that starts where it stands in the program, not where its value is needed.
+__device__ __forceinline__ std::uint32_t load_early(const std::uint32_t* from) {
+  std::uint32_t value;
+  asm volatile("ld.global.u32 %0, [%1];" : "=r"(value) : "l"(from) : "memory");
+  return value;
+}
+__device__ __forceinline__ double load_early(const double* from) {
+  double value;
+  asm volatile("ld.global.f64 %0, [%1];" : "=d"(value) : "l"(from) : "memory");
+  return value;
+}
+
+// The constants of the step in hand: all but four are the launch's.
+__device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
+  const ExactConstants& plan = launch.state->plan;
+  ExactConstants c = launch.constants;
+  c.begin = load_early(&plan.begin);
+  c.length = load_early(&plan.length);
+  c.max_speed_mps = load_early(&plan.max_speed_mps);
+  c.ball = plan.ball;
+  return c;
+}
+
+// Counts of a block's items in its segments.
+struct BlockCounts {
+  std::uint32_t active, leaders, members, segments, border;
+};
+
+}  // namespace pf
