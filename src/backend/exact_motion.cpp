@@ -68,9 +68,10 @@ void ExactMotion::anchor_all(const ExactConstants& base, SortedParcels& parcels)
   lines.position = present_;
   const std::uint32_t before = progress_.coarse;
   progress_.coarse = suitable_coarseness(base, before, fastest_mps(base.step.physics, parcels));
-  progress_.preferred_ticks = std::ldexp(progress_.preferred_ticks,
-                                         static_cast<int>(before) - static_cast<int>(progress_.coarse));
-  std::fill(lines.tick.begin(), lines.tick.end(), static_cast<std::uint32_t>(progress_.now >> progress_.coarse));
+  progress_.preferred_ticks =
+      std::ldexp(progress_.preferred_ticks, static_cast<int>(before) - static_cast<int>(progress_.coarse));
+  std::fill(lines.tick.begin(), lines.tick.end(),
+            static_cast<std::uint32_t>(progress_.now >> progress_.coarse));
   for (std::uint32_t& clock : lines.clock)
     clock = clock_in_ticks(clock, progress_.now, before, progress_.coarse);
 }
@@ -159,8 +160,9 @@ void ExactMotion::advance(const Physics& physics, const StepRequest& request, So
   const ExactConstants constants = make_exact_constants(physics, request.contact_clock_s);
   const double start_s = time_s_;
   if (!((start_s + request.num_steps * request.dt_s) / constants.tick_s < 0x1p62))
-    throw UserError("exact counts time in ticks of " + std::to_string(constants.tick_s * 1e9) +
-                    " ns, at most 2^62 of them, which these steps would exceed; take shorter ones, or start anew");
+    throw UserError(
+        "exact counts time in ticks of " + std::to_string(constants.tick_s * 1e9) +
+        " ns, at most 2^62 of them, which these steps would exceed; take shorter ones, or start anew");
   progress_.ball = ball;
   if (ball_is_new_ && progress_.coarse != 0 && physics.ball.present &&
       surface_speed_mps(physics, ball) > tick_speed_mps(constants, progress_.coarse))

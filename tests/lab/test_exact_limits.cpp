@@ -112,8 +112,8 @@ void quicken(SceneRun& run) {
 }
 
 // Inelastic collapse (McNamara and Young 1994); 60 collisions per parcel here, ten thousand by hand
-// (PF_TEST_SCALE=167). Over these the gas cools by 20 powers of ten, and would need more time than can be counted: it
-// is made faster again on the way. In the end it streams in bands that hardly collide.
+// (PF_TEST_SCALE=167). Over these the gas cools by 20 powers of ten, and would need more time than can be
+// counted: it is made faster again on the way. In the end it streams in bands that hardly collide.
 class Collapse : public testing::TestWithParam<double> {};
 
 TEST_P(Collapse, IsLivedThrough) {
