@@ -58,6 +58,7 @@ class CudaBackend final : public Backend {
 
   // Method exact, in cuda_backend_exact.cpp.
   void submit_exact(const StepRequest& request);
+  const ExactState& read_exact_state();  // waits
   void start_exact(const StepRequest& request);
   void stop_exact();
   void push_out(const StepRequest& request);

@@ -1,6 +1,7 @@
 // Method `exact` on the CUDA backend: what the host launches.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nvtx3/nvtx3.hpp>
 
@@ -93,9 +94,7 @@ void CudaBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts && num_parcels_ > 0) push_out(request);
   make_room_for_exact(request.contact_clock_s > 0.0);
   exact_.enter(plan_exact(request), stream_);
-  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_.state(), sizeof(ExactState), cudaMemcpyDeviceToHost,
-                          stream_));
-  PF_CUDA(cudaStreamSynchronize(stream_));
+  read_exact_state();
   expected_travel_ = 0;
   sorted_ = false;
   keys_are_written_ = false;
@@ -138,6 +137,13 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   sorted_ = true;
 }
 
+const ExactState& CudaBackend::read_exact_state() {
+  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_.state(), sizeof(ExactState), cudaMemcpyDeviceToHost,
+                          stream_));
+  PF_CUDA(cudaStreamSynchronize(stream_));
+  return *host_exact_;
+}
+
 void CudaBackend::submit_exact(const StepRequest& request) {
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = plan_exact(request);
@@ -153,21 +159,26 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   timer_.begin(stream_);
   launch.until = ends.empty() ? 0 : ends.front();
   launch_exact_begin_request(launch, stream_);
+  // Parcels that move too far in a step are sorted again on the way; the host waits for that then.
+  const double widest = (kWidestReach - 1.0) * c.step.contact_distance;
+  const bool sorts_within = search && 2.0 * moved > widest;
+  const double farthest = std::min(sorts_within ? 0.5 * widest : widest - 2.0 * moved, kFarthest);
+  if (sorts_within) launch.farthest = static_cast<std::int64_t>(farthest);
   for (std::size_t k = 0; k < ends.size(); ++k) {
-    const double travel = static_cast<double>(expected_travel_);
-    const double reach = c.step.contact_distance + 2.0 * moved + travel;
-    const bool moved_far = reach > kWidestReach * c.step.contact_distance || travel > kFarthest;
-    if (search && (!sorted_ || (expected_travel_ > 0 && moved_far))) {
-      sort_exact(launch);
-      ++submitted_.num_sorts;
-    }
     launch.until = ends[k];
     launch.next_until = k + 1 < ends.size() ? ends[k + 1] : 0;
-    launch.draw = draw;
-    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::collide_integrate)]);
-    if (k + 1 < ends.size()) launch.draw = {};
-    launch_exact_step(launch, stream_);
-    expected_travel_ += static_cast<std::int64_t>(moved) + 3;
+    launch.draw = k + 1 < ends.size() ? DrawBuffers{} : draw;
+    do {
+      const bool moved_far = expected_travel_ > 0 && static_cast<double>(expected_travel_) > farthest;
+      if (search && (!sorted_ || moved_far)) {
+        sort_exact(launch);
+        ++submitted_.num_sorts;
+      }
+      const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::collide_integrate)]);
+      launch_exact_step(launch, stream_);
+      expected_travel_ += static_cast<std::int64_t>(moved) + 3;
+      if (sorts_within) expected_travel_ = read_exact_state().progress.travel;
+    } while (sorts_within && host_exact_->progress.now < ends[k]);
   }
   if (request.draw) {
     if (ends.empty()) launch_draw(physics_.world, present_parcels(), num_parcels_, draw, stream_);

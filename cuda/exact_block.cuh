@@ -251,7 +251,7 @@ class BlockSolver {
 
   // By all threads, so that num_events is the same in all.
   __device__ __forceinline__ void record(const uint4& event) {
-    sum_.event_hash += event_hash(state_.progress.now + event.x, event.y, event.z);
+    sum_.event_hash += event_hash(since_reset(state_, event.x), event.y, event.z);
     ++sum_.num_events;
   }
 

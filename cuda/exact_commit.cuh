@@ -8,7 +8,11 @@
 namespace pf {
 
 __device__ inline bool reaches_end(const ExactState& state, std::uint64_t until) {
-  return state.progress.now + state.plan.length == until;
+  return since_reset(state, state.plan.length) >= until;
+}
+
+__device__ inline bool ends_at_anchoring(const ExactState& state) {
+  return (since_reset(state, state.plan.length) >> state.progress.coarse) % kAnchorPeriod == 0;
 }
 
 // Where the parcel will be at the end of the step if nothing happens to it any more.
@@ -87,7 +91,7 @@ __device__ void commit(const ExactConstants& c, const ExactLaunch& launch, Exact
 
 // Plans the step from now on: its length, the bound, the ball, and empty counters. One thread.
 __device__ inline void plan_next(const ExactConstants& constants, std::uint64_t until, ExactState& state) {
-  state.plan = constants;
+  state.plan = coarsened(constants, state.progress.coarse);
   plan_step(state.progress, until, state.longest, state.plan);
   const ExactConstants& c = state.plan;
   state.ball = ball_in_step(c, state.progress);
@@ -152,12 +156,41 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
   }
 }
 
-__device__ inline void anchor_parcel(const ExactArrays& a, const ExactState& state, std::uint32_t i) {
-  const auto now = static_cast<std::uint32_t>(state.progress.now);
-  a.lines.position[i] = a.present[state.parity][i];
-  a.lines.tick[i] = now;
-  if (a.lines.clock && now - a.lines.clock[i] > kAnchorPeriod)
-    a.lines.clock[i] = now - static_cast<std::uint32_t>(kAnchorPeriod);
+// Anchors every line anew at the present moment, in ticks that suit the speeds. All threads of the grid, or
+// of one block, call it; sync() lets them wait for each other.
+template <class Sync>
+__device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads,
+                           Sync sync) {
+  ExactState& state = *launch.state;
+  const ExactArrays& a = launch.arrays;
+  const Physics& physics = launch.constants.step.physics;
+  if (rank == 0) state.fastest_now_bits = 0;
+  sync();
+  unsigned fastest2 = 0;
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
+    const Vec2f v = a.lines.velocity[i];
+    const float speed2 = dot(v, v);
+    if (!is_retired(a.present[state.parity][i]) && speed2 < 1e30F)
+      fastest2 = max(fastest2, __float_as_uint(speed2));
+  }
+  fastest2 = __reduce_max_sync(kWholeWarp, fastest2);
+  if (rank % 32 == 0) atomicMax(&state.fastest_now_bits, fastest2);
+  sync();
+  double fastest_mps = sqrt(static_cast<double>(__uint_as_float(load_shared(&state.fastest_now_bits))));
+  if (physics.ball.present) fastest_mps = max(fastest_mps, surface_speed_mps(physics, state.progress.ball));
+  const std::uint64_t now = state.progress.now;
+  const std::uint32_t before = state.progress.coarse;
+  const std::uint32_t coarse = suitable_coarseness(launch.constants, before, fastest_mps);
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
+    a.lines.position[i] = a.present[state.parity][i];
+    a.lines.tick[i] = static_cast<std::uint32_t>(now >> coarse);
+    if (a.lines.clock) a.lines.clock[i] = clock_in_ticks(a.lines.clock[i], now, before, coarse);
+  }
+  sync();
+  if (rank != 0) return;
+  state.progress.coarse = coarse;
+  state.progress.preferred_ticks =
+      ldexp(state.progress.preferred_ticks, static_cast<int>(before) - static_cast<int>(coarse));
 }
 
 __device__ inline bool is_solved(const ExactState& state) {

@@ -17,17 +17,31 @@ constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parc
 // ms at 10^7: 0.58; with 4 0.65, with 6 0.56, but slower below; in a periodic world registers spill with 5.
 template <Boundary kBoundary>
 constexpr unsigned kPredictBlocksPerSm = kBoundary == Boundary::periodic ? 4 : 5;
-constexpr unsigned kSolveBlocksPerSm = 2;    // with 3, registers spill: 0.23 ms at 10^7 for 0.21
+constexpr unsigned kSolveBlocksPerSm = 2;  // with 3, registers spill: 0.23 ms at 10^7 for 0.21
 constexpr unsigned kMostPartsOfSegment = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30
 constexpr unsigned kLanesOfPair = 2;
 
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
+// Whether there is nothing to do: a coarse tick led beyond the end of the step.
+__device__ bool is_over(const ExactLaunch& launch) { return launch.state->progress.now >= launch.until; }
+
+__device__ void draw_present(const ExactLaunch& launch, std::uint32_t i) {
+  if (launch.draw.position_m == nullptr || i >= launch.space.num_parcels) return;
+  const ExactArrays& a = launch.arrays;
+  draw_parcel(launch.draw, launch.constants.step.physics.world, i, a.present[launch.state->parity][i],
+              a.lines.velocity[i]);
+}
+
 template <Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     predict_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ NearList<kBlock>::Space near_space;
+  if (is_over(launch)) {
+    draw_present(launch, blockIdx.x * kBlock + threadIdx.x);
+    return;
+  }
   predict_one<kBoundary, true>(constants_of(launch), launch, blockIdx.x * kBlock + threadIdx.x,
                                blockIdx.x % launch.arrays.num_segments, near_space);
 }
@@ -37,6 +51,7 @@ template <Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock) pair_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ PairSpace space;
   __shared__ NearList<kBlock>::Space near_space;
+  if (is_over(launch)) return;
   solve_pairs<kBoundary, true, kLanesOfPair>(constants_of(launch), launch, blockIdx.x, blockIdx.y, gridDim.y,
                                              space, near_space);
 }
@@ -54,6 +69,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
   cg::grid_group grid = cg::this_grid();
   ExactState& state = *launch.state;
   SegmentCounts& outside = launch.arrays.counts[blockIdx.x];
+  if (is_over(launch)) return;
   if (threadIdx.x == 0) block_tally = {};
   while (true) {
     const ExactConstants c = constants_of(launch);
@@ -68,7 +84,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     grid.sync();
     const bool finished = is_solved(state);
     const std::uint32_t num_members = min(counts.members, launch.arrays.member_capacity);
-    if (finished && reaches_end(state, launch.until) && launch.until % kAnchorPeriod != 0) {
+    if (finished && reaches_end(state, launch.until) && !ends_at_anchoring(state)) {
       if (threadIdx.x == 0) outside.members = num_members;
       if (grid.thread_rank() == 0) state.to_commit = 1;
       return;
@@ -85,10 +101,9 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     grid.sync();
     if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step_on_device(launch, finished);
     grid.sync();
-    if (finished && state.progress.now % kAnchorPeriod == 0) {
-      for (std::uint32_t i = grid.thread_rank(); i < launch.space.num_parcels; i += grid.size())
-        anchor_parcel(launch.arrays, state, i);
-    }
+    if (finished && is_at_anchoring(state.progress))
+      anchor_all(launch, static_cast<std::uint32_t>(grid.thread_rank()),
+                 static_cast<std::uint32_t>(grid.size()), [&] { grid.sync(); });
     const bool done = state.progress.now >= launch.until;
     grid.sync();
     if (grid.thread_rank() == 0) {
@@ -97,6 +112,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     }
     if (done) return;
     grid.sync();
+    if (launch.farthest > 0 && state.progress.travel > launch.farthest) return;
     const ExactConstants next = constants_of(launch);
     for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
       predict_one<kBoundary, false>(next, launch, tile * kBlock + threadIdx.x, blockIdx.x, near_space);
@@ -113,7 +129,12 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   __shared__ TallySlot block_tally;
   __shared__ bool is_last;
   ExactState& state = *launch.state;
-  if (state.to_commit == 0) return;
+  if (state.to_commit == 0) {
+    if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
+        launch.next_until > state.progress.now)
+      plan_next(launch.constants, launch.next_until, state);
+    return;
+  }
   const std::uint32_t segment = blockIdx.x;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -142,13 +163,21 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
   if (threadIdx.x < kNumSlots) launch.slots[threadIdx.x] = {};
   for (std::uint32_t s = threadIdx.x; s < launch.arrays.num_segments; s += blockDim.x)
     launch.arrays.counts[s] = {};
+  if (threadIdx.x == 0) {
+    launch.step_state->totals = {};
+    state.num_rounds = 0;
+    state.num_redone = 0;
+    state.event_hash = 0;
+    state.progress.ball = launch.step_state->ball;
+    if (launch.ball_was_set) state.progress.ball_follows = false;
+  }
+  __syncthreads();
+  if (launch.ball_was_set && state.progress.coarse != 0 && launch.constants.step.physics.ball.present &&
+      surface_speed_mps(launch.constants.step.physics, state.progress.ball) >
+          tick_speed_mps(launch.constants, state.progress.coarse))
+    anchor_all(launch, threadIdx.x, blockDim.x, [] { __syncthreads(); });
+  __syncthreads();
   if (threadIdx.x != 0) return;
-  launch.step_state->totals = {};
-  state.num_rounds = 0;
-  state.num_redone = 0;
-  state.event_hash = 0;
-  state.progress.ball = launch.step_state->ball;
-  if (launch.ball_was_set) state.progress.ball_follows = false;
   state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
   if (launch.until > state.progress.now) plan_next(launch.constants, launch.until, state);
 }
@@ -182,8 +211,8 @@ __global__ void find_present_kernel(const __grid_constant__ ExactLaunch launch) 
   ExactState& state = *launch.state;
   if (i == 0) state.progress.travel = 0;
   if (i >= launch.space.num_parcels) return;
-  ExactConstants c = launch.constants;
-  c.begin = static_cast<std::uint32_t>(state.progress.now);
+  ExactConstants c = coarsened(launch.constants, state.progress.coarse);
+  c.begin = static_cast<std::uint32_t>(state.progress.now >> state.progress.coarse);
   launch.arrays.present[state.parity][i] = position_at<kBoundary>(c, line_of(launch.arrays, i), 0);
 }
 

@@ -125,6 +125,7 @@ struct ExactState {
   std::uint32_t num_ball_segments = 0;
   std::uint32_t ball_has_changed = 0;
   std::uint32_t fastest_after_bits = 0;  // square of the largest speed after an event, float
+  std::uint32_t fastest_now_bits = 0;    // of all parcels' speeds, when lines are anchored anew
   unsigned long long num_events = 0;     // of the step
   unsigned long long num_rounds = 0;     // of the request
   unsigned long long num_redone = 0;
@@ -143,6 +144,7 @@ struct ExactLaunch {
   bool ball_was_set = false;        // from outside, since the last request
   std::uint64_t until = 0;          // tick at which the step ends
   std::uint64_t next_until = 0;     // and the one after it; 0: none
+  std::int64_t farthest = 0;  // travel at which a step stops on its way, for a sort, position units; 0: none
 };
 
 // Blocks of the cooperative kernel that are on the device together, at most what n parcels need.
@@ -154,7 +156,7 @@ void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream
 void launch_exact_begin_request(const ExactLaunch& launch, cudaStream_t stream);
 // Present positions of parcels that were just sorted; travel starts at zero.
 void launch_exact_find_present(const ExactLaunch& launch, cudaStream_t stream);
-// One step, to `until`.
+// One step, to `until`; or, with launch.farthest, a part of the way that is to be gone on with.
 void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream);
 // Keys and indices of a sort by the present positions.
 void launch_exact_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);

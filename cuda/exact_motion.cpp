@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "backend/exact_time.hpp"
+
 namespace pf {
 namespace {
 
@@ -104,6 +106,7 @@ void DeviceExact::enter(const ExactLaunch& launch, cudaStream_t stream) {
 std::vector<std::uint64_t> DeviceExact::plan(const StepRequest& request, double tick_s) {
   std::vector<std::uint64_t> ends;
   const double start_s = time_s_;
+  check_is_countable(start_s + request.num_steps * request.dt_s, tick_s);
   for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
     time_s_ = start_s + k * request.dt_s;
     const auto end = static_cast<std::uint64_t>(std::llround(time_s_ / tick_s));

@@ -176,7 +176,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
         record.sum.num_collisions = tally.num_collisions;
         record.sum.max_overlap = tally.max_overlap;
         record.sum.impulse_sum = tally.impulse_sum;
-        record.sum.event_hash = event_hash(state.progress.now + tick, one.id, two.id);
+        record.sum.event_hash = event_hash(since_reset(state, tick), one.id, two.id);
         a.records[place] = record;
       }
     }

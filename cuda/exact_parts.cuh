@@ -94,6 +94,11 @@ __device__ inline ClusterMember member_at_begin(const ExactArrays& a, std::uint3
   return now;
 }
 
+// A tick of the step, in ticks of the reference speed.
+__device__ inline std::uint64_t since_reset(const ExactState& state, std::uint32_t tick) {
+  return state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.coarse);
+}
+
 // A load that starts where it stands in the program, not where its value is needed.
 __device__ __forceinline__ std::uint32_t load_early(const std::uint32_t* from) {
   std::uint32_t value;
@@ -106,7 +111,7 @@ __device__ __forceinline__ double load_early(const double* from) {
   return value;
 }
 
-// The constants of the step in hand: all but four are the launch's.
+// The constants of the step in hand: most are the launch's.
 __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
   const ExactConstants& plan = launch.state->plan;
   ExactConstants c = launch.constants;
@@ -114,6 +119,9 @@ __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch
   c.length = load_early(&plan.length);
   c.max_speed_mps = load_early(&plan.max_speed_mps);
   c.ball = plan.ball;
+  c.units_per_tick = plan.units_per_tick;
+  c.least_parting_mps = plan.least_parting_mps;
+  c.clock_ticks = plan.clock_ticks;
   return c;
 }
 

@@ -199,7 +199,7 @@ class WarpSolver {
     if (takes_part) anchor_at<kBoundary>(c_, now, event.tick);
     const std::uint32_t id = from(it_.id, who);
     const std::uint32_t low = min(id, event.partner_id), high = max(id, event.partner_id);
-    sum_.event_hash += event_hash(state_.progress.now + event.tick, low, high);
+    sum_.event_hash += event_hash(since_reset(state_, event.tick), low, high);
     ++sum_.num_events;
     if (other != kNobody) {
       const bool recent =

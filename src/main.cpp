@@ -189,7 +189,7 @@ int bench(const Options& options) {
 
 // 1 if a row fails.
 int validate(const Options& options) {
-  const ValidationPlan plan = validation_plan(options.lab.quick);
+  const ValidationPlan plan = {options.lab.quick};
   fmt::print("{}\n", table_head());
   const auto show = [](const ValidationRow& row) {
     fmt::print("{}\n", table_line(row));

@@ -217,7 +217,7 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
                                   const std::string& backend) {
   AccuracyChoice choice;
   choice.settings = scene;
-  choice.of = !wish.of.empty() ? wish.of : scene.ball_present && !scene.ball_held ? "path" : "rate";
+  choice.of = !wish.of.empty() ? wish.of : scene.ball_present && !scene.ball_held ? "drag" : "rate";
   if (scene.air != Air::parcels)
     throw UserError("--accuracy: the scene has no parcels, its flight is exact; leave it out");
   if (needs_ball(choice.of) && (!scene.ball_present || scene.ball_held)) {

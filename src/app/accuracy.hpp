@@ -15,7 +15,7 @@ namespace pf {
 
 struct AccuracyWish {
   double error = 0.0;         // relative, in (0, 1); 0: none is asked for
-  std::string of;             // one of accuracy_targets(); empty: path if a ball flies, else rate
+  std::string of;             // one of accuracy_targets(); empty: drag if a ball flies, else rate
   bool keep_parcels = false;  // their number was given and stays
 };
 

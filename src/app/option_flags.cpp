@@ -136,7 +136,7 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
            "at most "
            "this, by the table of 'pickleflight lab work-precision'");
   add_text(app, "--of", typed.of, "WHAT",
-           fmt::format("what --accuracy is of; {}; default path if a ball flies, else rate",
+           fmt::format("what --accuracy is of; {}; default drag if a ball flies, else rate",
                        fmt::join(accuracy_targets(), ", ")));
   for (const SettingFlag& flag : kSettingFlags) {
     const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };

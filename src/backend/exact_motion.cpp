@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/error.hpp"
+#include "backend/exact_time.hpp"
 
 namespace pf {
 namespace {
@@ -159,10 +158,7 @@ void ExactMotion::advance(const Physics& physics, const StepRequest& request, So
                           BallState& ball, StepReport& report) {
   const ExactConstants constants = make_exact_constants(physics, request.contact_clock_s);
   const double start_s = time_s_;
-  if (!((start_s + request.num_steps * request.dt_s) / constants.tick_s < 0x1p62))
-    throw UserError(
-        "exact counts time in ticks of " + std::to_string(constants.tick_s * 1e9) +
-        " ns, at most 2^62 of them, which these steps would exceed; take shorter ones, or start anew");
+  check_is_countable(start_s + request.num_steps * request.dt_s, constants.tick_s);
   progress_.ball = ball;
   if (ball_is_new_ && progress_.coarse != 0 && physics.ball.present &&
       surface_speed_mps(physics, ball) > tick_speed_mps(constants, progress_.coarse))

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <tuple>
 
@@ -84,7 +85,9 @@ Settings gas_settings(const GasCase& gas) {
 
 const ParcelSnapshot& equilibrated(const GasCase& gas) {
   using Key = std::tuple<std::int64_t, double, std::int64_t, Boundary>;
-  static std::map<Key, ParcelSnapshot> made;
+  static std::map<Key, ParcelSnapshot> made;  // references into it stay
+  static std::mutex guard;
+  const std::lock_guard lock(guard);
   const Key key{gas.num_parcels, gas.area_fraction, gas.seed, gas.boundary};
   const auto found = made.find(key);
   if (found != made.end()) return found->second;

@@ -30,7 +30,7 @@ struct GasSteps {
 Settings gas_settings(const GasCase& gas);
 
 // In equilibrium: spawned, then 20 collisions per parcel of `exact` with restitution 1. Kept: the same case
-// (but for its restitution) is made once.
+// (but for its restitution) is made once, whichever thread asks first.
 const ParcelSnapshot& equilibrated(const GasCase& gas);
 
 // A backend with the case's equilibrium in it.

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "app/accuracy.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/study_files.hpp"
 
 namespace pf {
@@ -79,6 +81,9 @@ void note_load_at_end(json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context) {
+  const bool has_cuda_series = study.name == "work-precision";
+  const std::string scene =
+      study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},
           {"study", study.name},
           {"title", study.title},
@@ -86,25 +91,52 @@ json start_result(const Study& study, const LabContext& context) {
           {"version", PF_VERSION},
           {"quick", context.quick},
           {"command",
-           fmt::format("pickleflight lab {}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
-                       context.devices.size() > 1 ? " --cuda" : "", study.name)},
+           fmt::format("pickleflight lab {}{}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
+                       context.devices.size() > 1 && has_cuda_series ? " --cuda" : "", scene, study.name)},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
 }
 
-bool has_point(const json& points, const std::string& key) {
-  return std::any_of(points.begin(), points.end(),
-                     [&](const json& point) { return point.value("key", "") == key; });
-}
-
-void add_rows(json& points, json measured, const std::string& key) {
-  if (!measured.is_array()) measured = json::array({std::move(measured)});
-  for (json& row : measured) {
-    row["key"] = key;
-    points.push_back(std::move(row));
+// Rows of the points of a plan, in its order whatever the order they come in.
+class Rows {
+ public:
+  // known: rows of an earlier run; those of no point of the plan (another device's) are kept at the end.
+  Rows(const std::vector<LabPoint>& plan, const json& known) : rows_(plan.size()) {
+    for (const json& row : known) {
+      const std::string key = row.value("key", "");
+      const auto point =
+          std::find_if(plan.begin(), plan.end(), [&](const LabPoint& p) { return p.key == key; });
+      std::vector<json>& kept =
+          point == plan.end() ? others_ : rows_[static_cast<std::size_t>(point - plan.begin())];
+      kept.push_back(row);
+    }
   }
-}
+  bool has(std::size_t point) const { return !rows_[point].empty(); }
+  void set(std::size_t point, json measured, const std::string& key) {
+    if (!measured.is_array()) measured = json::array({std::move(measured)});
+    for (json& row : measured) {
+      row["key"] = key;
+      rows_[point].push_back(std::move(row));
+    }
+  }
+  std::size_t num_done() const {
+    return static_cast<std::size_t>(
+        std::count_if(rows_.begin(), rows_.end(), [](const auto& rows) { return !rows.empty(); }));
+  }
+  json all() const {
+    json list = json::array();
+    for (const auto& rows : rows_) {
+      for (const json& row : rows) list.push_back(row);
+    }
+    for (const json& row : others_) list.push_back(row);
+    return list;
+  }
+
+ private:
+  std::vector<std::vector<json>> rows_;  // by point
+  std::vector<json> others_;
+};
 
 // For --accuracy on this machine.
 void keep_table(const std::filesystem::path& folder) {
@@ -118,38 +150,61 @@ void keep_table(const std::filesystem::path& folder) {
     fmt::print(stderr, "--accuracy goes on with the old table: {}: {}\n", kept.string(), error.message());
 }
 
+// Measures what rows lack and writes result after each point, with many at once after each second.
+void measure_points(const Study& study, const std::vector<LabPoint>& points, const LabOptions& options,
+                    const std::atomic<bool>& stop, Rows& rows, json& result) {
+  std::vector<std::size_t> missing;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (!rows.has(k)) missing.push_back(k);
+  }
+  Progress progress(study.name, points.size(), rows.num_done());
+  std::mutex guard;
+  Clock::time_point saved = Clock::now();
+  side_by_side(static_cast<int>(missing.size()), study.side_by_side ? 0 : 1, [&](int k) {
+    if (stop) return;
+    const std::size_t at = missing[static_cast<std::size_t>(k)];
+    {
+      const std::lock_guard lock(guard);
+      progress.show(rows.num_done(), points[at].key);
+    }
+    json measured = points[at].measure();
+    const std::lock_guard lock(guard);
+    rows.set(at, std::move(measured), points[at].key);
+    if (study.side_by_side && milliseconds_since(saved) < 1000.0) return;
+    saved = Clock::now();
+    result["points"] = rows.all();
+    save_study(options.out, result);
+  });
+  result["points"] = rows.all();
+  progress.end(fmt::format("{} of {} points, {}", rows.num_done(), points.size(),
+                           (options.out / (study.name + ".*")).string()));
+}
+
+void print_texts(std::FILE* file, const json& result, const char* key, const std::string& before) {
+  for (const json& text : result.value(key, json::array()))
+    fmt::print(file, "{}{}\n", before, text.get<std::string>());
+  std::fflush(file);
+}
+
 // Returns whether all points are there and all yardsticks met.
 bool run_study(const Study& study, const LabContext& context, const LabOptions& options,
                const std::atomic<bool>& stop) {
   json result = start_result(study, context);
   if (options.resume) take_up(options.out, study, result);
-  const json known = result["points"];
   const std::vector<LabPoint> points = study.plan(context);
-  const auto num_known = static_cast<std::size_t>(std::count_if(
-      points.begin(), points.end(), [&](const LabPoint& point) { return has_point(known, point.key); }));
-  Progress progress(study.name, points.size(), num_known);
-  std::size_t done = num_known;
-  for (const LabPoint& point : points) {
-    if (stop) break;
-    if (has_point(known, point.key)) continue;
-    progress.show(done, point.key);
-    add_rows(result["points"], point.measure(), point.key);
-    ++done;
-    save_study(options.out, result);
-  }
-  result["complete"] = done == points.size();
-  if (done > num_known) note_load_at_end(result["machine"]);
+  Rows rows(points, result["points"]);
+  const std::size_t num_known = rows.num_done();
+  measure_points(study, points, options, stop, rows, result);
+  result["complete"] = rows.num_done() == points.size();
+  if (rows.num_done() > num_known) note_load_at_end(result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
   if (result["complete"] && study.name == "work-precision") keep_table(options.out);
   const std::string trouble = run_plot(study.name + ".py", options.out);
-  progress.end(
-      fmt::format("{} of {} points, {}", done, points.size(), (options.out / (study.name + ".*")).string()));
   if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
-  const json failed = result.value("failed", json::array());
-  for (const json& yardstick : failed)
-    fmt::print(stderr, "{}: not met: {}\n", study.name, yardstick.get<std::string>());
-  return done == points.size() && failed.empty();
+  print_texts(stdout, result, "words", "");
+  print_texts(stderr, result, "failed", study.name + ": not met: ");
+  return result["complete"].get<bool>() && result.value("failed", json::array()).empty();
 }
 
 std::vector<Study> chosen(const std::string& name) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <map>
+#include <mutex>
 
 #include "app/scene_run.hpp"
 #include "lab/gas_case.hpp"
@@ -49,6 +50,8 @@ struct Truth {
 // What the reference makes of a case from the same start.
 Truth truth_of(const GasCase& gas) {
   static std::map<std::pair<double, double>, Truth> known;
+  static std::mutex guard;
+  const std::lock_guard lock(guard);
   const auto [at, is_new] = known.try_emplace({gas.area_fraction, gas.restitution});
   if (!is_new) return at->second;
   const GasRun start(gas, {Method::exact, 0.01}, make_cpu_backend(1));
@@ -208,8 +211,8 @@ struct Planner {
 
 std::vector<LabPoint> plan(const LabContext& context) {
   Planner planner{context, {}};
-  const LabDevice& device =
-      context.devices.front();  // what breaks is the same on every device, to the last bit
+  // What breaks is the same on every device, to the last bit.
+  const LabDevice device{"cpu", [] { return make_cpu_backend(1); }};
   planner.add_maps(device);
   planner.add_missed(device);
   planner.add_curves(device);
@@ -228,11 +231,14 @@ std::vector<LabPoint> plan(const LabContext& context) {
 }  // namespace
 
 Study stability_study() {
-  return {"stability", "Where each method breaks",
+  return {"stability",
+          "Where each method breaks",
           "Every cell is a short run, and its colour is the worst that happened in it; the right edge of a "
           "white area is "
           "the longest time step that is safe there. Lines are what theory says, dots what was measured.",
-          plan, [](json&) {}};
+          plan,
+          [](json&) {},
+          true};
 }
 
 }  // namespace pf

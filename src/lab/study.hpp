@@ -37,8 +37,11 @@ struct Study {
   std::vector<LabPoint> (*plan)(const LabContext& context);
   // Adds to the result what follows from all its points: errors, orders, verdicts. Called after every point,
   // also when some are missing. Each of result["points"] is a row that measure() returned, with its "key".
-  // Yardsticks that were not met go into result["failed"].
+  // Yardsticks that were not met go into result["failed"], what it says in plain words into result["words"],
+  // a list of sentences.
   void (*conclude)(nlohmann::json& result);
+  // Its points are no timings and of one thread each: as many at once as the machine has threads.
+  bool side_by_side = false;
 };
 
 Study work_precision_study();

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "lab/flight_case.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/study.hpp"
 #include "lab/terms_verdict.hpp"
 #include "scene/scene_file.hpp"
@@ -33,14 +34,23 @@ constexpr Variant kVariants[] = {
 
 json fly_variant(const LabDevice& device, Settings s, const Variant& variant, int num_seeds) {
   variant.change(s);
+  std::vector<Exit> exits(static_cast<std::size_t>(num_seeds));
+  const auto fly = [&](int k, Backend& backend) {
+    Settings mine = s;
+    mine.seed = k + 1;
+    exits[static_cast<std::size_t>(k)] = fly_to_exit(mine, backend);
+  };
+  // Three are timed, by the whole machine; the rest side by side.
+  const int num_timed = std::min(3, num_seeds);
   const std::unique_ptr<Backend> backend = device.make();
+  for (int k = 0; k < num_timed; ++k) fly(k, *backend);
+  side_by_side(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
   json flights = json::array();
   double best_ms = INFINITY;
-  for (int seed = 1; seed <= num_seeds; ++seed) {
-    s.seed = seed;
-    const Exit exit = fly_to_exit(s, *backend);
+  for (int k = 0; k < num_seeds; ++k) {
+    const Exit& exit = exits[static_cast<std::size_t>(k)];
     flights.push_back({exit.at_m.x, exit.at_m.y, exit.speed_mps, exit.time_s, exit.path_m});
-    best_ms = std::min(best_ms, 1e-6 * exit.wall_ns / exit.time_s);
+    if (k < num_timed) best_ms = std::min(best_ms, 1e-6 * exit.wall_ns / exit.time_s);
   }
   return {{"variant", variant.name},
           {"term", variant.term},

@@ -78,6 +78,77 @@ double cooled_fraction(double e, double initial_rate_per_s, double time_s) {
   return 1.0 / (root * root);
 }
 
+double kinematic_viscosity_m2ps(double area_fraction, double speed_mps, double radius_m) {
+  const double chi = contact_value(area_fraction), b = 2.0 * area_fraction;
+  const double dilute = 1.022 / (4.0 * radius_m) * speed_mps / std::sqrt(kPi);  // over the mass
+  const double per_area = area_fraction / (kPi * radius_m * radius_m);
+  return dilute * (1.0 / chi + b + 0.8729 * b * b * chi) / per_area;
+}
+
+namespace {
+
+// Rates of a shear wave in units of the collision rate; radius and speed 1.
+struct ShearWave {
+  double damping;  // of its energy, 2 nu k^2
+  double cooling;  // of the gas
+};
+
+ShearWave shear_wave(double eta, double e, double num_parcels, double num_waves_squared) {
+  const double k2 =
+      4.0 * kPi * eta / num_parcels * num_waves_squared;  // (2 pi / side)^2, side^2 = pi N / eta
+  const double rate = collision_rate_per_s(eta, 1.0, 1.0);
+  return {2.0 * kinematic_viscosity_m2ps(eta, 1.0, 1.0) * k2 / rate,
+          0.5 * (1.0 - e * e) * (1.0 + 3.0 * sonine_a2(e) / 16.0)};
+}
+
+// Waves beyond this one are gone within a tenth of the time between collisions for any N from 100 on.
+constexpr int kMostWaves = 12;
+
+// Share of the energy that shear waves hold in excess and keep from one collision to the next.
+double excess_share(double eta, double e, double num_parcels, double cooled) {
+  double sum = 0.0;
+  for (int x = -kMostWaves; x <= kMostWaves; ++x) {
+    for (int y = -kMostWaves; y <= kMostWaves; ++y) {
+      const double waves2 = x * x + y * y;
+      if (waves2 == 0.0) continue;
+      sum += shear_wave_excess(eta, e, num_parcels, waves2, cooled) *
+             std::exp(-shear_wave(eta, e, num_parcels, waves2).damping);
+    }
+  }
+  return sum / (2.0 * (num_parcels - 1.0));
+}
+
+}  // namespace
+
+double shear_wave_excess(double area_fraction, double restitution, double num_parcels,
+                         double num_waves_squared, double cooled) {
+  const ShearWave wave = shear_wave(area_fraction, restitution, num_parcels, num_waves_squared);
+  // d excess / d cooled = 1 - (damping / cooling - 1) excess.
+  const double decay = wave.damping / wave.cooling - 1.0;
+  return std::fabs(decay * cooled) < 1e-9 ? cooled : -std::expm1(-decay * cooled) / decay;
+}
+
+double cooled_fraction_in_box(double area_fraction, double restitution, double num_parcels,
+                              double num_collision_times) {
+  constexpr int kSteps = 64;  // of the midpoint rule: 1e-5
+  const double cooling = shear_wave(area_fraction, restitution, num_parcels, 1.0).cooling;
+  const double dt = num_collision_times / kSteps;
+  // Energy e and log of the temperature of collisions, both over their start.
+  const auto rate_of = [&](double energy, double share) {
+    return cooling * std::sqrt(energy) * (1.0 - 1.5 * share);  // T^(3/2) / E
+  };
+  double energy = 1.0, cooled = 0.0;
+  for (int k = 0; k < kSteps; ++k) {
+    const double first = rate_of(energy, excess_share(area_fraction, restitution, num_parcels, cooled));
+    const double middle = energy * std::exp(-0.5 * dt * first);
+    const double rate =
+        rate_of(middle, excess_share(area_fraction, restitution, num_parcels, cooled + 0.5 * dt * first));
+    energy *= std::exp(-dt * rate);
+    cooled += dt * rate;
+  }
+  return energy;
+}
+
 double missed_fraction(double step_diameters) { return pf::missed_fraction(step_diameters); }
 
 double drag_specular(double s) { return drag_smooth(s, 1.0); }

@@ -34,6 +34,25 @@ double cooled_fraction_by_collisions(double restitution, double num_collisions);
 // Enskog.
 double cooled_fraction(double restitution, double initial_rate_per_s, double time_s);
 
+// Kinematic shear viscosity of parcels of temperature c^2 by Enskog's theory, constants of Gass 1971, J.
+// Chem. Phys. 54, 1898.
+double kinematic_viscosity_m2ps(double area_fraction, double speed_mps, double radius_m);
+
+// What a cooling gas in a periodic square has in each shear wave of num_waves = |k| side / (2 pi), over what
+// equipartition gives it, after its temperature fell by exp(-cooled), from equilibrium on: viscosity damps
+// the wave and stirs it, cooling lifts it (van Noije, Ernst, Brito and Orza 1997, Phys. Rev. Lett. 79, 411).
+double shear_wave_excess(double area_fraction, double restitution, double num_parcels,
+                         double num_waves_squared, double cooled);
+
+// T / T0 of num_parcels in a periodic square after num_collision_times / (collision rate at T0): Haff's law
+// with the Sonine correction, where the temperature that collisions see is lower than that of all motion
+// (kT = K / (N - 1)) by what shear waves hold in excess (Brito and Ernst 1998, Europhys. Lett. 43, 497). A
+// wave counts by what of it is left after a time between collisions. The numbers of parcels that this is for
+// are above 100 (corrections of 1 / N to rate, moments and freedoms cancel to 0.1 % at 200), and below that
+// of clusters.
+double cooled_fraction_in_box(double area_fraction, double restitution, double num_parcels,
+                              double num_collision_times);
+
 // Share of collisions that a test for overlap at the end of each step does not see: a pair moves by
 // step_diameters contact distances (relative) per step. Exact: Delta^2 / 24 for small Delta, 1 - pi / (2
 // Delta) from 2 on.

@@ -39,8 +39,6 @@ std::vector<Rung> validation_rungs(const ValidationPlan& plan) {
   return all;
 }
 
-ValidationPlan validation_plan(bool quick) { return {quick, quick ? 1U : 0U}; }
-
 std::string table_head() {
   return fmt::format("{:<46} {:<8} {:>13} {:>13} {:>10} {:>9} {:>9} {:>7} {}", "yardstick", "method",
                      "expected", "measured", "error", "sigma", "allowed", "time", "verdict");

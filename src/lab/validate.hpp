@@ -30,7 +30,7 @@ struct ValidationRow {
 
 struct ValidationPlan {
   bool quick = false;    // a hundredth of the events: minutes become seconds, 0.1 % become 0.3 %
-  unsigned threads = 0;  // 0: all
+  unsigned threads = 0;  // that runs of one thread each are spread over; 0: all of the machine
 
   // How many of something: `full` of them, or `quick`.
   double amount(double full, double in_quick) const { return quick ? in_quick : full; }
@@ -52,9 +52,6 @@ std::vector<Rung> relaxation_rungs(const ValidationPlan& plan);
 std::vector<Rung> ball_rungs(const ValidationPlan& plan);
 // The whole ladder, from the bottom.
 std::vector<Rung> validation_rungs(const ValidationPlan& plan);
-
-// One thread is quickest for the small gases of the quick ladder.
-ValidationPlan validation_plan(bool quick);
 
 std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowSink& add);
 

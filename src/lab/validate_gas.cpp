@@ -1,10 +1,13 @@
 // Rungs of the ladder: collision rate and pressure of the gas in equilibrium.
 #include <fmt/format.h>
 
+#include <vector>
+
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/samples.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -12,34 +15,60 @@ namespace pf {
 namespace {
 
 struct Equilibrium {
-  Mean rate_per_s;  // collisions per parcel
+  Mean rate_per_s;  // collisions per parcel, over c
   Mean z;           // compressibility by the virial theorem
-  double c2 = 0.0;  // temperature: K / (N - 1), since the total momentum is zero
   double seconds = 0.0;
 };
 
-// num_events collisions after `equilibrate` per parcel, in 25 blocks; steps of 0.1 collisions per parcel for
-// `exact`, of 0.01 for `impulse`.
-Equilibrium measure_equilibrium(const Settings& settings, double equilibrate, double num_events,
-                                unsigned threads) {
-  constexpr int kBlocks = 25;
-  const Clock::time_point start = Clock::now();
-  SceneRun run(settings, threads);
+struct GasLength {
+  double equilibrate;  // collisions per parcel
+  double num_events;   // of all runs together, after that
+  int num_runs;        // side by side, each from a seed of its own
+  int num_blocks;      // of each run
+};
+
+struct GasBlock {
+  double rate_per_s, z;
+};
+
+// Steps of 0.1 collisions per parcel for `exact`, of 0.01 for `impulse`. Temperature: K / (N - 1), since the
+// total momentum is zero.
+std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& length) {
+  SceneRun run(settings, 1);
   const double num = run.physics.parcels.num;
   const double rate = theory::collision_rate_per_s(settings.area_fraction, 1.0, 0.5);
   const double step_s = (settings.method == Method::exact ? 0.1 : 0.01) / rate;
   const auto steps_for = [&](double per_parcel) {
     return static_cast<std::uint32_t>(std::max(1.0, std::round(per_parcel / (rate * step_s))));
   };
-  run.advance(steps_for(equilibrate), step_s);
-  Equilibrium result;
-  result.c2 = run.backend->measure().parcel_energy_j / (num - 1.0);
-  const std::uint32_t steps = steps_for(2.0 * num_events / num / kBlocks);
-  for (int block = 0; block < kBlocks; ++block) {
+  run.advance(steps_for(length.equilibrate), step_s);
+  const double c2 = run.backend->measure().parcel_energy_j / (num - 1.0);
+  const std::uint32_t steps =
+      steps_for(2.0 * length.num_events / num / (length.num_runs * length.num_blocks));
+  const double time_s = steps * step_s;
+  std::vector<GasBlock> blocks;
+  for (int block = 0; block < length.num_blocks; ++block) {
     const StepTotals totals = run.advance(steps, step_s).totals;
-    const double time_s = steps * step_s;
-    result.rate_per_s.add(2.0 * static_cast<double>(totals.num_collisions) / (num * time_s));
-    result.z.add(theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, result.c2, 1.0));
+    blocks.push_back({2.0 * static_cast<double>(totals.num_collisions) / (num * time_s * std::sqrt(c2)),
+                      theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, c2, 1.0)});
+  }
+  return blocks;
+}
+
+Equilibrium measure_equilibrium(const Settings& settings, const GasLength& length, unsigned threads) {
+  const Clock::time_point start = Clock::now();
+  std::vector<std::vector<GasBlock>> runs(static_cast<std::size_t>(length.num_runs));
+  side_by_side(length.num_runs, threads, [&](int k) {
+    Settings s = settings;
+    s.seed = k + 1;
+    runs[static_cast<std::size_t>(k)] = measure_blocks(s, length);
+  });
+  Equilibrium result;
+  for (const auto& blocks : runs) {
+    for (const GasBlock& block : blocks) {
+      result.rate_per_s.add(block.rate_per_s);
+      result.z.add(block.z);
+    }
   }
   result.seconds = milliseconds_since(start) * 1e-3;
   return result;
@@ -48,21 +77,25 @@ Equilibrium measure_equilibrium(const Settings& settings, double equilibrate, do
 // Equilibration after PHYSICS 9: order relaxes slowly near freezing.
 double equilibration(double area_fraction) { return area_fraction >= 0.6 ? 500.0 : 50.0; }
 
+GasLength gas_length(const ValidationPlan& plan, double equilibrate, double num_events) {
+  return plan.quick ? GasLength{equilibrate, num_events, 2, 12} : GasLength{equilibrate, num_events, 16, 2};
+}
+
 void add_density(const ValidationPlan& plan, double eta, Method method, const RowSink& add) {
   const bool exact = method == Method::exact;
   const auto num = static_cast<std::int64_t>(plan.amount(4096, 1024));
-  const double events = exact ? plan.amount(4e7, 2.5e5) : 1e5;
+  const double events = exact ? plan.amount(4e7, 2.5e5) : plan.amount(1e6, 1e5);
   const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
   Settings s = unit_gas(num, eta, Boundary::periodic);
   s.method = method;
-  const Equilibrium found = measure_equilibrium(s, equilibrate, events, plan.threads);
+  const Equilibrium found = measure_equilibrium(s, gas_length(plan, equilibrate, events), plan.threads);
   ValidationRow row;
   row.method = method;
   row.judged = exact;
   row.tolerance = plan.tolerance();
   row.seconds = found.seconds;
   row.yardstick = fmt::format("collision rate, eta {:.2f} (Kolafa-Rottner)", eta);
-  row.expected = theory::collision_rate_per_s(eta, std::sqrt(found.c2), 0.5);
+  row.expected = theory::collision_rate_per_s(eta, 1.0, 0.5);
   row.measured = found.rate_per_s.value();
   row.sigma = found.rate_per_s.error();
   add(row);
@@ -80,7 +113,8 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
   s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
-  const Equilibrium found = measure_equilibrium(s, 500.0, plan.amount(4e7, 3e5), plan.threads);
+  const Equilibrium found =
+      measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)), plan.threads);
   const double per_z = 4.0 * eta / kPi;
   ValidationRow row;
   row.yardstick = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);

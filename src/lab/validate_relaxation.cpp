@@ -1,9 +1,13 @@
 // Rungs of the ladder: how the gas forgets its first velocities, and how it cools.
 #include <fmt/format.h>
 
+#include <array>
+#include <vector>
+
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/samples.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -36,73 +40,88 @@ void set_equal_speeds(Backend& backend, std::uint64_t seed) {
   backend.restore(state);
 }
 
-// Excess after some collisions per parcel, from equal speeds, in a dilute gas: expected from a direct
-// simulation Monte Carlo of the homogeneous Boltzmann equation (4e6 parcels; error 0.003, the tolerance).
-void add_excess(const ValidationPlan& plan, const RowSink& add) {
-  constexpr double kAfter[3] = {1.0, 2.0, 4.0};
-  constexpr double kExpected[3] = {-0.369, -0.264, -0.126};
+constexpr double kAfter[3] = {1.0, 2.0, 4.0};
+
+// Excess after kAfter collisions per parcel, from equal speeds, in a dilute gas.
+std::array<double, 3> relaxing_excess(int seed) {
   constexpr double kNum = 20000.0;
-  const Clock::time_point start = Clock::now();
-  Mean found[3];
-  const auto runs = static_cast<int>(plan.amount(64, 6));
-  for (int seed = 1; seed <= runs; ++seed) {
-    Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.01, Boundary::periodic);
-    s.method = Method::exact;
-    s.seed = seed;
-    SceneRun run(s, plan.threads);
-    set_equal_speeds(*run.backend, static_cast<std::uint64_t>(seed));
-    const double step_s = 0.02 / theory::collision_rate_per_s(s.area_fraction, 1.0, 0.5);
-    double collisions = 0.0;
-    for (int k = 0; k < 3; ++k) {
-      while (2.0 * collisions / kNum < kAfter[k])
-        collisions += static_cast<double>(run.advance(1, step_s).totals.num_collisions);
-      found[k].add(fourth_moment_excess(*run.backend));
-    }
+  Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.01, Boundary::periodic);
+  s.method = Method::exact;
+  s.seed = seed;
+  SceneRun run(s, 1);
+  set_equal_speeds(*run.backend, static_cast<std::uint64_t>(seed));
+  const double step_s = 0.02 / theory::collision_rate_per_s(s.area_fraction, 1.0, 0.5);
+  std::array<double, 3> excess{};
+  double collisions = 0.0;
+  for (std::size_t k = 0; k < excess.size(); ++k) {
+    while (2.0 * collisions / kNum < kAfter[k])
+      collisions += static_cast<double>(run.advance(1, step_s).totals.num_collisions);
+    excess[k] = fourth_moment_excess(*run.backend);
   }
-  for (int k = 0; k < 3; ++k) {
+  return excess;
+}
+
+// Expected from a direct simulation Monte Carlo of the homogeneous Boltzmann equation (4e6 parcels; error
+// 0.003, half the tolerance).
+void add_excess(const ValidationPlan& plan, const RowSink& add) {
+  constexpr double kExpected[3] = {-0.369, -0.264, -0.126};
+  const Clock::time_point start = Clock::now();
+  const auto num_runs = static_cast<int>(plan.amount(64, 6));
+  std::vector<std::array<double, 3>> runs(static_cast<std::size_t>(num_runs));
+  side_by_side(num_runs, plan.threads,
+               [&](int k) { runs[static_cast<std::size_t>(k)] = relaxing_excess(k + 1); });
+  for (std::size_t k = 0; k < 3; ++k) {
+    Mean found;
+    for (const auto& run : runs) found.add(run[k]);
     ValidationRow row;
     row.yardstick = fmt::format("excess a2 after {:g} collisions (Boltzmann)", kAfter[k]);
     row.relative = false;
     row.expected = kExpected[k];
-    row.measured = found[k].value();
-    row.sigma = found[k].error();
+    row.measured = found.value();
+    row.sigma = found.error();
     row.tolerance = 0.006;
     row.seconds = k == 0 ? milliseconds_since(start) * 1e-3 : 0.0;
     add(row);
   }
 }
 
-// T / T0 after 14 initial collision times at e = 0.9, N = 200, below the 242 from which clusters form. 2 %:
-// shear waves of all lengths are damped more slowly than the gas cools and come to hold more than their
-// share, which Haff's law does not know of. The serial reference is 1.2 +- 0.2 % above the law as well.
+constexpr double kCooledEta = 0.2, kCooledRestitution = 0.9, kCooledNum = 200.0, kCollisionTimes = 14.0;
+
+// T / T0 after 14 initial collision times.
+double cooled(Method method, int seed) {
+  Settings s = unit_gas(static_cast<std::int64_t>(kCooledNum), kCooledEta, Boundary::periodic);
+  s.method = method;
+  s.seed = seed;
+  SceneRun run(s, 1);
+  run.advance(method == Method::exact ? 200 : 800, method == Method::exact ? 0.08 : 0.02);
+  const double energy = run.backend->measure().parcel_energy_j;
+  run.physics.parcels.restitution = kCooledRestitution;
+  run.backend->set_physics(run.physics);
+  const double rate = theory::collision_rate_per_s(kCooledEta, std::sqrt(energy / (kCooledNum - 1.0)), 0.5);
+  const double time_s = kCollisionTimes / rate;
+  const std::uint32_t steps = method == Method::exact ? 140 : 600;
+  run.advance(steps, time_s / steps);
+  return run.backend->measure().parcel_energy_j / energy;
+}
+
+// e = 0.9, N = 200, below the 242 from which clusters form. That near, shear waves hold so much more than
+// their share that the gas cools 1.5 % less than by Haff's law alone.
 void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) {
-  constexpr double kEta = 0.2, kRestitution = 0.9, kNum = 200.0, kCollisionTimes = 14.0;
   const Clock::time_point start = Clock::now();
+  const auto num_seeds = static_cast<int>(plan.amount(4096, 512));
+  std::vector<double> ratios(static_cast<std::size_t>(num_seeds));
+  side_by_side(num_seeds, plan.threads,
+               [&](int k) { ratios[static_cast<std::size_t>(k)] = cooled(method, k + 1); });
   Mean ratio;
-  const auto seeds = static_cast<int>(plan.amount(1000, 256));
-  for (int seed = 1; seed <= seeds; ++seed) {
-    Settings s = unit_gas(static_cast<std::int64_t>(kNum), kEta, Boundary::periodic);
-    s.method = method;
-    s.seed = seed;
-    SceneRun run(s, 1);
-    run.advance(method == Method::exact ? 200 : 800, method == Method::exact ? 0.08 : 0.02);
-    const double energy = run.backend->measure().parcel_energy_j;
-    run.physics.parcels.restitution = kRestitution;
-    run.backend->set_physics(run.physics);
-    const double rate = theory::collision_rate_per_s(kEta, std::sqrt(energy / (kNum - 1.0)), 0.5);
-    const double time_s = kCollisionTimes / rate;
-    const std::uint32_t steps = method == Method::exact ? 140 : 600;
-    run.advance(steps, time_s / steps);
-    ratio.add(run.backend->measure().parcel_energy_j / energy);
-  }
+  for (const double one : ratios) ratio.add(one);
   ValidationRow row;
   row.method = method;
   row.judged = method == Method::exact;
   row.yardstick = "T / T0 after 14 collision times, e 0.9 (Haff)";
-  row.expected = theory::cooled_fraction(kRestitution, 1.0, kCollisionTimes);
+  row.expected = theory::cooled_fraction_in_box(kCooledEta, kCooledRestitution, kCooledNum, kCollisionTimes);
   row.measured = ratio.value();
   row.sigma = ratio.error();
-  row.tolerance = 0.02;
+  row.tolerance = 0.01;
   row.seconds = milliseconds_since(start) * 1e-3;
   add(row);
 }

@@ -1,4 +1,6 @@
 // The accuracy ladder as a study of the lab.
+#include <fmt/format.h>
+
 #include "lab/study.hpp"
 #include "lab/validate.hpp"
 
@@ -9,7 +11,7 @@ using nlohmann::json;
 
 std::vector<LabPoint> plan(const LabContext& context) {
   std::vector<LabPoint> points;
-  for (Rung& rung : validation_rungs(validation_plan(context.quick))) {
+  for (Rung& rung : validation_rungs({context.quick})) {
     points.push_back({rung.key, [measure = std::move(rung.measure)] {
                         json rows = json::array();
                         measure([&rows](const ValidationRow& row) { rows.push_back(to_json(row)); });
@@ -21,9 +23,14 @@ std::vector<LabPoint> plan(const LabContext& context) {
 
 void conclude(json& result) {
   json failed = json::array();
+  int num_judged = 0;
   for (const json& row : result.at("points")) {
+    if (row.at("judged").get<bool>()) ++num_judged;
     if (row.at("verdict") == "FAIL") failed.push_back(row.at("yardstick"));
   }
+  const auto num_failed = static_cast<int>(failed.size());
+  result["words"] = {fmt::format("{} of {} figures of exact are within what is allowed.",
+                                 num_judged - num_failed, num_judged)};
   result["failed"] = failed;
 }
 

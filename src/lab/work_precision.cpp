@@ -1,11 +1,13 @@
 // Work-precision: what each method's error costs, over ladders of the time step.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "lab/flight_case.hpp"
 #include "lab/path_case.hpp"
+#include "lab/side_by_side.hpp"
 #include "lab/study.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
@@ -14,6 +16,19 @@ namespace pf {
 namespace {
 
 using nlohmann::json;
+
+// What is measured of a device: enough parcels to keep it busy, and a bound on the work of a point.
+struct Sizes {
+  std::int64_t gas_parcels, flight_parcels;
+  double gas_collisions;  // per parcel
+  double most_work;       // parcel-steps of a point
+};
+
+Sizes sizes_for(const LabContext& context, const LabDevice& device) {
+  if (context.quick) return {4000, 4000, 40.0, 1e300};
+  if (device.name == "cpu") return {32000, 20000, 400.0, 1.6e9};
+  return {256000, 50000, 100.0, 8e9};
+}
 
 constexpr double kAreaFractions[] = {0.05, 0.2, 0.5};
 constexpr double kRestitutions[] = {1.0, 0.9};
@@ -29,15 +44,18 @@ std::vector<double> halvings(double first, int num) {
 // matter of cost only.
 std::vector<double> gas_ladder(Method method, double area_fraction, bool quick) {
   const double rate = theory_rate(area_fraction);
-  if (method == Method::impulse) return halvings(std::min(1.0, 1.0 / rate), quick ? 8 : 10);
-  if (method == Method::spring) return halvings(2.0 / (20.0 * rate), quick ? 7 : 9);
+  if (method == Method::impulse) return halvings(std::min(1.0, 1.0 / rate), quick ? 8 : 9);
+  if (method == Method::spring) return halvings(2.0 / (20.0 * rate), quick ? 7 : 8);
   return halvings(0.2 / rate, 3);
 }
 
 json gas_point(const LabContext& context, const LabDevice& device, const GasCase& gas, GasSteps steps) {
   // A cooling gas has no stationary state: its first collisions, the same for all methods.
   const bool cools = gas.restitution < 1.0;
-  steps.collisions = cools ? 20.0 : (context.quick ? 40.0 : 400.0);
+  const Sizes sizes = sizes_for(context, device);
+  const double work = static_cast<double>(gas.num_parcels) / (theory_rate(gas.area_fraction) * steps.dt);
+  // At least 20: the statistical error of the shortest steps is what the bound costs.
+  steps.collisions = cools ? 20.0 : std::clamp(sizes.most_work / work, 20.0, sizes.gas_collisions);
   steps.warmup = cools ? 0.0 : 2.0;
   json row = measure_gas(gas, steps, device.make());
   row["group"] = "gas";
@@ -51,18 +69,32 @@ json path_point(const LabDevice& device, const GasCase& gas, GasSteps steps) {
   return row;
 }
 
+// Two flights, which are timed, by the whole device; the rest on a CPU side by side, as their ends are the
+// same.
+std::vector<FlightResult> fly_all(const LabDevice& device, const Settings& settings, int num_seeds) {
+  const int num_timed = device.name == "cpu" ? 2 : num_seeds;
+  std::vector<FlightResult> flights(static_cast<std::size_t>(num_seeds));
+  const auto fly = [&](int k, Backend& backend) {
+    Settings s = settings;
+    s.seed = k + 1;
+    flights[static_cast<std::size_t>(k)] = fly_scene(s, kCourtFlight_s, backend);
+  };
+  const std::unique_ptr<Backend> backend = device.make();
+  for (int k = 0; k < num_timed; ++k) fly(k, *backend);
+  side_by_side(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
+  for (int k = num_timed; k < num_seeds; ++k) flights[static_cast<std::size_t>(k)].wall_ns = INFINITY;
+  return flights;
+}
+
 // A method's flights over the seeds; the errors follow when those of `exact` are there.
 json fly_seeds(const LabDevice& device, const CourtCase& court, Method method, double displacement,
                int num_seeds) {
   Settings s = court_settings(court);
   s.method = method;
   s.displacement_per_step = displacement;
-  const std::unique_ptr<Backend> backend = device.make();
   json ends = json::array();
   double best_ns = INFINITY, dt_s = 0.0;
-  for (int seed = 1; seed <= num_seeds; ++seed) {
-    s.seed = seed;
-    const FlightResult flight = fly_scene(s, kCourtFlight_s, *backend);
+  for (const FlightResult& flight : fly_all(device, s, num_seeds)) {
     best_ns = std::min(best_ns, flight.wall_ns);
     dt_s = flight.dt_s;
     ends.push_back({flight.ball.position_m.x, flight.ball.position_m.y, speed_of(flight.ball)});
@@ -104,7 +136,7 @@ json walls_point(const LabContext& context, const LabDevice& device, std::int64_
 
 std::vector<double> ball_ladder(Method method) {
   if (method == Method::impulse) return halvings(4.0, 7);
-  if (method == Method::spring) return halvings(0.5, 5);
+  if (method == Method::spring) return halvings(0.5, 4);
   return {0.5};
 }
 
@@ -126,7 +158,7 @@ struct Planner {
   }
 
   void add_gas(const LabDevice& device, double eta, double e) {
-    const GasCase gas{context.quick ? 4000 : 16000, eta, e};
+    const GasCase gas{sizes_for(context, device).gas_parcels, eta, e};
     for (const Method method : kMethods) {
       for (const double dt : gas_ladder(method, eta, context.quick)) {
         add(device, "gas", eta, e, method, dt, [this_context = context, device, gas, method, dt] {
@@ -153,11 +185,11 @@ struct Planner {
   }
 
   void add_flights(const LabDevice& device, double eta, double e) {
-    const CourtCase court{context.quick ? 4000 : 20000, eta, e};
+    const CourtCase court{sizes_for(context, device).flight_parcels, eta, e};
     for (const Method method : kMethods) {
       for (const double displacement : ball_ladder(method)) {
         add(device, "ball", eta, e, method, displacement,
-            [num_seeds = context.quick ? 8 : 32, device, court, method, displacement] {
+            [num_seeds = context.quick ? 8 : 16, device, court, method, displacement] {
               return fly_seeds(device, court, method, displacement, num_seeds);
             });
       }

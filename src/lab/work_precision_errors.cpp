@@ -6,11 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "core/portable_math.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
+#include "lab/work_precision_words.hpp"
 
 namespace pf {
 namespace {
@@ -195,16 +197,20 @@ json order_of(const std::vector<std::pair<double, double>>& points) {
 }
 
 json orders(const json& points) {
-  std::map<std::pair<std::string, double>, std::vector<std::pair<double, double>>> ladders;
+  using Which = std::tuple<std::string, std::string, double>;  // device, method, area fraction
+  std::map<Which, std::vector<std::pair<double, double>>> ladders;
   for (const json& row : points) {
-    if (row.at("group") != "parcel-path" || row.at("device") != "cpu" || row.at("method") == "exact")
-      continue;
-    ladders[{row.at("method").get<std::string>(), row.at("area_fraction").get<double>()}].emplace_back(
+    if (row.at("group") != "parcel-path" || row.at("method") == "exact") continue;
+    ladders[{row.at("device"), row.at("method"), row.at("area_fraction")}].emplace_back(
         row.at("dt").get<double>(), row.at("path_error").get<double>());
   }
   json fitted = json::array();
   for (const auto& [which, ladder] : ladders) {
-    fitted.push_back({{"method", which.first}, {"area_fraction", which.second}, {"order", order_of(ladder)}});
+    const auto& [device, method, area_fraction] = which;
+    fitted.push_back({{"device", device},
+                      {"method", method},
+                      {"area_fraction", area_fraction},
+                      {"order", order_of(ladder)}});
   }
   return fitted;
 }
@@ -219,6 +225,7 @@ void conclude_work_precision(json& result) {
     points[k]["errors"] = errors_of(measured[k], measured, truths);
   for (const char* error : {"rate", "pressure", "energy", "path", "drag"}) mark_front(points, error);
   result["orders"] = orders(measured);
+  result["words"] = words_of_work_precision(result);
 }
 
 }  // namespace pf

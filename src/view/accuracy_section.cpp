@@ -151,7 +151,7 @@ void AccuracySection::load_table() {
 
 std::string AccuracySection::target(const Settings& settings) const {
   if (of_ > 0) return accuracy_targets()[static_cast<std::size_t>(of_ - 1)];
-  return settings.ball_present && !settings.ball_held ? "path" : "rate";
+  return settings.ball_present && !settings.ball_held ? "drag" : "rate";
 }
 
 void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const AccuracyReadout* readout,
@@ -161,12 +161,9 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
   const bool has_parcels = rows.edited().air == Air::parcels;
   ImGui::BeginDisabled(!has_parcels || !table_);
   const std::string of_help = "what the error is of; drag and path are the ball's";
-  rows.begin_row("Error of", of_help);
-  std::string names = "by scene";
-  names.push_back('\0');
-  for (const std::string& name : accuracy_targets()) (names += name).push_back('\0');
-  ImGui::Combo("##accuracy of", &of_, names.c_str());
-  rows.end_row("Error of", of_help);
+  std::vector<std::string> names = {"by scene"};
+  names.insert(names.end(), accuracy_targets().begin(), accuracy_targets().end());
+  of_ = rows.menu("Error of", of_help, "##accuracy of", names, of_);
   const std::string help =
       "--accuracy: the cheapest method and time step that err by at most this, by the table of 'pickleflight "
       "lab "

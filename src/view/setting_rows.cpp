@@ -124,22 +124,27 @@ void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const 
   }
 }
 
-void SettingRows::combo(const char* label, const char* path) {
-  const Choice& choice = std::get<Choice>(field_of(path).member);
-  const int present = choice.get(edited_);
-  const std::string help = help_of(path);
+int SettingRows::menu(const char* label, const std::string& help, const char* id,
+                      const std::vector<std::string>& names, int present) {
   begin_row(label, help);
-  const std::string id = std::string("##") + path;
   int chosen = present;
-  const bool open = ImGui::BeginCombo(id.c_str(), choice.names[static_cast<std::size_t>(present)].c_str());
+  const bool open = ImGui::BeginCombo(id, names[static_cast<std::size_t>(present)].c_str());
   end_row(label, help);
-  if (!open) return;
-  for (int i = 0; i < static_cast<int>(choice.names.size()); ++i) {
-    const std::string& name = choice.names[static_cast<std::size_t>(i)];
+  if (!open) return present;
+  for (int i = 0; i < static_cast<int>(names.size()); ++i) {
+    const std::string& name = names[static_cast<std::size_t>(i)];
     if (ImGui::Selectable(name.c_str(), i == present)) chosen = i;
     controls_.note(std::string(label) + "." + name);
   }
   ImGui::EndCombo();
+  return chosen;
+}
+
+void SettingRows::combo(const char* label, const char* path) {
+  const Choice& choice = std::get<Choice>(field_of(path).member);
+  const int present = choice.get(edited_);
+  const std::string id = std::string("##") + path;
+  const int chosen = menu(label, help_of(path), id.c_str(), choice.names, present);
   if (chosen == present) return;
   choice.set(edited_, chosen);
   changed_ = true;

@@ -5,6 +5,7 @@
 #include <initializer_list>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "scene/settings.hpp"
 #include "view/gui.hpp"
@@ -35,6 +36,9 @@ class SettingRows {
   // Beside each other in one row: label and path of each.
   void checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes);
   void combo(const char* label, const char* path);
+  // Names to choose from that are no setting; id as ImGui wants it, present and result: places in names.
+  int menu(const char* label, const std::string& help, const char* id, const std::vector<std::string>& names,
+           int present);
 
   // Any setting but a text, by its key; a number is typed and counts when finished.
   void any(const Field& field);

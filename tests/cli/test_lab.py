@@ -125,19 +125,27 @@ def no_matplotlib(folder):
 def validate(folder):
     """The ladder as a study: rows of a rung together, taken up again; stopped after the first rungs, since all take a
     minute."""
-    process = subprocess.Popen([PROGRAM, "lab", "validate", "--quick", "--out", "v"], cwd=folder, stderr=subprocess.PIPE,
-                               text=True, env=environment(folder))
-    file, until = folder / "v/validate.json", time.monotonic() + 60
-    while time.monotonic() < until and not (file.exists() and len(json.loads(file.read_text())["points"]) > 2):
-        time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
-    errors = process.communicate(timeout=60)[1]
-    require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
-    study = json.loads(file.read_text())
+    study = validate_until(folder, 2)
     require(study["failed"] == [] and study["complete"] is False, study)
     require([row["key"] for row in study["points"]][:2] == ["two bodies", "heavy ball"], study["points"])
     require(all(row["verdict"] in ("pass", "-") for row in study["points"]), study["points"])
     require("two bodies" in (folder / "v/report.html").read_text(), "the yardsticks are not in the report")
+    more = validate_until(folder, len(study["points"]), "--resume")
+    # With the seconds that each took: the same rows, not the same figures measured again.
+    require(more["points"][:len(study["points"])] == study["points"], "a finished row was measured again")
+
+
+def validate_until(folder, num_rows, *words):
+    """Its file after Ctrl-C once there are more rows than that."""
+    process = subprocess.Popen([PROGRAM, "lab", "validate", "--quick", "--out", "v", *words], cwd=folder,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment(folder))
+    file, until = folder / "v/validate.json", time.monotonic() + 60
+    while time.monotonic() < until and not (file.exists() and len(json.loads(file.read_text())["points"]) > num_rows):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    errors = process.communicate(timeout=60)[1]
+    require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
+    return json.loads(file.read_text())
 
 
 CASES = {case.__name__: case for case in (refusals, terms, resume, no_matplotlib, validate)}

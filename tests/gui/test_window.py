@@ -398,18 +398,42 @@ def accuracy(bench):
     rates = report["collisions"]
     ratio = rates["rate_per_parcel_per_s"] / rates["enskog_rate_per_parcel_per_s"]
     check(math.isclose(shown["rate_over_enskog"], ratio, rel_tol=1e-3), f"rate over Enskog's: {ratio:.3f}")
+    for of in (None, "pressure"):
+        chosen = chosen_by_flag(bench, "gas", 5, of)
+        shown = chosen_in_panel(bench, ELASTIC, 5, of)
+        check((shown["method"], shown["dt_s"]) == (chosen["method"], chosen["dt_s"]),
+              f"5 % of {of or 'what suits the scene'}: {shown['method']}, {shown['dt_s']:.4f} s, as by --accuracy 5%")
+    # An error at which path and drag, the default, ask for different steps, so that the menu tells them apart.
+    for percent in (5, 10, 3, 1):
+        chosen = {of: chosen_by_flag(bench, "court", percent, of) for of in ("path", "drag")}
+        steps = {of: (report["method"], report["dt_s"]) for of, report in chosen.items()}
+        if steps["path"] != steps["drag"]:
+            break
+    check(steps["path"] != steps["drag"], f"path and drag ask for different steps: {steps}")
+    shown = chosen_in_panel(bench, ("--scene", "court", "-p", "2000", "--paused"), percent, "path")
+    step = (shown["method"], shown["dt_s"])
+    check(step == steps["path"], f"{percent} % of path: {step}")
+
+
+def chosen_by_flag(bench, scene, percent, of):
+    """The report of a short run with --accuracy."""
     file = bench.folder / "chosen.json"
-    subprocess.run([bench.program, "--headless", "--scene", "gas", "-p", "2000", "--accuracy", "5%", "--seconds", "0.02",
-                    "--report", str(file)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    chosen = json.loads(file.read_text())
-    with bench.open(*ELASTIC) as window:
+    subprocess.run([bench.program, "--headless", "--scene", scene, "-p", "2000", "--accuracy", f"{percent}%", "--seconds",
+                    "0.02", "--report", str(file), *(("--of", of) if of else ())], check=True, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL)
+    return json.loads(file.read_text())
+
+
+def chosen_in_panel(bench, words, percent, of):
+    """The report of a window in which the accuracy is typed, after the menu named what it is of."""
+    with bench.open(*words) as window:
         open_accuracy(window)
-        window.type_value("Accuracy", "5")
+        if of:
+            window.choose("Error of", of)
+        window.type_value("Accuracy", str(percent))
         window.press_key("s")
         time.sleep(0.3)
-        report = window.stop()
-    check((report["method"], report["dt_s"]) == (chosen["method"], chosen["dt_s"]),
-          f"5 % is the method and step of --accuracy 5%: {report['method']}, {report['dt_s']:.4f} s")
+        return window.stop()
 
 
 def unstable(bench):

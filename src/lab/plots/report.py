@@ -34,10 +34,14 @@ def table(head, rows):
     return f"<table><tr>{''.join(f'<th>{name}</th>' for name in head)}</tr>{cells}</table>"
 
 
+def sentences(study):
+    return "".join(f"<li>{html.escape(text)}</li>" for text in study.get("words", [])).join(("<ul>", "</ul>"))
+
+
 def figures_in_words(study):
     if study["study"] == "work-precision" and study.get("orders"):
-        return table(["method", "area fraction", "order of convergence"],
-                     [(entry["method"], entry["area_fraction"],
+        return sentences(study) + table(["device", "method", "area fraction", "order of convergence"],
+                     [(entry.get("device", "cpu"), entry["method"], entry["area_fraction"],
                        "not fitted" if entry["order"] is None else f"{entry['order']:.2f}") for entry in study["orders"]])
     if study["study"] == "terms":
         return table(["term", "place of exit moves", "across", "speed changes", "saves", "verdict"],

@@ -107,12 +107,14 @@ def draw_missed(axes, study):
         for row in rows:
             if row["missed"] <= 2 * row["sigma"]:
                 axes.plot(row["step"], 2.5 * row["sigma"], MARKS[method], ms=5.5, mfc="white", mec=COLOURS[method])
+                style.arrow_down(axes, row["step"], 2.5 * row["sigma"], COLOURS[method])
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_ylim(bottom=3e-5)  # room for the arrows of upper bounds
     axes.set_title("Collisions missed", loc="left")
     axes.set_xlabel("displacement per step, diameters")
     axes.text(0.42, 0.012, "impulse:\n\u0394\u00b2/6d\u00b2, then 1 \u2212 \u03c0d/4\u0394", color=COLOURS["impulse"], fontsize=9)
-    axes.text(0.5, 1.6e-4, "exact: none (hollow)", color=COLOURS["exact"], fontsize=9)
+    axes.text(0.5, 1.6e-4, "exact: none (less than)", color=COLOURS["exact"], fontsize=9)
 
 
 def draw_turn(axes, study):

@@ -39,6 +39,12 @@ def tidy(axes):
     axes.set_axisbelow(True)
 
 
+def arrow_down(axes, x, y, colour):
+    """An upper bound on a logarithmic axis."""
+    axes.annotate("", (x, y * 0.45), (x, y * 0.9), zorder=3,
+                  arrowprops=dict(arrowstyle="-|>", color=colour, lw=0.8, mutation_scale=6))
+
+
 def machine_text(study):
     machine = study["machine"]
     devices = "; ".join(entry["device"] for entry in machine["devices"])

@@ -18,6 +18,10 @@ def draw_effects(axes, rows, tolerance):
     for y, row in enumerate(rows):
         for shift, value, sigma, colour in ((-0.15, row["exit_shift"], row["exit_shift_sigma"], PLACE),
                                             (0.15, abs(row["speed_shift"]), row["speed_shift_sigma"], SPEED)):
+            if value < 2.0 * sigma:  # an upper bound
+                axes.barh(y + shift, value + 2.0 * sigma - FLOOR, left=FLOOR, height=0.26, fc="none", ec=colour, lw=1.2,
+                          ls=(0, (3, 2)), zorder=3)
+                continue
             axes.barh(y + shift, max(value, FLOOR) - FLOOR, left=FLOOR, height=0.26, color=colour, zorder=3)
             axes.plot([max(value - sigma, FLOOR), value + sigma], [y + shift] * 2, color=INK, lw=1.1, zorder=4)
     axes.axvline(tolerance, color=INK, lw=1.2, ls=(0, (4, 2)), zorder=5)
@@ -25,7 +29,7 @@ def draw_effects(axes, rows, tolerance):
     axes.text(tolerance, -0.62, f"tolerance {100 * tolerance:g} %", ha="center", va="bottom", fontsize=9, color=INK)
     axes.set_yticks(range(len(rows)), [row["term"] for row in rows], fontsize=10)
     axes.set_ylim(len(rows) - 0.5, -0.65)
-    axes.text(FLOOR * 1.15, -0.15, "place of exit", color="white", fontsize=8, va="center", zorder=6)
+    axes.text(FLOOR * 1.15, -0.15, "place of exit", color="white" if rows[0]["exit_shift"] >= 2 * rows[0]["exit_shift_sigma"] else INK, fontsize=8, va="center", zorder=6)
     axes.text(FLOOR * 1.15, 0.15, "speed", color=INK, fontsize=8, va="center", zorder=6)
     axes.xaxis.set_major_formatter(FuncFormatter(style.percent))
     axes.xaxis.set_minor_locator(NullLocator())
@@ -65,7 +69,7 @@ def main():
     figure.text(0.01, 0.965, f"What each term of the model does and costs: scene {full['scene']}", fontsize=14,
                 color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.015, f"{full['num_parcels']:,} parcels, means over {len(full['flights'])} seeds with their "
-                f"standard errors.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+                f"standard errors; dashed: less than this.\n" + style.machine_text(study), fontsize=8, color=FAINT)
     style.save(figure, where, "terms")
 
 

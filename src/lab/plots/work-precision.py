@@ -39,8 +39,7 @@ def draw_method(axes, rows, error, method, device):
         axes.plot(cost, value, MARKS[method], ms=5.2, mec=COLOURS[method], zorder=4,
                   **{**look_of(method, device), **({"mfc": "white"} if bound else {})})
         if bound:
-            axes.annotate("", (cost, value * 0.45), (cost, value * 0.9), zorder=3,
-                          arrowprops=dict(arrowstyle="-|>", color=COLOURS[method], lw=0.8, mutation_scale=6))
+            style.arrow_down(axes, cost, value, COLOURS[method])
         elif entry["sigma"] > 0.0:
             low = max(value - entry["sigma"], value * 0.1)
             axes.plot([cost, cost], [low, value + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
@@ -147,7 +146,8 @@ def draw_orders(study):
                           yerr=[[row["path_error"] - row["path_low"] for row in mine],
                                 [row["path_high"] - row["path_error"] for row in mine]])
             order = next((entry["order"] for entry in study["orders"]
-                          if entry["method"] == method and entry["area_fraction"] == eta), None)
+                          if entry["method"] == method and entry["area_fraction"] == eta
+                          and entry.get("device", "cpu") == "cpu"), None)
             label = method if order is None else f"{method}, order {order:.2f}"
             at, offset = {"impulse": (len(mine) // 2, (6, -14)), "spring": (len(mine) // 2, (-4, 16)), "exact": (0, (0, 11))}[method]
             axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
@@ -171,7 +171,7 @@ def draw_parcels(study):
     rows = sorted((row for row in study["points"] if row["group"] == "parcels" and "ends" in row),
                   key=lambda row: row["num_parcels"])
     figure, grid = plt.subplots(1, 2, figsize=(11.5, 4.6))
-    figure.subplots_adjust(left=0.075, right=0.985, top=0.8, bottom=0.21, wspace=0.2)
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.8, bottom=0.24, wspace=0.2)
     sizes = [row["num_parcels"] for row in rows]
     for axes, (error, title) in zip(grid, (("path", "path of the ball, of its length"),
                                            ("drag", "speed lost, of the loss"))):
@@ -181,46 +181,49 @@ def draw_parcels(study):
         axes.errorbar(sizes, [entry["scatter"] for entry in entries], [entry["sigma"] for entry in entries], fmt="-o",
                       color=INK, ms=5.5, lw=1.4, zorder=4)
         middle = len(sizes) // 2
-        axes.annotate("scatter over 16 seeds", (sizes[middle], entries[middle]["scatter"]), xytext=(8, 10),
+        axes.annotate("scatter over 16 seeds", (sizes[1], entries[1]["scatter"]), xytext=(10, 8),
                       textcoords="offset points", color=INK, fontsize=10, fontweight="bold")
         law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
         axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2)
         axes.annotate(r"$1/\sqrt{N}$", (sizes[0], law[0]), xytext=(4, 4), textcoords="offset points", color=FAINT, fontsize=9.5)
-        draw_method_errors(axes, study, error)
+        draw_method_errors(axes, study, error, {"impulse": sizes[-1] * 2.0, "spring": sizes[-1] * 4.5})
         style.tidy(axes)
         axes.set_title(title, loc="left", color=INK)
         axes.set_xlabel("air parcels N")
-        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 4.5)
+        axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 8.0)
         axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
     figure.text(0.01, 0.965, "Where a better method buys nothing: its error is below the scatter of one flight",
                 fontsize=13.5, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at 4,000 or more parcels, area "
+    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at their own number of parcels, area "
                 "fraction 0.05, e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact, hollow: upper "
-                "bound. " + style.machine_text(study), fontsize=8, color=FAINT)
+                "bound. Bars: standard errors.\n" + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
-def draw_method_errors(axes, study, error):
-    """Errors of the methods as dots at their number of parcels, named by displacement per step."""
+def draw_method_errors(axes, study, error, places):
+    """Errors of the methods as dots at a place on the right each, named by displacement per step."""
     etas = sorted({row["area_fraction"] for row in study["points"] if row["group"] == "ball"})
     rows = [row for row in study["points"] if row["group"] == "ball" and row["restitution"] == 0.9
             and row["device"] == "cpu" and row["area_fraction"] == etas[0] and row["method"] != "exact"
             and row["errors"].get(error, {}).get("value") is not None]
     for row in rows:
         entry, method = row["errors"][error], row["method"]
-        at = row["num_parcels"] * (11.0 if method == "impulse" else 19.0)
+        at = places[method]
         axes.plot(at, entry["value"], MARKS[method], ms=5.5, mec=COLOURS[method], zorder=4,
                   mfc="white" if entry["bound"] else COLOURS[method])
-        if not entry["bound"]:
+        if entry["bound"]:
+            style.arrow_down(axes, at, entry["value"], COLOURS[method])
+        else:
+            low = max(entry["value"] - entry["sigma"], 0.1 * entry["value"])
+            axes.plot([at, at], [low, entry["value"] + entry["sigma"]], color=COLOURS[method], lw=1.0, zorder=3)
             axes.annotate(f"{row['displacement_per_step']:g}", (at, entry["value"]), xytext=(6, 0), va="center",
                           textcoords="offset points", color=COLOURS[method], fontsize=8)
     for method in ("impulse", "spring"):
         mine = [row["errors"][error]["value"] for row in rows if row["method"] == method]
         if mine:
-            at = rows[0]["num_parcels"] * (11.0 if method == "impulse" else 19.0)
-            axes.annotate(method, (at, max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
+            axes.annotate(method, (places[method], max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
