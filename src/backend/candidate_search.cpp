@@ -97,8 +97,8 @@ struct Eight {
 
 // Other threads may take parcels while a search reads who owns them: aligned words, which x86 reads whole.
 // What matters is that a search after a thread's own taking sees all that were taken before, and after a
-// locked instruction it does. Vector loads cannot be atomic in C++ and the thread sanitizer knows none of this, so
-// it does not look at these searches; the plain one reads owners atomically.
+// locked instruction it does. Vector loads cannot be atomic in C++ and the thread sanitizer knows none of
+// this, so it does not look at these searches; the plain one reads owners atomically.
 #define PF_AVX2 target("avx2"), no_sanitize_thread
 
 // The same, eight parcels first .. first + 7 at a time: a bit each of those below last, wanted, and not self.

@@ -1,5 +1,6 @@
 // A fixed team of threads that runs one function at a time over a fixed partition. Threads with nothing to do
-// look for work a while before they sleep: waking one takes ten times as long as many a function that it is to run.
+// look for work a while before they sleep: waking one takes ten times as long as many a function that it is
+// to run.
 #pragma once
 
 #include <atomic>
@@ -37,7 +38,8 @@ class ThreadTeam {
 
   unsigned num_threads_;
   std::atomic<std::uint32_t> started_{0};  // functions so far
-  std::atomic<std::uint32_t> running_{0};  // threads other than the calling one that are not done with the last
+  std::atomic<std::uint32_t> running_{
+      0};  // threads other than the calling one that are not done with the last
   const std::function<void(unsigned)>* work_ = nullptr;
   bool stopping_ = false;
   std::vector<std::jthread> threads_;

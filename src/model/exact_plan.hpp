@@ -118,9 +118,10 @@ PF_HD inline double tick_speed_mps(const ExactConstants& c, std::uint32_t coarse
   return 1.0 / (8.0 * c.units_per_tick * static_cast<double>(1ULL << coarse));
 }
 
-// What the ticks are to be from the present moment on, at which every line is anchored anew. c: of the ticks of
-// the reference speed. fastest_mps: exactly the largest speed of parcels and ball now, so that this depends on
-// nothing else. Where it is between a 64th of the ticks' speed and all of it, they stay as they are.
+// What the ticks are to be from the present moment on, at which every line is anchored anew. c: of the ticks
+// of the reference speed. fastest_mps: exactly the largest speed of parcels and ball now, so that this
+// depends on nothing else. Where it is between a 64th of the ticks' speed and all of it, they stay as they
+// are.
 PF_HD inline std::uint32_t suitable_coarseness(const ExactConstants& c, std::uint32_t coarse,
                                                double fastest_mps) {
   const double speed = tick_speed_mps(c, coarse);
@@ -161,8 +162,8 @@ PF_HD inline bool is_at_anchoring(const ExactProgress& progress) {
   return (progress.now >> progress.coarse) % kAnchorPeriod == 0;
 }
 
-// Fills begin, length, bound and role of the step that starts now and ends in the tick of `until` at the latest,
-// at most `longest` ticks long. It ends where all lines are anchored anew. c: coarsened.
+// Fills begin, length, bound and role of the step that starts now and ends in the tick of `until` at the
+// latest, at most `longest` ticks long. It ends where all lines are anchored anew. c: coarsened.
 PF_HD inline void plan_step(const ExactProgress& progress, std::uint64_t until, std::uint32_t longest,
                             ExactConstants& c) {
   const std::uint64_t begin = progress.now >> progress.coarse;

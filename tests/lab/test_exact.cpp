@@ -226,7 +226,8 @@ TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
     run.advance(1, end_s);
     EXPECT_LT(run.backend->measure().parcel_energy_j / 200.0, 1e-6);
     const Hashes expected = hashes_of(cooling, end_s, 1);
-    for (const int steps : {7, 1000}) EXPECT_EQ(hashes_of(cooling, end_s, steps), expected) << steps << " steps";
+    for (const int steps : {7, 1000})
+      EXPECT_EQ(hashes_of(cooling, end_s, steps), expected) << steps << " steps";
     EXPECT_EQ(hashes_of(cooling, end_s, 30, 4, 2), expected);
   }
 }

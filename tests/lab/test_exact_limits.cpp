@@ -104,16 +104,16 @@ TEST(Exact, NothingOverlapsInADenseInelasticBox) {
 
 // ---- staying alive
 
-// All velocities times 2^6: nothing about the sequence of collisions changes but its pace.
+// All velocities times 4: nothing about the sequence of collisions changes but its pace.
 void quicken(SceneRun& run) {
   ParcelSnapshot snapshot = run.backend->snapshot();
-  for (Vec2f& v : snapshot.velocity) v = v * 64.0F;
+  for (Vec2f& v : snapshot.velocity) v = v * 4.0F;
   run.backend->restore(snapshot);
 }
 
 // Inelastic collapse (McNamara and Young 1994); 60 collisions per parcel here, ten thousand by hand
-// (PF_TEST_SCALE=167). Over these the gas cools by 24 powers of ten, and would need more time than can be counted: it
-// is made faster again on the way.
+// (PF_TEST_SCALE=167). Over these the gas cools by 20 powers of ten, and would need more time than can be
+// counted: it is made faster again on the way. In the end it streams in bands that hardly collide.
 class Collapse : public testing::TestWithParam<double> {};
 
 TEST_P(Collapse, IsLivedThrough) {
@@ -128,10 +128,10 @@ TEST_P(Collapse, IsLivedThrough) {
   int quickened = 0;
   while (totals.num_collisions < wanted) {
     double energy = run.backend->measure().parcel_energy_j / 1024.0;
-    if (energy < 0x1p-12) {
+    if (energy < 0x1p-4) {
       quicken(run);
       ++quickened;
-      cooled *= 0x1p12;
+      cooled *= 0x1p4;
       energy = run.backend->measure().parcel_energy_j / 1024.0;
     }
     const double step_s = 0.1 / (collision_rate_per_s(run) * std::sqrt(energy));
@@ -147,7 +147,7 @@ TEST_P(Collapse, IsLivedThrough) {
       GetParam(), static_cast<double>(totals.num_collisions) / 512.0, time_s, quickened,
       static_cast<unsigned long long>(totals.num_steps),
       static_cast<double>(totals.num_rounds) / static_cast<double>(totals.num_steps),
-      static_cast<unsigned long long>(totals.num_redone_steps), std::ldexp(cooled, -12 * quickened));
+      static_cast<unsigned long long>(totals.num_redone_steps), std::ldexp(cooled, -4 * quickened));
   expect_sound(run, totals, steps);
 }
 
