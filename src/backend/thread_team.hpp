@@ -38,8 +38,8 @@ class ThreadTeam {
 
   unsigned num_threads_;
   std::atomic<std::uint32_t> started_{0};  // functions so far
-  std::atomic<std::uint32_t> running_{
-      0};  // threads other than the calling one that are not done with the last
+  // Threads other than the calling one that are not done with the last.
+  std::atomic<std::uint32_t> running_{0};
   const std::function<void(unsigned)>* work_ = nullptr;
   bool stopping_ = false;
   std::vector<std::jthread> threads_;
