@@ -114,7 +114,6 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   sorted_ = false;
   keys_are_written_ = false;
   exact_.reset_time();
-  host_exact_->last_travel = 0;
 }
 
 void CudaBackend::set_physics(const Physics& physics) {

@@ -94,6 +94,7 @@ class CudaBackend final : public Backend {
   GridShape grid_;
   RequestTimer timer_;
   DeviceExact exact_;
+  std::uint32_t steps_since_sort_ = 0;  // of exact
   PinnedValue<ExactState> host_exact_;  // as of the last collected request
   bool ball_was_set_ = false;
   bool sorted_ = false;

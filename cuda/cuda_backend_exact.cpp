@@ -17,6 +17,7 @@ constexpr double kWidestReach = 3.0;
 // Within a request parcels may become faster than they were when it was submitted: what they travel, position
 // units, must stay far below kLongestReach, or steps become as short as a tick.
 constexpr double kFarthest = kLongestReach / 64.0;
+constexpr std::uint32_t kMostStepsUnsorted = 64;  // where a ball may hit them
 
 }  // namespace
 
@@ -33,7 +34,7 @@ ParcelPointers CudaBackend::present_parcels() const {
 void CudaBackend::make_room_for_exact(bool with_clock) {
   const bool has_ticks = current_.tick.capacity() == capacity_;
   const bool has_clocks = !with_clock || current_.clock.capacity() == capacity_;
-  if (!has_ticks || !has_clocks) {
+  if (!has_ticks || !has_clocks || num_parcels_ != exact_.reserved()) {
     std::size_t free_bytes = 0, total = 0;
     PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
     const double needed = (DeviceExact::kBytesPerParcel + (with_clock ? 8.0 : 0.0)) * capacity_;
@@ -145,6 +146,7 @@ const ExactState& CudaBackend::read_exact_state() {
 }
 
 void CudaBackend::submit_exact(const StepRequest& request) {
+  if (exact_.active() && (request.contact_clock_s > 0.0) != (current_.clock.capacity() > 0)) stop_exact();
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = plan_exact(request);
   const ExactConstants& c = launch.constants;
@@ -170,15 +172,18 @@ void CudaBackend::submit_exact(const StepRequest& request) {
     launch.draw = k + 1 < ends.size() ? DrawBuffers{} : draw;
     do {
       const bool moved_far = expected_travel_ > 0 && static_cast<double>(expected_travel_) > farthest;
-      if (search && (!sorted_ || moved_far)) {
+      const bool hit_often = physics_.ball.present && steps_since_sort_ >= kMostStepsUnsorted;
+      if (search && (!sorted_ || moved_far || hit_often)) {
         sort_exact(launch);
+        steps_since_sort_ = 0;
         ++submitted_.num_sorts;
       }
       const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::collide_integrate)]);
       launch_exact_step(launch, stream_);
+      ++steps_since_sort_;
       expected_travel_ += static_cast<std::int64_t>(moved) + 3;
       if (sorts_within) expected_travel_ = read_exact_state().progress.travel;
-    } while (sorts_within && host_exact_->progress.now < ends[k]);
+    } while (sorts_within && host_exact_->progress.now < ends[k] && host_exact_->gave_up == 0);
   }
   if (request.draw) {
     if (ends.empty()) launch_draw(physics_.world, present_parcels(), num_parcels_, draw, stream_);

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <nvtx3/nvtx3.hpp>
 
+#include "backend/exact_bounds.hpp"
 #include "cuda_backend.cuh"
+#include "model/exact.hpp"
 #include "model/step.hpp"
 
 namespace pf {
@@ -113,6 +115,8 @@ void CudaBackend::step(StepLaunch& launch, bool sort_follows) {
 StepReport CudaBackend::collect() {
   StepReport report;
   report.times = timer_.times(submitted_.num_steps);  // waits
+  if (submitted_.exact && host_exact_->gave_up != 0)
+    give_up_exact(tick_seconds(physics_.world, physics_.reference_speed_mps));
   const StepState& state = *host_state_;
   expected_travel_ = submitted_.exact ? host_exact_->progress.travel : state.travel;
   const RequestTotals& sum = state.totals;

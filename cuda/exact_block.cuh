@@ -39,7 +39,7 @@ class BlockSolver {
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     cluster_ = cluster;
     sum_ = {};
-    has_ball_ = c_.ball == BallRole::participant && load_shared(&state_.ball_owner) == cluster;
+    has_ball_ = c_.ball == BallRole::participant && load_fresh(&state_.ball_owner) == cluster;
     if (leads()) {
       space_.num_members = 0;
       space_.num_flagged = 0;
@@ -75,7 +75,7 @@ class BlockSolver {
   __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
   __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
   __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const {
-    return load_shared(&a_.owner[i]);
+    return load_fresh(&a_.owner[i]);
   }
   __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members; }
 
@@ -223,7 +223,7 @@ class BlockSolver {
         if (joined == kNone) return false;
         (next.w == kBall ? m : other) = joined;
       } else if (event.partner == kBallPartner && c_.ball == BallRole::participant) {
-        if (leads()) space_.other = load_shared(&state_.ball_owner);
+        if (leads()) space_.other = load_fresh(&state_.ball_owner);
         return false;
       }
       sync();
@@ -346,7 +346,7 @@ class BlockSolver {
   __device__ __forceinline__ void predict_ball() {
     Event best;
     const BallLine line = state_.ball_now.line;
-    const std::uint32_t num = state_.num_near_ball < a_.near_ball.capacity ? state_.num_near_ball : 0U;
+    const std::uint32_t num = min(state_.num_near_ball, a_.near_ball.capacity);
     for (std::uint32_t n = threadIdx.x; n < num; n += kExactBlock) {
       const std::uint32_t k = a_.near_ball.items[n];
       const Line there = line_now(k);

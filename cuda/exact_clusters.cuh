@@ -80,7 +80,7 @@ struct Clusters {
   }
 
   __device__ bool is_for_block(std::uint32_t cluster) const {
-    return record_of(a, cluster).wants_block != 0 || load_shared(&state.ball_owner) == cluster;
+    return record_of(a, cluster).wants_block != 0 || load_fresh(&state.ball_owner) == cluster;
   }
 
   // In the first round the block's own clusters, and the ball's; later those that were merged.
@@ -91,7 +91,7 @@ struct Clusters {
     WarpSolver<kBoundary> solver(launch, c, state, counts);
     const std::uint32_t warp = threadIdx.x / 32;
     const std::uint32_t num =
-        is_first ? counts.leaders : at_most(load_shared(&state.num_todo), a.todo.capacity);
+        is_first ? counts.leaders : at_most(load_fresh(&state.num_todo), a.todo.capacity);
     for (std::uint32_t k = is_first ? warp : block() + num_blocks() * warp; k < num;
          k += is_first ? kWarps : num_blocks() * kWarps) {
       const std::uint32_t cluster =
@@ -106,7 +106,7 @@ struct Clusters {
     BlockSolver<kBoundary> solver(launch, c, state, space, counts);
     const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
     const std::uint32_t num =
-        is_first ? (has_ball ? 1U : 0U) : at_most(load_shared(&state.num_todo), a.todo.capacity);
+        is_first ? (has_ball ? 1U : 0U) : at_most(load_fresh(&state.num_todo), a.todo.capacity);
     for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
       const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
       if (is_first || is_for_block(cluster))
@@ -205,8 +205,8 @@ struct Clusters {
       if (rank() == 0) state.num_todo = 0;
       compare();
       barrier();
-      const std::uint32_t num = load_shared(&state.num_conflicts);
-      if (num == 0 || load_shared(&state.failed) != 0) return;
+      const std::uint32_t num = load_fresh(&state.num_conflicts);
+      if (num == 0 || load_fresh(&state.failed) != 0) return;
       if (!alone && num <= kAlone) {
         if (blockIdx.x != 0) return;
         alone = true;

@@ -15,14 +15,20 @@ __device__ inline bool ends_at_anchoring(const ExactState& state) {
   return (since_reset(state, state.plan.length) >> state.progress.coarse) % kAnchorPeriod == 0;
 }
 
-// Where the parcel will be at the end of the step if nothing happens to it any more.
+// The parcel's position at the end of the step, also for the renderer.
+__device__ inline void write_position(const ExactLaunch& launch, const ExactState& state, std::uint32_t i,
+                                      Vec2i end, Vec2f velocity) {
+  launch.arrays.present[state.parity ^ 1U][i] = end;
+  if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
+    draw_parcel(launch.draw, launch.constants.step.physics.world, i, end, velocity);
+}
+
+// Where it will be if nothing happens to it any more.
 template <Boundary kBoundary>
 __device__ void write_end(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
                           std::uint32_t i, const Line& line) {
   const Vec2i end = position_at<kBoundary>(c, line, static_cast<std::int32_t>(c.length));
-  launch.arrays.present[state.parity ^ 1U][i] = end;
-  if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
-    draw_parcel(launch.draw, c.step.physics.world, i, end, line.velocity);
+  write_position(launch, state, i, end, line.velocity);
 }
 
 __device__ inline void add_events(const EventSums& events, EventSums& sum) {
@@ -115,11 +121,11 @@ __device__ inline void plan_next(const ExactConstants& constants, std::uint64_t 
 }
 
 __device__ inline double fastest_after_mps(const ExactState& state) {
-  return sqrt(static_cast<double>(__uint_as_float(load_shared(&state.fastest_after_bits))));
+  return sqrt(static_cast<double>(__uint_as_float(load_fresh(&state.fastest_after_bits))));
 }
 __device__ inline double fastest_of_all_mps(const ExactState& state) {
   const double parcels = fastest_after_mps(state);
-  const double ball = static_cast<double>(__uint_as_float(load_shared(&state.too_fast_bits)));
+  const double ball = static_cast<double>(__uint_as_float(load_fresh(&state.too_fast_bits)));
   return parcels > ball ? parcels : ball;
 }
 
@@ -132,7 +138,6 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
   if (finished) {
     add_to_totals(sum, *launch.step_state);
     state.event_hash += sum.event_hash;
-    const std::int64_t travel = state.progress.travel;
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
     const double at_begin = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
@@ -141,7 +146,6 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
     const ExactBall ball = plan.ball == BallRole::participant ? state.ball_now : state.ball;
     end_step(plan, ball, hits, at_begin, fastest_after_mps(state), state.num_events, progress);
     state.progress = progress;
-    state.last_travel = progress.travel - travel;
     state.parity ^= 1U;
     state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
     launch.step_state->ball = progress.ball;
@@ -151,7 +155,8 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
     if (needed > state.plan.max_speed_mps) {
       state.progress.raised_bound_mps = kSpeedMargin * needed;
     } else {
-      state.longest = state.plan.length / 2 > 1 ? state.plan.length / 2 : 1;
+      state.longest = state.plan.length / 2;
+      if (state.longest == 0) state.gave_up = 1;
     }
   }
 }
@@ -176,7 +181,7 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   fastest2 = __reduce_max_sync(kWholeWarp, fastest2);
   if (rank % 32 == 0) atomicMax(&state.fastest_now_bits, fastest2);
   sync();
-  double fastest_mps = sqrt(static_cast<double>(__uint_as_float(load_shared(&state.fastest_now_bits))));
+  double fastest_mps = sqrt(static_cast<double>(__uint_as_float(load_fresh(&state.fastest_now_bits))));
   if (physics.ball.present) fastest_mps = max(fastest_mps, surface_speed_mps(physics, state.progress.ball));
   const std::uint64_t now = state.progress.now;
   const std::uint32_t before = state.progress.coarse;
@@ -194,7 +199,7 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
 }
 
 __device__ inline bool is_solved(const ExactState& state) {
-  return load_shared(&state.failed) == 0 && fastest_of_all_mps(state) <= state.plan.max_speed_mps;
+  return load_fresh(&state.failed) == 0 && fastest_of_all_mps(state) <= state.plan.max_speed_mps;
 }
 
 }  // namespace pf

@@ -25,7 +25,9 @@ constexpr unsigned kLanesOfPair = 2;
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
 // Whether there is nothing to do: a coarse tick led beyond the end of the step.
-__device__ bool is_over(const ExactLaunch& launch) { return launch.state->progress.now >= launch.until; }
+__device__ bool is_over(const ExactLaunch& launch) {
+  return launch.state->progress.now >= launch.until || launch.state->gave_up != 0;
+}
 
 __device__ void draw_present(const ExactLaunch& launch, std::uint32_t i) {
   if (launch.draw.position_m == nullptr || i >= launch.space.num_parcels) return;
@@ -101,6 +103,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     grid.sync();
     if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step_on_device(launch, finished);
     grid.sync();
+    if (load_fresh(&state.gave_up) != 0) return;
     if (finished && is_at_anchoring(state.progress))
       anchor_all(launch, static_cast<std::uint32_t>(grid.thread_rank()),
                  static_cast<std::uint32_t>(grid.size()), [&] { grid.sync(); });
@@ -129,7 +132,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   __shared__ TallySlot block_tally;
   __shared__ bool is_last;
   ExactState& state = *launch.state;
-  if (state.to_commit == 0) {
+  if (state.to_commit == 0) {  // solve_kernel did all; planned anew, which changes nothing, if it had not
     if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
       plan_next(launch.constants, launch.next_until, state);
@@ -168,6 +171,7 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
     state.num_rounds = 0;
     state.num_redone = 0;
     state.event_hash = 0;
+    state.gave_up = 0;
     state.progress.ball = launch.step_state->ball;
     if (launch.ball_was_set) state.progress.ball_follows = false;
   }
@@ -190,7 +194,8 @@ __global__ void enter_kernel(const __grid_constant__ ExactLaunch launch, std::ui
     a.lines.tick[i] = static_cast<std::uint32_t>(now);
     if (a.lines.clock) a.lines.clock[i] = static_cast<std::uint32_t>(now - kAnchorPeriod);
     a.present[0][i] = a.lines.position[i];
-    speed2 = dot(a.lines.velocity[i], a.lines.velocity[i]);
+    const float any_speed2 = dot(a.lines.velocity[i], a.lines.velocity[i]);
+    if (!is_retired(a.lines.position[i]) && any_speed2 < 1e30F) speed2 = any_speed2;
   }
   const unsigned fastest = __reduce_max_sync(0xFFFFFFFFU, __float_as_uint(speed2));
   if (threadIdx.x % 32 == 0) atomicMax(&launch.state->fastest_after_bits, fastest);
@@ -307,6 +312,7 @@ void launch_exact_write_keys(const ExactLaunch& launch, const SortKeys& keys, cu
 }
 
 void launch_exact_copy_present(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream) {
+  if (launch.space.num_parcels == 0) return;
   copy_present_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, out);
   PF_LAUNCHED("copy_present_kernel");
 }

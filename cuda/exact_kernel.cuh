@@ -130,7 +130,7 @@ struct ExactState {
   unsigned long long num_rounds = 0;     // of the request
   unsigned long long num_redone = 0;
   unsigned long long event_hash = 0;
-  std::int64_t last_travel = 0;  // of the last step
+  std::uint32_t gave_up = 0;  // a step of one tick failed
 };
 
 struct ExactLaunch {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "backend/exact_time.hpp"
+#include "backend/exact_bounds.hpp"
 
 namespace pf {
 namespace {
@@ -14,6 +14,7 @@ constexpr std::uint32_t kSegmentShare = 16;  // lines between two events of one 
 constexpr std::uint32_t kBorderShare = 8;    // neighbours in two clusters
 // Of the whole.
 constexpr std::uint32_t kCommonShare = 16;
+constexpr std::uint32_t kNearBallShare = 4;
 constexpr std::uint32_t kLeastCommon = 16384;
 constexpr std::uint32_t kMostBallSegments = 4096;
 
@@ -26,7 +27,7 @@ void DeviceExact::reset_time() {
 }
 
 void DeviceExact::reserve(std::uint32_t num_parcels) {
-  if (num_parcels == reserved_) return;
+  if (num_parcels == reserved_ && num_segments_ > 0) return;
   *this = [&] {
     DeviceExact empty;
     empty.time_s_ = time_s_;
@@ -51,7 +52,7 @@ void DeviceExact::reserve(std::uint32_t num_parcels) {
   records_ = DeviceBuffer<ClusterRecord>(all(member_capacity_) + 1);
   segments_ = DeviceBuffer<LineSegment>(all(segment_capacity_));
   border_ = DeviceBuffer<uint2>(all(border_capacity_));
-  near_ball_ = DeviceBuffer<std::uint32_t>(common);
+  near_ball_ = DeviceBuffer<std::uint32_t>(num_parcels / kNearBallShare + kLeastCommon);
   todo_ = DeviceBuffer<std::uint32_t>(common);
   conflicts_ = DeviceBuffer<uint2>(common);
   ball_segments_ = DeviceBuffer<BallLineSegment>(kMostBallSegments);
@@ -86,7 +87,7 @@ void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   a.segment_capacity = segment_capacity_;
   a.border_capacity = border_capacity_;
   const auto common = static_cast<std::uint32_t>(reserved_ / kCommonShare + kLeastCommon);
-  a.near_ball = {near_ball_.data(), common};
+  a.near_ball = {near_ball_.data(), reserved_ / kNearBallShare + kLeastCommon};
   a.todo = {todo_.data(), common};
   a.conflicts = conflicts_.data();
   a.conflict_capacity = common;

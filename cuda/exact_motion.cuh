@@ -16,10 +16,11 @@ class DeviceExact {
 
   // Makes room; what the clusters need is kept until more parcels need more.
   void reserve(std::uint32_t num_parcels);
+  std::uint32_t reserved() const { return reserved_; }
   std::size_t bytes() const;
   // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and
-  // leaders, lines, and pairs of neighbours.
-  static constexpr double kBytesPerParcel = 8.0 + 44.0 + 2.0 + 2.0 + 2.0;
+  // leaders, lines, pairs of neighbours, and what is near the ball.
+  static constexpr double kBytesPerParcel = 8.0 + 44.0 + 2.0 + 2.0 + 2.0 + 1.0;
 
   // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's
   // arrays.

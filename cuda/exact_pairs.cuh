@@ -19,7 +19,7 @@ struct PairTally {
 };
 
 template <class T>
-__device__ void swap(T& a, T& b) {
+__device__ void exchange(T& a, T& b) {
   const T kept = a;
   a = b;
   b = kept;
@@ -98,7 +98,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
   static_assert(kTogether < 32);
   ExactState& state = *launch.state;
   const ExactArrays& a = launch.arrays;
-  if (threadIdx.x == 0) space.failed = load_shared(&state.failed) != 0;
+  if (threadIdx.x == 0) space.failed = load_fresh(&state.failed) != 0;
   __syncthreads();
   if (space.failed) return;
   const unsigned lane = threadIdx.x % kTogether;
@@ -126,7 +126,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       const std::uint32_t tick = a.event_tick[name];
       PairedParcel one = paired_parcel(a, present, name);
       PairedParcel two = paired_parcel(a, present, a.event_partner[name]);
-      if (two.id < one.id) swap(one, two);
+      if (two.id < one.id) exchange(one, two);
       Line one_line = one.line, two_line = two.line;
       anchor_at<kBoundary>(c, one_line, tick);
       anchor_at<kBoundary>(c, two_line, tick);
@@ -136,12 +136,15 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       PairTally tally;
       collide<kBoundary>(c, one_line, two_line, in_contact_time(one.index) || in_contact_time(two.index),
                          tally);
+      // (Of two so fast that a float cannot tell how little they part, an event may repeat at once.)
+      const bool is_over = meeting<kBoundary>(c, one_line, two_line) == kNoTick;
       const PairedParcel& mine = of_first ? one : two;
       const PairedParcel& other = of_first ? two : one;
       const Line& now = of_first ? one_line : two_line;
       const bool alone = is_left_alone<kBoundary, kReadOnly, kLanes>(
           c, launch, state, mine, other.index, now, near_space, [&](std::uint32_t j) {
-            if (j < mine.index || k >= num_leaders) return;  // the other notes it, or a larger cluster
+            // Of two pairs one notes it, and a larger cluster does: who may meet is within the boxes of both.
+            if (j < mine.index || k >= num_leaders) return;
             const std::uint32_t place = atomicAdd(&a.counts[segment].border, 1U);
             if (place < a.border_capacity) {
               a.border[static_cast<std::size_t>(segment) * a.border_capacity + place] = {mine.index, j};
@@ -149,7 +152,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
               state.failed = 1;
             }
           });
-      const unsigned left_alone = __ballot_sync(kWholeWarp, alone && k < num_leaders);
+      const unsigned left_alone = __ballot_sync(kWholeWarp, alone && is_over && k < num_leaders);
       if ((left_alone & all_lanes) != all_lanes) continue;
       if (lane % kLanes == 0) {
         ClusterMember member;

@@ -40,7 +40,7 @@ __device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32
   if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
 }
 
-__device__ inline std::uint32_t load_shared(const std::uint32_t* word) {
+__device__ inline std::uint32_t load_fresh(const std::uint32_t* word) {
   return *const_cast<const volatile std::uint32_t*>(word);
 }
 
@@ -52,7 +52,7 @@ __device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t c
 // Sets of clusters as trees; the lowest name is the root.
 __device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
   while (true) {
-    const std::uint32_t next = load_shared(&record_of(a, cluster).toward);
+    const std::uint32_t next = load_fresh(&record_of(a, cluster).toward);
     if (next == cluster) return cluster;
     cluster = next;
   }

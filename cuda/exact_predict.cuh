@@ -14,20 +14,21 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
   const Vec2i at = present[i];
   const Line here = line_of(a, i);
   Event best;
+  speed2 = 0.0F;
+  if (is_retired(here.anchor)) {
+    write_position(launch, state, i, here.anchor, here.velocity);
+    return best;
+  }
   speed2 = dot(here.velocity, here.velocity);
   if (!(speed2 < 1e30F)) {
     TallySlot& slot = launch.slots[blockIdx.x % kNumSlots];
     atomicAdd(&slot.num_invalid, 1U);
     atomicMax(&slot.first_invalid_id, ~a.lines.id[i]);
     speed2 = 0.0F;
-    a.present[state.parity ^ 1U][i] = here.anchor;
+    write_position(launch, state, i, here.anchor, here.velocity);
     return best;
   }
   write_end<kBoundary>(c, launch, state, i, here);
-  if (is_retired(here.anchor)) {
-    speed2 = 0.0F;
-    return best;
-  }
   if (c.step.physics.parcels.contacts) {
     const auto contact = static_cast<float>(c.step.contact_distance);
     const auto per_mps = static_cast<float>(c.units_per_tick * c.length);
@@ -44,7 +45,8 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
       return may_meet(offset, a.lines.velocity[j] - here.velocity, contact, per_mps);
     };
     const auto meet = [&](std::uint32_t j) {
-      keep_meeting(best, meeting<kBoundary>(c, here, line_of(a, j)), j, a.lines.id);
+      const Line there = line_of(a, j);
+      if (!is_retired(there.anchor)) keep_meeting(best, meeting<kBoundary>(c, here, there), j, a.lines.id);
     };
     find([&](std::uint32_t j, Vec2i) { near.push(j); });
     if (near.holds_all()) {
@@ -83,7 +85,7 @@ __device__ inline void append_active(const ExactArrays& a, std::uint32_t segment
 
 __device__ inline void note_speed(TallySlot& slot, float speed2) {
   const unsigned fastest = __reduce_max_sync(kWholeWarp, __float_as_uint(speed2));
-  if (threadIdx.x % 32 == 0 && fastest > load_shared(&slot.max_speed2_bits))
+  if (threadIdx.x % 32 == 0 && fastest > load_fresh(&slot.max_speed2_bits))
     atomicMax(&slot.max_speed2_bits, fastest);
 }
 

@@ -176,7 +176,7 @@ class WarpSolver {
         other = lane_of(event.partner);
         if (other == kNobody) return false;
       } else if (event.partner == kBallPartner && c_.ball == BallRole::participant) {
-        other_ = load_shared(&state_.ball_owner);
+        other_ = load_fresh(&state_.ball_owner);
         return false;
       }
       happen(event, who, other);
@@ -329,7 +329,7 @@ class WarpSolver {
           if (k < r_end && k + r_count >= r_end) j = r_first + (k + r_count - r_end);
         }
         if (j == kNone) continue;
-        const std::uint32_t owner = load_shared(&a_.owner[j]);
+        const std::uint32_t owner = load_fresh(&a_.owner[j]);
         const Vec2i there = present_[j];
         const Vec2f velocity = a_.lines.velocity[j];
         const Vec2i offset = separation<kBoundary>(world, at, there);

@@ -160,6 +160,8 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
 void CpuBackend::submit(const StepRequest& request) {
   StepReport report;
   if (request.method == Method::exact) {
+    const bool has_clocks = !parcels_.current.clock.empty();
+    if (exact_.active() && has_clocks != (request.contact_clock_s > 0.0)) stop_exact();
     if (!exact_.active()) start_exact(request);
     exact_.advance(physics_, request, parcels_, ball_, report);
     if (request.draw) draw(*request.draw);

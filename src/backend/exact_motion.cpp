@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "backend/exact_time.hpp"
+#include "backend/exact_bounds.hpp"
 
 namespace pf {
 namespace {
@@ -33,10 +33,7 @@ void ExactMotion::enter(const Physics& physics, double contact_clock_s, SortedPa
                      now - static_cast<std::uint32_t>(kAnchorPeriod));
   parcels.sorted = false;
   active_ = true;
-  float fastest2 = 0.0F;
-  for (std::size_t i = 0; i < parcels.size(); ++i)
-    fastest2 = std::max(fastest2, dot(lines.velocity[i], lines.velocity[i]));
-  progress_.fastest_mps = std::sqrt(static_cast<double>(fastest2));
+  progress_.fastest_mps = fastest_parcel_mps(parcels);
 }
 
 void ExactMotion::leave(SortedParcels& parcels) {
@@ -49,15 +46,20 @@ void ExactMotion::leave(SortedParcels& parcels) {
   active_ = false;
 }
 
-// Exactly, of parcels and ball.
-double ExactMotion::fastest_mps(const Physics& physics, const SortedParcels& parcels) const {
+// Exactly; of those that move at all.
+double ExactMotion::fastest_parcel_mps(const SortedParcels& parcels) const {
   float fastest2 = 0.0F;
   for (std::size_t i = 0; i < parcels.size(); ++i) {
     const Vec2f v = parcels.current.velocity[i];
     const float speed2 = dot(v, v);
     if (!is_retired(present_[i]) && speed2 < 1e30F) fastest2 = std::max(fastest2, speed2);
   }
-  const double fastest = std::sqrt(static_cast<double>(fastest2));
+  return std::sqrt(static_cast<double>(fastest2));
+}
+
+// And of the ball.
+double ExactMotion::fastest_mps(const Physics& physics, const SortedParcels& parcels) const {
+  const double fastest = fastest_parcel_mps(parcels);
   return physics.ball.present ? std::max(fastest, surface_speed_mps(physics, progress_.ball)) : fastest;
 }
 
@@ -149,8 +151,10 @@ void ExactMotion::one_step(const ExactConstants& base, std::uint64_t until, cons
     ++report.totals.num_redone_steps;
     if (outcome.needed_bound_mps > c.max_speed_mps)
       progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
+    else if (c.length > 1)
+      longest = c.length / 2;
     else
-      longest = std::max(1U, c.length / 2);
+      give_up_exact(c.tick_s);
   }
 }
 

@@ -37,6 +37,7 @@ class ExactMotion {
  private:
   void sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report);
   void find_present(const ExactConstants& c, const SortedParcels& parcels);
+  double fastest_parcel_mps(const SortedParcels& parcels) const;
   double fastest_mps(const Physics& physics, const SortedParcels& parcels) const;
   void anchor_all(const ExactConstants& base, SortedParcels& parcels);
   void one_step(const ExactConstants& base, std::uint64_t until, const StepRequest& request,

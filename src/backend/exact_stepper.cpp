@@ -140,6 +140,7 @@ struct ExactStepper::Phases {
     worker.tally.moved(0, speed2);
     step.search_meeting(worker, i, std::sqrt(static_cast<double>(speed2)) * (1.0 + 1e-6));
     for (const std::uint32_t j : worker.scratch.finds) {
+      if (is_retired(lines.position[j])) continue;
       const std::uint32_t tick = meeting<kBoundary>(c, here, step.line(j));
       if (tick != kNoTick) worker.hits.push_back({tick, i, j});
     }

@@ -153,8 +153,10 @@ PF_HD inline std::uint32_t clock_in_ticks(std::uint32_t clock, std::uint64_t now
                                           std::uint32_t to) {
   const std::uint64_t longest = kAnchorPeriod;
   std::uint64_t age = static_cast<std::uint32_t>(now >> from) - clock;
-  if (age < longest) age = to >= from ? (age + (1ULL << (to - from)) - 1) >> (to - from) : age << (from - to);
-  if (age > longest) age = longest;
+  if (to >= from)
+    age = age < longest ? (age + (1ULL << (to - from)) - 1) >> (to - from) : longest;
+  else
+    age = age <= longest >> (from - to) ? age << (from - to) : longest;
   return static_cast<std::uint32_t>((now >> to) - age);
 }
 

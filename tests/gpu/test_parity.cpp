@@ -65,21 +65,45 @@ TEST_F(Gpu, SameBitsAfterTwoThousandSteps) {
 }
 
 TEST_F(Gpu, ANumberThatIsNoneIsReportedAsOnTheCpu) {
-  const auto totals = [](std::unique_ptr<Backend> backend) {
-    SceneRun run(gas(5000), std::move(backend));
-    run.advance(3);
-    ParcelSnapshot broken = run.backend->snapshot();
-    broken.velocity[4321].x = std::numeric_limits<float>::quiet_NaN();
-    broken.velocity[1234].y = std::numeric_limits<float>::infinity();
-    run.backend->restore(broken);
-    return run.advance(2).totals;
+  for (const Method method : {Method::impulse, Method::exact}) {
+    const auto totals_and_hash = [&](std::unique_ptr<Backend> backend) {
+      Settings s = gas(5000);
+      s.method = method;
+      SceneRun run(s, std::move(backend));
+      run.advance(3);
+      ParcelSnapshot broken = run.backend->snapshot();
+      broken.velocity[4321].x = std::numeric_limits<float>::quiet_NaN();
+      broken.velocity[1234].y = std::numeric_limits<float>::infinity();
+      run.backend->restore(broken);
+      const StepTotals totals = run.advance(2).totals;
+      return std::pair(totals, run.backend->state_hash());
+    };
+    const auto [on_cpu, cpu_hash] = totals_and_hash(make_cpu_backend(0));
+    const auto [on_gpu, gpu_hash] = totals_and_hash(make_cuda_backend(0));
+    EXPECT_EQ(on_gpu.first_invalid_step, on_cpu.first_invalid_step);
+    if (method == Method::impulse) {
+      EXPECT_EQ(on_gpu.first_invalid_step, 3U);
+    }
+    EXPECT_EQ(on_gpu.first_invalid_id, 1234U);
+    EXPECT_EQ(on_gpu.num_invalid, on_cpu.num_invalid);
+    EXPECT_EQ(on_gpu.first_invalid_id, on_cpu.first_invalid_id);
+    EXPECT_GT(on_gpu.num_collisions, 0U);
+    EXPECT_EQ(on_gpu.num_collisions, on_cpu.num_collisions);
+    EXPECT_EQ(gpu_hash, cpu_hash);
+  }
+}
+
+TEST_F(Gpu, ExactFliesABallThroughAVacuum) {
+  const auto ball = [](std::unique_ptr<Backend> backend) {
+    Settings s = court(1000);
+    s.air = Air::vacuum;
+    s.method = Method::exact;
+    SceneRun run(s, std::move(backend));
+    const BallState flown = run.advance(20, 1e-3).ball;
+    run.settings.method = Method::impulse;
+    return std::pair(flown, run.advance(20, 1e-3).ball);
   };
-  const StepTotals on_cpu = totals(make_cpu_backend(0));
-  const StepTotals on_gpu = totals(make_cuda_backend(0));
-  EXPECT_EQ(on_gpu.first_invalid_step, 3U);
-  EXPECT_EQ(on_gpu.first_invalid_id, 1234U);
-  EXPECT_EQ(on_gpu.num_invalid, on_cpu.num_invalid);
-  EXPECT_EQ(on_gpu.first_invalid_id, on_cpu.first_invalid_id);
+  EXPECT_EQ(ball(make_cuda_backend(0)), ball(make_cpu_backend(0)));
 }
 
 // Steps are queued and collected one request later than they are submitted; drawing must not change the

@@ -1,4 +1,4 @@
-// How much time method `exact` can count.
+// What method `exact` refuses.
 #pragma once
 
 #include <string>
@@ -13,6 +13,13 @@ inline void check_is_countable(double end_s, double tick_s) {
   throw UserError(
       "exact counts time in ticks of " + std::to_string(tick_s * 1e9) +
       " ns, at most 2^62 of them, which these steps would exceed; take shorter ones, or start anew");
+}
+
+// A step of one tick has more events than can be worked off. Nothing of it was done.
+[[noreturn]] inline void give_up_exact(double tick_s) {
+  throw UserError(
+      "exact: more parcels touch within a tick of " + std::to_string(tick_s * 1e9) +
+      " ns than can be resolved in order; start from fewer, a lower area fraction or another method");
 }
 
 }  // namespace pf
