@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <random>
 
 #include "lab/exact_support.hpp"
@@ -99,6 +100,29 @@ TEST(Exact, NothingOverlapsInADenseInelasticBox) {
   for (int k = 0; k < 20; ++k) {
     run.advance(7, 0.03);
     ASSERT_LE(largest_overlap_units(run), overlap_bound_units(run)) << k;
+  }
+}
+
+// ---- bad input
+
+// Velocities that are no numbers are reported, and bound nobody else's search.
+TEST(Exact, AVelocityThatIsNoNumberSpoilsNothing) {
+  const auto fly = [](float broken_mps) {
+    SceneRun run(exact(gas(1000, 0.2, kPeriodic)), 1);
+    run.advance(5, 0.05);
+    ParcelSnapshot snapshot = run.backend->snapshot();
+    snapshot.velocity[17].x = broken_mps;
+    run.backend->restore(snapshot);
+    return run.advance(40, 0.05).totals;
+  };
+  const StepTotals whole = fly(0.5F);
+  EXPECT_EQ(whole.num_invalid, 0U);
+  for (const float none : {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+    const StepTotals totals = fly(none);
+    EXPECT_GE(totals.num_invalid, 40U);
+    EXPECT_EQ(totals.first_invalid_id, 17U);
+    const double collisions = static_cast<double>(whole.num_collisions);
+    EXPECT_NEAR(static_cast<double>(totals.num_collisions), collisions, 0.1 * collisions);
   }
 }
 
