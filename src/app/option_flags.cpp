@@ -181,8 +181,9 @@ void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
       ->type_name("NAME");
   app.add_option("folder", typed.folder, "plot: draw what is there, measured here or elsewhere")
       ->type_name("DIR");
-  app.add_flag("--quick", lab.quick,
-               "minutes on 2 cores; validate: half a minute instead of a quarter of an hour, wider tolerances");
+  app.add_flag(
+      "--quick", lab.quick,
+      "minutes on 2 cores; validate: half a minute instead of a quarter of an hour, wider tolerances");
   app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
   app.add_option("--out", lab.out, "folder of the results; default lab-STUDY, for validate none")
       ->type_name("DIR");

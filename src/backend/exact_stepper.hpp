@@ -37,6 +37,8 @@ class ExactStepper {
 
  private:
   template <Boundary kBoundary>
+  struct Prediction;  // exact_prediction.hpp
+  template <Boundary kBoundary>
   struct Phases;
   template <Boundary kBoundary>
   ExactOutcome run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
