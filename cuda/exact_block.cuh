@@ -54,19 +54,6 @@ class BlockSolver {
     sync();
   }
 
-  // The model's Tally, of the first thread.
-  __device__ __forceinline__ void begin_contact() { ++sum_.num_collisions; }
-  __device__ __forceinline__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
-  __device__ __forceinline__ void overlap(float diameters) {
-    sum_.max_overlap = fmaxf(sum_.max_overlap, diameters);
-  }
-  __device__ __forceinline__ void ball_hit(const BallSums& hit) {
-    ++sum_.num_hits;
-    sum_.ball_x += hit.impulse_x;
-    sum_.ball_y += hit.impulse_y;
-    sum_.ball_torque += hit.torque;
-  }
-
  private:
   static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // in place of a member
 
@@ -285,7 +272,7 @@ class BlockSolver {
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
     const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
-    collide<kBoundary>(c_, first, second, elastic, *this);
+    collide<kBoundary>(c_, first, second, elastic, sum_);
     store(one, first, tick);
     store(two, second, tick);
     one.clock = two.clock = c_.begin + tick;
@@ -309,7 +296,7 @@ class BlockSolver {
       ClusterMember& it = member(m);
       Line now = it.line;
       anchor_at<kBoundary>(c_, now, event.tick);
-      kick = collide_with_ball<kBoundary>(c_, ball.line, event.tick, now, *this);
+      kick = collide_with_ball<kBoundary>(c_, ball.line, event.tick, now, sum_);
       store(it, now, event.tick);
     }
     if (!has_ball_) return;

@@ -39,13 +39,23 @@ struct BallLineSegment {
   std::uint32_t end;
 };
 
-// What the events of a cluster add up to.
+// What the events of a cluster add up to; the model's Tally.
 struct EventSums {
   std::uint32_t num_events = 0, num_collisions = 0, num_hits = 0, num_retired = 0;
   float max_overlap = 0.0F;
   float fastest2 = 0.0F;  // square of the largest speed after an event
   long long impulse_sum = 0, ball_x = 0, ball_y = 0, ball_torque = 0;
   unsigned long long event_hash = 0;
+
+  PF_HD void begin_contact() { ++num_collisions; }
+  PF_HD void impulse(std::int32_t counts) { impulse_sum += counts; }
+  PF_HD void overlap(float diameters) { max_overlap = max_overlap < diameters ? diameters : max_overlap; }
+  PF_HD void ball_hit(const BallSums& hit) {
+    ++num_hits;
+    ball_x += hit.impulse_x;
+    ball_y += hit.impulse_y;
+    ball_torque += hit.torque;
+  }
 };
 
 // Stands beside the member that the cluster is called by.

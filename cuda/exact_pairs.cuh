@@ -7,17 +7,6 @@
 
 namespace pf {
 
-// What the collision of a pair counts.
-struct PairTally {
-  std::uint32_t num_collisions = 0;
-  std::int32_t impulse_sum = 0;
-  float max_overlap = 0.0F;
-
-  __device__ void begin_contact() { ++num_collisions; }
-  __device__ void impulse(std::int32_t counts) { impulse_sum += counts; }
-  __device__ void overlap(float diameters) { max_overlap = fmaxf(max_overlap, diameters); }
-};
-
 template <class T>
 __device__ void exchange(T& a, T& b) {
   const T kept = a;
@@ -133,9 +122,9 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       const auto in_contact_time = [&](std::uint32_t i) {
         return c.clock_ticks != 0 && c.begin + tick - a.lines.clock[i] <= c.clock_ticks;
       };
-      PairTally tally;
+      EventSums sum;
       collide<kBoundary>(c, one_line, two_line, in_contact_time(one.index) || in_contact_time(two.index),
-                         tally);
+                         sum);
       // (Of two so fast that a float cannot tell how little they part, an event may repeat at once.)
       const bool is_over = meeting<kBoundary>(c, one_line, two_line) == kNoTick;
       const PairedParcel& mine = of_first ? one : two;
@@ -175,10 +164,8 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
         record.merged = record.claimed = kNone;
         record.toward = name;
         record.is_solved = 1;
+        record.sum = sum;
         record.sum.num_events = 1;
-        record.sum.num_collisions = tally.num_collisions;
-        record.sum.max_overlap = tally.max_overlap;
-        record.sum.impulse_sum = tally.impulse_sum;
         record.sum.event_hash = event_hash(since_reset(state, tick), one.id, two.id);
         a.records[place] = record;
       }

@@ -35,19 +35,6 @@ class WarpSolver {
     finish(list, fits, solved);
   }
 
-  // The model's Tally. What all lanes do is counted by all; hits of the ball by one lane.
-  __device__ __forceinline__ void begin_contact() { ++sum_.num_collisions; }
-  __device__ __forceinline__ void impulse(std::int32_t counts) { sum_.impulse_sum += counts; }
-  __device__ __forceinline__ void overlap(float diameters) {
-    sum_.max_overlap = fmaxf(sum_.max_overlap, diameters);
-  }
-  __device__ __forceinline__ void ball_hit(const BallSums& hit) {
-    ++sum_.num_hits;
-    sum_.ball_x += hit.impulse_x;
-    sum_.ball_y += hit.impulse_y;
-    sum_.ball_torque += hit.torque;
-  }
-
  private:
   static constexpr unsigned kNobody = 32;  // in place of a lane
 
@@ -206,11 +193,11 @@ class WarpSolver {
           takes_part && c_.clock_ticks != 0 && c_.begin + event.tick - it_.clock <= c_.clock_ticks;
       const unsigned first_lane = id == low ? who : other;
       Line first = from(now, first_lane), second = from(now, id == low ? other : who);
-      collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, *this);
+      collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, sum_);
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == who) {
       if (event.partner == kBallPartner) {
-        collide_with_ball<kBoundary>(c_, state_.ball.line, event.tick, now, *this);
+        collide_with_ball<kBoundary>(c_, state_.ball.line, event.tick, now, sum_);
       } else {
         meet_edge(c_, event.partner, now);
       }
@@ -406,7 +393,7 @@ class WarpSolver {
   unsigned num_ = 0;         // members
   ClusterMember it_;         // this lane's
   std::uint32_t place_ = 0;  // among the members in memory
-  EventSums sum_;
+  EventSums sum_;            // the same in all lanes, but for hits of the ball and the fastest
 };
 
 }  // namespace pf

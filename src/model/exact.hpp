@@ -176,17 +176,10 @@ struct Approach {
   std::int32_t from = 0;
 };
 
-// The nearest image is that at the step's begin, or at the later anchor if that is within the step.
+// Of their nearest images: those at the step's begin, or at the later anchor if that is within the step.
 template <Boundary kBoundary>
-PF_HD inline Approach approach(const ExactConstants& c, const Line& a, const Line& b) {
-  const std::int32_t time_a = anchor_time(c, a);
-  const std::int32_t time_b = anchor_time(c, b);
-  const std::int32_t from = time_a > time_b ? time_a : time_b;
-  Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
-  const Vec2d va = to_double(a.velocity), vb = to_double(b.velocity);
-  offset += travelled(c, vb, static_cast<std::int64_t>(from) - time_b);
-  offset -= travelled(c, va, static_cast<std::int64_t>(from) - time_a);
-  const Vec2d velocity = (vb - va) * c.units_per_tick;
+PF_HD inline Approach of_nearest_images(const ExactConstants& c, Vec2d offset, Vec2d velocity,
+                                        std::int32_t from) {
   if constexpr (kBoundary == Boundary::periodic) {
     const Vec2d to_begin =
         from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
@@ -195,39 +188,39 @@ PF_HD inline Approach approach(const ExactConstants& c, const Line& a, const Lin
   return {offset, velocity, from};
 }
 
-// When two parcels meet: tick of the step, or kNoTick. The same whichever is given first: all is odd in them.
-template <Boundary kBoundary>
-PF_HD inline std::uint32_t meeting(const ExactConstants& c, const Line& a, const Line& b) {
-  const Approach pair = approach<kBoundary>(c, a, b);
+// When they are `contact` apart, position units: tick of the step, or kNoTick.
+PF_HD inline std::uint32_t contact_tick(const ExactConstants& c, const Approach& pair, double contact) {
   const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
-  const double t = time_of_impact(pair.offset, pair.velocity, c.step.contact_distance, longest);
+  const double t = time_of_impact(pair.offset, pair.velocity, contact, longest);
   return t < 0.0 ? kNoTick : event_tick(c, pair.from, t);
 }
 
+// When two parcels meet. The same whichever is given first: all is odd in them.
 template <Boundary kBoundary>
-PF_HD inline Approach approach_ball(const ExactConstants& c, const BallLine& ball, const Line& line) {
+PF_HD inline std::uint32_t meeting(const ExactConstants& c, const Line& a, const Line& b) {
+  const std::int32_t time_a = anchor_time(c, a);
+  const std::int32_t time_b = anchor_time(c, b);
+  const std::int32_t from = time_a > time_b ? time_a : time_b;
+  const Vec2d va = to_double(a.velocity), vb = to_double(b.velocity);
+  Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
+  offset += travelled(c, vb, static_cast<std::int64_t>(from) - time_b);
+  offset -= travelled(c, va, static_cast<std::int64_t>(from) - time_a);
+  const Approach pair = of_nearest_images<kBoundary>(c, offset, (vb - va) * c.units_per_tick, from);
+  return contact_tick(c, pair, c.step.contact_distance);
+}
+
+// When a parcel meets the ball.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t meeting_ball(const ExactConstants& c, const BallLine& ball, const Line& line) {
   const std::int32_t time = anchor_time(c, line);
   const std::int32_t from = time > ball.tick ? time : ball.tick;
   const Vec2d v = to_double(line.velocity);
   Vec2d offset = to_double(line.anchor) - ball.anchor_units;
   offset += travelled(c, v, static_cast<std::int64_t>(from) - time);
   offset -= travelled(c, ball.velocity_mps, static_cast<std::int64_t>(from) - ball.tick);
-  const Vec2d velocity = (v - ball.velocity_mps) * c.units_per_tick;
-  if constexpr (kBoundary == Boundary::periodic) {
-    const Vec2d to_begin =
-        from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
-    offset = nearest_image<kBoundary>(c.step.physics.world, offset + to_begin) - to_begin;
-  }
-  return {offset, velocity, from};
-}
-
-// When a parcel meets the ball.
-template <Boundary kBoundary>
-PF_HD inline std::uint32_t meeting_ball(const ExactConstants& c, const BallLine& ball, const Line& line) {
-  const Approach pair = approach_ball<kBoundary>(c, ball, line);
-  const double longest = static_cast<double>(c.length) - static_cast<double>(pair.from) + 1.0;
-  const double t = time_of_impact(pair.offset, pair.velocity, c.ball_contact, longest);
-  return t < 0.0 ? kNoTick : event_tick(c, pair.from, t);
+  const Approach pair =
+      of_nearest_images<kBoundary>(c, offset, (v - ball.velocity_mps) * c.units_per_tick, from);
+  return contact_tick(c, pair, c.ball_contact);
 }
 
 // An event as a parcel sees it. Of two, the one at the earlier tick comes first, then the lower partner id.
