@@ -246,24 +246,6 @@ class BlockSolver {
     return c_.clock_ticks != 0 && c_.begin + tick - it.clock <= c_.clock_ticks;
   }
 
-  __device__ __forceinline__ void store(ClusterMember& it, const Line& now, std::uint32_t tick) {
-    if (it.has_changed) {
-      const std::uint32_t place = atomicAdd(&counts_.segments, 1U);
-      if (place < a_.segment_capacity) {
-        const std::uint32_t at = blockIdx.x * a_.segment_capacity + place;
-        a_.segments[at] = {it.line, tick, it.segments};
-        it.segments = at;
-      } else {
-        state_.failed = 1;
-      }
-    }
-    const float speed2 = dot(now.velocity, now.velocity);
-    it.line = now;
-    it.has_changed = 1;
-    it.fastest_mps = fmaxf(it.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
-    sum_.fastest2 = fmaxf(sum_.fastest2, speed2);
-  }
-
   // What an event does; called by the first thread.
   __device__ __forceinline__ void collide_members(std::uint32_t m, std::uint32_t n, std::uint32_t tick) {
     const bool in_order = member(m).id < member(n).id;
@@ -273,8 +255,8 @@ class BlockSolver {
     anchor_at<kBoundary>(c_, second, tick);
     const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
     collide<kBoundary>(c_, first, second, elastic, sum_);
-    store(one, first, tick);
-    store(two, second, tick);
+    put_on_line(a_, counts_, state_, first, tick, one, sum_);
+    put_on_line(a_, counts_, state_, second, tick, two, sum_);
     one.clock = two.clock = c_.begin + tick;
   }
 
@@ -284,7 +266,7 @@ class BlockSolver {
     anchor_at<kBoundary>(c_, now, event.tick);
     meet_edge(c_, event.partner, now);
     if (event.partner == kExit) ++sum_.num_retired;
-    store(it, now, event.tick);
+    put_on_line(a_, counts_, state_, now, event.tick, it, sum_);
     it.clock = c_.begin + event.tick;
   }
 
@@ -297,7 +279,7 @@ class BlockSolver {
       Line now = it.line;
       anchor_at<kBoundary>(c_, now, event.tick);
       kick = collide_with_ball<kBoundary>(c_, ball.line, event.tick, now, sum_);
-      store(it, now, event.tick);
+      put_on_line(a_, counts_, state_, now, event.tick, it, sum_);
     }
     if (!has_ball_) return;
     if (state_.ball_has_changed) {
@@ -409,15 +391,6 @@ class BlockSolver {
     keep_earlier(best, {meeting_ball<kBoundary>(c_, state_.ball.line, now), kBallPartner, kBallPartner});
   }
 
-  __device__ __forceinline__ void add_border(std::uint32_t i, std::uint32_t j) {
-    const std::uint32_t place = atomicAdd(&counts_.border, 1U);
-    if (place < a_.border_capacity) {
-      a_.border[static_cast<std::size_t>(blockIdx.x) * a_.border_capacity + place] = {i, j};
-    } else {
-      state_.failed = 1;
-    }
-  }
-
   // A member's next event. Of one on a new line also those of the members near it: they are told of an
   // earlier one, or flagged if theirs was with it; `partner` changed as well and has its own turn.
   __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner,
@@ -429,7 +402,7 @@ class BlockSolver {
     search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
       const Line there = line_of(a_, j);
       if (gone || is_retired(there.anchor)) return;
-      if (owner != kNone && has_changed) add_border(i, j);
+      if (owner != kNone && has_changed) add_border(a_, counts_, state_, i, j);
       keep_meeting(best, meeting<kBoundary>(c_, now, there), j, a_.lines.id);
     });
     if (c_.step.physics.parcels.contacts) {

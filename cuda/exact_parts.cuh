@@ -130,4 +130,37 @@ struct BlockCounts {
   std::uint32_t active, leaders, members, segments, border;
 };
 
+// Notes parcels of two clusters that are near each other.
+__device__ __forceinline__ void add_border(const ExactArrays& a, BlockCounts& counts, ExactState& state,
+                                           std::uint32_t i, std::uint32_t j) {
+  const std::uint32_t place = atomicAdd(&counts.border, 1U);
+  if (place < a.border_capacity) {
+    a.border[static_cast<std::size_t>(blockIdx.x) * a.border_capacity + place] = {i, j};
+  } else {
+    state.failed = 1;
+  }
+}
+
+// A member goes on along `now` from an event at `tick` on; the line before, if an event led to that too, is
+// kept.
+__device__ __forceinline__ void put_on_line(const ExactArrays& a, BlockCounts& counts, ExactState& state,
+                                            const Line& now, std::uint32_t tick, ClusterMember& it,
+                                            EventSums& sum) {
+  if (it.has_changed) {
+    const std::uint32_t place = atomicAdd(&counts.segments, 1U);
+    if (place < a.segment_capacity) {
+      const std::uint32_t at = blockIdx.x * a.segment_capacity + place;
+      a.segments[at] = {it.line, tick, it.segments};
+      it.segments = at;
+    } else {
+      state.failed = 1;
+    }
+  }
+  const float speed2 = dot(now.velocity, now.velocity);
+  it.line = now;
+  it.has_changed = 1;
+  it.fastest_mps = fmaxf(it.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
+  sum.fastest2 = fmaxf(sum.fastest2, speed2);
+}
+
 }  // namespace pf

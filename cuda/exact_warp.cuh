@@ -204,24 +204,8 @@ class WarpSolver {
     }
     if (event.partner == kExit) ++sum_.num_retired;
     if (!takes_part) return;
-    if (it_.has_changed) keep_segment(event.tick);
-    const float speed2 = dot(now.velocity, now.velocity);
-    it_.line = now;
-    it_.has_changed = 1;
-    it_.fastest_mps = fmaxf(it_.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
-    sum_.fastest2 = fmaxf(sum_.fastest2, speed2);
+    put_on_line(a_, counts_, state_, now, event.tick, it_, sum_);
     if (event.partner != kBallPartner) it_.clock = c_.begin + event.tick;
-  }
-
-  __device__ __forceinline__ void keep_segment(std::uint32_t end) {
-    const std::uint32_t place = atomicAdd(&counts_.segments, 1U);
-    if (place < a_.segment_capacity) {
-      const std::uint32_t at = blockIdx.x * a_.segment_capacity + place;
-      a_.segments[at] = {it_.line, end, it_.segments};
-      it_.segments = at;
-    } else {
-      state_.failed = 1;
-    }
   }
 
   // ---- predictions
@@ -261,15 +245,6 @@ class WarpSolver {
         static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(launch_.space.grid.num_x);
     const std::uint32_t first = starts[second ? box.x.second_first : box.x.first];
     return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
-  }
-
-  __device__ __forceinline__ void add_border(std::uint32_t i, std::uint32_t j) {
-    const std::uint32_t place = atomicAdd(&counts_.border, 1U);
-    if (place < a_.border_capacity) {
-      a_.border[static_cast<std::size_t>(blockIdx.x) * a_.border_capacity + place] = {i, j};
-    } else {
-      state_.failed = 1;
-    }
   }
 
   // Of the parcels near a member's, but for the cluster's own, the one that this lane found it to meet first.
@@ -328,7 +303,7 @@ class WarpSolver {
           continue;
         const Line line = line_of(a_, j);
         if (is_retired(line.anchor)) continue;
-        if (foreign && has_changed) add_border(i, j);
+        if (foreign && has_changed) add_border(a_, counts_, state_, i, j);
         keep_meeting(best, meeting<kBoundary>(c_, now, line), j, a_.lines.id);
       }
     }
