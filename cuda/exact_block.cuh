@@ -153,7 +153,7 @@ class BlockSolver {
     for (std::uint32_t k = 0; k < num; ++k) member(table_[k]).next = k + 1 < num ? table_[k + 1] : kNone;
     record.members = fits ? (num > 0 ? table_[0] : kNone) : list;
     record.merged = kNone;
-    record.is_solved = solved ? 1U : 0U;
+    record.is_solved = solved ? kSolved : 0U;
     record.sum = sum_;
     if (solved) {
       if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));

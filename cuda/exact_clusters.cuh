@@ -30,6 +30,8 @@ struct Clusters {
     }
   }
   __device__ unsigned rank() const { return alone ? threadIdx.x : static_cast<unsigned>(grid.thread_rank()); }
+  // For work that is mostly waiting for memory: that of a warp's first thread alone.
+  __device__ unsigned lone_rank() const { return threadIdx.x % 32 == 0 ? rank() / 32 : kNone; }
   __device__ unsigned num_threads() const { return alone ? kExactBlock : static_cast<unsigned>(grid.size()); }
   __device__ unsigned block() const { return alone ? 0U : blockIdx.x; }
   __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }
@@ -41,61 +43,26 @@ struct Clusters {
     return count < capacity ? count : capacity;
   }
 
-  // The parcel that the cluster of i is called by. Earliest events lead from parcel to parcel, each to an
-  // earlier one, and end with two that are each other's or with a parcel's own.
-  __device__ std::uint32_t leader_of(std::uint32_t i) const {
-    while (true) {
-      const std::uint32_t partner = a.event_partner[i];
-      if (!is_parcel(partner)) return i;
-      if (a.event_partner[partner] == i) return i < partner ? i : partner;
-      i = partner;
-    }
-  }
-
-  // Makes a member of each of the block's active parcels, and a cluster of those that hang together, but for
-  // those that are solved.
-  __device__ void form() {
-    const std::uint32_t num = at_most(counts.active, a.active.capacity);
-    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
-      const std::uint32_t i = segment(a.active.items, a.active.capacity)[k];
-      if (a.owner[i] != kNone) continue;
-      const std::uint32_t place = blockIdx.x * a.member_capacity + k;
-      const std::uint32_t leader = leader_of(i);
-      a.owner[i] = leader;
-      a.members[place].index = i;
-      a.members[place].next = atomicExch(&a.list_head[leader], place);
-      if (leader != i) continue;
-      begin_record(a.records[place], i);
-      segment(a.leaders.items, a.leaders.capacity)[atomicAdd(&counts.leaders, 1U)] = i;
-    }
-    if (threadIdx.x == 0) counts.members = num;
-    if (grid.thread_rank() == 0 && c.ball == BallRole::participant)
-      begin_record(record_of(a, kBallCluster), kBallCluster);
-  }
-  __device__ static void begin_record(ClusterRecord& record, std::uint32_t name) {
-    record = {};
-    record.members = record.merged = kNone;
-    record.toward = name;
-    record.claimed = kNone;
-  }
-
   __device__ bool is_for_block(std::uint32_t cluster) const {
     return record_of(a, cluster).wants_block != 0 || load_fresh(&state.ball_owner) == cluster;
   }
 
-  // In the first round the block's own clusters, and the ball's; later those that were merged.
+  // In the first round the clusters that were formed, and the ball's; later those that were merged.
   __device__ void solve(bool is_first) {
     solve_large(is_first);
     __syncthreads();
     constexpr unsigned kWarps = kExactBlock / 32;
     WarpSolver<kBoundary> solver(launch, c, state, counts);
-    const std::uint32_t warp = threadIdx.x / 32;
-    const std::uint32_t num =
-        is_first ? counts.leaders : at_most(load_fresh(&state.num_todo), a.todo.capacity);
-    for (std::uint32_t k = is_first ? warp : block() + num_blocks() * warp; k < num;
-         k += is_first ? kWarps : num_blocks() * kWarps) {
-      const std::uint32_t cluster =
-          is_first ? segment(a.leaders.items, a.leaders.capacity)[k] : a.todo.items[k];
+    const std::uint32_t num_warps = num_blocks() * kWarps;
+    const std::uint32_t num = load_fresh(is_first ? &state.num_leaders : &state.num_todo);
+    const auto after = [&](std::uint32_t k) {
+      if (!is_first || num <= num_warps) return k + num_warps;
+      std::uint32_t number = 0;
+      if (threadIdx.x % 32 == 0) number = atomicAdd(&state.num_begun, 1U);
+      return num_warps + __shfl_sync(kWholeWarp, number, 0);
+    };
+    for (std::uint32_t k = block() + num_blocks() * (threadIdx.x / 32); k < num; k = after(k)) {
+      const std::uint32_t cluster = is_first ? a.leaders.items[k] : a.todo.items[k];
       if (is_first || !is_for_block(cluster))
         solver.solve(cluster, is_first ? a.list_head[cluster] : record_of(a, cluster).merged);
     }
@@ -105,8 +72,7 @@ struct Clusters {
   __device__ void solve_large(bool is_first) {
     BlockSolver<kBoundary> solver(launch, c, state, space, counts);
     const bool has_ball = blockIdx.x == 0 && c.ball == BallRole::participant;
-    const std::uint32_t num =
-        is_first ? (has_ball ? 1U : 0U) : at_most(load_fresh(&state.num_todo), a.todo.capacity);
+    const std::uint32_t num = is_first ? (has_ball ? 1U : 0U) : load_fresh(&state.num_todo);
     for (std::uint32_t k = is_first ? 0U : block(); k < num; k += num_blocks()) {
       const std::uint32_t cluster = is_first ? kBallCluster : a.todo.items[k];
       if (is_first || is_for_block(cluster))
@@ -175,6 +141,7 @@ struct Clusters {
   __device__ void take_over(std::uint32_t cluster, std::uint32_t round) {
     ClusterRecord& record = record_of(a, cluster);
     if (atomicExch(&record.claimed, round) == round) return;
+    record.is_solved = 0;
     const std::uint32_t root = root_of(a, cluster);
     ClusterRecord& into = record_of(a, root);
     std::uint32_t last = kNone;
@@ -186,18 +153,12 @@ struct Clusters {
     if (record.wants_block) into.wants_block = 1;
     if (state.ball_owner == cluster && root != cluster) state.ball_owner = root;
     if (root != cluster) return;
-    const std::uint32_t place = atomicAdd(&state.num_todo, 1U);
-    if (place < a.todo.capacity) {
-      a.todo.items[place] = root;
-    } else {
-      state.failed = 1;
-    }
+    a.todo.items[atomicAdd(&state.num_todo, 1U)] = root;  // they are no more than the conflicts
   }
 
-  // Solves all clusters. Blocks that leave the rest to the first one return earlier.
-  __device__ void run() {
-    form();
-    barrier();
+  // Solves all clusters. Blocks that leave the rest to the first one return earlier, which it then says: they
+  // have to wait for it.
+  __device__ bool run() {
     for (std::uint32_t round = 0;; ++round) {
       solve(round == 0);
       if (rank() == 0) state.num_rounds += 1;
@@ -206,18 +167,18 @@ struct Clusters {
       compare();
       barrier();
       const std::uint32_t num = load_fresh(&state.num_conflicts);
-      if (num == 0 || load_fresh(&state.failed) != 0) return;
+      if (num == 0 || load_fresh(&state.failed) != 0) return alone;
       if (!alone && num <= kAlone) {
-        if (blockIdx.x != 0) return;
+        if (blockIdx.x != 0) return true;
         alone = true;
       }
-      for (std::uint32_t k = rank(); k < num; k += num_threads())
-        unite(a, a.conflicts[k].x, a.conflicts[k].y);
+      for (std::uint32_t k = lone_rank(); k < num; k += num_threads() / 32)
+        unite(a, holder_of(a, a.conflicts[k].x), holder_of(a, a.conflicts[k].y));
       barrier();
       if (rank() == 0) state.num_conflicts = 0;
-      for (std::uint32_t k = rank(); k < 2 * num; k += num_threads()) {
+      for (std::uint32_t k = lone_rank(); k < 2 * num; k += num_threads() / 32) {
         const uint2 pair = a.conflicts[k / 2];
-        take_over(k % 2 == 0 ? pair.x : pair.y, round);
+        take_over(holder_of(a, k % 2 == 0 ? pair.x : pair.y), round);
       }
       barrier();
     }

@@ -109,10 +109,13 @@ __device__ inline void plan_next(const ExactConstants& constants, std::uint64_t 
     const double moved = c.max_speed_mps * c.units_per_tick * c.length;
     state.ball_reach = saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
   }
+  state.overfull = 0;
   state.failed = 0;
   state.too_fast_bits = 0;
   state.fastest_after_bits = 0;
   state.num_near_ball = 0;
+  state.num_leaders = 0;
+  state.num_begun = 0;
   state.num_conflicts = 0;
   state.num_todo = 0;
   state.num_events = 0;
@@ -199,7 +202,8 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
 }
 
 __device__ inline bool is_solved(const ExactState& state) {
-  return load_fresh(&state.failed) == 0 && fastest_of_all_mps(state) <= state.plan.max_speed_mps;
+  return state.overfull == 0 && load_fresh(&state.failed) == 0 &&
+         fastest_of_all_mps(state) <= state.plan.max_speed_mps;
 }
 
 }  // namespace pf

@@ -77,13 +77,12 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     const ExactConstants c = constants_of(launch);
     if (threadIdx.x == 0) {
       counts = {};
-      counts.active = outside.active;
+      counts.members = min(outside.active, launch.arrays.active.capacity);
       counts.border = outside.border;
     }
     __syncthreads();
     Clusters<kBoundary> clusters{launch, c, state, space, counts};
-    if (state.failed == 0) clusters.run();
-    grid.sync();
+    if (state.overfull != 0 || clusters.run()) grid.sync();
     const bool finished = is_solved(state);
     const std::uint32_t num_members = min(counts.members, launch.arrays.member_capacity);
     if (finished && reaches_end(state, launch.until) && !ends_at_anchoring(state)) {
@@ -120,8 +119,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
       predict_one<kBoundary, false>(next, launch, tile * kBlock + threadIdx.x, blockIdx.x, near_space);
     grid.sync();
-    if (next.step.physics.parcels.contacts)
-      solve_pairs<kBoundary, false, kLanesOfPair>(next, launch, blockIdx.x, 0, 1, pair_space, near_space);
+    solve_pairs<kBoundary, false, kLanesOfPair>(next, launch, blockIdx.x, 0, 1, pair_space, near_space);
     grid.sync();
   }
 }
@@ -292,10 +290,8 @@ void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream) {
     PF_LAUNCHED("predict_kernel");
     const dim3 parts(launch.arrays.num_segments,
                      std::min(blocks_for(launch.arrays.active.capacity), kMostPartsOfSegment));
-    if (launch.constants.step.physics.parcels.contacts) {
-      pair_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
-      PF_LAUNCHED("pair_kernel");
-    }
+    pair_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
+    PF_LAUNCHED("pair_kernel");
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
     PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),

@@ -58,13 +58,15 @@ struct EventSums {
   }
 };
 
+constexpr std::uint32_t kSolved = 1, kSolvedAsPair = 2;
+
 // Stands beside the member that the cluster is called by.
 struct ClusterRecord {
-  std::uint32_t members;  // list of those that it was solved with
-  std::uint32_t merged;   // list of those that it is to be solved with, being one with others
-  std::uint32_t toward;   // the cluster that it became part of, or itself
-  std::uint32_t claimed;  // round in which it was last merged
-  std::uint32_t is_solved;
+  std::uint32_t members;      // list of those that it was solved with; kNone if another absorbed it: `toward`
+  std::uint32_t merged;       // list of those that it is to be solved with, being one with others
+  std::uint32_t toward;       // the cluster that it became part of, or itself
+  std::uint32_t claimed;      // round in which it was last merged
+  std::uint32_t is_solved;    // 0, or one of the above
   std::uint32_t wants_block;  // too large for a warp
   EventSums sum;
 };
@@ -97,7 +99,6 @@ struct ExactArrays {
   std::uint32_t* place = nullptr;      // of an owned parcel among the members
   std::uint32_t* list_head = nullptr;  // of a cluster's first members
   SegmentedList active;                // parcels with an event before the end
-  SegmentedList leaders;               // those that clusters are called by
   std::uint32_t num_segments = 0;      // blocks of the cooperative kernel
   ClusterMember* members = nullptr;    // num_segments x member_capacity
   ClusterRecord* records = nullptr;    // as many; and one for the ball
@@ -105,6 +106,7 @@ struct ExactArrays {
   uint2* border = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
   SegmentCounts* counts = nullptr;  // num_segments
   std::uint32_t member_capacity = 0, segment_capacity = 0, border_capacity = 0;
+  CommonList leaders;  // those that clusters are called by, but for solved pairs
   CommonList near_ball;
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
@@ -122,9 +124,11 @@ struct ExactState {
   std::int32_t ball_reach = 0;
   std::uint32_t longest = 0;  // ticks that the step may take
   std::uint32_t parity = 0;
-  std::uint32_t failed = 0;         // a list was full, or a cluster had too many events
+  std::uint32_t overfull = 0;       // a list was full before clusters were solved
+  std::uint32_t failed = 0;         // one was then, or a cluster had too many events
   std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
   std::uint32_t num_near_ball = 0;
+  std::uint32_t num_leaders = 0, num_begun = 0;  // the latter: clusters, beyond the first of each warp
   std::uint32_t num_conflicts = 0, num_todo = 0;
   std::uint32_t to_commit = 0;              // the step is solved as far as `until`
   std::uint32_t num_committed = 0;          // blocks that have done their part

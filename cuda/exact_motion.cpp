@@ -76,7 +76,7 @@ void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
   a.event_partner = memory.scratch[1];
   a.owner = memory.scratch[2];
   a.active = {active_.data(), active_capacity_};
-  a.leaders = {leaders_.data(), active_capacity_};
+  a.leaders = {leaders_.data(), num_segments_ * active_capacity_};
   a.num_segments = num_segments_;
   a.members = members_.data();
   a.records = records_.data();

@@ -72,13 +72,42 @@ __device__ bool is_left_alone(const ExactConstants& c, const ExactLaunch& launch
 
 // What the block's threads share.
 struct PairSpace {
-  std::uint32_t leaders[kExactBlock];
+  std::uint32_t leaders[kExactBlock];  // of pairs
   std::uint32_t num_leaders;
-  bool failed;
 };
 
-// Solves the pairs among a part of a segment's active parcels, 2 * kLanes threads each. All threads of the
-// block call it.
+__device__ inline void begin_record(ClusterRecord& record, std::uint32_t name) {
+  record = {};
+  record.members = record.merged = kNone;
+  record.toward = name;
+  record.claimed = kNone;
+}
+
+// The parcel that the cluster of i is called by. Earliest events lead from parcel to parcel, each to an
+// earlier one, and end with two that are each other's or with a parcel's own.
+__device__ inline std::uint32_t leader_of(const ExactArrays& a, std::uint32_t i) {
+  while (true) {
+    const std::uint32_t partner = a.event_partner[i];
+    if (!is_parcel(partner)) return i;
+    if (a.event_partner[partner] == i) return i < partner ? i : partner;
+    i = partner;
+  }
+}
+
+// Makes parcel i a member of a cluster that a later kernel solves.
+__device__ inline void leave_to_others(const ExactArrays& a, ExactState& state, std::uint32_t i,
+                                       std::uint32_t leader) {
+  const std::uint32_t place = a.place[i];
+  a.owner[i] = leader;
+  a.members[place].index = i;
+  a.members[place].next = atomicExch(&a.list_head[leader], place);
+  if (leader != i) return;
+  begin_record(a.records[place], i);
+  a.leaders.items[atomicAdd(&state.num_leaders, 1U)] = i;  // they are no more than the active ones
+}
+
+// Forms clusters of a part of a segment's active parcels, and solves pairs among these, 2 * kLanes threads
+// each. All threads of the block call it.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes>
 __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, std::uint32_t segment,
                             std::uint32_t part, std::uint32_t num_parts, PairSpace& space,
@@ -87,9 +116,9 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
   static_assert(kTogether < 32);
   ExactState& state = *launch.state;
   const ExactArrays& a = launch.arrays;
-  if (threadIdx.x == 0) space.failed = load_fresh(&state.failed) != 0;
-  __syncthreads();
-  if (space.failed) return;
+  if (__syncthreads_or(static_cast<int>(load_fresh(&state.overfull))) != 0) return;
+  if (segment == 0 && part == 0 && threadIdx.x == 0 && c.ball == BallRole::participant)
+    begin_record(record_of(a, kBallCluster), kBallCluster);
   const unsigned lane = threadIdx.x % kTogether;
   const unsigned all_lanes = ((1U << kTogether) - 1U) << (threadIdx.x % 32 - lane);  // of this pair
   const bool of_first = lane < kLanes;
@@ -104,8 +133,12 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       const std::uint32_t i =
           a.active.items[static_cast<std::size_t>(segment) * a.active.capacity + base + threadIdx.x];
       const std::uint32_t partner = a.event_partner[i];
-      if (is_parcel(partner) && i < partner && a.event_partner[partner] == i)
+      const bool is_pair = is_parcel(partner) && a.event_partner[partner] == i;
+      if (!is_pair) {
+        leave_to_others(a, state, i, leader_of(a, i));
+      } else if (i < partner) {
         space.leaders[atomicAdd(&space.num_leaders, 1U)] = i;
+      }
     }
     __syncthreads();
     const std::uint32_t num_leaders = space.num_leaders;
@@ -138,11 +171,14 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
             if (place < a.border_capacity) {
               a.border[static_cast<std::size_t>(segment) * a.border_capacity + place] = {mine.index, j};
             } else {
-              state.failed = 1;
+              state.overfull = 1;
             }
           });
       const unsigned left_alone = __ballot_sync(kWholeWarp, alone && is_over && k < num_leaders);
-      if ((left_alone & all_lanes) != all_lanes) continue;
+      if ((left_alone & all_lanes) != all_lanes) {
+        if (lane % kLanes == 0 && k < num_leaders) leave_to_others(a, state, mine.index, name);
+        continue;
+      }
       if (lane % kLanes == 0) {
         ClusterMember member;
         member.line = now;
@@ -163,7 +199,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
         record.members = place;
         record.merged = record.claimed = kNone;
         record.toward = name;
-        record.is_solved = 1;
+        record.is_solved = kSolvedAsPair;
         record.sum = sum;
         record.sum.num_events = 1;
         record.sum.event_hash = event_hash(since_reset(state, tick), one.id, two.id);

@@ -49,6 +49,13 @@ __device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t c
   return a.records[a.place[cluster]];
 }
 
+// The cluster that absorbed this one, or itself.
+__device__ inline std::uint32_t holder_of(const ExactArrays& a, std::uint32_t cluster) {
+  if (cluster == kBallCluster) return cluster;
+  const ClusterRecord& record = record_of(a, cluster);
+  return record.members == kNone ? record.toward : cluster;
+}
+
 // Sets of clusters as trees; the lowest name is the root.
 __device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
   while (true) {
@@ -127,7 +134,7 @@ __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch
 
 // Counts of a block's items in its segments.
 struct BlockCounts {
-  std::uint32_t active, leaders, members, segments, border;
+  std::uint32_t members, segments, border;
 };
 
 // Notes parcels of two clusters that are near each other.

@@ -79,7 +79,7 @@ __device__ inline void append_active(const ExactArrays& a, std::uint32_t segment
     a.active.items[static_cast<std::size_t>(segment) * a.active.capacity + place] = i;
     a.place[i] = segment * a.member_capacity + place;
   } else {
-    state.failed = 1;
+    state.overfull = 1;
   }
 }
 
@@ -111,7 +111,7 @@ __device__ void predict_one(const ExactConstants& c, const ExactLaunch& launch, 
         if (place < a.near_ball.capacity) {
           a.near_ball.items[place] = i;
         } else {
-          state.failed = 1;
+          state.overfull = 1;
         }
       }
     }

@@ -27,16 +27,20 @@ class WarpSolver {
   // Solves the cluster, `list` being its members. All lanes call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     cluster_ = cluster;
-    sum_ = {};
-    other_ = kNone;
-    const bool fits = load_members(list);
-    if (!fits) other_ = cluster;
-    const bool solved = fits && go_through_events();
+    bool fits = false, solved = false;
+    do {
+      sum_ = {};
+      other_ = kNone;
+      fits = load_members(list);
+      if (!fits) other_ = cluster;
+      solved = fits && go_through_events();
+    } while (!solved && absorb(list));
     finish(list, fits, solved);
   }
 
  private:
   static constexpr unsigned kNobody = 32;  // in place of a lane
+  static constexpr unsigned kHalf = 16;
 
   static __device__ __forceinline__ unsigned first_of(unsigned lanes) { return __ffs(lanes) - 1; }
   static __device__ __forceinline__ unsigned bit(unsigned lane) { return lane < 32 ? 1U << lane : 0U; }
@@ -100,12 +104,39 @@ class WarpSolver {
     return joining;
   }
 
-  __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
+  // Writes them to memory, as a list that goes on with `rest`.
+  __device__ __forceinline__ void write_members(std::uint32_t rest) {
     const std::uint32_t next = __shfl_down_sync(kWholeWarp, place_, 1);
-    if (fits && is_member()) {
-      it_.next = lane_ + 1 < num_ ? next : kNone;
-      a_.members[place_] = it_;
+    if (!is_member()) return;
+    it_.next = lane_ + 1 < num_ ? next : rest;
+    a_.members[place_] = it_;
+  }
+
+  // Adds to the list the members of the cluster that this one conflicts with, if that is a pair that was
+  // solved before, as most are: both are solved at once, not in another round.
+  __device__ __forceinline__ bool absorb(std::uint32_t& list) {
+    std::uint32_t theirs = kNone;
+    if (lane_ == 0 && other_ != cluster_ && other_ != kBallCluster) {
+      ClusterRecord& record = record_of(a_, other_);
+      if (atomicCAS(&record.is_solved, kSolvedAsPair, 0U) == kSolvedAsPair) {
+        theirs = record.members;
+        record.members = kNone;
+        record.toward = cluster_;
+        for (std::uint32_t m = theirs; m != kNone; m = a_.members[m].next)
+          a_.owner[a_.members[m].index] = cluster_;
+      }
     }
+    theirs = from(theirs, 0);
+    if (theirs == kNone) return false;
+    write_members(theirs);
+    list = from(place_, 0);
+    __threadfence();
+    __syncwarp();
+    return true;
+  }
+
+  __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
+    if (fits) write_members(kNone);
     if (__any_sync(kWholeWarp, sum_.num_hits > 0)) {
       sum_.num_hits = __reduce_add_sync(kWholeWarp, sum_.num_hits);
       sum_.ball_x = sum_of_lanes(sum_.ball_x);
@@ -117,7 +148,7 @@ class WarpSolver {
       ClusterRecord& record = record_of(a_, cluster_);
       record.members = fits ? place_ : list;
       record.merged = kNone;
-      record.is_solved = solved ? 1U : 0U;
+      record.is_solved = solved ? kSolved : 0U;
       record.sum = sum_;
       if (solved) {
         if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));
@@ -250,7 +281,6 @@ class WarpSolver {
   // Of the parcels near a member's, but for the cluster's own, the one that this lane found it to meet first.
   // Each half of the warp searches for its own member, `own` being its lane, or for none.
   __device__ __forceinline__ Event search_others(unsigned own, bool has_changed) {
-    constexpr unsigned kHalf = 16;
     const unsigned half_lane = lane_ % kHalf;
     const auto from_half = [](auto value, unsigned lane) {
       return __shfl_sync(kWholeWarp, value, lane, kHalf);
