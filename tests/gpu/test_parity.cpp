@@ -106,6 +106,11 @@ TEST_F(Gpu, ExactFliesABallThroughAVacuum) {
   EXPECT_EQ(ball(make_cuda_backend(0)), ball(make_cpu_backend(0)));
 }
 
+TEST_F(Gpu, ExactRefusesWhatCannotBeResolvedInOrder) {
+  SceneRun run = parcel_in_a_vice(make_cuda_backend(0));
+  EXPECT_THROW(run.advance(1, 0.1), UserError);
+}
+
 // Steps are queued and collected one request later than they are submitted; drawing must not change the
 // state.
 TEST_F(Gpu, CutIntoRequestsAnyHow) {

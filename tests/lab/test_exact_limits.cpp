@@ -7,6 +7,7 @@
 #include <limits>
 #include <random>
 
+#include "core/error.hpp"
 #include "lab/exact_support.hpp"
 
 namespace pf::test {
@@ -230,6 +231,17 @@ TEST(Exact, ParcelsThatTouchAtTheStart) {
   EXPECT_GT(totals.num_collisions, 100U);
   EXPECT_NEAR(run.backend->measure().parcel_energy_j / before, 1.0, 1e-6);
   expect_sound(run, totals, 100);
+}
+
+TEST(Exact, WhatCannotBeResolvedInOrderIsRefused) {
+  SceneRun run = parcel_in_a_vice(make_cpu_backend(1));
+  try {
+    run.advance(1, 0.1);
+    FAIL() << "worked off";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("than can be resolved in order"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST(Exact, NoRestitutionAtAll) {

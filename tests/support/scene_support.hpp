@@ -22,4 +22,22 @@ inline Settings court(std::int64_t n, Boundary boundary = Boundary::open) {
   return s;
 }
 
+// A parcel between a wall and a held ball that leave it no room: in method exact it meets one and the other
+// without end.
+inline SceneRun parcel_in_a_vice(std::unique_ptr<Backend> backend) {
+  Settings s = gas(1, 0.02);
+  s.method = Method::exact;
+  s.ball_present = s.ball_held = true;
+  s.ball_radius_m = 2.0;
+  s.ball_x_m = 0.9;
+  s.ball_y_m = s.friction = 0.0;
+  SceneRun run(s, std::move(backend));
+  ParcelSnapshot parcel = run.backend->snapshot();
+  const World& world = run.physics.world;
+  parcel.position[0] = {world.half.x - static_cast<std::int32_t>(0.5 / world.unit_m), 0};
+  parcel.velocity[0] = {1.0F, 0.0F};
+  run.backend->restore(parcel);
+  return run;
+}
+
 }  // namespace pf::test
