@@ -164,7 +164,7 @@ class BlockSolver {
       record.wants_block = 1;
       state_.failed = 1;
     }
-    add_conflict(a_, state_, cluster_, other);
+    add_conflict(a_, counts_, state_, cluster_, other);
   }
 
   // ---- events

@@ -1,5 +1,5 @@
-// Method `exact` on the device: from the events of the step's begin to clusters that fit together. The blocks
-// of a cooperative kernel form, solve, compare and merge them; backend/exact_stepper.cpp has the same.
+// Method `exact` on the device: from the clusters of exact_pairs.cuh to clusters that fit together. The
+// blocks of a cooperative kernel solve, compare and merge them; backend/exact_stepper.cpp has the same.
 #pragma once
 
 #include "exact_block.cuh"
@@ -30,7 +30,8 @@ struct Clusters {
     }
   }
   __device__ unsigned rank() const { return alone ? threadIdx.x : static_cast<unsigned>(grid.thread_rank()); }
-  // For work that is mostly waiting for memory: that of a warp's first thread alone.
+  // The warp's rank for its first thread, for the others beyond any count: work that mostly waits for memory
+  // is no faster with more.
   __device__ unsigned lone_rank() const { return threadIdx.x % 32 == 0 ? rank() / 32 : kNone; }
   __device__ unsigned num_threads() const { return alone ? kExactBlock : static_cast<unsigned>(grid.size()); }
   __device__ unsigned block() const { return alone ? 0U : blockIdx.x; }
@@ -122,7 +123,7 @@ struct Clusters {
       const uint2 pair = segment(a.border, a.border_capacity)[k];
       const std::uint32_t p = a.owner[pair.x], q = a.owner[pair.y];
       if (p != q && record_of(a, p).is_solved && record_of(a, q).is_solved && would_have_met(pair.x, pair.y))
-        add_conflict(a, state, p, q);
+        add_conflict(a, counts, state, p, q);
     }
     __syncthreads();
     if (threadIdx.x == 0) counts.border = 0;
@@ -133,7 +134,7 @@ struct Clusters {
          k += num_threads()) {
       const std::uint32_t i = a.near_ball.items[k], owner = a.owner[i];
       if (owner != kNone && owner != with_ball && record_of(a, owner).is_solved && would_have_met_ball(i))
-        add_conflict(a, state, with_ball, owner);
+        add_conflict(a, counts, state, with_ball, owner);
     }
   }
 
@@ -156,8 +157,8 @@ struct Clusters {
     a.todo.items[atomicAdd(&state.num_todo, 1U)] = root;  // they are no more than the conflicts
   }
 
-  // Solves all clusters. Blocks that leave the rest to the first one return earlier, which it then says: they
-  // have to wait for it.
+  // Solves all clusters. Returns whether the first block did the last rounds alone: the others are back
+  // before it, and all must then wait for it.
   __device__ bool run() {
     for (std::uint32_t round = 0;; ++round) {
       solve(round == 0);
@@ -166,16 +167,20 @@ struct Clusters {
       if (rank() == 0) state.num_todo = 0;
       compare();
       barrier();
-      const std::uint32_t num = load_fresh(&state.num_conflicts);
-      if (num == 0 || load_fresh(&state.failed) != 0) return alone;
+      // What a block reads here must not depend on how late it comes: once the first one is alone, it changes
+      // `failed`, but not the first of the numbers.
+      const std::uint32_t num = load_fresh(&state.num_conflicts[alone ? 1 : 0]);
+      if (num == 0) return alone;
       if (!alone && num <= kAlone) {
         if (blockIdx.x != 0) return true;
         alone = true;
+        if (threadIdx.x == 0) counts.alone = 1;
       }
+      if (load_fresh(&state.failed) != 0) return alone;
       for (std::uint32_t k = lone_rank(); k < num; k += num_threads() / 32)
         unite(a, holder_of(a, a.conflicts[k].x), holder_of(a, a.conflicts[k].y));
       barrier();
-      if (rank() == 0) state.num_conflicts = 0;
+      if (rank() == 0) state.num_conflicts[alone ? 1 : 0] = 0;
       for (std::uint32_t k = lone_rank(); k < 2 * num; k += num_threads() / 32) {
         const uint2 pair = a.conflicts[k / 2];
         take_over(holder_of(a, k % 2 == 0 ? pair.x : pair.y), round);

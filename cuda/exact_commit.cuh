@@ -116,7 +116,7 @@ __device__ inline void plan_next(const ExactConstants& constants, std::uint64_t 
   state.num_near_ball = 0;
   state.num_leaders = 0;
   state.num_begun = 0;
-  state.num_conflicts = 0;
+  state.num_conflicts[0] = state.num_conflicts[1] = 0;
   state.num_todo = 0;
   state.num_events = 0;
   state.ball_owner = kBallCluster;

@@ -82,7 +82,8 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     }
     __syncthreads();
     Clusters<kBoundary> clusters{launch, c, state, space, counts};
-    if (state.overfull != 0 || clusters.run()) grid.sync();
+    const bool one_was_alone = state.overfull == 0 && clusters.run();
+    if (one_was_alone) grid.sync();
     const bool finished = is_solved(state);
     const std::uint32_t num_members = min(counts.members, launch.arrays.member_capacity);
     if (finished && reaches_end(state, launch.until) && !ends_at_anchoring(state)) {

@@ -1,6 +1,6 @@
-// Method `exact` on the device: a step is one kernel in which every parcel predicts its earliest event, one
-// that solves the clusters of two parcels with one event (exact_pairs.cuh), and one cooperative kernel that
-// solves the others, and one that commits (backend/exact_stepper.hpp has the same in plain loops; the
+// Method `exact` on the device: a step is a kernel in which every parcel predicts its earliest event, one
+// that forms clusters and solves those of two parcels with one event (exact_pairs.cuh), a cooperative one
+// that solves the others, and one that commits (backend/exact_stepper.hpp has the same in plain loops; the
 // formulas are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the
 // ball stay on the device.
 #pragma once
@@ -66,7 +66,7 @@ struct ClusterRecord {
   std::uint32_t merged;       // list of those that it is to be solved with, being one with others
   std::uint32_t toward;       // the cluster that it became part of, or itself
   std::uint32_t claimed;      // round in which it was last merged
-  std::uint32_t is_solved;    // 0, or one of the above
+  std::uint32_t is_solved;    // 0, kSolved or kSolvedAsPair
   std::uint32_t wants_block;  // too large for a warp
   EventSums sum;
 };
@@ -83,7 +83,7 @@ struct SegmentCounts {
   std::uint32_t active, border, members;
 };
 
-// Common lists: where items are few.
+// Lists common to all blocks.
 struct CommonList {
   std::uint32_t* items = nullptr;
   std::uint32_t capacity = 0;
@@ -124,12 +124,13 @@ struct ExactState {
   std::int32_t ball_reach = 0;
   std::uint32_t longest = 0;  // ticks that the step may take
   std::uint32_t parity = 0;
-  std::uint32_t overfull = 0;       // a list was full before clusters were solved
-  std::uint32_t failed = 0;         // one was then, or a cluster had too many events
+  std::uint32_t overfull = 0;       // a list was full before solve_kernel: all its blocks know it
+  std::uint32_t failed = 0;         // a list was full in solve_kernel, or a cluster had too many events
   std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
   std::uint32_t num_near_ball = 0;
-  std::uint32_t num_leaders = 0, num_begun = 0;  // the latter: clusters, beyond the first of each warp
-  std::uint32_t num_conflicts = 0, num_todo = 0;
+  std::uint32_t num_leaders = 0, num_begun = 0;  // the latter: of these, beyond the first of each warp
+  std::uint32_t num_conflicts[2] = {};           // of all blocks; of one that solves the rest alone
+  std::uint32_t num_todo = 0;
   std::uint32_t to_commit = 0;              // the step is solved as far as `until`
   std::uint32_t num_committed = 0;          // blocks that have done their part
   std::uint32_t ball_owner = kBallCluster;  // the cluster that has the ball

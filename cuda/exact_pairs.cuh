@@ -1,6 +1,6 @@
-// Method `exact` on the device: clusters of two parcels that meet once in the step, which most are. A few
-// threads solve each at once, without what larger clusters need; whatever they are not sure of is left to
-// these.
+// Method `exact` on the device: clusters are formed, and those of two parcels that meet once in the step,
+// which most are, solved at once by a few threads each, without what larger clusters need; whatever these are
+// not sure of is left to exact_clusters.cuh.
 #pragma once
 
 #include "exact_parts.cuh"
@@ -94,7 +94,7 @@ __device__ inline std::uint32_t leader_of(const ExactArrays& a, std::uint32_t i)
   }
 }
 
-// Makes parcel i a member of a cluster that a later kernel solves.
+// Makes parcel i a member of a cluster that is solved later.
 __device__ inline void leave_to_others(const ExactArrays& a, ExactState& state, std::uint32_t i,
                                        std::uint32_t leader) {
   const std::uint32_t place = a.place[i];

@@ -74,10 +74,16 @@ __device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_
   }
 }
 
+// Counts of a block's items in its segments; and whether it solves the rest alone: 0 or 1.
+struct BlockCounts {
+  std::uint32_t members, segments, border;
+  std::uint32_t alone;
+};
+
 // Clusters that have to be solved as one, or one of them by a whole block.
-__device__ inline void add_conflict(const ExactArrays& a, ExactState& state, std::uint32_t p,
-                                    std::uint32_t q) {
-  const std::uint32_t place = atomicAdd(&state.num_conflicts, 1U);
+__device__ inline void add_conflict(const ExactArrays& a, const BlockCounts& counts, ExactState& state,
+                                    std::uint32_t p, std::uint32_t q) {
+  const std::uint32_t place = atomicAdd(&state.num_conflicts[counts.alone], 1U);
   if (place < a.conflict_capacity) {
     a.conflicts[place] = {p, q};
   } else {
@@ -131,11 +137,6 @@ __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch
   c.clock_ticks = plan.clock_ticks;
   return c;
 }
-
-// Counts of a block's items in its segments.
-struct BlockCounts {
-  std::uint32_t members, segments, border;
-};
 
 // Notes parcels of two clusters that are near each other.
 __device__ __forceinline__ void add_border(const ExactArrays& a, BlockCounts& counts, ExactState& state,

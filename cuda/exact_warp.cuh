@@ -112,8 +112,8 @@ class WarpSolver {
     a_.members[place_] = it_;
   }
 
-  // Adds to the list the members of the cluster that this one conflicts with, if that is a pair that was
-  // solved before, as most are: both are solved at once, not in another round.
+  // Adds to the list the members of the cluster that this one conflicts with, if that is a pair that
+  // solve_pairs solved, as most are: both are solved at once, not in another round.
   __device__ __forceinline__ bool absorb(std::uint32_t& list) {
     std::uint32_t theirs = kNone;
     if (lane_ == 0 && other_ != cluster_ && other_ != kBallCluster) {
@@ -122,7 +122,8 @@ class WarpSolver {
         theirs = record.members;
         record.members = kNone;
         record.toward = cluster_;
-        for (std::uint32_t m = theirs; m != kNone; m = a_.members[m].next)
+        std::uint32_t m = theirs;
+        for (unsigned k = 0; k < 2 && m != kNone; ++k, m = a_.members[m].next)
           a_.owner[a_.members[m].index] = cluster_;
       }
     }
@@ -154,7 +155,7 @@ class WarpSolver {
         if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));
       } else {
         if (other_ == cluster_) record.wants_block = 1;
-        add_conflict(a_, state_, cluster_, other_);
+        add_conflict(a_, counts_, state_, cluster_, other_);
       }
     }
     __syncwarp();
