@@ -87,16 +87,22 @@ void take_up(const fs::path& folder, const Study& study, json& result) {
                     old["points"].is_array() && old.contains("machine");
   if (!same) return;
   result["points"] = old["points"];
-  json& machine = result["machine"];
-  const json& before = old["machine"];
+  // The machine is the one that it was begun on, and the devices of all that went on with it.
+  json machine = old["machine"];
+  const json& now = result["machine"];
   machine["measured_under_load"] =
-      machine.value("measured_under_load", false) || before.value("measured_under_load", false);
-  for (const json& device : before.value("devices", json::array())) {
-    const bool is_known =
-        std::any_of(machine["devices"].begin(), machine["devices"].end(),
-                    [&](const json& now) { return now.value("device", "") == device.value("device", ""); });
-    if (!is_known) machine["devices"].push_back(device);
+      machine.value("measured_under_load", false) || now.value("measured_under_load", false);
+  json devices = machine.value("devices", json::array());
+  for (const json& device : now.at("devices")) {
+    const bool is_known = std::any_of(devices.begin(), devices.end(), [&](const json& known) {
+      return known.value("device", "") == device.value("device", "");
+    });
+    if (!is_known) devices.push_back(device);
   }
+  machine["devices"] = devices;
+  result["machine"] = machine;
+  const std::string command = old.value("command", "");
+  if (command.find(" --cuda") != std::string::npos) result["command"] = command;  // else it adds no series
 }
 
 std::string csv_of(const json& points) {

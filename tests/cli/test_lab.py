@@ -89,9 +89,14 @@ def resume(folder):
     require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
     before = json.loads((folder / "t/terms.json").read_text())
     require(before["complete"] is False and 0 < len(before["points"]) < 6, f"{len(before['points'])} points")
+    before["machine"] |= {"cores": 64, "devices": [{"series": "cpu", "device": "another one"}]}
+    (folder / "t/terms.json").write_text(json.dumps(before))
     done = lab(folder, "terms", "--quick", "--out", "t", "--resume")
     require(done.returncode == 0, done.stderr)
     after = json.loads((folder / "t/terms.json").read_text())
+    machine = after["machine"]
+    require(machine["cores"] == 64 and machine["devices"][0]["device"] == "another one" and len(machine["devices"]) == 2,
+            f"begun elsewhere, but it says {machine}")
     require(after["complete"] is True and len(after["points"]) == 6, f"{len(after['points'])} points")
     first = before["points"][0]
     # Wall times never repeat: the same one is the old point.
