@@ -58,20 +58,34 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     ClusterSolver<kBoundary>(step, self.workers_[thread], thread, k, self.clusters_[k]).solve();
   }
 
-  // Each cluster to do by one thread; which does which is left to chance.
+  // Each cluster to do by one thread: first those whose parcels it predicted and has at hand, then what
+  // others have left.
   void solve() {
     const std::size_t count = self.todo_.size();
     if (count < kAloneClusters) {
       for (const std::uint32_t k : self.todo_) solve(0, k);
       return;
     }
-    std::atomic<std::size_t> next{0};
+    struct alignas(64) Rest {  // of a thread
+      std::atomic<std::size_t> next;
+      std::size_t end = 0;
+    };
+    const unsigned num_threads = self.team_.size();
+    std::vector<Rest> rests(num_threads);
+    for (unsigned thread = 0; thread < num_threads; ++thread) {
+      const auto [begin, end] = self.team_.share(thread, count);
+      rests[thread].next = begin;
+      rests[thread].end = end;
+    }
     self.team_.run([&](unsigned thread) {
-      while (true) {
-        const std::size_t begin = next.fetch_add(kAtATime, std::memory_order_relaxed);
-        if (begin >= count) return;
-        const std::size_t end = std::min(count, begin + kAtATime);
-        for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
+      for (unsigned other = 0; other < num_threads; ++other) {
+        Rest& rest = rests[(thread + other) % num_threads];
+        while (true) {
+          const std::size_t begin = rest.next.fetch_add(kAtATime, std::memory_order_relaxed);
+          if (begin >= rest.end) break;
+          const std::size_t end = std::min(rest.end, begin + kAtATime);
+          for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
+        }
       }
     });
   }
