@@ -26,7 +26,9 @@ def draw_map(axes, rows, value_key, ticks_left):
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
     axes.set_xlim(-0.5, len(steps) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
-    axes.set_xticks(range(0, len(steps), 2), [f"{step:.3g}" for step in steps[::2]])
+    every = 2 if len(steps) <= 12 else 4  # counted from the longest, so that they do not run into each other
+    places = range((len(steps) - 1) % every, len(steps), every)
+    axes.set_xticks(places, [f"{steps[place]:.2g}" for place in places])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values] if ticks_left else [""] * len(values))
     axes.tick_params(length=0)
     for spine in axes.spines.values():

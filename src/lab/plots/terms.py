@@ -48,7 +48,7 @@ def draw_costs(axes, rows, full_ms):
     axes.set_xlim(0, 150)
     axes.set_ylim(len(rows) - 0.5, -0.65)
     axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
-    axes.set_title(f"It costs, of {full_ms:.3g} ms per simulated s", loc="left", pad=20)
+    axes.set_title(f"It costs, of {full_ms:,.0f} ms per simulated s", loc="left", pad=20)
 
 
 def main():

@@ -149,11 +149,12 @@ def draw_orders(study):
                           if entry["method"] == method and entry["area_fraction"] == eta
                           and entry.get("device", "cpu") == "cpu"), None)
             label = method if order is None else f"{method}, order {order:.2f}"
-            at, offset = {"impulse": (len(mine) // 2, (6, -14)), "spring": (len(mine) // 2, (-4, 16)), "exact": (0, (0, 11))}[method]
+            at, offset = {"impulse": (len(mine) // 2, (-8, -18)), "spring": (len(mine) // 2, (8, 18)), "exact": (0, (6, 11))}[method]
             axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
                           color=COLOURS[method], fontsize=9.5, fontweight="bold", va="center",
-                          ha={"impulse": "left", "spring": "right", "exact": "center"}[method])
+                          ha={"impulse": "left", "spring": "right", "exact": "right"}[method])
         style.tidy(axes)
+        axes.margins(x=0.16)
         axes.set_title(f"area fraction {eta:g}", loc="left", color=INK)
         axes.set_xlabel("time step, d/c")
         for axis in (axes.xaxis, axes.yaxis):
