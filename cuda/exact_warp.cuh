@@ -242,43 +242,6 @@ class WarpSolver {
 
   // ---- predictions
 
-  // One range of sorted parcels that a search box covers.
-  struct Range {
-    std::uint32_t first, count;
-  };
-
-  // The cells of a search box by rows, and the rows' ranges.
-  struct Box {
-    CellSpan x, y;
-    unsigned num;  // ranges
-  };
-  __device__ __forceinline__ Box box_around(Vec2i at, std::int32_t reach) const {
-    const GridShape& grid = launch_.space.grid;
-    if (launch_.space.all_pairs) return {{0, 0, 1, 0}, {0, 0, 1, 0}, 1};
-    Box box;
-    box.x = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
-    box.y = cell_span<kBoundary>(at.y, reach, grid.half.y, grid.num_y, grid.factor_y);
-    box.num = static_cast<unsigned>(box.y.last - box.y.first + 1);
-    if (box.y.second_last >= box.y.second_first)
-      box.num += static_cast<unsigned>(box.y.second_last - box.y.second_first + 1);
-    if (box.x.second_last >= box.x.second_first) box.num *= 2;
-    return box;
-  }
-  __device__ __forceinline__ Range range_of(const Box& box, unsigned k) const {
-    if (k >= box.num) return {0, 0};
-    if (launch_.space.all_pairs) return {0, launch_.space.num_parcels};
-    const bool two = box.x.second_last >= box.x.second_first;
-    const int row_in_box = static_cast<int>(two ? k / 2 : k), num_first = box.y.last - box.y.first + 1;
-    const int row =
-        row_in_box < num_first ? box.y.first + row_in_box : box.y.second_first + (row_in_box - num_first);
-    const bool second = two && k % 2 != 0;
-    const std::uint32_t* starts =
-        launch_.space.cell_start +
-        static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(launch_.space.grid.num_x);
-    const std::uint32_t first = starts[second ? box.x.second_first : box.x.first];
-    return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
-  }
-
   // Of the parcels near a member's, but for the cluster's own, the one that this lane found it to meet first.
   // Each half of the warp searches for its own member, `own` being its lane, or for none.
   __device__ __forceinline__ Event search_others(unsigned own, bool has_changed) {
@@ -299,12 +262,13 @@ class WarpSolver {
     const bool searches = own != kNobody && !is_retired(now.anchor);
     const Vec2i at = searches ? present_[i] : Vec2i{};
     const Vec2i begin = searches ? line_begin<kBoundary>(c_, now) : Vec2i{};
-    Box box = box_around(at, saturated(distance + static_cast<double>(state_.progress.travel)));
-    if (!searches) box.num = 0;
-    const unsigned most_ranges = __reduce_max_sync(kWholeWarp, box.num);
+    SearchBox box = box_around<kBoundary>(launch_.space, at,
+                                          saturated(distance + static_cast<double>(state_.progress.travel)));
+    if (!searches) box.num_ranges = 0;
+    const unsigned most_ranges = __reduce_max_sync(kWholeWarp, box.num_ranges);
     Event best;
     for (unsigned base_range = 0; base_range < most_ranges; base_range += kHalf) {
-      const Range range = range_of(box, base_range + half_lane);
+      const CandidateRange range = range_of(launch_.space, box, base_range + half_lane);
       std::uint32_t end = range.count;  // of the range among all, laid end to end
       for (unsigned offset = 1; offset < kHalf; offset *= 2) {
         const std::uint32_t before = __shfl_up_sync(kWholeWarp, end, offset, kHalf);

@@ -41,6 +41,45 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i h
   }
 }
 
+// The cells of a search box by rows, for threads that share out their ranges of sorted parcels.
+struct SearchBox {
+  CellSpan x, y;
+  unsigned num_ranges;
+};
+struct CandidateRange {
+  std::uint32_t first, count;
+};
+
+template <Boundary kBoundary>
+__device__ __forceinline__ SearchBox box_around(const DeviceSearch& space, Vec2i at, std::int32_t reach) {
+  const GridShape& grid = space.grid;
+  if (space.all_pairs) return {{0, 0, 1, 0}, {0, 0, 1, 0}, 1};
+  SearchBox box;
+  box.x = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
+  box.y = cell_span<kBoundary>(at.y, reach, grid.half.y, grid.num_y, grid.factor_y);
+  box.num_ranges = static_cast<unsigned>(box.y.last - box.y.first + 1);
+  if (box.y.second_last >= box.y.second_first)
+    box.num_ranges += static_cast<unsigned>(box.y.second_last - box.y.second_first + 1);
+  if (box.x.second_last >= box.x.second_first) box.num_ranges *= 2;
+  return box;
+}
+
+// The k-th range of a box; beyond the last an empty one.
+__device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, const SearchBox& box,
+                                                   unsigned k) {
+  if (k >= box.num_ranges) return {0, 0};
+  if (space.all_pairs) return {0, space.num_parcels};
+  const bool two = box.x.second_last >= box.x.second_first;
+  const int row_in_box = static_cast<int>(two ? k / 2 : k), num_first = box.y.last - box.y.first + 1;
+  const int row =
+      row_in_box < num_first ? box.y.first + row_in_box : box.y.second_first + (row_in_box - num_first);
+  const bool second = two && k % 2 != 0;
+  const std::uint32_t* starts =
+      space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(space.grid.num_x);
+  const std::uint32_t first = starts[second ? box.x.second_first : box.x.first];
+  return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
+}
+
 // Finds of one thread's search, in its block's shared memory, kBlock threads wide: a warp works through them
 // together after the search instead of one by one inside it.
 template <unsigned kBlock>
