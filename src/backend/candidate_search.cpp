@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
 
 #if defined(__x86_64__)
 #include <immintrin.h>
@@ -196,11 +197,24 @@ inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>&
   for (; mask != 0; mask &= mask - 1) finds.push_back(first + kOrder[__builtin_ctz(mask)]);
 }
 
+// Whether no search box around it crosses the edge of a periodic world: then whoever is within reach is so by
+// the stored positions, and whoever else is more than half a world away by them is out of reach.
+inline bool is_far_from_edge(const SearchSpace& space, Vec2i here) {
+  const auto room = [&](std::int32_t position, std::int32_t half) {
+    return static_cast<std::int64_t>(half) - std::abs(static_cast<std::int64_t>(position));
+  };
+  return room(here.x, space.world.half.x) > space.reach && room(here.y, space.world.half.y) > space.reach;
+}
+
 // Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
 // many rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
 template <Boundary kBoundary, Wanted kWanted>
 __attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];
+  if constexpr (kBoundary == Boundary::periodic) {
+    if (!space.all_pairs && is_far_from_edge(space, here))
+      return search_avx2<Boundary::open, kWanted>(space, i, scratch);
+  }
   const Filter<kBoundary, kWanted> filter(space, i);
   scratch.finds.clear();
 
