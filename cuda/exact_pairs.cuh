@@ -195,10 +195,9 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       }
       if (lane == 0) {
         const std::uint32_t place = one.index == name ? one.place : two.place;
-        ClusterRecord record{};
+        ClusterRecord record;
+        begin_record(record, name);
         record.members = place;
-        record.merged = record.claimed = kNone;
-        record.toward = name;
         record.is_solved = kSolvedAsPair;
         record.sum = sum;
         record.sum.num_events = 1;

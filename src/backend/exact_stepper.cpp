@@ -58,6 +58,21 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     ClusterSolver<kBoundary>(step, self.workers_[thread], thread, k, self.clusters_[k]).solve();
   }
 
+  // What is left of the clusters that are to be solved, of one thread's share.
+  struct alignas(64) Rest {
+    std::atomic<std::size_t> next;
+    std::size_t end = 0;
+  };
+
+  void solve_rest(unsigned thread, Rest& rest) {
+    while (true) {
+      const std::size_t begin = rest.next.fetch_add(kAtATime, std::memory_order_relaxed);
+      if (begin >= rest.end) return;
+      const std::size_t end = std::min(rest.end, begin + kAtATime);
+      for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
+    }
+  }
+
   // Each cluster to do by one thread: first those whose parcels it predicted and has at hand, then what
   // others have left.
   void solve() {
@@ -66,10 +81,6 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
       for (const std::uint32_t k : self.todo_) solve(0, k);
       return;
     }
-    struct alignas(64) Rest {  // of a thread
-      std::atomic<std::size_t> next;
-      std::size_t end = 0;
-    };
     const unsigned num_threads = self.team_.size();
     std::vector<Rest> rests(num_threads);
     for (unsigned thread = 0; thread < num_threads; ++thread) {
@@ -78,15 +89,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
       rests[thread].end = end;
     }
     self.team_.run([&](unsigned thread) {
-      for (unsigned other = 0; other < num_threads; ++other) {
-        Rest& rest = rests[(thread + other) % num_threads];
-        while (true) {
-          const std::size_t begin = rest.next.fetch_add(kAtATime, std::memory_order_relaxed);
-          if (begin >= rest.end) break;
-          const std::size_t end = std::min(rest.end, begin + kAtATime);
-          for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
-        }
-      }
+      for (unsigned k = 0; k < num_threads; ++k) solve_rest(thread, rests[(thread + k) % num_threads]);
     });
   }
 

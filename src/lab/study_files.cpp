@@ -102,7 +102,8 @@ void take_up(const fs::path& folder, const Study& study, json& result) {
   machine["devices"] = devices;
   result["machine"] = machine;
   const std::string command = old.value("command", "");
-  if (command.find(" --cuda") != std::string::npos) result["command"] = command;  // else it adds no series
+  // A series of a CUDA device stays, whether or not this machine has one: so does what repeats it.
+  if (command.find(" --cuda") != std::string::npos) result["command"] = command;
 }
 
 std::string csv_of(const json& points) {
