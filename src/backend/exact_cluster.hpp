@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "backend/candidate_search.hpp"
 #include "backend/cell_sort.hpp"
 #include "backend/cpu_tally.hpp"
+#include "backend/disc_search.hpp"
 #include "backend/event_record.hpp"
 #include "model/exact_plan.hpp"
 
@@ -36,7 +36,6 @@ struct Member {
   Event event;
   std::uint32_t clock = 0;
   std::uint32_t segments = kNone;  // the latest of its earlier lines but the one at the step's begin
-  float fastest_mps = 0.0F;        // in the step so far
   bool has_changed = false;
 };
 
@@ -103,8 +102,8 @@ struct ExactWorker {
     std::uint32_t tick, first, second;
   };
 
-  SearchScratch scratch;
-  SearchSpace space;
+  DiscPairs pairs;
+  Reached reached[2];
   CpuTally tally;
   std::vector<Hit> hits;
   std::vector<std::uint32_t> found;
@@ -119,7 +118,10 @@ struct ExactWorker {
 
 struct ExactProblem {
   ExactConstants constants;
-  SearchSpace space;                   // position = present; reach and filter are set here
+  const Vec2i* present = nullptr;  // positions at the begin
+  const std::uint32_t* cell_start = nullptr;
+  GridShape grid;
+  bool all_pairs = false;
   std::int64_t travel = 0;             // bound on displacements along an axis from the sort to the begin
   double fastest_mps = 0.0;            // largest parcel speed at the begin
   std::uint64_t begin_tick = 0;        // since the reset, in ticks of the reference speed
@@ -145,8 +147,8 @@ struct ExactStep {
   std::vector<std::uint32_t>& near_ball;
   std::vector<std::uint32_t>& seeds;
   BallMember& ball_member;  // of the cluster that owns the ball
-  Search meeting_later = choose_search(kBoundary, Wanted::meeting_later);
-  Search reachable = choose_search(kBoundary, Wanted::reachable);
+  DiscSpace space = {};     // on the lines of the begin
+  DiscSearch discs = choose_disc_search(kBoundary);
   Vec2i ball_centre = {};       // at the begin, position units
   std::int32_t ball_reach = 0;  // half side of the box around it that holds all parcels that may meet it
 
@@ -155,7 +157,7 @@ struct ExactStep {
   bool has_participant() const { return c.ball == BallRole::participant; }
 
   bool is_near_ball(std::uint32_t i) const {
-    const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.space.position[i]);
+    const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.present[i]);
     return std::abs(static_cast<std::int64_t>(from.x)) <= ball_reach &&
            std::abs(static_cast<std::int64_t>(from.y)) <= ball_reach;
   }
@@ -170,33 +172,33 @@ struct ExactStep {
 
   static std::int32_t saturated(double units) { return static_cast<std::int32_t>(std::min(units, 1.0e9)); }
 
-  // Makes the search box of parcels that move at most at these speeds; the distance, position units, within
-  // which they are then.
-  double set_reach(ExactWorker& worker, double fastest_mps, double others_mps) const {
-    const double moved = (fastest_mps + others_mps) * c.units_per_tick * c.length;
-    const double distance = c.step.contact_distance + moved + kRoundingMargin;
-    worker.space.reach = saturated(distance + static_cast<double>(problem.travel));
-    return distance;
+  float half_contact() const { return static_cast<float>(0.5 * c.step.contact_distance); }
+
+  // Of a parcel on a line of the step, from its anchor or the begin on; of one that has left, all that it may
+  // have passed.
+  Disc disc_of(std::uint32_t i, const Line& now) const {
+    if (is_retired(now.anchor)) {
+      const double anywhere = 2.0 * c.max_speed_mps * c.units_per_tick * c.length;
+      Disc disc = bounding_disc(problem.present[i], {static_cast<float>(anywhere), 0.0F}, half_contact());
+      disc.x = static_cast<float>(problem.present[i].x);
+      return disc;
+    }
+    const std::int32_t since = std::max(anchor_time(c, now), 0);
+    const auto units = static_cast<float>(c.units_per_tick * static_cast<double>(c.length - since));
+    const double speed2 = dot(now.velocity, now.velocity);
+    const bool within = speed2 <= c.max_speed_mps * c.max_speed_mps;  // else the step is given up
+    return bounding_disc(since > 0 ? now.anchor : problem.present[i], now.velocity * (within ? units : 0.0F),
+                         half_contact());
   }
 
-  // Fills worker.scratch.finds with the parcels that i, now on another line than at the begin and never
-  // faster than fastest_mps in the step, may touch; for those that are owned, on whatever line they are.
-  void search_reachable(ExactWorker& worker, std::uint32_t i, const Line& now, double fastest_mps) const {
-    worker.scratch.finds.clear();
-    if (!c.step.physics.parcels.contacts) return;
-    const double distance = set_reach(worker, fastest_mps, c.max_speed_mps);
-    worker.space.filter_distance2 = static_cast<float>(distance * distance * (1.0 + 1e-5));
-    worker.space.line_begin = line_begin<kBoundary>(c, now);
-    worker.space.line_velocity = now.velocity;
-    reachable(worker.space, i, worker.scratch);
+  // Whom parcels on other lines than at the begin may meet.
+  void search(std::uint32_t i, const Line& now, Reached& reached) const {
+    reached.overlapping.clear();
+    reached.owned.clear();
+    if (c.step.physics.parcels.contacts) discs.reach(space, {i, disc_of(i, now)}, reached);
   }
-
-  // With those of higher index that i may meet, all on the lines of the begin.
-  void search_meeting(ExactWorker& worker, std::uint32_t i, double speed_mps) const {
-    worker.scratch.finds.clear();
-    if (!c.step.physics.parcels.contacts) return;
-    set_reach(worker, speed_mps, problem.fastest_mps);
-    meeting_later(worker.space, i, worker.scratch);
+  void search(const Mover (&movers)[2], Reached (&reached)[2]) const {
+    if (c.step.physics.parcels.contacts) discs.reach_of_two(space, movers, reached);
   }
 };
 

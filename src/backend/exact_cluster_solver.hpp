@@ -57,7 +57,6 @@ class ClusterSolver {
     if (key != kNoEvent)
       now.event = {static_cast<std::uint32_t>(key >> 32U), partner, static_cast<std::uint32_t>(key)};
     now.clock = step_.lines.clock.empty() ? 0U : step_.lines.clock[i];
-    now.fastest_mps = std::sqrt(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
     worker_.members.push_back(now);
     step_.place[i] = m;
     return m;
@@ -136,7 +135,6 @@ class ClusterSolver {
     const float speed2 = dot(now.velocity, now.velocity);
     it.line = now;
     it.has_changed = true;
-    it.fastest_mps = std::max(it.fastest_mps, std::sqrt(speed2) * (1.0F + 1e-6F));
     cluster_.fastest2 = std::max(cluster_.fastest2, static_cast<double>(speed2));
   }
 
@@ -155,15 +153,15 @@ class ClusterSolver {
       return false;
     } else {
       hit_ball(m, event.tick, step_.ball.line);
-      predict_changed(m, kNone);
+      predict_changed(m);
     }
     predict_flagged();
     return true;
   }
 
-  void resolve_pair(std::uint32_t m, std::uint32_t other, std::uint32_t tick) {
-    const bool in_order = id(member(m).index) < id(member(other).index);
-    const std::uint32_t a = in_order ? m : other, b = in_order ? other : m;
+  void resolve_pair(std::uint32_t one, std::uint32_t other, std::uint32_t tick) {
+    const bool in_order = id(member(one).index) < id(member(other).index);
+    const std::uint32_t a = in_order ? one : other, b = in_order ? other : one;
     Line first = member(a).line, second = member(b).line;
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
@@ -173,8 +171,12 @@ class ClusterSolver {
     store(b, second, tick);
     member(a).clock = member(b).clock = c_.begin + tick;
     record(tick, id(member(a).index), id(member(b).index));
-    predict_changed(a, b);
-    predict_changed(b, a);
+    const auto mover = [&](std::uint32_t m) {
+      return Mover{member(m).index, step_.disc_of(member(m).index, member(m).line)};
+    };
+    step_.search({mover(a), mover(b)}, worker_.reached);
+    predict_changed(a, b, worker_.reached[0]);
+    predict_changed(b, a, worker_.reached[1]);
     predict_flagged();
   }
 
@@ -186,7 +188,7 @@ class ClusterSolver {
     store(m, now, event.tick);
     member(m).clock = c_.begin + event.tick;
     record(event.tick, id(member(m).index), event.partner);
-    predict_changed(m, kNone);
+    predict_changed(m);
   }
 
   BallKick hit_ball(std::uint32_t m, std::uint32_t tick, const BallLine& line) {
@@ -214,7 +216,7 @@ class ClusterSolver {
     ball().has_changed = true;
     ball().fastest_mps = std::max(ball().fastest_mps, surface_speed_mps(c_.step.physics, ball().now.line));
     ball().event = {};
-    if (m != kNone) predict_changed(m, kNone);
+    if (m != kNone) predict_changed(m);
     predict_ball();
     predict_flagged();
     return true;
@@ -259,55 +261,72 @@ class ClusterSolver {
   // ---- predictions
 
   void keep_edge_and_ball(const Member& it, Event& best) const {
-    if (may_reach_edge<kBoundary>(c_, step_.problem.space.position[it.index]))
+    if (may_reach_edge<kBoundary>(c_, step_.problem.present[it.index]))
       keep_edge_event<kBoundary>(c_, it.line, best);
     if (c_.ball == BallRole::absent || cluster_.has_ball || !step_.is_near_ball(it.index)) return;
     keep_earlier(best, {meeting_ball<kBoundary>(c_, step_.ball.line, it.line), kBallPartner, kBallPartner});
   }
 
+  void predict_changed(std::uint32_t m) {
+    step_.search(member(m).index, member(m).line, worker_.reached[0]);
+    predict_changed(m, kNone, worker_.reached[0]);
+  }
+
   // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well
   // and has its own turn.
-  void predict_changed(std::uint32_t m, std::uint32_t partner) {
+  void predict_changed(std::uint32_t m, std::uint32_t partner, const Reached& reached) {
     const Member it = member(m);
     const bool gone = is_retired(it.line.anchor);
-    const std::uint32_t own_id = id(it.index);
-    step_.search_reachable(worker_, it.index, it.line, static_cast<double>(it.fastest_mps));
     Event best;
-    for (const std::uint32_t j : worker_.scratch.finds) {
+    for (const std::uint32_t j : reached.overlapping) {
       const std::uint32_t owner = step_.owner_of(j);
-      if (owner != index_) {
-        if (gone || is_retired(step_.lines.position[j])) continue;
-        if (owner != kNone) worker_.border.push_back({it.index, j});
-        keep_earlier(best, {meeting<kBoundary>(c_, it.line, step_.line(j)), j, id(j)});
+      if (owner == index_) {
+        predict_between(it, j, gone, partner, best);
         continue;
       }
-      const std::uint32_t n = step_.place[j];
-      const Member& other = member(n);
-      const Line there = other.line;
-      if (is_retired(there.anchor)) continue;
-      const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, it.line, there);
-      keep_earlier(best, {tick, j, id(j)});
-      if (n == partner) continue;
-      const Event now{tick, it.index, own_id};
-      if (other.event.partner == it.index)
-        worker_.flagged.push_back(n);
-      else if (tick != kNoTick && comes_before(now, other.event))
-        set_event(n, now);
+      if (gone) continue;
+      if (owner != kNone) worker_.border.push_back({it.index, j});
+      keep_earlier(best, {meeting<kBoundary>(c_, it.line, step_.line(j)), j, id(j)});
+    }
+    for (const std::uint32_t j : reached.owned) {
+      if (step_.owner_of(j) == index_)
+        predict_between(it, j, gone, partner, best);
+      else if (!gone)
+        worker_.border.push_back({it.index, j});
     }
     if (!gone) keep_edge_and_ball(it, best);
     set_event(m, best);
     if (cluster_.has_ball) heed_ball(it);
   }
 
+  // Its event with member j, for both.
+  void predict_between(const Member& it, std::uint32_t j, bool gone, std::uint32_t partner, Event& best) {
+    const std::uint32_t n = step_.place[j];
+    const Member& other = member(n);
+    if (is_retired(other.line.anchor)) return;
+    const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, it.line, other.line);
+    keep_earlier(best, {tick, j, id(j)});
+    if (n == partner) return;
+    const Event now{tick, it.index, id(it.index)};
+    if (other.event.partner == it.index)
+      worker_.flagged.push_back(n);
+    else if (tick != kNoTick && comes_before(now, other.event))
+      set_event(n, now);
+  }
+
   // Of the members whose next event was with one that changed.
   void predict_flagged() {
     for (const std::uint32_t m : worker_.flagged) {
       const Member it = member(m);
-      step_.search_reachable(worker_, it.index, it.line, static_cast<double>(it.fastest_mps));
+      Reached& reached = worker_.reached[0];
+      step_.search(it.index, it.line, reached);
       Event best;
-      for (const std::uint32_t j : worker_.scratch.finds) {
-        const Line there = line_now(j);
+      const auto consider = [&](std::uint32_t j, const Line& there) {
         if (!is_retired(there.anchor)) keep_earlier(best, {meeting<kBoundary>(c_, it.line, there), j, id(j)});
+      };
+      for (const std::uint32_t j : reached.overlapping) consider(j, line_now(j));
+      for (const std::uint32_t j : reached.owned) {
+        if (step_.owner_of(j) == index_) consider(j, member(step_.place[j]).line);
       }
       keep_edge_and_ball(it, best);
       set_event(m, best);

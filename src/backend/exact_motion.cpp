@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "backend/exact_bounds.hpp"
+#include "backend/positions_at.hpp"
 
 namespace pf {
 namespace {
@@ -81,19 +82,8 @@ void ExactMotion::find_present(const ExactConstants& c, const SortedParcels& par
   const ParcelArrays& lines = parcels.current;
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, parcels.size());
-    for (std::size_t i = begin; i < end; ++i) {
-      const Line line{lines.position[i], lines.velocity[i], lines.tick[i]};
-      switch (c.step.physics.world.boundary) {
-        case Boundary::walls:
-          present_[i] = position_at<Boundary::walls>(c, line, 0);
-          break;
-        case Boundary::periodic:
-          present_[i] = position_at<Boundary::periodic>(c, line, 0);
-          break;
-        default:
-          present_[i] = position_at<Boundary::open>(c, line, 0);
-      }
-    }
+    positions_at(c, lines.position.data(), lines.velocity.data(), lines.tick.data(), 0, begin, end,
+                 present_.data());
   });
 }
 
@@ -121,16 +111,10 @@ void ExactMotion::one_step(const ExactConstants& base, std::uint64_t until, cons
   while (true) {
     plan_step(progress_, until, longest, c);
     sort_if_due(c, parcels, report);
-    SearchSpace& space = problem.space;
-    space.position = present_.data();
-    space.cell_start = parcels.cell_start.data();
-    space.grid = parcels.grid;
-    space.world = c.step.physics.world;
-    space.num_parcels = static_cast<std::uint32_t>(parcels.size());
-    space.all_pairs = request.neighbors == Neighbors::all_pairs || needs_all_pairs(c);
-    space.velocity = parcels.current.velocity.data();
-    space.contact = static_cast<float>(c.step.contact_distance);
-    space.units_in_step_per_mps = static_cast<float>(c.units_per_tick * c.length);
+    problem.present = present_.data();
+    problem.cell_start = parcels.cell_start.data();
+    problem.grid = parcels.grid;
+    problem.all_pairs = request.neighbors == Neighbors::all_pairs || needs_all_pairs(c);
     problem.travel = progress_.travel;
     problem.fastest_mps = progress_.fastest_mps;
     ExactBall ball = ball_in_step(c, progress_);

@@ -11,7 +11,8 @@ namespace pf {
 namespace {
 
 constexpr std::size_t kAloneClusters = 16;
-constexpr std::size_t kAtATime = 16;  // clusters that a thread fetches
+constexpr std::size_t kAtATime = 16;    // clusters that a thread takes at once
+constexpr std::size_t kFetchAhead = 4;  // so many clusters before its turn, memory is asked for its parcels
 
 using Atomic = std::atomic_ref<std::uint32_t>;
 
@@ -64,12 +65,27 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     std::size_t end = 0;
   };
 
+  void fetch(std::uint32_t k) const {
+    const Cluster& cluster = self.clusters_[k];
+    for (std::uint32_t m = 0; m < std::min(cluster.num_seeds, 4U); ++m) {
+      const std::uint32_t i = self.seeds_[cluster.first_seed + m];
+      const void* wanted[] = {&lines.position[i], &lines.velocity[i],  &lines.tick[i],
+                              &lines.id[i],       &problem.present[i], &self.event_key_[i],
+                              &self.place_[i],    &self.owner_[i],     &self.event_partner_[i],
+                              &self.discs_.x[i],  &self.discs_.y[i],   &self.discs_.radius[i]};
+      for (const void* line : wanted) __builtin_prefetch(line);
+    }
+  }
+
   void solve_rest(unsigned thread, Rest& rest) {
     while (true) {
       const std::size_t begin = rest.next.fetch_add(kAtATime, std::memory_order_relaxed);
       if (begin >= rest.end) return;
       const std::size_t end = std::min(rest.end, begin + kAtATime);
-      for (std::size_t k = begin; k < end; ++k) solve(thread, self.todo_[k]);
+      for (std::size_t k = begin; k < end; ++k) {
+        if (k + kFetchAhead < rest.end) fetch(self.todo_[k + kFetchAhead]);
+        solve(thread, self.todo_[k]);
+      }
     }
   }
 
@@ -282,6 +298,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
         const Member& member = members[m];
         const std::uint32_t i = member.index;
         self.owner_[i] = kNone;
+        self.event_key_[i] = kNoEvent;
         if (!keep || !member.has_changed) continue;
         lines.position[i] = member.line.anchor;
         lines.velocity[i] = member.line.velocity;
@@ -294,18 +311,17 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
   }
 };
 
-void ExactStepper::prepare(const ExactProblem& problem, std::size_t num_parcels) {
+void ExactStepper::prepare(std::size_t num_parcels) {
   if (owner_.size() != num_parcels + kSearchPadding) owner_.assign(num_parcels + kSearchPadding, kNone);
+  discs_.resize(num_parcels);
   workers_.resize(team_.size());
   for (ExactWorker& worker : workers_) {
-    worker.space = problem.space;
-    worker.space.owner = owner_.data();
     worker.tally = {};
     worker.members.clear();
     worker.segments.clear();
     worker.events.clear();
   }
-  event_key_.resize(num_parcels);
+  if (event_key_.size() != num_parcels) event_key_.assign(num_parcels, kNoEvent);
   event_partner_.resize(num_parcels);
   place_.resize(num_parcels);
 }
@@ -333,7 +349,7 @@ ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines,
 
 ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
                                 Vec2i* at_end, std::vector<EventRecord>* events) {
-  prepare(problem, lines.id.size());
+  prepare(lines.id.size());
   switch (problem.constants.step.physics.world.boundary) {
     case Boundary::walls:
       return run<Boundary::walls>(problem, lines, ball, at_end, events);
@@ -349,7 +365,7 @@ std::uint64_t ExactStepper::memory_bytes() const {
       8 * event_key_.capacity() +
       4 * (event_partner_.capacity() + owner_.capacity() + place_.capacity() + active_.capacity() +
            near_ball_.capacity() + seeds_.capacity() + todo_.capacity()) +
-      sizeof(Cluster) * clusters_.capacity();
+      sizeof(Cluster) * clusters_.capacity() + discs_.memory_bytes();
   for (const ExactWorker& worker : workers_)
     bytes += sizeof(Member) * worker.members.capacity() + sizeof(Segment) * worker.segments.capacity();
   return bytes;

@@ -44,11 +44,12 @@ class ExactStepper {
   ExactOutcome run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
                    std::vector<EventRecord>* events);
 
-  void prepare(const ExactProblem& problem, std::size_t num_parcels);
+  void prepare(std::size_t num_parcels);
 
   ThreadTeam& team_;
   std::vector<ExactWorker> workers_;
-  std::vector<std::uint64_t> event_key_;  // n each
+  BoundingDiscs discs_;                   // n
+  std::vector<std::uint64_t> event_key_;  // n each; kNoEvent between steps
   std::vector<std::uint32_t> event_partner_;
   std::vector<std::uint32_t> owner_;   // n + kSearchPadding; kNone between steps
   std::vector<std::uint32_t> place_;   // while clusters are formed: towards a parcel of the same cluster

@@ -1,0 +1,53 @@
+// The contiguous ranges of sorted parcels that a search box covers, as a list. (A function object called for
+// each would not have the target attribute of a vectorised search that makes it.)
+#pragma once
+
+#include <cstdint>
+#include <cstdlib>
+
+#include "model/grid.hpp"
+
+namespace pf {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+// Entries after the last parcel that a search may read (and ignores).
+constexpr std::size_t kSearchPadding = 8;
+
+struct CandidateRanges {
+  static constexpr int kMost = 64;
+  struct Range {
+    std::uint32_t first, last;
+  };
+  Range at[kMost];
+  int num = 0;
+
+  // As visit_candidate_ranges of model/grid.hpp; of a box of very many rows everything.
+  template <Boundary kBoundary>
+  void list(const GridShape& grid, const std::uint32_t* cell_start, Vec2i position, std::int32_t reach,
+            std::uint32_t num_parcels) {
+    num = 0;
+    visit_candidate_ranges<kBoundary>(grid, cell_start, position, reach,
+                                      [&](std::uint32_t first, std::uint32_t last) {
+                                        if (num < kMost) at[num] = {first, last};
+                                        ++num;
+                                      });
+    if (num > kMost) list_all(num_parcels);
+  }
+
+  void list_all(std::uint32_t num_parcels) {
+    at[0] = {0, num_parcels};
+    num = 1;
+  }
+};
+
+// Whether no box around it crosses the edge of a periodic world: then whoever is within reach is so by the
+// stored positions, and whoever else is more than half a world away by them is out of reach.
+inline bool is_far_from_edge(const World& world, Vec2i position, std::int32_t reach) {
+  const auto room = [](std::int32_t coordinate, std::int32_t half) {
+    return static_cast<std::int64_t>(half) - std::abs(static_cast<std::int64_t>(coordinate));
+  };
+  return room(position.x, world.half.x) > reach && room(position.y, world.half.y) > reach;
+}
+
+}  // namespace pf

@@ -1,0 +1,307 @@
+// The broad phase of method exact on the CPU: what it does eight at a time against plain loops, and that it
+// misses nobody.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "backend/cell_sort.hpp"
+#include "backend/disc_search.hpp"
+#include "backend/positions_at.hpp"
+#include "core/random.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
+
+// A gas that flew on straight lines for `age_ticks` since it was sorted, at the begin of a step of `length`.
+struct Gas {
+  SceneRun run;
+  ExactConstants c;
+  ParcelArrays lines;  // anchored where they were sorted
+  std::vector<Vec2i> present;
+  std::vector<std::uint32_t> owner, cell_start;
+  BoundingDiscs discs;
+  DiscSpace space;
+
+  Gas(std::int64_t n, double area_fraction, Boundary boundary, double cell_width)
+      : run(gas(n, area_fraction, boundary)), c(make_exact_constants(run.physics, 0.0)) {
+    const ParcelSnapshot snapshot = run.backend->snapshot();
+    const auto num = static_cast<std::uint32_t>(snapshot.position.size());
+    ParcelArrays parcels;
+    parcels.resize(num);
+    lines.resize(num);
+    std::copy(snapshot.position.begin(), snapshot.position.end(), parcels.position.begin());
+    std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels.velocity.begin());
+    for (std::uint32_t i = 0; i < num; ++i) parcels.id[i] = i;
+    ThreadTeam team(1);
+    CellSort cell_sort;
+    PhaseTimes times;
+    space.grid = choose_grid(run.physics.world, num, cell_width / run.physics.world.unit_m, 20.0);
+    cell_sort.sort(team, space.grid, parcels.position.data(), parcels, lines, cell_start, times);
+
+    float fastest2 = 0.0F;
+    for (std::uint32_t i = 0; i < num; ++i)
+      fastest2 = std::max(fastest2, dot(lines.velocity[i], lines.velocity[i]));
+    const double fastest_mps = std::sqrt(static_cast<double>(fastest2));
+    const double ticks_per_diameter = c.step.contact_distance / (fastest_mps * c.units_per_tick);
+    const auto age = static_cast<std::uint32_t>(0.6 * ticks_per_diameter);
+    c.length = static_cast<std::uint32_t>(1.5 * ticks_per_diameter);
+    c.begin = 4000000000U;  // soon to wrap around
+    c.max_speed_mps = 1.2 * fastest_mps;
+    lines.tick.assign(num, c.begin - age);
+    present.resize(num + kSearchPadding);
+    positions_at(c, lines.position.data(), lines.velocity.data(), lines.tick.data(), 0, 0, num,
+                 present.data());
+    discs.resize(num);
+    set_discs(present.data(), lines.velocity.data(), units_in_step(), half_contact(), 0, num, discs);
+    owner.assign(num + kSearchPadding, kNone);  // every third is owned
+    for (std::size_t i = 0; i < num; i += 3) owner[i] = 0;
+    space.x = discs.x.data();
+    space.y = discs.y.data();
+    space.radius = discs.radius.data();
+    space.owner = owner.data();
+    space.cell_start = cell_start.data();
+    space.num_parcels = num;
+    set_reaches(c, fastest_mps, static_cast<std::int64_t>(0.6 * c.step.contact_distance) + 2, space);
+  }
+
+  float units_in_step() const { return static_cast<float>(c.units_per_tick * c.length); }
+  float half_contact() const { return static_cast<float>(0.5 * c.step.contact_distance); }
+  Line line(std::uint32_t i) const { return {lines.position[i], lines.velocity[i], lines.tick[i]}; }
+  // On a line that is turned by a right angle.
+  Mover mover(std::uint32_t i) const {
+    return {i, bounding_disc(present[i], perpendicular(lines.velocity[i]) * units_in_step(), half_contact())};
+  }
+};
+
+struct Case {
+  std::int64_t n;
+  double area_fraction, cell_width;
+};
+// Few and many parcels, and rows of cells of 1 to more than 24 of them.
+constexpr Case kCases[] = {{1, 0.05, 1.0},   {7, 0.15, 1.0},   {40, 0.15, 1.5},  {3000, 0.2, 0.5},
+                           {3000, 0.2, 2.8}, {3000, 0.2, 6.0}, {3000, 0.6, 2.0}, {3000, 0.6, 6.0}};
+constexpr Boundary kBoundaries[] = {Boundary::open, Boundary::walls, Boundary::periodic};
+
+std::string name(const Case& in, Boundary boundary) {
+  return std::to_string(in.n) + " parcels, area fraction " + std::to_string(in.area_fraction) +
+         ", cells of " + std::to_string(in.cell_width) + ", boundary " +
+         std::to_string(static_cast<int>(boundary));
+}
+
+Pairs overlaps(const Gas& gas, const DiscSearch& search, std::uint32_t at_a_time) {
+  Pairs all;
+  DiscPairs pairs;
+  for (std::uint32_t begin = 0; begin < gas.space.num_parcels; begin += at_a_time) {
+    search.overlaps(gas.space, begin, std::min(begin + at_a_time, gas.space.num_parcels), pairs);
+    for (const auto [i, j] : pairs.found)
+      EXPECT_TRUE(all.insert({i, j}).second) << i << ", " << j << " twice";
+  }
+  return all;
+}
+
+Reached sorted(Reached reached) {
+  std::sort(reached.overlapping.begin(), reached.overlapping.end());
+  std::sort(reached.owned.begin(), reached.owned.end());
+  return reached;
+}
+
+void expect_same(const Reached& a, const Reached& b, std::uint32_t i) {
+  EXPECT_EQ(sorted(a).overlapping, sorted(b).overlapping) << "of " << i;
+  EXPECT_EQ(sorted(a).owned, sorted(b).owned) << "of " << i;
+}
+
+// Of two that share a box, which holds more than a parcel's own.
+void expect_as_much(const Reached& a, const Reached& alone, std::uint32_t i) {
+  EXPECT_EQ(sorted(a).overlapping, sorted(alone).overlapping) << "of " << i;
+  const std::vector<std::uint32_t> owned = sorted(a).owned, owned_alone = sorted(alone).owned;
+  EXPECT_TRUE(std::includes(owned.begin(), owned.end(), owned_alone.begin(), owned_alone.end()))
+      << "of " << i;
+  EXPECT_LE(owned.size(), owned_alone.size() + 3) << "of " << i;
+}
+
+TEST(Discs, FastestFindsWhatThePlainLoopsFind) {
+  for (const Boundary boundary : kBoundaries) {
+    const DiscSearch fastest = choose_disc_search(boundary), plain = plain_disc_search(boundary);
+    for (const Case& in : kCases) {
+      SCOPED_TRACE(name(in, boundary));
+      Gas gas(in.n, in.area_fraction, boundary, in.cell_width);
+      for (const bool all_pairs : {false, true}) {
+        gas.space.all_pairs = all_pairs;
+        EXPECT_EQ(overlaps(gas, fastest, 100), overlaps(gas, plain, 64));
+        Reached one, other, two[2];
+        for (std::uint32_t i = 0; i < gas.space.num_parcels; i += all_pairs ? 97 : 1) {
+          fastest.reach(gas.space, gas.mover(i), one);
+          plain.reach(gas.space, gas.mover(i), other);
+          expect_same(one, other, i);
+          const std::uint32_t next = std::min(i + 1, gas.space.num_parcels - 1);
+          fastest.reach_of_two(gas.space, {gas.mover(i), gas.mover(next)}, two);
+          expect_as_much(two[0], other, i);
+          plain.reach(gas.space, gas.mover(next), other);
+          expect_as_much(two[1], other, next);
+        }
+      }
+    }
+  }
+}
+
+// Whoever meets does so by the precise test, of all pairs.
+template <Boundary kBoundary>
+void expect_all_meetings(const Case& in) {
+  SCOPED_TRACE(name(in, kBoundary));
+  const Gas gas(in.n, in.area_fraction, kBoundary, in.cell_width);
+  const Pairs found = overlaps(gas, choose_disc_search(kBoundary), 256);
+  Reached reached;
+  int num_meetings = 0, num_reached = 0;
+  for (std::uint32_t i = 0; i < gas.space.num_parcels; ++i) {
+    choose_disc_search(kBoundary).reach(gas.space, gas.mover(i), reached);
+    const std::set<std::uint32_t> of_mover(reached.overlapping.begin(), reached.overlapping.end());
+    const Line turned{gas.present[i], perpendicular(gas.lines.velocity[i]), gas.c.begin};
+    for (std::uint32_t j = 0; j < gas.space.num_parcels; ++j) {
+      if (j > i && meeting<kBoundary>(gas.c, gas.line(i), gas.line(j)) != kNoTick) {
+        ++num_meetings;
+        EXPECT_TRUE(found.contains({i, j})) << i << ", " << j;
+      }
+      if (j != i && meeting<kBoundary>(gas.c, turned, gas.line(j)) != kNoTick) {
+        ++num_reached;
+        EXPECT_TRUE(of_mover.contains(j)) << i << ", turned, and " << j;
+      }
+    }
+  }
+  if (in.n < 1000) return;
+  EXPECT_GT(num_meetings, 100);
+  EXPECT_GT(num_reached, 200);
+  EXPECT_LT(found.size(), 12U * static_cast<std::size_t>(num_meetings));  // nor does it find anybody
+}
+
+TEST(Discs, OfAllThatMeetOverlap) {
+  for (const Case& in : kCases) {
+    expect_all_meetings<Boundary::open>(in);
+    expect_all_meetings<Boundary::walls>(in);
+    expect_all_meetings<Boundary::periodic>(in);
+  }
+}
+
+// What an owned parcel may touch is within owned_radius of its disc's centre: the far end of the longest path
+// in any direction.
+TEST(Discs, OwnedParcelsAreReachedWhereverTheyGo) {
+  for (const Boundary boundary : kBoundaries) {
+    const Gas gas(3000, 0.2, boundary, 2.8);
+    const double path = gas.c.max_speed_mps * gas.c.units_per_tick * gas.c.length;
+    Reached reached;
+    for (std::uint32_t i = 0; i < gas.space.num_parcels; i += 3) {
+      const double angle = 0.1 * i;
+      const Vec2d way{std::cos(angle) * (path + gas.c.step.contact_distance - 4.0),
+                      std::sin(angle) * (path + gas.c.step.contact_distance - 4.0)};
+      const Vec2i there{static_cast<std::int32_t>(gas.present[i].x + way.x),
+                        static_cast<std::int32_t>(gas.present[i].y + way.y)};
+      if (std::abs(there.x) > gas.c.step.physics.world.half.x ||
+          std::abs(there.y) > gas.c.step.physics.world.half.y)
+        continue;
+      choose_disc_search(boundary).reach(gas.space, {kNone, bounding_disc(there, {}, gas.half_contact())},
+                                         reached);
+      std::vector<std::uint32_t> all = reached.overlapping;
+      all.insert(all.end(), reached.owned.begin(), reached.owned.end());
+      EXPECT_NE(std::find(all.begin(), all.end(), i), all.end()) << i;
+    }
+  }
+}
+
+TEST(Discs, AreTheSameSetTogetherAsOneByOne) {
+  constexpr std::size_t kNum = 1000;
+  std::vector<Vec2i> present(kNum);
+  std::vector<Vec2f> velocity(kNum);
+  std::uint64_t random = 1;
+  const auto next = [&] { return random = mix64(random); };
+  for (std::size_t i = 0; i < kNum; ++i) {
+    present[i] = {static_cast<std::int32_t>(next()) / 2, static_cast<std::int32_t>(next()) / 2};
+    velocity[i] = {static_cast<float>(next() % 2001) - 1000.0F, static_cast<float>(next() % 2001) - 1000.0F};
+    if (i % 50 == 7) present[i] = {kRetired, 0};
+  }
+  BoundingDiscs discs;
+  discs.resize(kNum);
+  const auto check = [&](bool all_finite) {
+    for (const auto& [begin, end] : {std::pair{0, 1000}, {3, 998}, {5, 9}}) {
+      const Speeds speeds = set_discs(present.data(), velocity.data(), 1e3F, 1e6F, begin, end, discs);
+      float largest2 = 0.0F;
+      for (int i = begin; i < end; ++i) {
+        const float speed2 = dot(velocity[i], velocity[i]);
+        const bool counts = !is_retired(present[i]) && speed2 < kFiniteSpeed2;
+        EXPECT_EQ(std::isnan(discs.radius[i]), !counts) << i;
+        if (!counts) continue;
+        const Disc one = bounding_disc(present[i], velocity[i] * 1e3F, 1e6F);
+        EXPECT_EQ(std::tuple(discs.x[i], discs.y[i], discs.radius[i]), std::tuple(one.x, one.y, one.radius))
+            << i;
+        largest2 = std::max(largest2, speed2);
+      }
+      EXPECT_EQ(speeds.largest2, largest2);
+      EXPECT_EQ(speeds.all_finite, all_finite || begin > 500 || end <= 100);
+    }
+  };
+  check(true);
+  velocity[107].x = std::numeric_limits<float>::infinity();  // retired
+  check(true);
+  velocity[101].x = std::numeric_limits<float>::quiet_NaN();
+  velocity[300].y = std::numeric_limits<float>::infinity();
+  check(false);
+}
+
+template <Boundary kBoundary>
+void expect_positions(const World& world) {
+  Settings settings = gas(3000, 0.2, kBoundary);
+  SceneRun run(settings);
+  ExactConstants c = make_exact_constants(run.physics, 0.0);
+  c.step.physics.world.half = world.half;
+  c.begin = 5;
+  constexpr std::size_t kNum = 3001;
+  std::vector<Vec2i> anchor(kNum), position(kNum);
+  std::vector<Vec2f> velocity(kNum);
+  std::vector<std::uint32_t> tick(kNum);
+  std::uint64_t random = 1;
+  const auto next = [&] { return random = mix64(random); };
+  const auto anywhere = [&](std::int32_t half) {  // every other close to an edge
+    const auto at = static_cast<std::int32_t>(next() % (2ULL * half) - half);
+    return random % 2 == 0 ? at
+                           : (at < 0 ? -half : half - 1) +
+                                 static_cast<std::int32_t>(random / 2 % 999) * (at < 0 ? 1 : -1);
+  };
+  int num_at_edge = 0;
+  for (const double age : {0.0, 1e3, 1e5, 1e9}) {
+    for (std::size_t i = 0; i < kNum; ++i) {
+      anchor[i] = {anywhere(world.half.x), anywhere(world.half.y)};
+      if (i % 71 == 3) anchor[i] = {kRetired, 0};
+      velocity[i] = {1e-3F * static_cast<float>(next() % 32001) - 16.0F,
+                     1e-3F * static_cast<float>(next() % 32001) - 16.0F};
+      tick[i] = c.begin - static_cast<std::uint32_t>(age * static_cast<double>(next() % 1000) / 1000.0);
+    }
+    for (const std::int32_t at : {0, 70000}) {
+      std::fill(position.begin(), position.end(), Vec2i{});
+      positions_at(c, anchor.data(), velocity.data(), tick.data(), at, 1, kNum, position.data());
+      EXPECT_EQ(position[0], Vec2i{});
+      for (std::size_t i = 1; i < kNum; ++i) {
+        const Vec2i one = position_at<kBoundary>(c, {anchor[i], velocity[i], tick[i]}, at);
+        ASSERT_EQ(position[i], one) << i << ", age " << age << ", boundary " << static_cast<int>(kBoundary);
+        if (std::abs(static_cast<std::int64_t>(one.x)) >= world.half.x - wall_radius(c.step)) ++num_at_edge;
+      }
+    }
+  }
+  EXPECT_GT(num_at_edge, 100);
+}
+
+TEST(PositionsAt, AreThoseOfOneLineAtATime) {
+  for (const std::int32_t half_y : {kHalfSide, kHalfSide / 3}) {
+    World world;
+    world.half = {kHalfSide, half_y};
+    expect_positions<Boundary::open>(world);
+    expect_positions<Boundary::walls>(world);
+    expect_positions<Boundary::periodic>(world);
+  }
+}
+
+}  // namespace
+}  // namespace pf::test
