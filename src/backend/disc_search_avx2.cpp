@@ -231,8 +231,8 @@ struct Blocks {
   void add(std::uint32_t begin, std::uint32_t end) {
     const unsigned at = std::min(num, kMost);
     for (unsigned k = 0; k < 3; ++k) {
-      first[at + k] = begin + 8 * k;
-      last[at + k] = std::max(end, begin + 8 * k);
+      first[at + k] = std::min(begin + 8 * k, end);
+      last[at + k] = end;
     }
     num += (end - begin + 7) / 8 + (end - begin > 24 ? kMost : 0);
   }
