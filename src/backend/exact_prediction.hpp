@@ -130,9 +130,10 @@ struct ExactStepper::Prediction {
   bool is_finite(std::size_t i) const { return dot(lines.velocity[i], lines.velocity[i]) < kFiniteSpeed2; }
 
   void predict_edge_and_ball(ExactWorker& worker, std::uint32_t i) {
+    if (is_retired(lines.position[i]) || !is_finite(i)) return;
     const bool near_edge = may_reach_edge<kBoundary>(c, problem.present[i]);
     const bool near_ball = c.ball == BallRole::frozen && step.is_near_ball(i);
-    if (!(near_edge || near_ball) || is_retired(lines.position[i]) || !is_finite(i)) return;
+    if (!near_edge && !near_ball) return;
     const Line here = step.line(i);
     Event best;
     if (near_edge) keep_edge_event<kBoundary>(c, here, best);
