@@ -17,7 +17,7 @@ inline std::int32_t reach_of(const Disc& disc, std::int32_t others) {
 
 // The ranges of candidates in the box around a disc that reaches `others` beyond it.
 template <Boundary kBoundary>
-void list_ranges(const DiscSpace& space, const Disc& disc, std::int32_t others, CandidateRanges& ranges) {
+void list_candidates(const DiscSpace& space, const Disc& disc, std::int32_t others, CandidateRanges& ranges) {
   if (space.all_pairs) return ranges.list_all(space.num_parcels);
   ranges.list<kBoundary>(space.grid, space.cell_start, centre_of(disc), reach_of(disc, others),
                          space.num_parcels);

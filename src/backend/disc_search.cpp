@@ -44,7 +44,7 @@ void overlaps_plainly(const DiscSpace& space, std::uint32_t begin, std::uint32_t
   for (std::uint32_t i = begin; i < end; ++i) {
     const PlainTest<kBoundary == Boundary::periodic> test{space, disc_at(space, i)};
     if (std::isnan(test.disc.radius)) continue;
-    list_ranges<kBoundary>(space, test.disc, space.reach, pairs.ranges);
+    list_candidates<kBoundary>(space, test.disc, space.reach, pairs.ranges);
     for (int r = 0; r < pairs.ranges.num; ++r) {
       const auto [first, last] = pairs.ranges.at[r];
       for (std::uint32_t j = std::max(first, i + 1); j < last; ++j) {
@@ -59,7 +59,7 @@ void reach_plainly(const DiscSpace& space, const Mover& mover, Reached& reached)
   const PlainTest<kBoundary == Boundary::periodic> test{space, mover.disc};
   reached.overlapping.clear();
   reached.owned.clear();
-  list_ranges<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
+  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
   for (int r = 0; r < reached.ranges.num; ++r) {
     const auto [first, last] = reached.ranges.at[r];
     for (std::uint32_t j = first; j < last; ++j) {
@@ -77,9 +77,6 @@ void reach_of_two_plainly(const DiscSpace& space, const Mover (&movers)[2], Reac
   for (int k = 0; k < 2; ++k) reach_plainly<kBoundary>(space, movers[k], reached[k]);
 }
 
-// As a reach must be to stay within 32 bits with the position it is from.
-std::int32_t saturated(double units) { return static_cast<std::int32_t>(std::min(units, 1.0e9)); }
-
 }  // namespace
 
 void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t travel, DiscSpace& space) {
@@ -90,8 +87,8 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t trave
   const double around = 0.5 * c.step.contact_distance * kDiscRelative + 2.0 * kDiscMargin;
   const auto since_sort = static_cast<double>(travel);
   space.world = c.step.physics.world;
-  space.reach = saturated(around + 2.0 * half_path * kDiscRelative + since_sort);
-  space.reach_owned = saturated(around + longest_path * kDiscRelative + since_sort);
+  space.reach = saturated_reach(around + 2.0 * half_path * kDiscRelative + since_sort);
+  space.reach_owned = saturated_reach(around + longest_path * kDiscRelative + since_sort);
   space.owned_radius = static_cast<float>(around + (longest_path + half_path) * kDiscRelative);
 }
 

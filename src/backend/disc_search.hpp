@@ -1,11 +1,12 @@
 // Which bounding discs overlap, and whom a parcel on a new line may meet, with what the processor has.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 #include "backend/bounding_discs.hpp"
-#include "model/exact.hpp"
+#include "model/exact_plan.hpp"
 
 namespace pf {
 
@@ -27,8 +28,14 @@ struct DiscSpace {
   float owned_radius = 0.0F;  // around the centre of an owned parcel's disc, of all that it may touch
 };
 
-// Sets world, reaches and owned_radius of a space of discs in a step. fastest_mps: bound on the parcels' speeds
-// at its begin; travel: bound on how far along an axis anything has come since it was sorted, position units.
+// As the reach of a box must be for its sides to stay within 32 bits.
+inline std::int32_t saturated_reach(double units) {
+  return static_cast<std::int32_t>(std::min(units, kLongestReach));
+}
+
+// Sets world, reaches and owned_radius of a space of discs in a step. fastest_mps: bound on the parcels'
+// speeds at its begin; travel: bound on how far along an axis anything has come since it was sorted, position
+// units.
 void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t travel, DiscSpace& space);
 
 struct IndexPair {
@@ -47,7 +54,7 @@ struct Mover {
   Disc disc;
 };
 
-// Whom one may meet.
+// Whom one may meet from now on.
 struct Reached {
   CandidateRanges ranges;
   std::vector<std::uint32_t> overlapping;  // their discs overlap

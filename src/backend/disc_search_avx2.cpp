@@ -95,7 +95,7 @@ __attribute__((PF_AVX2_SEARCH)) void append_pairs_anywhere(const DiscSpace& spac
   const Disc disc = disc_at(space, i);
   if (std::isnan(disc.radius)) return;
   const Test<kBoundary == Boundary::periodic> test(space, disc);
-  list_ranges<kBoundary>(space, disc, space.reach, pairs.ranges);
+  list_candidates<kBoundary>(space, disc, space.reach, pairs.ranges);
   for (int r = 0; r < pairs.ranges.num; ++r) {
     const auto [first, last] = pairs.ranges.at[r];
     append_pairs(test, i, std::max(first, i + 1), last, pairs);
@@ -267,7 +267,7 @@ template <Boundary kBoundary>
 __attribute__((PF_AVX2_SEARCH)) void reach_anywhere(const DiscSpace& space, const Mover& mover,
                                                     Reached& reached) {
   const Test<kBoundary == Boundary::periodic> test(space, mover.disc);
-  list_ranges<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
+  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
   for (int r = 0; r < reached.ranges.num; ++r) {
     const auto [first, last] = reached.ranges.at[r];
     for (std::uint32_t j = first; j < last; j += 8) append_reached(test, &j, &last, 1, mover.index, reached);

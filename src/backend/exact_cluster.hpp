@@ -107,7 +107,6 @@ struct ExactWorker {
   CpuTally tally;
   std::vector<Hit> hits;
   std::vector<std::uint32_t> found;
-  std::vector<std::uint32_t> flagged;
   std::vector<Entry> queue;
   std::vector<Member> members;    // of all clusters that it solved
   std::vector<Segment> segments;  // of these members
@@ -170,25 +169,16 @@ struct ExactStep {
     return std::atomic_ref<std::uint32_t>(of).compare_exchange_strong(seen, cluster) ? cluster : seen;
   }
 
-  static std::int32_t saturated(double units) { return static_cast<std::int32_t>(std::min(units, 1.0e9)); }
-
   float half_contact() const { return static_cast<float>(0.5 * c.step.contact_distance); }
 
-  // Of a parcel on a line of the step, from its anchor or the begin on; of one that has left, all that it may
-  // have passed.
+  // Of a parcel on a line of the step, from its anchor or the begin on.
   Disc disc_of(std::uint32_t i, const Line& now) const {
-    if (is_retired(now.anchor)) {
-      const double anywhere = 2.0 * c.max_speed_mps * c.units_per_tick * c.length;
-      Disc disc = bounding_disc(problem.present[i], {static_cast<float>(anywhere), 0.0F}, half_contact());
-      disc.x = static_cast<float>(problem.present[i].x);
-      return disc;
-    }
     const std::int32_t since = std::max(anchor_time(c, now), 0);
+    const Vec2i from = since > 0 ? now.anchor : problem.present[i];
     const auto units = static_cast<float>(c.units_per_tick * static_cast<double>(c.length - since));
     const double speed2 = dot(now.velocity, now.velocity);
     const bool within = speed2 <= c.max_speed_mps * c.max_speed_mps;  // else the step is given up
-    return bounding_disc(since > 0 ? now.anchor : problem.present[i], now.velocity * (within ? units : 0.0F),
-                         half_contact());
+    return bounding_disc(from, within ? now.velocity * units : Vec2f{}, half_contact());
   }
 
   // Whom parcels on other lines than at the begin may meet.

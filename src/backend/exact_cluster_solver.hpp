@@ -143,7 +143,10 @@ class ClusterSolver {
     if (is_parcel(event.partner)) {
       const std::uint32_t other = join(event.partner);
       if (other == kNone) return false;
-      resolve_pair(m, other, event.tick);
+      if (is_out_of_date(m, other))
+        predict_anew(m);
+      else
+        resolve_pair(m, other, event.tick);
       return true;
     }
     if (event.partner != kBallPartner) {
@@ -155,8 +158,16 @@ class ClusterSolver {
       hit_ball(m, event.tick, step_.ball.line);
       predict_changed(m);
     }
-    predict_flagged();
     return true;
+  }
+
+  // Whether the partner of m's event has left the line that the event was predicted on; nobody told m. Its
+  // true next event is not earlier: that would have taken the other's place.
+  bool is_out_of_date(std::uint32_t m, std::uint32_t partner) {
+    const Member& other = member(partner);
+    if (!other.has_changed) return false;
+    return is_retired(other.line.anchor) ||
+           meeting<kBoundary>(c_, member(m).line, other.line) != member(m).event.tick;
   }
 
   void resolve_pair(std::uint32_t one, std::uint32_t other, std::uint32_t tick) {
@@ -177,7 +188,6 @@ class ClusterSolver {
     step_.search({mover(a), mover(b)}, worker_.reached);
     predict_changed(a, b, worker_.reached[0]);
     predict_changed(b, a, worker_.reached[1]);
-    predict_flagged();
   }
 
   void resolve_edge(std::uint32_t m, const Event& event) {
@@ -218,7 +228,6 @@ class ClusterSolver {
     ball().event = {};
     if (m != kNone) predict_changed(m);
     predict_ball();
-    predict_flagged();
     return true;
   }
 
@@ -268,70 +277,67 @@ class ClusterSolver {
   }
 
   void predict_changed(std::uint32_t m) {
+    if (is_retired(member(m).line.anchor)) {
+      set_event(m, {});
+      if (cluster_.has_ball) heed_ball(member(m));
+      return;
+    }
     step_.search(member(m).index, member(m).line, worker_.reached[0]);
     predict_changed(m, kNone, worker_.reached[0]);
   }
 
-  // Of a member on a new line: its next event, and those of the members near it. `partner` changed as well
-  // and has its own turn.
+  // Of a member on a new line: its next event, and that of members that it meets before theirs. `partner`
+  // changed as well and has its own turn. Those whose event was with the member's old line find out when it
+  // is due.
   void predict_changed(std::uint32_t m, std::uint32_t partner, const Reached& reached) {
     const Member it = member(m);
-    const bool gone = is_retired(it.line.anchor);
     Event best;
     for (const std::uint32_t j : reached.overlapping) {
       const std::uint32_t owner = step_.owner_of(j);
       if (owner == index_) {
-        predict_between(it, j, gone, partner, best);
+        predict_between(it, j, partner, best);
         continue;
       }
-      if (gone) continue;
       if (owner != kNone) worker_.border.push_back({it.index, j});
       keep_earlier(best, {meeting<kBoundary>(c_, it.line, step_.line(j)), j, id(j)});
     }
     for (const std::uint32_t j : reached.owned) {
       if (step_.owner_of(j) == index_)
-        predict_between(it, j, gone, partner, best);
-      else if (!gone)
+        predict_between(it, j, partner, best);
+      else
         worker_.border.push_back({it.index, j});
     }
-    if (!gone) keep_edge_and_ball(it, best);
+    keep_edge_and_ball(it, best);
     set_event(m, best);
     if (cluster_.has_ball) heed_ball(it);
   }
 
   // Its event with member j, for both.
-  void predict_between(const Member& it, std::uint32_t j, bool gone, std::uint32_t partner, Event& best) {
+  void predict_between(const Member& it, std::uint32_t j, std::uint32_t partner, Event& best) {
     const std::uint32_t n = step_.place[j];
     const Member& other = member(n);
     if (is_retired(other.line.anchor)) return;
-    const std::uint32_t tick = gone ? kNoTick : meeting<kBoundary>(c_, it.line, other.line);
+    const std::uint32_t tick = meeting<kBoundary>(c_, it.line, other.line);
     keep_earlier(best, {tick, j, id(j)});
-    if (n == partner) return;
     const Event now{tick, it.index, id(it.index)};
-    if (other.event.partner == it.index)
-      worker_.flagged.push_back(n);
-    else if (tick != kNoTick && comes_before(now, other.event))
-      set_event(n, now);
+    if (n != partner && tick != kNoTick && comes_before(now, other.event)) set_event(n, now);
   }
 
-  // Of the members whose next event was with one that changed.
-  void predict_flagged() {
-    for (const std::uint32_t m : worker_.flagged) {
-      const Member it = member(m);
-      Reached& reached = worker_.reached[0];
-      step_.search(it.index, it.line, reached);
-      Event best;
-      const auto consider = [&](std::uint32_t j, const Line& there) {
-        if (!is_retired(there.anchor)) keep_earlier(best, {meeting<kBoundary>(c_, it.line, there), j, id(j)});
-      };
-      for (const std::uint32_t j : reached.overlapping) consider(j, line_now(j));
-      for (const std::uint32_t j : reached.owned) {
-        if (step_.owner_of(j) == index_) consider(j, member(step_.place[j]).line);
-      }
-      keep_edge_and_ball(it, best);
-      set_event(m, best);
+  // Of a member on the line that it was on.
+  void predict_anew(std::uint32_t m) {
+    const Member it = member(m);
+    Reached& reached = worker_.reached[0];
+    step_.search(it.index, it.line, reached);
+    Event best;
+    const auto consider = [&](std::uint32_t j, const Line& there) {
+      if (!is_retired(there.anchor)) keep_earlier(best, {meeting<kBoundary>(c_, it.line, there), j, id(j)});
+    };
+    for (const std::uint32_t j : reached.overlapping) consider(j, line_now(j));
+    for (const std::uint32_t j : reached.owned) {
+      if (step_.owner_of(j) == index_) consider(j, member(step_.place[j]).line);
     }
-    worker_.flagged.clear();
+    keep_edge_and_ball(it, best);
+    set_event(m, best);
   }
 
   ExactStep<kBoundary>& step_;

@@ -53,7 +53,7 @@ double ExactMotion::fastest_parcel_mps(const SortedParcels& parcels) const {
   for (std::size_t i = 0; i < parcels.size(); ++i) {
     const Vec2f v = parcels.current.velocity[i];
     const float speed2 = dot(v, v);
-    if (!is_retired(present_[i]) && speed2 < 1e30F) fastest2 = std::max(fastest2, speed2);
+    if (!is_retired(present_[i]) && speed2 < kFiniteSpeed2) fastest2 = std::max(fastest2, speed2);
   }
   return std::sqrt(static_cast<double>(fastest2));
 }

@@ -49,7 +49,7 @@ class ExactMotion {
   bool ball_is_new_ = false;
   double time_s_ = 0.0;  // what was asked for since the reset: progress_.now is its nearest tick
   ExactProgress progress_;
-  std::vector<Vec2i> present_;  // n + kSearchPadding
+  std::vector<Vec2i> present_;  // n + kSearchPadding: leave() hands it on
   std::vector<Vec2i> at_end_;
 };
 

@@ -49,7 +49,7 @@ struct ExactStepper::Prediction {
     const double moved = c.max_speed_mps * c.units_per_tick * c.length;
     const Vec2d centre = ball.line.anchor_units + travelled(c, ball.line.velocity_mps, -ball.line.tick);
     step.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    step.ball_reach = step.saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
+    step.ball_reach = saturated_reach(c.ball_contact + 2.0 * moved + kRoundingMargin);
   }
 
   void set_space() {
@@ -191,7 +191,7 @@ struct ExactStepper::Prediction {
     });
     each_worker(num_hits, [&](ExactWorker& worker) {
       std::erase_if(worker.found, [&](std::uint32_t i) {
-        return static_cast<std::uint32_t>(self.event_key_[i]) != self.event_partner_[i];
+        return is_parcel(static_cast<std::uint32_t>(self.event_key_[i]));
       });
       for (const ExactWorker::Hit& hit : worker.hits) {
         set_partner(worker, hit.first, hit.second, event_key(hit.tick, lines.id[hit.second]));

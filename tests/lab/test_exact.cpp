@@ -2,12 +2,16 @@
 // search are cut. PF_TEST_SCALE=10 in the environment makes the runs of gases that last ten times as long.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <random>
 
+#include "backend/exact_motion.hpp"
 #include "core/error.hpp"
 #include "lab/event_match.hpp"
 #include "lab/exact_support.hpp"
+#include "model/grid.hpp"
 
 namespace pf::test {
 namespace {
@@ -215,6 +219,73 @@ INSTANTIATE_TEST_SUITE_P(
                     CutCase{"ball_walls", with_ball(exact(gas(1000, 0.3, kWalls)))},
                     CutCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// All equally fast, in steps so long that a parcel slowed by a collision leaves behind, out of its sight, one
+// that would have met it on its old line.
+TEST(Exact, EventsWithLinesThatWereLeftDoNotHappen) {
+  int num_differ = 0;
+  for (std::int64_t seed = 1; seed <= 300; ++seed) {
+    Settings settings = exact(gas(300, 0.003, Boundary::periodic));
+    settings.seed = seed;
+    settings.restitution = 0.2;
+    const auto hash = [&](std::uint32_t num_steps) {
+      SceneRun run(settings, 1);
+      ParcelSnapshot start = run.backend->snapshot();
+      for (Vec2f& v : start.velocity) v = v * (1.0F / std::sqrt(dot(v, v)));
+      run.backend->restore(start);
+      return run.advance(num_steps, 17.0 / num_steps).totals.event_hash;
+    };
+    num_differ += hash(1) != hash(64) ? 1 : 0;
+  }
+  EXPECT_EQ(num_differ, 0) << "of 300 gases";
+}
+
+// Ids are places in memory, and an event with a wall that one with a parcel comes before is hard to tell from
+// it.
+TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
+  constexpr int kSide = 20;
+  const Physics physics = SceneRun(gas(kSide * kSide, 0.28)).physics;
+  const World& world = physics.world;
+  const GridShape grid = choose_grid(world, kSide * kSide, 2.8 / world.unit_m);  // of method exact
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  int num_differ = 0;
+  for (int k = 0; k < 1500; ++k) {
+    std::vector<Vec2i> start;
+    for (int at = 0; at < kSide * kSide; ++at) {
+      const double x = (at % kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
+      const double y = (at / kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
+      start.push_back({static_cast<std::int32_t>(2.0 * x * world.half.x),
+                       static_cast<std::int32_t>(2.0 * y * world.half.y)});
+    }
+    std::stable_sort(start.begin(), start.end(),
+                     [&](Vec2i a, Vec2i b) { return cell_key(grid, a) < cell_key(grid, b); });
+    SortedParcels parcels;
+    parcels.resize(start.size());
+    for (std::uint32_t i = 0; i < start.size(); ++i) {
+      const double angle = kPi * any(random);
+      parcels.current.position[i] = start[i];
+      parcels.current.velocity[i] = to_float({std::cos(angle), std::sin(angle)});
+      parcels.current.id[i] = i;
+    }
+    const auto hash = [&](unsigned num_threads) {
+      SortedParcels now = parcels;
+      ThreadTeam team(num_threads);
+      ExactMotion motion(team);
+      motion.enter(physics, 0.0, now);
+      StepRequest request;
+      request.method = Method::exact;
+      request.num_steps = 1;
+      request.dt_s = 0.7;
+      BallState ball;
+      StepReport report;
+      motion.advance(physics, request, now, ball, report);
+      return report.totals.event_hash;
+    };
+    num_differ += hash(1) != hash(2) ? 1 : 0;
+  }
+  EXPECT_EQ(num_differ, 0) << "of 1500 gases";
+}
 
 // A gas that has cooled to a thousandth of its speed is counted in coarser ticks, whatever the steps are: the
 // events of each are the same, and so is the state.
