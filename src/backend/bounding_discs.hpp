@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "backend/candidate_ranges.hpp"
+#include "model/exact.hpp"
 
 namespace pf {
 
@@ -47,9 +48,6 @@ struct Speeds {
   float largest2 = 0.0F;  // (m/s)^2, of those that are finite
   bool all_finite = true;
 };
-
-// Speeds whose square is not below this count as not finite.
-constexpr float kFiniteSpeed2 = 1e30F;
 
 // Sets discs begin .. end - 1, of parcels that move by `velocity` times path_per_mps from where they are at
 // present. That of one that has retired or has no finite speed overlaps nothing. Returns the speeds of those

@@ -119,12 +119,9 @@ struct ExactStepper::Prediction {
     for (std::size_t i = begin; i < end; ++i) predict_edge_and_ball(worker, static_cast<std::uint32_t>(i));
   }
 
-  // Parcels without a finite speed stay where they are.
   void report_invalid(ExactWorker& worker, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (is_retired(lines.position[i]) || is_finite(i)) continue;
-      worker.tally.invalid(lines.id[i]);
-      at_end[i] = lines.position[i];
+      if (!is_retired(lines.position[i]) && !is_finite(i)) worker.tally.invalid(lines.id[i]);
     }
   }
   bool is_finite(std::size_t i) const { return dot(lines.velocity[i], lines.velocity[i]) < kFiniteSpeed2; }

@@ -65,6 +65,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     std::size_t end = 0;
   };
 
+  // Asks memory for what solving the cluster begins with.
   void fetch(std::uint32_t k) const {
     const Cluster& cluster = self.clusters_[k];
     for (std::uint32_t m = 0; m < std::min(cluster.num_seeds, 4U); ++m) {

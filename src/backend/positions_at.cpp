@@ -14,14 +14,18 @@ struct Lines {
 template <Boundary kBoundary>
 void evaluate_plainly(const ExactConstants& c, const Lines& lines, std::int32_t tick, std::size_t begin,
                       std::size_t end, Vec2i* position) {
-  for (std::size_t i = begin; i < end; ++i)
-    position[i] = position_at<kBoundary>(c, {lines.anchor[i], lines.velocity[i], lines.tick[i]}, tick);
+  for (std::size_t i = begin; i < end; ++i) {
+    const Vec2f velocity = lines.velocity[i];
+    position[i] = dot(velocity, velocity) < kFiniteSpeed2
+                      ? position_at<kBoundary>(c, {lines.anchor[i], velocity, lines.tick[i]}, tick)
+                      : lines.anchor[i];
+  }
 }
 
 #if defined(__x86_64__)
 
-// Four at a time; any that retired, comes to an edge, or goes so far that 32 bits might not hold it, is left
-// to the plain loop.
+// Four at a time; any that retired, comes to an edge, has no finite speed, or goes so far that 32 bits might
+// not hold it, is left to the plain loop.
 template <Boundary kBoundary>
 __attribute__((PF_AVX2)) void evaluate_avx2(const ExactConstants& c, const Lines& lines, std::int32_t tick,
                                             std::size_t begin, std::size_t end, Vec2i* position) {

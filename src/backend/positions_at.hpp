@@ -1,5 +1,5 @@
 // Where many parcels are on their lines at one tick: position_at of model/exact.hpp, with what the processor
-// has, to the last bit.
+// has, to the last bit. One without a finite speed stays at its anchor.
 #pragma once
 
 #include <cstddef>

@@ -35,6 +35,8 @@ struct Line {
   std::uint32_t tick = 0;  // when it was there, modulo 2^32
 };
 
+constexpr float kFiniteSpeed2 = 1e30F;  // (m/s)^2; speeds whose square is not below count as not finite
+
 constexpr float kMeetingMargin = 1e-4F;
 
 // Cheap first test, in float, of two parcels on the lines that they have at the step's begin: false only if

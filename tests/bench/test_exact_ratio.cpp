@@ -58,7 +58,7 @@ TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
   std::printf(
       "million collisions per second, median: exact, 2 threads %.3f; reference, 1 thread %.3f; ratio %.2f\n",
       1e-6 * median(per_s[0]), 1e-6 * median(per_s[1]), ratio);
-  EXPECT_GE(ratio, 2.0);  // measured: 3.1 to 3.7 on a Xeon, 3.8 to 6.4 on an EPYC, two threads each
+  EXPECT_GE(ratio, 1.8);  // measured: 2.5 to 4.2 on a Xeon, 3.8 to 6.4 on an EPYC, two threads each
 }
 
 }  // namespace
