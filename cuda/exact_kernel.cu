@@ -7,6 +7,7 @@
 #include "exact_commit.cuh"
 #include "exact_pairs.cuh"
 #include "exact_predict.cuh"
+#include "model/for_boundary.hpp"
 
 namespace pf {
 namespace {
@@ -230,18 +231,6 @@ __global__ void key_kernel(const __grid_constant__ ExactLaunch launch, const Sor
 __global__ void copy_present_kernel(const __grid_constant__ ExactLaunch launch, Vec2i* out) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i < launch.space.num_parcels) out[i] = launch.arrays.present[launch.state->parity][i];
-}
-
-template <class Function>
-void for_boundary(Boundary boundary, Function function) {
-  switch (boundary) {
-    case Boundary::walls:
-      return function.template operator()<Boundary::walls>();
-    case Boundary::periodic:
-      return function.template operator()<Boundary::periodic>();
-    default:
-      return function.template operator()<Boundary::open>();
-  }
 }
 
 std::uint32_t most_segments() {

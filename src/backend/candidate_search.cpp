@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "backend/avx2.hpp"
+#include "model/for_boundary.hpp"
 
 namespace pf {
 namespace {
@@ -140,25 +141,11 @@ Search fastest() {
 }  // namespace
 
 Search plain_search(Boundary boundary) {
-  switch (boundary) {
-    case Boundary::walls:
-      return search_plainly<Boundary::walls>;
-    case Boundary::periodic:
-      return search_plainly<Boundary::periodic>;
-    default:
-      return search_plainly<Boundary::open>;
-  }
+  return for_boundary(boundary, []<Boundary kBoundary>() -> Search { return search_plainly<kBoundary>; });
 }
 
 Search choose_search(Boundary boundary) {
-  switch (boundary) {
-    case Boundary::walls:
-      return fastest<Boundary::walls>();
-    case Boundary::periodic:
-      return fastest<Boundary::periodic>();
-    default:
-      return fastest<Boundary::open>();
-  }
+  return for_boundary(boundary, []<Boundary kBoundary>() { return fastest<kBoundary>(); });
 }
 
 }  // namespace pf

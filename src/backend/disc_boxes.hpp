@@ -29,17 +29,4 @@ inline Disc disc_at(const DiscSpace& space, std::uint32_t i) {
   return {space.x[i], space.y[i], space.radius[i]};
 }
 
-// `function` for a boundary known only now: function.template operator()<kBoundary>().
-template <class Function>
-DiscSearch for_boundary(Boundary boundary, const Function& function) {
-  switch (boundary) {
-    case Boundary::walls:
-      return function.template operator()<Boundary::walls>();
-    case Boundary::periodic:
-      return function.template operator()<Boundary::periodic>();
-    default:
-      return function.template operator()<Boundary::open>();
-  }
-}
-
 }  // namespace pf

@@ -6,6 +6,7 @@
 
 #include "backend/avx2.hpp"
 #include "backend/disc_boxes.hpp"
+#include "model/for_boundary.hpp"
 
 namespace pf {
 namespace {

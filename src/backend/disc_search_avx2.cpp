@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "backend/disc_boxes.hpp"
+#include "model/for_boundary.hpp"
 
 // Other threads may take parcels while a search reads who owns them: aligned words, which x86 reads whole.
 // What matters is that a search after a thread's own taking sees all that were taken before, and after a

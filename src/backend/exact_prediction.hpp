@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 
 #include "backend/exact_stepper.hpp"
 #include "backend/positions_at.hpp"

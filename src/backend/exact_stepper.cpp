@@ -6,6 +6,7 @@
 
 #include "backend/exact_cluster_solver.hpp"
 #include "backend/exact_prediction.hpp"
+#include "model/for_boundary.hpp"
 
 namespace pf {
 namespace {
@@ -351,14 +352,9 @@ ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines,
 ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
                                 Vec2i* at_end, std::vector<EventRecord>* events) {
   prepare(lines.id.size());
-  switch (problem.constants.step.physics.world.boundary) {
-    case Boundary::walls:
-      return run<Boundary::walls>(problem, lines, ball, at_end, events);
-    case Boundary::periodic:
-      return run<Boundary::periodic>(problem, lines, ball, at_end, events);
-    default:
-      return run<Boundary::open>(problem, lines, ball, at_end, events);
-  }
+  return for_boundary(problem.constants.step.physics.world.boundary, [&]<Boundary kBoundary>() {
+    return run<kBoundary>(problem, lines, ball, at_end, events);
+  });
 }
 
 std::uint64_t ExactStepper::memory_bytes() const {

@@ -1,6 +1,7 @@
 #include "backend/positions_at.hpp"
 
 #include "backend/avx2.hpp"
+#include "model/for_boundary.hpp"
 
 namespace pf {
 namespace {
@@ -79,14 +80,8 @@ void positions_at(const ExactConstants& c, const Vec2i* anchor, const Vec2f* vel
                   const std::uint32_t* anchor_tick, std::int32_t tick, std::size_t begin, std::size_t end,
                   Vec2i* position) {
   const Lines lines{anchor, velocity, anchor_tick};
-  switch (c.step.physics.world.boundary) {
-    case Boundary::walls:
-      return evaluate<Boundary::walls>(c, lines, tick, begin, end, position);
-    case Boundary::periodic:
-      return evaluate<Boundary::periodic>(c, lines, tick, begin, end, position);
-    default:
-      return evaluate<Boundary::open>(c, lines, tick, begin, end, position);
-  }
+  for_boundary(c.step.physics.world.boundary,
+               [&]<Boundary kBoundary>() { evaluate<kBoundary>(c, lines, tick, begin, end, position); });
 }
 
 }  // namespace pf
