@@ -12,6 +12,13 @@ void set_spring(StepConstants& c, double contact_s) {
   c.damping_rate_per_s = rates.damping_per_s;
 }
 
+// The smallest power of two that is at least value; value > 0.
+double next_power_of_two(double value) {
+  int exponent = 0;
+  const double fraction = std::frexp(value, &exponent);  // in [1/2, 1)
+  return std::ldexp(1.0, fraction == 0.5 ? exponent - 1 : exponent);
+}
+
 }  // namespace
 
 StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s) {
@@ -25,7 +32,7 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   c.filter_distance2 = static_cast<float>(c.contact_distance2 * (1.0 + 1e-5));
   c.contact_reach = static_cast<std::int32_t>(std::ceil(c.contact_distance));
   c.ball_contact_m = physics.ball.radius_m + physics.parcels.radius_m;
-  const double reference = std::exp2(std::ceil(std::log2(physics.reference_speed_mps)));
+  const double reference = next_power_of_two(physics.reference_speed_mps);
   c.velocity_unit_mps = reference * 0x1p-40;
   c.per_velocity_unit = 1.0 / c.velocity_unit_mps;
   c.per_impulse_unit = 1.0 / (reference * 0x1p-32);

@@ -10,6 +10,7 @@
 #include "app/child_process.hpp"
 #include "app/report.hpp"
 #include "core/error.hpp"
+#include "core/program_files.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -22,9 +23,12 @@ using nlohmann::json;
 constexpr const char* kNoModule = "ModuleNotFoundError";
 
 fs::path plot_folder() {
+  const std::vector<fs::path> folders = program_folders("plots");
   std::error_code ignored;
-  if (fs::is_directory(PF_PLOT_DIR, ignored)) return PF_PLOT_DIR;
-  return PF_INSTALLED_PLOT_DIR;
+  for (const fs::path& folder : folders) {
+    if (fs::is_directory(folder, ignored)) return folder;
+  }
+  return folders.front();
 }
 
 void flatten(const std::string& prefix, const json& value,
@@ -82,7 +86,7 @@ void take_up(const fs::path& folder, const Study& study, json& result) {
   if (!in) return;
   const json old = json::parse(in, nullptr, false);
   const bool same = old.is_object() && old.value("study", "") == study.name &&
-                    old.value("version", "") == result.at("version") &&
+                    old.value("version", "") == result.at("version").get<std::string>() &&
                     old.value("quick", json()) == result.at("quick") && old.contains("points") &&
                     old["points"].is_array() && old.contains("machine");
   if (!same) return;

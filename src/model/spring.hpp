@@ -15,7 +15,7 @@ struct SpringContactRates {
 
 // restitution in [0, 1], taken as at least 1e-3; contact_s > 0.
 inline SpringContactRates spring_contact_rates(double restitution, double contact_s) {
-  const double damping = -std::log(std::fmax(restitution, 1e-3)) / contact_s;
+  const double damping = -natural_log(std::fmax(restitution, 1e-3)) / contact_s;
   const double frequency = kPi / contact_s;
   return {frequency * frequency + damping * damping, damping};
 }

@@ -12,7 +12,8 @@
 namespace pf {
 namespace {
 
-double norm(double x, double y) { return std::hypot(x, y); }
+// Not std::hypot: it rounds differently from one C library to the next.
+double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
 double inertia_factor(Inertia inertia) {
   switch (inertia) {

@@ -6,11 +6,11 @@
 
 #include <toml++/toml.h>
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 
 #include "core/error.hpp"
+#include "core/program_files.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -104,7 +104,8 @@ void read_section(const fs::path& file, const std::string& section, const toml::
       settings.name = name_from(node, where);
       continue;
     }
-    const Field& field = find_field(fmt::format("{}.{}", section, key.str()), where);
+    const std::string path = fmt::format("{}.{}", section, key.str());
+    const Field& field = find_field(path, where);
     set_from_text(field, settings, text_of(node, field, where), where);
   }
 }
@@ -196,14 +197,7 @@ void save_new_scene_file(const fs::path& file, Settings settings) {
   save_scene_file(file, settings);
 }
 
-std::vector<fs::path> asset_folders() {
-  std::vector<fs::path> folders;
-  const char* from_environment = std::getenv("PICKLEFLIGHT_ASSETS");
-  if (from_environment != nullptr && *from_environment != '\0') folders.emplace_back(from_environment);
-  folders.emplace_back(PF_SOURCE_ASSETS);
-  folders.emplace_back(PF_INSTALLED_ASSETS);
-  return folders;
-}
+std::vector<fs::path> asset_folders() { return program_folders("assets", "PICKLEFLIGHT_ASSETS"); }
 
 fs::path find_asset(const fs::path& relative) {
   std::vector<std::string> tried;

@@ -23,8 +23,8 @@ void save_scene_file(const std::filesystem::path& file, const Settings& settings
 // name is too long for a scene.
 void save_new_scene_file(const std::filesystem::path& file, Settings settings);
 
-// Folders searched for NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, the source tree's assets (a build
-// that is not installed), the installed share folder.
+// Folders searched for scenes/NAME.toml, first match first: $PICKLEFLIGHT_ASSETS, then those of
+// core/program_files.hpp.
 std::vector<std::filesystem::path> asset_folders();
 
 // assets/<relative>; throws UserError listing the places looked at.

@@ -172,17 +172,18 @@ const Field* exact_field(std::string_view path) {
 
 }  // namespace
 
-const Field& find_field(const std::string& path, const std::string& where) {
+const Field& find_field(std::string_view path, std::string_view where) {
   if (const Field* found = exact_field(path)) return *found;
   std::vector<std::string> paths;
   const Field* same_key = nullptr;  // for a key given without its section, or with a wrong one
-  const std::string key = path.substr(path.find('.') == std::string::npos ? 0 : path.find('.') + 1);
+  const std::string_view key = path.substr(path.find('.') == std::string_view::npos ? 0 : path.find('.') + 1);
   for (const Field& field : fields()) {
     if (field.key == key) same_key = &field;
     paths.push_back(field.path());
   }
   throw UserError(fmt::format("{}: {} is not a setting; the nearest is {} (all: pickleflight --help)", where,
-                              in_quotes(path), same_key ? same_key->path() : nearest_name(path, paths)));
+                              in_quotes(std::string(path)),
+                              same_key ? same_key->path() : nearest_name(std::string(path), paths)));
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -109,7 +110,7 @@ void set_from_text(const Field& field, Settings& settings, const std::string& te
 void check_settings(const Settings& settings, const std::string& where);
 
 // The field named `section.key`; throws UserError naming the nearest known one.
-const Field& find_field(const std::string& path, const std::string& where);
+const Field& find_field(std::string_view path, std::string_view where);
 
 // The known name nearest to `name` by edit distance, for messages. names must not be empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names);

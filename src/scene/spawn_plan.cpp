@@ -20,6 +20,12 @@ struct Lattice {
   double min_distance = 0.0;  // between sites, and twice that from a site to the edge
 };
 
+// Distance of a site from the nearest one of the next row. Not std::hypot: it rounds differently from one C
+// library to the next.
+double diagonal_of(const Lattice& l) {
+  return std::sqrt(0.25 * l.spacing_x * l.spacing_x + l.spacing_y * l.spacing_y);
+}
+
 struct Disc {
   Vec2d centre;
   double radius;  // sites nearer than this are blocked; 0: none
@@ -30,7 +36,7 @@ Lattice make_lattice(std::uint32_t rows, std::uint32_t columns, double width, do
   if (periodic) {
     l.spacing_y = height / rows;
     l.first_y = -0.5 * height + 0.5 * l.spacing_y;
-    const double diagonal = rows % 2 == 0 ? std::hypot(0.5 * l.spacing_x, l.spacing_y) : l.spacing_y;
+    const double diagonal = rows % 2 == 0 ? diagonal_of(l) : l.spacing_y;
     l.min_distance = std::min({l.spacing_x, diagonal, rows == 2 ? diagonal : 2.0 * l.spacing_y});
     return l;
   }
@@ -43,7 +49,7 @@ Lattice make_lattice(std::uint32_t rows, std::uint32_t columns, double width, do
   for (int pass = 0; pass < 4; ++pass) {  // the edge keeps half the distance of neighbours
     l.spacing_y = (height - l.min_distance) / (rows - 1);
     if (l.spacing_y <= 0.0) return {};
-    l.min_distance = std::min({l.spacing_x, std::hypot(0.5 * l.spacing_x, l.spacing_y), 2.0 * l.spacing_y});
+    l.min_distance = std::min({l.spacing_x, diagonal_of(l), 2.0 * l.spacing_y});
   }
   l.first_y = -0.5 * (rows - 1) * l.spacing_y;
   return l;

@@ -2,28 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <sstream>
-#include <vector>
 
 #include "core/error.hpp"
+#include "core/program_files.hpp"
 
 namespace pf {
 namespace {
 
-std::vector<std::filesystem::path> shader_folders() {
-  std::vector<std::filesystem::path> folders;
-  if (const char* chosen = std::getenv("PICKLEFLIGHT_SHADERS")) folders.emplace_back(chosen);
-  folders.emplace_back(PF_SHADER_DIR);
-  folders.emplace_back(PF_INSTALLED_SHADER_DIR);
-  return folders;
-}
-
 std::string read_shader(const std::string& file_name) {
   std::string looked_at;
-  for (const std::filesystem::path& folder : shader_folders()) {
+  for (const std::filesystem::path& folder : program_folders("shaders", "PICKLEFLIGHT_SHADERS")) {
     std::ifstream file(folder / file_name, std::ios::binary);
     if (file) {
       std::ostringstream text;

@@ -5,31 +5,43 @@
 #include <imgui_impl_opengl3.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "core/error.hpp"
+#include "core/program_files.hpp"
 #include "view/gl.hpp"
 
 namespace pf {
 namespace {
 
-// A font that scales; where none of these is there, ImGui's own bitmap font is enlarged.
-constexpr const char* kFontFiles[] = {
-    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf", "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-    "/usr/share/fonts/TTF/DejaVuSans.ttf", "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
 constexpr float kFontHeight_px = 14.0F;
+
+// Fonts that scale, the best first; where none of them exists, ImGui's own bitmap font is enlarged.
+std::vector<std::filesystem::path> font_files() {
+  std::vector<std::filesystem::path> files;
+  for (const std::filesystem::path& folder : program_folders("fonts"))
+    files.push_back(folder / "DejaVuSans.ttf");
+  for (const char* file :
+       {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+        "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf", "/usr/share/fonts/TTF/DejaVuSans.ttf",
+        "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"})
+    files.emplace_back(file);
+  return files;
+}
 
 void load_font(float scale) {
   ImGuiIO& io = ImGui::GetIO();
   io.FontGlobalScale = 1.0F;
-  for (const char* file : kFontFiles) {
+  for (const std::filesystem::path& file : font_files()) {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) continue;
     // Latin, and the few signs that the labels use: minus, dots, multiplication.
     static const ImWchar kRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2190, 0x21FF, 0x2212, 0x2212, 0};
-    if (io.Fonts->AddFontFromFileTTF(file, kFontHeight_px * scale, nullptr, kRanges) != nullptr) return;
+    if (io.Fonts->AddFontFromFileTTF(file.c_str(), kFontHeight_px * scale, nullptr, kRanges) != nullptr)
+      return;
   }
   io.Fonts->AddFontDefault();
   io.FontGlobalScale = scale;
