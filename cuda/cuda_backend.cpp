@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "cuda_backend.cuh"
+#include "cuda_devices.hpp"
 #include "work_stream.hpp"
 
 namespace pf {
@@ -24,17 +25,9 @@ DeviceBuffer<T> upload(const T* values, std::size_t count, cudaStream_t stream) 
 
 }  // namespace
 
-int num_cuda_devices(std::string* why) {
-  int count = 0;
-  const cudaError_t result = cudaGetDeviceCount(&count);
-  if (result == cudaSuccess) return count;
-  cudaGetLastError();
-  if (why) *why = cudaGetErrorString(result);
-  return 0;
-}
-
 std::unique_ptr<Backend> make_cuda_backend(int device) {
-  PF_CUDA(cudaSetDevice(device));
+  const std::string obstacle = cuda_device_obstacle(device);
+  if (!obstacle.empty()) throw DeviceError(obstacle);
   return std::make_unique<CudaBackend>(device);
 }
 
@@ -42,6 +35,9 @@ CudaBackend::CudaBackend(int device) {
   cudaDeviceProp properties{};
   PF_CUDA(cudaGetDeviceProperties(&properties, device));
   device_name_ = properties.name;
+  const std::uint32_t num_used = usable_multiprocessors();
+  if (num_used < static_cast<std::uint32_t>(properties.multiProcessorCount))
+    device_name_ += fmt::format(" (limited to {} multiprocessors)", num_used);
   stream_ = work_stream();
   write_state({});
 }
@@ -65,11 +61,9 @@ StepState CudaBackend::read_state() {
 // Keeps what is there if it is enough and not wasteful; says what is missing before anything is allocated.
 void CudaBackend::make_room(std::uint32_t num_parcels) {
   if (num_parcels <= capacity_ && (capacity_ < 65536 || num_parcels > capacity_ / 4)) return;
-  std::size_t free_bytes = 0, total = 0;
-  PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
   const std::uint64_t wanted = with_slack(num_parcels);
   const double needed = (kBytesPerParcel + DeviceCellSort::kBytesPerParcel) * static_cast<double>(wanted);
-  const double available = static_cast<double>(free_bytes) + static_cast<double>(memory_bytes());
+  const double available = static_cast<double>(usable_memory_bytes() + memory_bytes());
   if (needed > 0.95 * available) {
     throw UserError(fmt::format(
         "air.num_parcels: {} parcels need {:.2f} GB of GPU memory, {:.2f} GB are free on {}; at most about "

@@ -3,16 +3,12 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "backend/backend.hpp"
 
 namespace pf {
 
-// Devices that CUDA sees; 0 without a driver or a device. why: what CUDA said, when there is none.
-int num_cuda_devices(std::string* why = nullptr);
-
-// Throws DeviceError if the device cannot be used.
+// Throws DeviceError if the device cannot be used (cuda_devices.hpp says why).
 std::unique_ptr<Backend> make_cuda_backend(int device);
 
 }  // namespace pf

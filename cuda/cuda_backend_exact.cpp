@@ -6,6 +6,7 @@
 #include <nvtx3/nvtx3.hpp>
 
 #include "cuda_backend.cuh"
+#include "cuda_devices.hpp"
 #include "model/step.hpp"
 
 namespace pf {
@@ -35,13 +36,12 @@ void CudaBackend::make_room_for_exact(bool with_clock) {
   const bool has_ticks = current_.tick.capacity() == capacity_;
   const bool has_clocks = !with_clock || current_.clock.capacity() == capacity_;
   if (!has_ticks || !has_clocks || num_parcels_ != exact_.reserved()) {
-    std::size_t free_bytes = 0, total = 0;
-    PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
+    const auto free_bytes = static_cast<double>(usable_memory_bytes());
     const double needed = (DeviceExact::kBytesPerParcel + (with_clock ? 8.0 : 0.0)) * capacity_;
-    if (needed > 0.95 * static_cast<double>(free_bytes)) {
+    if (needed > 0.95 * free_bytes) {
       throw UserError(fmt::format(
           "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}",
-          needed * 1e-9, num_parcels_, static_cast<double>(free_bytes) * 1e-9, device_name_));
+          needed * 1e-9, num_parcels_, free_bytes * 1e-9, device_name_));
     }
   }
   for (Parcels* parcels : {&current_, &next_}) {

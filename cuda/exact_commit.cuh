@@ -52,9 +52,9 @@ __device__ inline void reduce_warp(const EventSums& sum, TallySlot& tally, Exact
     value = sum_over_warp(value);
     if (leads && value != 0) atomicAdd(&to, value);
   };
-  const unsigned events = __reduce_add_sync(kWholeWarp, sum.num_events);
-  const unsigned retired = __reduce_add_sync(kWholeWarp, sum.num_retired);
-  const unsigned overlap = __reduce_max_sync(kWholeWarp, __float_as_uint(sum.max_overlap));
+  const unsigned events = warp_add(sum.num_events);
+  const unsigned retired = warp_add(sum.num_retired);
+  const unsigned overlap = warp_max(__float_as_uint(sum.max_overlap));
   if (leads) {
     atomicAdd(&state.num_events, static_cast<unsigned long long>(events));
     if (retired != 0) atomicAdd(&tally.num_retired, retired);
@@ -63,7 +63,7 @@ __device__ inline void reduce_warp(const EventSums& sum, TallySlot& tally, Exact
   add(tally.num_collisions, sum.num_collisions);
   add(tally.impulse_sum, static_cast<unsigned long long>(sum.impulse_sum));
   add(tally.event_hash, sum.event_hash);
-  const unsigned hits = __reduce_add_sync(kWholeWarp, sum.num_hits);
+  const unsigned hits = warp_add(sum.num_hits);
   if (hits == 0) return;
   if (leads) atomicAdd(&tally.num_hits, hits);
   add(tally.ball_x, static_cast<unsigned long long>(sum.ball_x));
@@ -181,7 +181,7 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
     if (!is_retired(a.present[state.parity][i]) && speed2 < 1e30F)
       fastest2 = max(fastest2, __float_as_uint(speed2));
   }
-  fastest2 = __reduce_max_sync(kWholeWarp, fastest2);
+  fastest2 = warp_max(fastest2);
   if (rank % 32 == 0) atomicMax(&state.fastest_now_bits, fastest2);
   sync();
   double fastest_mps = sqrt(static_cast<double>(__uint_as_float(load_fresh(&state.fastest_now_bits))));

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "architecture.cuh"
 #include "check.cuh"
+#include "cuda_devices.hpp"
 #include "exact_clusters.cuh"
 #include "exact_commit.cuh"
 #include "exact_pairs.cuh"
@@ -17,7 +19,7 @@ constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parc
 
 // ms at 10^7: 0.58; with 4 0.65, with 6 0.56, but slower below; in a periodic world registers spill with 5.
 template <Boundary kBoundary>
-constexpr unsigned kPredictBlocksPerSm = kBoundary == Boundary::periodic ? 4 : 5;
+constexpr unsigned kPredictBlocksPerSm = blocks_per_sm(kBoundary == Boundary::periodic ? 4 : 5, kBlock);
 constexpr unsigned kSolveBlocksPerSm = 2;  // with 3, registers spill: 0.23 ms at 10^7 for 0.21
 constexpr unsigned kMostPartsOfSegment = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30
@@ -197,7 +199,7 @@ __global__ void enter_kernel(const __grid_constant__ ExactLaunch launch, std::ui
     const float any_speed2 = dot(a.lines.velocity[i], a.lines.velocity[i]);
     if (!is_retired(a.lines.position[i]) && any_speed2 < 1e30F) speed2 = any_speed2;
   }
-  const unsigned fastest = __reduce_max_sync(0xFFFFFFFFU, __float_as_uint(speed2));
+  const unsigned fastest = warp_max(__float_as_uint(speed2));
   if (threadIdx.x % 32 == 0) atomicMax(&launch.state->fastest_after_bits, fastest);
 }
 
@@ -234,16 +236,14 @@ __global__ void copy_present_kernel(const __grid_constant__ ExactLaunch launch, 
 }
 
 std::uint32_t most_segments() {
-  int device = 0, num_sms = 0, blocks = 0;
-  PF_CUDA(cudaGetDevice(&device));
-  PF_CUDA(cudaDeviceGetAttribute(&num_sms, cudaDevAttrMultiProcessorCount, device));
+  int blocks = 0;
   int least = kSolveBlocksPerSm;
   for (const auto kernel :
        {solve_kernel<Boundary::open>, solve_kernel<Boundary::walls>, solve_kernel<Boundary::periodic>}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     least = std::min(least, blocks);
   }
-  return static_cast<std::uint32_t>(num_sms * least);
+  return usable_multiprocessors() * static_cast<std::uint32_t>(least);
 }
 
 }  // namespace

@@ -206,7 +206,7 @@ __device__ void solve_pairs(const ExactConstants& c, const ExactLaunch& launch, 
       }
     }
   }
-  const unsigned fastest = __reduce_max_sync(kWholeWarp, __float_as_uint(fastest2));
+  const unsigned fastest = warp_max(__float_as_uint(fastest2));
   if (threadIdx.x % 32 == 0 && fastest != 0) atomicMax(&state.fastest_after_bits, fastest);
 }
 

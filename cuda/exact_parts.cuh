@@ -3,6 +3,7 @@
 
 #include <cooperative_groups.h>
 
+#include "architecture.cuh"
 #include "draw_parcel.cuh"
 #include "exact_kernel.cuh"
 

@@ -84,7 +84,7 @@ __device__ inline void append_active(const ExactArrays& a, std::uint32_t segment
 }
 
 __device__ inline void note_speed(TallySlot& slot, float speed2) {
-  const unsigned fastest = __reduce_max_sync(kWholeWarp, __float_as_uint(speed2));
+  const unsigned fastest = warp_max(__float_as_uint(speed2));
   if (threadIdx.x % 32 == 0 && fastest > load_fresh(&slot.max_speed2_bits))
     atomicMax(&slot.max_speed2_bits, fastest);
 }

@@ -139,12 +139,12 @@ class WarpSolver {
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
     if (fits) write_members(kNone);
     if (__any_sync(kWholeWarp, sum_.num_hits > 0)) {
-      sum_.num_hits = __reduce_add_sync(kWholeWarp, sum_.num_hits);
+      sum_.num_hits = warp_add(sum_.num_hits);
       sum_.ball_x = sum_of_lanes(sum_.ball_x);
       sum_.ball_y = sum_of_lanes(sum_.ball_y);
       sum_.ball_torque = sum_of_lanes(sum_.ball_torque);
     }
-    sum_.fastest2 = __uint_as_float(__reduce_max_sync(kWholeWarp, __float_as_uint(sum_.fastest2)));
+    sum_.fastest2 = __uint_as_float(warp_max(__float_as_uint(sum_.fastest2)));
     if (lane_ == 0) {
       ClusterRecord& record = record_of(a_, cluster_);
       record.members = fits ? place_ : list;
@@ -171,12 +171,12 @@ class WarpSolver {
   // The lane of the member with the earliest event of all, or kNobody.
   __device__ __forceinline__ unsigned next_event() const {
     const std::uint32_t tick = is_member() ? it_.event.tick : kNoTick;
-    const std::uint32_t least_tick = __reduce_min_sync(kWholeWarp, tick);
+    const std::uint32_t least_tick = warp_min(tick);
     if (least_tick == kNoTick) return kNobody;
     const std::uint32_t low = min(it_.id, it_.event.partner_id), high = max(it_.id, it_.event.partner_id);
-    const std::uint32_t least_low = __reduce_min_sync(kWholeWarp, tick == least_tick ? low : kNone);
+    const std::uint32_t least_low = warp_min(tick == least_tick ? low : kNone);
     const bool among = tick == least_tick && low == least_low;
-    const std::uint32_t least_high = __reduce_min_sync(kWholeWarp, among ? high : kNone);
+    const std::uint32_t least_high = warp_min(among ? high : kNone);
     return first_of(__ballot_sync(kWholeWarp, among && high == least_high));
   }
 
@@ -265,7 +265,7 @@ class WarpSolver {
     SearchBox box = box_around<kBoundary>(launch_.space, at,
                                           saturated(distance + static_cast<double>(state_.progress.travel)));
     if (!searches) box.num_ranges = 0;
-    const unsigned most_ranges = __reduce_max_sync(kWholeWarp, box.num_ranges);
+    const unsigned most_ranges = warp_max(box.num_ranges);
     Event best;
     for (unsigned base_range = 0; base_range < most_ranges; base_range += kHalf) {
       const CandidateRange range = range_of(launch_.space, box, base_range + half_lane);
@@ -275,7 +275,7 @@ class WarpSolver {
         if (half_lane >= offset) end += before;
       }
       const std::uint32_t total = from_half(end, kHalf - 1);
-      const std::uint32_t most = __reduce_max_sync(kWholeWarp, total);
+      const std::uint32_t most = warp_max(total);
       const unsigned num_ranges = min(most_ranges - base_range, kHalf);
       for (std::uint32_t base = 0; base < most; base += kHalf) {
         const std::uint32_t k = base + half_lane;
@@ -332,9 +332,8 @@ class WarpSolver {
           }
         }
       }
-      const std::uint32_t tick = __reduce_min_sync(kWholeWarp, best.tick);
-      const std::uint32_t partner_id =
-          __reduce_min_sync(kWholeWarp, best.tick == tick ? best.partner_id : kNoPartner);
+      const std::uint32_t tick = warp_min(best.tick);
+      const std::uint32_t partner_id = warp_min(best.tick == tick ? best.partner_id : kNoPartner);
       const bool is_it = best.tick == tick && best.partner_id == partner_id;
       best = {tick, from(best.partner, first_of(__ballot_sync(kWholeWarp, is_it))), partner_id};
       if (lane_ == subject) {

@@ -76,6 +76,11 @@ __global__ void measure_kernel(const ParcelPointers parcels, std::uint32_t n, Me
 
 }  // namespace
 
+cudaError_t find_kernel_image() {
+  cudaFuncAttributes ignored{};
+  return cudaFuncGetAttributes(&ignored, number_kernel);
+}
+
 void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
                   cudaStream_t stream) {
   if (plan.num_parcels == 0) return;

@@ -9,6 +9,9 @@
 
 namespace pf {
 
+// Whether the program has code for the current device: cudaSuccess, or why not.
+cudaError_t find_kernel_image();
+
 // plan's tables must be device pointers.
 void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
                   cudaStream_t stream);

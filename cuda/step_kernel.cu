@@ -1,3 +1,4 @@
+#include "architecture.cuh"
 #include "check.cuh"
 #include "draw_parcel.cuh"
 #include "model/step.hpp"
@@ -8,8 +9,8 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
-constexpr unsigned kBlocksPerSm =
-    6;  // holds registers to 40: 0.0481 ns per parcel-step at 10^7, 0.0505 with 5, 0.0549 with 4
+// 6 hold registers to 40: 0.0481 ns per parcel-step at 10^7 on an H200, 0.0505 with 5, 0.0549 with 4.
+constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 
 // Sums the contacts of parcel i with everything in its search box.
 template <class Contact, Boundary kBoundary>

@@ -2,6 +2,7 @@
 // only, so that the order does not matter.
 #pragma once
 
+#include "architecture.cuh"
 #include "step_state.cuh"
 
 namespace pf {
@@ -38,18 +39,17 @@ struct DeviceTally {
 
 // Adds the warp's tallies to the block's. All 32 threads must call it.
 __device__ inline void reduce_warp(const DeviceTally& tally, TallySlot& block) {
-  constexpr unsigned kAll = 0xFFFFFFFFU;
   const bool leads = threadIdx.x % 32 == 0;
-  const unsigned int travel = __reduce_max_sync(kAll, tally.travel);
-  const unsigned int speed2 = __reduce_max_sync(kAll, __float_as_uint(tally.speed2));
+  const unsigned int travel = warp_max(tally.travel);
+  const unsigned int speed2 = warp_max(__float_as_uint(tally.speed2));
   if (leads) {
     atomicMax(&block.max_travel, travel);
     atomicMax(&block.max_speed2_bits, speed2);
   }
-  if (!__any_sync(kAll, tally.max_overlap > 0.0F)) return;  // nothing touched
-  const unsigned int collisions = __reduce_add_sync(kAll, tally.num_collisions);
-  const int impulse = __reduce_add_sync(kAll, tally.impulse_sum);
-  const unsigned int overlap = __reduce_max_sync(kAll, __float_as_uint(tally.max_overlap));
+  if (!__any_sync(0xFFFFFFFFU, tally.max_overlap > 0.0F)) return;  // nothing touched
+  const unsigned int collisions = warp_add(tally.num_collisions);
+  const auto impulse = static_cast<std::int32_t>(warp_add(static_cast<std::uint32_t>(tally.impulse_sum)));
+  const unsigned int overlap = warp_max(__float_as_uint(tally.max_overlap));
   if (leads) {
     atomicAdd(&block.num_collisions, static_cast<unsigned long long>(collisions));
     atomicAdd(&block.impulse_sum, static_cast<unsigned long long>(static_cast<long long>(impulse)));
@@ -85,7 +85,6 @@ __device__ inline unsigned long long sum_over_warp(unsigned long long value) {
 // One slot a thread; the sum ends up in every thread.
 __device__ inline TallySlot sum_slots(const TallySlot& slot) {
   static_assert(kNumSlots == 32, "one warp reduces the slots");
-  constexpr unsigned kAll = 0xFFFFFFFFU;
   TallySlot sum;
   sum.num_collisions = sum_over_warp(slot.num_collisions);
   sum.impulse_sum = sum_over_warp(slot.impulse_sum);
@@ -93,13 +92,13 @@ __device__ inline TallySlot sum_slots(const TallySlot& slot) {
   sum.ball_y = sum_over_warp(slot.ball_y);
   sum.ball_torque = sum_over_warp(slot.ball_torque);
   sum.event_hash = sum_over_warp(slot.event_hash);
-  sum.num_hits = __reduce_add_sync(kAll, slot.num_hits);
-  sum.num_retired = __reduce_add_sync(kAll, slot.num_retired);
-  sum.num_invalid = __reduce_add_sync(kAll, slot.num_invalid);
-  sum.first_invalid_id = __reduce_max_sync(kAll, slot.first_invalid_id);
-  sum.max_overlap_bits = __reduce_max_sync(kAll, slot.max_overlap_bits);
-  sum.max_travel = __reduce_max_sync(kAll, slot.max_travel);
-  sum.max_speed2_bits = __reduce_max_sync(kAll, slot.max_speed2_bits);
+  sum.num_hits = warp_add(slot.num_hits);
+  sum.num_retired = warp_add(slot.num_retired);
+  sum.num_invalid = warp_add(slot.num_invalid);
+  sum.first_invalid_id = warp_max(slot.first_invalid_id);
+  sum.max_overlap_bits = warp_max(slot.max_overlap_bits);
+  sum.max_travel = warp_max(slot.max_travel);
+  sum.max_speed2_bits = warp_max(slot.max_speed2_bits);
   return sum;
 }
 

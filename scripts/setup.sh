@@ -4,7 +4,7 @@
 
 root=$(cd -P "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
-# Names of Debian 12 and Ubuntu 24.04. 'package:command': the command on the PATH will do as well.
+# Names of Debian's packages from 12 on. 'package:command': the command on the PATH will do as well.
 build_packages=(
   g++:c++ cmake:cmake ninja-build:ninja pkg-config:pkg-config
   python3-glad:glad                # writes the OpenGL loader while building
@@ -12,14 +12,18 @@ build_packages=(
   libegl1 libgl1-mesa-dri          # drawing without a display, and without a GPU
   fonts-dejavu-core ffmpeg:ffmpeg  # text in window and film; films
 )
+plot_packages=(
+  python3:python3
+  python3-matplotlib               # the lab's charts
+)
 test_packages=(
   libgtest-dev python3:python3
   xvfb:Xvfb xdotool:xdotool        # a window without a screen, and hands for it
 )
-
-# What each preset is configured with besides; ./demo needs no test packages.
-declare -A preset_arguments=([release]="-DBUILD_TESTING=OFF" [ci]="-DBUILD_TESTING=ON" [asan]="-DBUILD_TESTING=ON"
-  [tsan]="-DBUILD_TESTING=ON")
+all_packages=(                     # of ./check --all
+  clang:clang++ clang-tidy:clang-tidy
+  dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
+)
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -58,7 +62,7 @@ install_packages() {
   if ! { "${apt[@]}" update; "${apt[@]}" install --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
     tail -n 15 "$log" >&2
     stop "The packages could not be installed (all of apt's output: $log). They are those of Debian 12 and
-Ubuntu 24.04; older releases lack some. By hand: $command"
+newer; older releases lack some. By hand: $command"
   fi
   rm -f "$log"
 }
@@ -73,13 +77,20 @@ ensure_packages() {
     stop "This system is neither Debian nor Ubuntu. Install what these packages of theirs hold:
   ${*%%:*}
 then configure once, in $root, and start this again:
-  cmake --preset $preset ${preset_arguments[$preset]}"
+  cmake --preset $preset"
   fi
 }
 
 nvcc_path() {
   command -v nvcc || { [[ -x /usr/local/cuda/bin/nvcc ]] && echo /usr/local/cuda/bin/nvcc; } || echo none
 }
+
+# Builds use ccache if it is there, also for a tree that lies elsewhere than the last one.
+launchers=()
+if command -v ccache >/dev/null; then
+  launchers=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_CUDA_COMPILER_LAUNCHER=ccache)
+  export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+fi
 
 # configure PRESET: only if it was not done yet, the tree was moved, or nvcc came or went.
 configure() {
@@ -95,7 +106,7 @@ configure() {
     fi
   fi
   say "Configuring build/$preset"
-  (cd "$root" && cmake --preset "$preset" "${fresh[@]}" "${preset_arguments[$preset]}" >&2) || stop "Configuring failed; see above."
+  (cd "$root" && cmake --preset "$preset" "${fresh[@]}" "${launchers[@]}" >&2) || stop "Configuring failed; see above."
   echo "$nvcc" >"$folder/nvcc_path"
 }
 

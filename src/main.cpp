@@ -23,6 +23,7 @@
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
 #include "cuda_backend.hpp"
+#include "cuda_devices.hpp"
 #include "gl_interop.hpp"
 #include "view/host_draw_target.hpp"
 #endif
@@ -32,7 +33,7 @@ namespace {
 
 void announce(const std::string& line) { fmt::print(stderr, "{}\n", line); }
 
-// Why there is no CUDA device to run on, or empty. device_of_gl: the one that draws, -1 if unknown.
+// Why there is no CUDA device to run on, or empty.
 std::string cuda_obstacle() {
 #if PF_HAVE_CUDA
   std::string why;

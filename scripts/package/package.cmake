@@ -1,12 +1,12 @@
-# What is installed, and the packages made of it: a .deb and a .tar.gz that runs from wherever it is unpacked.
+# What is installed, and the packages made of it: a .deb, and a .tar.gz that runs from wherever it is unpacked.
 #   cmake --preset package && cmake --build build/package --target package
 set(pf_data ${CMAKE_INSTALL_DATADIR}/pickleflight)
-install(TARGETS pickleflight RUNTIME_DEPENDENCY_SET pf_libraries
-        RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
+install(TARGETS pickleflight RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
 install(DIRECTORY shaders DESTINATION ${pf_data} COMPONENT program)
 install(DIRECTORY src/lab/plots DESTINATION ${pf_data} COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY assets/scenes assets/lab DESTINATION ${pf_data}/assets COMPONENT program)
-install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 install(FILES scripts/package/pickleflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
         COMPONENT program)
 install(FILES scripts/package/pickleflight.svg
@@ -25,8 +25,44 @@ if(PF_HELP2MAN)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 endif()
 
-# Of the .tar.gz alone: its libraries, but for those that every Linux system has, and a font. The client libraries of
-# X lie apart: graphics drivers expect the system's own, so these serve only where the system has none.
-set(pf_system_libraries "^ld-linux" "^linux-vdso" "^lib(c|m|dl|rt|pthread|stdc\\+\\+|gcc_s)\\.so")
-install(RUNTIME_DEPENDENCY_SET pf_libraries PRE_EXCLUDE_REGEXES ${pf_system_libraries} "^lib(X|xcb|bsd|md)"
-        DESTINATION ${CMAKE_INSTALL_LIBDIR}/pickleflight COMPONENT libraries EXCLUDE_FROM_ALL)
+# Licences of the libraries that are compiled in, as Debian keeps them.
+foreach(package libimgui-dev libfmt-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev python3-glad)
+  install(FILES /usr/share/doc/${package}/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR}/licenses RENAME ${package}
+          COMPONENT program OPTIONAL)
+endforeach()
+
+# Only in the .tar.gz: a font, the libraries, and a launcher that finds those.
+if(PF_PORTABLE)
+  # DT_RPATH, not DT_RUNPATH: it holds for the libraries of libraries, too.
+  set_target_properties(pickleflight PROPERTIES INSTALL_RPATH "$ORIGIN/../lib/pickleflight")
+  target_link_options(pickleflight PRIVATE -Wl,--disable-new-dtags)
+  install(FILES /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf DESTINATION ${pf_data}/fonts COMPONENT libraries
+          OPTIONAL EXCLUDE_FROM_ALL)
+  install(PROGRAMS scripts/package/launcher DESTINATION . RENAME pickleflight COMPONENT libraries EXCLUDE_FROM_ALL)
+  install(CODE "set(program $<TARGET_FILE:pickleflight>)\nset(doc ${CMAKE_INSTALL_DOCDIR})" COMPONENT libraries
+          EXCLUDE_FROM_ALL)
+  install(SCRIPT scripts/package/libraries.cmake COMPONENT libraries EXCLUDE_FROM_ALL)
+endif()
+
+set(CPACK_PACKAGE_VENDOR "the Pickleball Flight developers")
+set(CPACK_PACKAGE_CONTACT "the Pickleball Flight developers <maintainers@users.noreply.github.com>")
+set(CPACK_PACKAGE_DESCRIPTION "A real-time demo of a pickleball flying through air parcels, which collide with each
+other and with the ball; spin bends the flight. Collision methods from the cheap one of games to an exact event-driven
+one run side by side, with what they cost and how far they err. Runs on a CPU, or on an NVIDIA GPU (Turing or newer)
+where its driver is installed, with the same result to the last bit.")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR})
+set(CPACK_PACKAGE_FILE_NAME pickleflight-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
+set(CPACK_GENERATOR DEB TGZ)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_COMPONENTS_GROUPING ALL_COMPONENTS_IN_ONE)
+set(CPACK_ARCHIVE_COMPONENT_INSTALL ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/scripts/package/components.cmake)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS "libegl1, libgl1, fonts-dejavu-core")
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS "ffmpeg, libgl1-mesa-dri")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "python3-matplotlib")
+include(CPack)

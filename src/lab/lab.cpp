@@ -1,7 +1,6 @@
 #include "lab/lab.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "app/accuracy.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "lab/machine_load.hpp"
 #include "lab/side_by_side.hpp"
 #include "lab/study_files.hpp"
 
@@ -54,30 +54,19 @@ class Progress {
   double last_s_ = 0.0;
 };
 
-// Load of the last minute over the cores; 0 if the system does not say.
-double load_per_core() {
-  double load[1] = {0.0};
-  if (::getloadavg(load, 1) != 1) return 0.0;
-  return load[0] / std::max(1U, std::thread::hardware_concurrency());
-}
-
 json machine_of(const LabContext& context) {
   json names = json::array();
   for (const LabDevice& device : context.devices) {
     names.push_back({{"series", device.name}, {"device", device.make()->device()}});
   }
-  const double load = load_per_core();
-  return {{"devices", names},
-          {"cores", std::thread::hardware_concurrency()},
-          {"load_per_core_at_start", load},
-          {"measured_under_load", load > 0.5}};
+  return {{"devices", names}, {"cores", std::thread::hardware_concurrency()}, {"measured_under_load", false}};
 }
 
-// The study itself is a load of one per core.
-void note_load_at_end(json& machine) {
-  const double load = load_per_core();
-  machine["load_per_core_at_end"] = load;
-  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || load > 1.25;
+void note_load(const MachineLoad& load, json& machine) {
+  const double share = load.share_of_others();
+  machine["share_of_cores_used_by_others"] =
+      std::max(share, machine.value("share_of_cores_used_by_others", 0.0));
+  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || share > kLoadThatCounts;
 }
 
 json start_result(const Study& study, const LabContext& context) {
@@ -194,9 +183,10 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   const std::vector<LabPoint> points = study.plan(context);
   Rows rows(points, result["points"]);
   const std::size_t num_known = rows.num_done();
+  const MachineLoad load;
   measure_points(study, points, options, stop, rows, result);
   result["complete"] = rows.num_done() == points.size();
-  if (rows.num_done() > num_known) note_load_at_end(result["machine"]);
+  if (rows.num_done() > num_known) note_load(load, result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
   if (result["complete"] && study.name == "work-precision") keep_table(options.out);

@@ -47,6 +47,20 @@ void load_font(float scale) {
   io.FontGlobalScale = scale;
 }
 
+// Before 1.92 Dear ImGui keeps its font in one texture, which a font of another size replaces; from then on
+// it makes what is drawn as it is drawn.
+void drop_font_texture() {
+#if IMGUI_VERSION_NUM < 19200
+  ImGui_ImplOpenGL3_DestroyFontsTexture();
+#endif
+}
+
+void make_font_texture() {
+#if IMGUI_VERSION_NUM < 19200
+  ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
+}
+
 struct GuiColors {
   ImVec4 ground, field, field_hot, field_active, accent, text, dim, border, grab, selection;
 };
@@ -143,10 +157,10 @@ void Gui::make_current() { ImGui::SetCurrentContext(imgui_); }
 
 void Gui::set_look(Theme theme, float scale) {
   if (theme == theme_ && scale == scale_) return;
-  if (scale != scale_) ImGui_ImplOpenGL3_DestroyFontsTexture();
   const bool is_rescaled = scale != scale_;
+  if (is_rescaled) drop_font_texture();
   apply_style(theme, scale);
-  if (is_rescaled) ImGui_ImplOpenGL3_CreateFontsTexture();
+  if (is_rescaled) make_font_texture();
 }
 
 void Gui::apply_style(Theme theme, float scale) {

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "cuda_backend.hpp"
+#include "cuda_devices.hpp"
 #include "support/scene_support.hpp"
 #include "support/snapshot_checks.hpp"
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "cuda_backend.hpp"
+#include "cuda_devices.hpp"
 #include "support/logged_flight.hpp"
 #include "unit/temporary_folder.hpp"
 

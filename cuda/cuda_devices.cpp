@@ -1,0 +1,106 @@
+#include "cuda_devices.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <sstream>
+#include <vector>
+
+#include "check.cuh"
+#include "core/text.hpp"
+#include "spawn_kernel.cuh"
+
+namespace pf {
+namespace {
+
+constexpr const char* kLimitsVariable = "PICKLEFLIGHT_DEVICE_LIMITS";
+
+std::string dotted(const std::string& architecture) {
+  const std::string number = architecture.substr(0, architecture.find('-'));
+  return number.size() < 2 ? number : number.substr(0, number.size() - 1) + "." + number.back();
+}
+
+// PF_ARCHITECTURES, "75-real 80-real 90-virtual", as "7.5, 8.0 and PTX of 9.0".
+std::string built_for() {
+  std::istringstream in(PF_ARCHITECTURES);
+  std::string text;
+  for (std::string architecture; in >> architecture;) {
+    const bool is_ptx = architecture.ends_with("-virtual");
+    text += (text.empty() ? ""
+             : is_ptx     ? " and "
+                          : ", ") +
+            std::string(is_ptx ? "PTX of " : "") + dotted(architecture);
+  }
+  return text;
+}
+
+std::size_t number_of(const std::string& limit, std::size_t start) {
+  std::size_t value = 0;
+  const char* end = limit.data() + limit.size();
+  const auto [parsed, error] = std::from_chars(limit.data() + start, end, value);
+  if (error == std::errc() && parsed == end && value > 0) return value;
+  throw UserError(fmt::format("{}: {} takes a whole number above 0", kLimitsVariable, in_quotes(limit)));
+}
+
+}  // namespace
+
+int num_cuda_devices(std::string* why) {
+  int count = 0;
+  const cudaError_t result = cudaGetDeviceCount(&count);
+  if (result == cudaSuccess) return count;
+  cudaGetLastError();
+  if (why) *why = cudaGetErrorString(result);
+  return 0;
+}
+
+std::string cuda_device_obstacle(int device) {
+  cudaDeviceProp properties{};
+  PF_CUDA(cudaSetDevice(device));
+  PF_CUDA(cudaGetDeviceProperties(&properties, device));
+  const cudaError_t result = find_kernel_image();
+  if (result == cudaSuccess) return "";
+  cudaGetLastError();
+  const bool lacks_code =
+      result == cudaErrorNoKernelImageForDevice || result == cudaErrorUnsupportedPtxVersion;
+  if (!lacks_code) return fmt::format("{} cannot be used ({})", properties.name, cudaGetErrorString(result));
+  return fmt::format(
+      "{} has compute capability {}.{}, and this program has code for {}; build it on this machine, or with "
+      "-DCMAKE_CUDA_ARCHITECTURES={}{} (7.5 and newer will do), or update the driver",
+      properties.name, properties.major, properties.minor, built_for(), properties.major, properties.minor);
+}
+
+DeviceLimits device_limits() {
+  DeviceLimits limits;
+  const char* text = std::getenv(kLimitsVariable);
+  std::istringstream in(text != nullptr ? text : "");
+  for (std::string limit; in >> limit;) {
+    constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=";
+    if (limit.starts_with(kMultiprocessors)) {
+      limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
+    } else if (limit.starts_with(kMemory)) {
+      limits.memory_bytes = number_of(limit, kMemory.size()) * 1'000'000;
+    } else {
+      throw UserError(fmt::format("{}: {} is no limit; known: multiprocessors=N, memory_mb=N",
+                                  kLimitsVariable, in_quotes(limit)));
+    }
+  }
+  return limits;
+}
+
+std::uint32_t usable_multiprocessors() {
+  int device = 0, num = 0;
+  PF_CUDA(cudaGetDevice(&device));
+  PF_CUDA(cudaDeviceGetAttribute(&num, cudaDevAttrMultiProcessorCount, device));
+  return std::min(static_cast<std::uint32_t>(num), device_limits().num_multiprocessors);
+}
+
+std::size_t usable_memory_bytes() {
+  std::size_t free_bytes = 0, total = 0;
+  PF_CUDA(cudaMemGetInfo(&free_bytes, &total));
+  const std::size_t limit = device_limits().memory_bytes, used = total - free_bytes;
+  return std::min(free_bytes, limit > used ? limit - used : 0);
+}
+
+}  // namespace pf

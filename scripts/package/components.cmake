@@ -1,0 +1,7 @@
+# Read by CPack for each kind of package: the .deb names its libraries, the .tar.gz carries them.
+if(CPACK_GENERATOR STREQUAL "DEB")
+  set(CPACK_COMPONENTS_ALL program)
+  set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+else()
+  set(CPACK_COMPONENTS_ALL program libraries)
+endif()

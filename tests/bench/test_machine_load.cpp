@@ -1,0 +1,54 @@
+// The lab tells its own work from that of others. Alone, since other tests beside it would be others.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "lab/machine_load.hpp"
+
+namespace pf::test {
+namespace {
+
+void burn(double seconds) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+  while (std::chrono::steady_clock::now() < end) {
+  }
+}
+
+constexpr double kSeconds = 0.6;
+
+double share_while_this_process_works() {
+  const MachineLoad load;
+  burn(kSeconds);
+  return load.share_of_others();
+}
+
+double share_while_another_process_works() {
+  const MachineLoad load;
+  const pid_t other = ::fork();
+  if (other == 0) {
+    burn(60.0);
+    ::_exit(0);
+  }
+  std::this_thread::sleep_for(std::chrono::duration<double>(kSeconds));
+  const double share = load.share_of_others();
+  ::kill(other, SIGKILL);
+  ::waitpid(other, nullptr, 0);
+  return share;
+}
+
+// One busy core is 1 / cores. What else runs on the machine is in both, so only their difference is asked
+// for; a load average would give both the same.
+TEST(MachineLoad, TellsItsOwnWorkFromThatOfOthers) {
+  const double core = 1.0 / std::max(1U, std::thread::hardware_concurrency());
+  double difference = 0.0;
+  for (int attempt = 0; attempt < 5 && difference < 0.5 * core; ++attempt)
+    difference = share_while_another_process_works() - share_while_this_process_works();
+  EXPECT_GT(difference, 0.5 * core);
+}
+
+}  // namespace
+}  // namespace pf::test

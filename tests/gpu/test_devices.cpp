@@ -1,0 +1,71 @@
+// Devices smaller than the one that the tests run on, stood in for by PICKLEFLIGHT_DEVICE_LIMITS.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "core/error.hpp"
+#include "cuda_backend.hpp"
+#include "cuda_devices.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+class Devices : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string why;
+    if (num_cuda_devices(&why) == 0) GTEST_SKIP() << "no CUDA device: " << why;
+  }
+  void TearDown() override { ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS"); }
+  static void limit(const char* text) { ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", text, 1); }
+};
+
+std::uint64_t hash_after_flight(const Settings& s, std::unique_ptr<Backend> backend) {
+  SceneRun run(s, std::move(backend));
+  run.advance(30);
+  return run.backend->state_hash();
+}
+
+TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
+  for (const Method method : {Method::impulse, Method::exact}) {
+    Settings s = court(50000, Boundary::walls);
+    s.method = method;
+    const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
+    for (const char* few : {"multiprocessors=1", "multiprocessors=3", "multiprocessors=14"}) {
+      limit(few);
+      auto backend = make_cuda_backend(0);
+      EXPECT_NE(backend->device().find("limited to"), std::string::npos) << backend->device();
+      EXPECT_EQ(hash_after_flight(s, std::move(backend)), on_cpu) << few;
+    }
+  }
+}
+
+TEST_F(Devices, ASmallMemoryRefusesWhatDoesNotFitAndNamesWhatDoes) {
+  limit("memory_mb=2000");
+  try {
+    hash_after_flight(court(200'000'000), make_cuda_backend(0));
+    ADD_FAILURE() << "2e8 parcels fit into 2 GB";
+  } catch (const UserError& error) {
+    EXPECT_NE(std::string(error.what()).find("at most about"), std::string::npos) << error.what();
+  }
+  EXPECT_NO_THROW(hash_after_flight(court(100'000), make_cuda_backend(0)));
+}
+
+TEST(DeviceLimitsTest, TheVariableIsReadOrRefused) {
+  const auto read = [](const char* text) {
+    ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", text, 1);
+    const DeviceLimits limits = device_limits();
+    ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
+    return limits;
+  };
+  EXPECT_EQ(read("multiprocessors=4 memory_mb=500").num_multiprocessors, 4U);
+  EXPECT_EQ(read("multiprocessors=4 memory_mb=500").memory_bytes, 500'000'000U);
+  EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
+  for (const char* wrong : {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x"})
+    EXPECT_THROW(read(wrong), UserError) << wrong;
+  ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
+}
+
+}  // namespace
+}  // namespace pf::test
