@@ -1,0 +1,76 @@
+// The golden hashes: what the golden scenes come to, one line each, kept in
+// tests/determinism/golden_hashes.txt. Every compiler, optimisation and backend must find the same.
+// PF_GOLDEN_HASHES is where the file is.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <sstream>
+
+#include "support/golden_scenes.hpp"
+
+namespace pf::test {
+
+inline constexpr const char* kGoldenHeader =
+    "# State hash, event hash, pair collisions and ball hits of each scene of "
+    "tests/support/golden_scenes.hpp.\n"
+    "# They are the same for every compiler, every optimisation and every backend. After a change that is "
+    "meant\n"
+    "# to change them, write them anew from the build folder and read the difference:\n"
+    "#   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests "
+    "--gtest_filter='GoldenHashes.*'\n";
+
+using MakeBackend = std::function<std::unique_ptr<Backend>()>;
+
+// A scene's line without its name.
+inline std::string golden_line(const GoldenScene& scene, const MakeBackend& make_backend) {
+  SceneRun run(scene.settings, make_backend());
+  if (scene.prepare != nullptr) scene.prepare(run);
+  const StepTotals totals = scene.dt_s > 0.0 ? run.advance(scene.num_steps, scene.dt_s).totals
+                                             : run.advance(scene.num_steps).totals;
+  char text[128];
+  std::snprintf(text, sizeof text, "%016llx %016llx %llu %llu",
+                static_cast<unsigned long long>(run.backend->state_hash()),
+                static_cast<unsigned long long>(totals.event_hash),
+                static_cast<unsigned long long>(totals.num_collisions),
+                static_cast<unsigned long long>(totals.num_ball_hits));
+  return text;
+}
+
+// Lines of the file by scene.
+inline std::map<std::string, std::string> read_golden_hashes() {
+  std::ifstream file(PF_GOLDEN_HASHES);
+  EXPECT_TRUE(file) << "cannot read " << PF_GOLDEN_HASHES;
+  std::map<std::string, std::string> lines;
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t blank = line.find(' ');
+    if (line.empty() || line[0] == '#' || blank == std::string::npos) continue;
+    lines[line.substr(0, blank)] = line.substr(blank + 1);
+  }
+  return lines;
+}
+
+inline void write_golden_hashes(const std::string& path, const MakeBackend& make_backend) {
+  std::ofstream file(path);
+  file << kGoldenHeader;
+  for (const GoldenScene& scene : golden_scenes())
+    file << scene.name << ' ' << golden_line(scene, make_backend) << '\n';
+  file.close();
+  EXPECT_TRUE(file) << "cannot write " << path;
+}
+
+inline void expect_golden_hashes(const MakeBackend& make_backend) {
+  std::map<std::string, std::string> expected = read_golden_hashes();
+  for (const GoldenScene& scene : golden_scenes()) {
+    EXPECT_EQ(golden_line(scene, make_backend), expected[scene.name]) << scene.name;
+    expected.erase(scene.name);
+  }
+  for (const auto& line : expected) ADD_FAILURE() << line.first << " is in the file, but is no golden scene";
+}
+
+}  // namespace pf::test
