@@ -44,6 +44,20 @@ std::size_t number_of(const std::string& limit, std::size_t start) {
   throw UserError(fmt::format("{}: {} takes a whole number above 0", kLimitsVariable, in_quotes(limit)));
 }
 
+// A version as CUDA counts it, 12040, as "12.4".
+std::string version_text(int version) { return fmt::format("{}.{}", version / 1000, version % 1000 / 10); }
+
+std::string driver_obstacle(cudaError_t result) {
+  int driver = 0;
+  cudaDriverGetVersion(&driver);
+  if (driver == 0) return "no NVIDIA driver is installed";
+  if (result != cudaErrorInsufficientDriver) return cudaGetErrorString(result);
+  return fmt::format(
+      "the NVIDIA driver is for CUDA {}, this program for CUDA {}; update the driver, or build with an older "
+      "toolkit",
+      version_text(driver), version_text(CUDART_VERSION));
+}
+
 }  // namespace
 
 int num_cuda_devices(std::string* why) {
@@ -51,7 +65,7 @@ int num_cuda_devices(std::string* why) {
   const cudaError_t result = cudaGetDeviceCount(&count);
   if (result == cudaSuccess) return count;
   cudaGetLastError();
-  if (why) *why = cudaGetErrorString(result);
+  if (why) *why = driver_obstacle(result);
   return 0;
 }
 

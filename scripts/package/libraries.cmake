@@ -4,6 +4,7 @@
 file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${program} RESOLVED_DEPENDENCIES_VAR libraries
      PRE_EXCLUDE_REGEXES "^ld-linux" "^linux-vdso" "^lib(c|m|dl|rt|pthread|stdc\\+\\+|gcc_s)\\.so")
 set(root $ENV{DESTDIR}${CMAKE_INSTALL_PREFIX})
+file(MAKE_DIRECTORY ${root}/${doc}/licenses)
 foreach(library ${libraries})
   get_filename_component(name ${library} NAME)
   set(folder ${root}/lib/pickleflight)

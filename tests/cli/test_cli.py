@@ -80,13 +80,15 @@ def settings(bench):
 
 
 def no_cuda(bench):
-    """Said where there is no CUDA backend: an error if it must be, else a line and the CPU."""
-    if "CUDA backend: no" not in bench.run("--version").stdout:
-        print("SKIPPED: this build has a CUDA backend")
-        sys.exit(SKIPPED)
-    bench.refused(3, ("--cuda-no-fallback: this build has no CUDA backend",), "--headless", "--cuda-no-fallback")
-    done = bench.run("--headless", "--cuda", "--seconds", "0.02", "-p", "100")
-    check(done.returncode == 0 and "falling back to the CPU" in done.stderr, "--cuda falls back, and says so")
+    """Said where no CUDA device or no CUDA backend is there: an error if it must be, else a line and the CPU."""
+    has_backend = "CUDA backend: no" not in bench.run("--version").stdout
+    reason = "no CUDA device (" if has_backend else "this build has no CUDA backend"
+    hidden = {"CUDA_VISIBLE_DEVICES": ""}
+    bench.refused(3, (f"--cuda-no-fallback: {reason}",), "--headless", "--cuda-no-fallback", environment=hidden)
+    done = bench.run("--headless", "--cuda", "--seconds", "0.02", "-p", "100", environment=hidden)
+    told = [line for line in done.stderr.splitlines() if line.startswith(f"--cuda: {reason}")]
+    check(done.returncode == 0 and len(told) == 1 and told[0].endswith("falling back to the CPU"),
+          "--cuda falls back, and says so in one line")
 
 
 def scenes(bench):
