@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "cuda_backend.hpp"
+#include "cuda_devices.hpp"
 #include "support/golden_hashes.hpp"
 
 namespace pf::test {
