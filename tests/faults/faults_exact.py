@@ -98,3 +98,16 @@ EXACT = [
     Fault("state_hash", "measures.hpp", "bit_copy<std::uint32_t>(velocity.y)", "velocity.y", "velocity.x",
           "the state hash does not see one component"),
 ]
+
+# Changes that are no faults, and why: nothing that a run is asked for depends on them.
+EQUIVALENT = [
+    ("ball.hpp", "`gap2 <= 0.0` becomes `gap2 < 0.0`", "a pair that just touches and approaches then meets at 0 / (-2 b) = 0"),
+    ("ball.hpp", "`x >= half_m` becomes `x > half_m`", "the ball's place at a periodic edge is one place under two names; all "
+     "that asks for it takes the nearest image"),
+    ("exact.hpp", "`limit` of `nearest_image` is made smaller", "the far image of an offset within a period is that offset"),
+    ("exact.hpp", "wider margins in `may_meet` and `may_reach_edge`", "first tests only: more pairs are looked at, none fewer"),
+    ("exact_plan.hpp", "other lengths of steps: `preferred_ticks`, `suitable_events`", "events do not depend on the steps; with "
+     "a ball that curves they do, within the error of its chords"),
+    ("exact_plan.hpp", "a lower `assumed_bound_mps`", "a step in which something is faster is done again"),
+    ("grid.hpp", "other widths of cells", "every search box holds all possible partners"),
+]

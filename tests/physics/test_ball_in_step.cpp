@@ -51,6 +51,51 @@ TEST_P(BallInStep, HitsAllThatItFliesOver) {
   EXPECT_EQ(v[3], (Vec2f{}));
 }
 
+// 0.75 m from the centre of a held ball, 0.5 m from its surface, a parcel comes in at 3.75 m/s and leaves at
+// half of that: after 4/15 s it is 0.25 m from the surface, whatever the steps. Velocities are rounded to
+// float (1.2e-7 m/s for 0.13 s: 2e-8 m), places to units of 4e-9 m in each step, ticks to 1e-9 s.
+TEST_P(BallInStep, AParcelMovesUpToItAndBackForTheRestOfTheStep) {
+  for (const std::uint32_t num_steps : {1U, 2U, 5U}) {
+    Settings s = ball_among(2, GetParam());
+    s.ball_held = true;
+    s.ball_vx_mps = 0.0;
+    s.restitution = 0.5;
+    SceneRun run(s, 1);
+    const World& world = run.physics.world;
+    run.backend->restore(
+        {{to_units(world, {0.45, 0.6}), to_units(world, {-3.0, -3.0})}, {{-2.25F, -3.0F}, {}}});
+    run.advance(num_steps, 4.0 / 15.0 / num_steps);
+    const Vec2d at = to_metres(world, run.backend->snapshot().position[0]);
+    EXPECT_NEAR(at.x, 0.3, 5e-8) << num_steps;
+    EXPECT_NEAR(at.y, 0.4, 5e-8) << num_steps;
+  }
+}
+
+// A parcel hits a ball at rest off its centre, at n = (0.8, 0.6). Velocity and spin of the ball follow from
+// what the parcel lost, whether hits of so light a parcel are events that turn its flight or are applied at
+// the step's end: M V = -m dv, I w = -R n x m dv. The parcel's velocity is rounded to float, 1e-7 of 3 m/s.
+TEST_P(BallInStep, TheBallTakesMomentumAndSpinFromAHit) {
+  for (const double mass_kg : {1e-9, 1e-3}) {
+    Settings s = ball_among(2, GetParam());
+    s.ball_vx_mps = 0.0;
+    s.magnus = false;
+    s.friction = 0.3;
+    s.parcel_mass_kg = mass_kg;
+    SceneRun run(s, 1);
+    const World& world = run.physics.world;
+    const Vec2f before{-3.0F, 0.0F};
+    run.backend->restore({{to_units(world, {0.6, 0.15}), to_units(world, {-3.0, -3.0})}, {before, {}}});
+    const BallState ball = run.advance(4, 0.1).ball;
+    const Vec2d lost = to_double(before) - to_double(run.backend->snapshot().velocity[0]);
+    const double spin_radps =
+        s.ball_radius_m * mass_kg * cross(Vec2d{0.8, 0.6}, lost) / run.physics.ball.inertia_kg_m2;
+    EXPECT_NEAR(ball.velocity_mps.x, mass_kg * lost.x, 1e-6 * mass_kg);
+    EXPECT_NEAR(ball.velocity_mps.y, mass_kg * lost.y, 1e-6 * mass_kg);
+    EXPECT_GT(ball.spin_radps, 0.0);
+    EXPECT_NEAR(ball.spin_radps / spin_radps, 1.0, 1e-5);
+  }
+}
+
 // Turning by 1 rad in a step it flies from the origin to (sin 1, 1 - cos 1) m = (0.84, 0.46) m. On the chord,
 // and further from the tangent than it reaches (0.41 m), lies one parcel; on the tangent, and further from
 // the chord (0.34 m), another.

@@ -6,6 +6,7 @@
 
 #include "backend/cpu_tally.hpp"
 #include "model/exact.hpp"
+#include "model/spring.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -112,6 +113,51 @@ TEST(ContactClock, AContactBeyondItLosesByRestitution) {
   }
 }
 
+// ---- a hit of the ball in method exact
+
+// Ball and parcel part with restitution times the speed at which they met, of a ball that recoils as of one
+// that does not, and never more slowly than the least parting speed. The parcel's velocity is rounded to
+// float, by 1.2e-7 m/s along x and y.
+TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
+  for (const double mass_kg : {0.1, 1.0, 1e6}) {
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+      Settings s = two_discs(Method::exact, restitution);
+      s.ball_present = true;
+      s.ball_radius_m = 1.0;
+      s.ball_mass_kg = mass_kg;
+      s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
+      SceneRun run(s, 1);
+      ExactConstants c = make_exact_constants(run.physics, 0.0);
+      c.ball = BallRole::participant;
+      const Vec2d n = direction(4);
+      Line line{to_units(run.physics.world, n * 1.5), to_float(n * -2.0 + perpendicular(n)), 0};
+      CpuTally tally;
+      const BallKick kick = collide_with_ball<Boundary::periodic>(c, {}, 0, line, tally);
+      const Vec2d ball_mps = kick.velocity_mps * (1.0 / mass_kg);
+      const Vec2d after = to_double(line.velocity) - ball_mps;
+      EXPECT_NEAR(dot(after, n), std::fmax(restitution * 2.0, c.least_parting_mps), 2.5e-7) << mass_kg;
+      EXPECT_NEAR(cross(n, after), 1.0, 2.5e-7);
+      const Vec2d momentum = to_double(line.velocity) + kick.velocity_mps;
+      EXPECT_NEAR(dot(momentum, n), -2.0, 2.5e-7) << "what the parcel loses the ball takes";
+    }
+  }
+}
+
+// The seed's factor multiplies what the velocities change by. Rounding: of two velocities to float, of the
+// normal to units of 4e-9 m.
+TEST(ImpulseScale, MultipliesTheChangeOfVelocity) {
+  for (const double scale : {0.5, 1.0, 1.3}) {
+    Settings s = two_discs(Method::impulse, 0.5);
+    s.impulse_scale = scale;
+    SceneRun run(s, 1);
+    place_pair(run, {0.999, 0.0}, {1.0F, 0.25F}, {-0.5F, 0.0F});
+    run.advance(1, 1e-6);
+    const std::vector<Vec2f> v = run.backend->snapshot().velocity;
+    EXPECT_NEAR(v[1].x - v[0].x, -1.5 + scale * 1.5 * 1.5, 2e-7);
+    EXPECT_EQ(v[0].y, 0.25F);
+  }
+}
+
 // ---- the spring
 
 // A pair in head-on contact, in steps of a 2000th of its duration: the restitution is met to the order of the
@@ -145,6 +191,25 @@ TEST(Spring, APairThatPartsBeginsNoContact) {
   SceneRun run(s, 1);
   place_pair(run, {0.9999, 0.0}, {-1.0F, 0.0F}, {1.0F, 0.0F});
   EXPECT_EQ(run.advance(5, 1e-4).totals.num_collisions, 0U);
+}
+
+// x'' = -w0^2 x - 2 g x' in steps, velocity first: 1e-3 below the limit it dies away or stays, 1e-3 above it
+// grows without end, by 1e-3 a step or more near an eigenvalue of -1.
+TEST(Spring, StepsAreStableUpToTheLimitAndNoFurther) {
+  for (const double restitution : {1.0, 0.7, 0.2}) {
+    const SpringContactRates rates = spring_contact_rates(restitution, 0.01);
+    const auto after_steps = [&](double dt_s) {
+      double x = 1.0, v = 0.0;
+      for (int k = 0; k < 4000; ++k) {
+        v += -dt_s * (rates.omega0_squared_per_s2 * x + 2.0 * rates.damping_per_s * v);
+        x += dt_s * v;
+      }
+      return std::fabs(x);
+    };
+    const double limit_s = spring_step_limit_s(rates);
+    EXPECT_LT(after_steps(0.999 * limit_s), 100.0) << restitution;
+    EXPECT_GT(after_steps(1.001 * limit_s), 1e6) << restitution;
+  }
 }
 
 }  // namespace

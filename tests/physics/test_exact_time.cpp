@@ -111,5 +111,57 @@ TEST(Ticks, AStepEndsWhenItIsAskedTo) {
   EXPECT_EQ(c.length, 2U);
 }
 
+// Two bodies that move by half the world's width less their contact distance, together, within a step can
+// meet only at their nearest images. In other worlds search boxes must stay within 32 bits.
+TEST(Ticks, AStepIsSoShortThatOnlyNearestImagesMeet) {
+  for (const double height_m : {10.0, 3.0, 2.2}) {
+    for (const double mps : {1.0, 300.0}) {
+      ExactConstants c = constants();
+      c.step.physics.world = make_world(10.0, height_m, Boundary::periodic);
+      c.max_speed_mps = mps;
+      const double together = 2.0 * mps * c.units_per_tick * longest_step(c, 0);
+      const double narrower = c.step.physics.world.half.y - c.step.contact_distance;
+      EXPECT_LE(together, narrower) << height_m;
+      EXPECT_LE(together + c.step.contact_distance, kLongestReach);
+      EXPECT_LE(2.0 * mps * c.units_per_tick * longest_step(c, 100'000'000) + 1e8, kLongestReach);
+    }
+  }
+}
+
+// A parcel much faster than the reference speed goes round a periodic world between its anchor and the step:
+// whom it meets is decided where they are then, not by whose image was the nearest long before. All numbers
+// are whole.
+TEST(Meeting, IsOfTheNearestImagesAtTheStepsBegin) {
+  ExactConstants c = constants();
+  c.begin = 1U << 25U;
+  constexpr std::uint32_t kAge = 1U << 20U;
+  const Line rests{{0, 0}, {0.0F, 0.0F}, c.begin - kAge};
+  for (const int units : {8, 700, 1434, 5000}) {  // per tick
+    ASSERT_EQ(units * 8 * c.units_per_tick, units);
+    for (const int side : {1, -1}) {
+      const double at_begin = side * (std::ceil(c.step.contact_distance) + 100.0 * units);
+      const double at_anchor = at_begin + side * static_cast<double>(units) * kAge;
+      const std::int32_t x = settled<Boundary::periodic>(static_cast<std::int64_t>(at_anchor), kHalfSide, 0);
+      const Line comes{{x, 0}, {-8.0F * static_cast<float>(side * units), 0.0F}, c.begin - kAge};
+      EXPECT_EQ(meeting<Boundary::periodic>(c, rests, comes), 100U) << units << " units per tick";
+      EXPECT_EQ(meeting<Boundary::periodic>(c, comes, rests), 100U) << units << " units per tick";
+    }
+  }
+}
+
+// The convention that makes a run's events the same on every machine: by tick, then by the partner's number,
+// parcels before walls before the ball.
+TEST(Meeting, OfEventsAtOneTickThatWithTheLowerNumberComesFirst) {
+  const Event early{5, 9, 90}, low{6, 9, 3}, high{6, 1, 4}, wall{6, kWallX, kWallX},
+      ball{6, kBallPartner, kBallPartner};
+  const Event* in_order[] = {&early, &low, &high, &wall, &ball};
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 5; ++k) EXPECT_EQ(comes_before(*in_order[i], *in_order[k]), i < k) << i << ", " << k;
+  }
+  Event best;
+  for (const Event* event : {&ball, &low, &wall, &early, &high}) keep_earlier(best, *event);
+  EXPECT_EQ(best.partner_id, early.partner_id);
+}
+
 }  // namespace
 }  // namespace pf
