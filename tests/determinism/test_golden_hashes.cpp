@@ -12,7 +12,7 @@ namespace pf::test {
 namespace {
 
 TEST(GoldenHashes, AreThoseOfTheFile) {
-  const MakeBackend make_backend = [] { return make_cpu_backend(2); };
+  const MakeBackend make_backend = [] { return make_cpu_backend(1); };
   if (const char* path = std::getenv("PF_WRITE_GOLDEN_HASHES"); path != nullptr) {
     write_golden_hashes(path, make_backend);
     GTEST_SKIP() << "written to " << path << ", not compared";

@@ -86,6 +86,29 @@ TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
   EXPECT_GE(smallest_gap(run), 1.0);
 }
 
+// Each is moved off its site to a place that is uniform over a disc: the square of the way is uniform from 0
+// to the square of the radius, of mean 1/2 with a standard error of 0.289 / sqrt(N); five are allowed. Its
+// direction is any: the mean way has an error of 0.5 / sqrt(N) along x and y.
+TEST(Spawn, MovesEvenlyOffTheSitesOfTheLattice) {
+  const SceneRun run(gas(10000, 0.2, Boundary::open));
+  const Spawner spawner(run.settings, run.physics, run.ball);
+  const SpawnPlan& plan = spawner.plan();
+  const std::uint64_t num_sites = plan.row_begin[plan.num_rows];
+  double square = 0.0;
+  Vec2d mean;
+  for (std::uint32_t id = 0; id < plan.num_parcels; ++id) {
+    const std::uint64_t site = num_sites * id / plan.num_parcels;
+    const Vec2d at = to_metres(plan.world, spawn_parcel(plan, num_sites, id).position);
+    const Vec2d way = (at - site_position_m(plan, site)) * (1.0 / plan.jitter_m);
+    ASSERT_LE(dot(way, way), 1.0 + 1e-6) << id;
+    square += dot(way, way) / plan.num_parcels;
+    mean += way * (1.0 / plan.num_parcels);
+  }
+  EXPECT_NEAR(square, 0.5, 5.0 * 0.289 / 100.0);
+  EXPECT_NEAR(mean.x, 0.0, 5.0 * 0.5 / 100.0);
+  EXPECT_NEAR(mean.y, 0.0, 5.0 * 0.5 / 100.0);
+}
+
 TEST(Spawn, RefusesWhatCannotFit) {
   Settings s = gas(1000, 0.7);
   s.box_follows_parcels = false;

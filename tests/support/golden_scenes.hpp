@@ -96,6 +96,13 @@ inline void break_some(SceneRun& run) {
   run.backend->restore(state);
 }
 
+// One parcel goes round the world many times while lines of others stay as they are.
+inline void make_one_fast(SceneRun& run) {
+  ParcelSnapshot state = run.backend->snapshot();
+  state.velocity[7] = {40.0F, -30.0F};
+  run.backend->restore(state);
+}
+
 // Every method in every world, without a ball and with one.
 inline void add_methods(std::vector<GoldenScene>& list) {
   struct Pace {
@@ -188,11 +195,21 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s.contact_clock_s = 0.05;
   list.push_back(golden("exact_clock", s, 40, 0.05));
   s = golden_gas(Method::exact, Boundary::walls, 1.0, 0.65);
-  list.push_back(golden("exact_dense_elastic", s, 40, 0.05));
+  s.dt_s = 0.0;  // as long as the rate of collisions says
+  s.time_scale = 10.0;
+  list.push_back(golden("exact_dense_elastic", s, 200, 0.0));
+  list.push_back(
+      golden("exact_without_restitution", golden_gas(Method::exact, Boundary::walls, 0.0), 20, 0.1));
   list.push_back(golden("exact_crowd", golden_gas(Method::exact, Boundary::walls), 40, 0.05, crowd_together));
 
+  list.push_back(
+      golden("exact_one_fast", golden_gas(Method::exact, Boundary::periodic), 20, 0.05, make_one_fast));
+  list.push_back(
+      golden("exact_dilute_long_steps", golden_gas(Method::exact, Boundary::periodic, 0.2, 0.003), 2, 17.0));
+
   s = with_golden_ball(golden_gas(Method::exact, Boundary::walls));
-  s.magnus = false;  // the ball flies straight, from event to event
+  s.magnus = false;  // the ball flies straight, from event to event and from wall to wall
+  s.ball_vx_mps = 12.0;
   list.push_back(golden("exact_straight_ball", s, 40, 0.1));
   list.push_back(golden("exact_after_impulse", s, 20, 0.1, step_with_impulse));
   s.ball_mass_kg = 0.3;
@@ -208,8 +225,8 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s = golden_gas(Method::exact, Boundary::periodic, 0.6);
   s.contact_clock_s = 0.02;
   list.push_back(golden("exact_cooling", s, 3, 1e4));
-  s = with_golden_ball(s);
-  s.ball_vx_mps = s.ball_vy_mps = s.ball_spin_radps = s.friction = s.contact_clock_s = 0.0;
+  s = with_golden_ball(golden_gas(Method::exact, Boundary::periodic, 0.6));
+  s.ball_vx_mps = s.ball_vy_mps = s.ball_spin_radps = s.friction = 0.0;
   s.magnus = false;
   list.push_back(golden("exact_cold_and_kicked", s, 40, 0.25, cool_and_kick));
 }

@@ -1,0 +1,186 @@
+#!/usr/bin/env python3
+"""Plants faults in src/model, one at a time, and lists which test notices each.
+
+    tests/faults/plant_faults.py SCRATCH_FOLDER [--only NAME ...] [--table killed.md]
+
+All faults (faults.py, faults_exact.py) are built into one program, in a copy of the sources under SCRATCH_FOLDER:
+each wrong expression stands beside the right one, and PF_PLANTED_FAULT in the environment chooses. So the program
+is built once, and without a fault it must pass.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from faults import STEPPED
+from faults_exact import EQUIVALENT, EXACT
+
+FAULTS = STEPPED + EXACT
+SOURCE = Path(__file__).resolve().parents[2]
+HEADER = """// Which fault is planted in this process: its number, 0: none.
+#pragma once
+#include <cstdlib>
+namespace pf {
+inline const int planted_fault = [] {
+  const char* text = std::getenv("PF_PLANTED_FAULT");
+  return text == nullptr ? 0 : std::atoi(text);
+}();
+}
+#define PF_EITHER(number, wrong, right) (::pf::planted_fault == (number) ? (wrong) : (right))
+"""
+# Slower than a second each: asked only about faults that the others do not notice.
+SLOW = ("Gas.Collision*:Gas.MomentumIs*:Determinism.GridFinds*:Discs.OfAll*:Ball.Holds*:*Conserved*:*Tunnel*:"
+        "*CannotBeResolved*:*TicksGrow*")
+# Of threads that wait for each other: slow where there are other programs.
+NEVER = "*Threads*"
+GOLDEN = "GoldenHashes.*"
+# Within which a program ends, ten times what it takes; some faults make `exact` meet the same pair without end.
+QUICK_LIMIT_S, SLOW_LIMIT_S = 60, 300
+
+
+def copy_sources(to: Path) -> None:
+    names = subprocess.run(["git", "ls-files", "-co", "--exclude-standard"], cwd=SOURCE, check=True,
+                           capture_output=True, text=True).stdout.split("\n")
+    for name in filter(None, names):
+        if not (SOURCE / name).is_file():
+            continue
+        target = to / name
+        if name.startswith("src/model/") or name == "src/app/scene_run.hpp":
+            continue  # written below
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.exists() or target.read_bytes() != (SOURCE / name).read_bytes():
+            shutil.copyfile(SOURCE / name, target)
+
+
+def once(text: str, part: str, fault_name: str) -> int:
+    if text.count(part) != 1:
+        sys.exit(f"{fault_name}: {part!r} is there {text.count(part)} times, not once")
+    return text.index(part)
+
+
+def edits_of(text: str, file: str) -> list:
+    """(begin, end, new text) of every fault of a file."""
+    edits = []
+    for number, fault in enumerate(FAULTS, 1):
+        if fault.file != file:
+            continue
+        begin = once(text, fault.where, fault.name) + once(fault.where, fault.right, fault.name)
+        end = begin + len(fault.right)
+        edits.append((begin, end, f"PF_EITHER({number}, ({fault.wrong}), ({fault.right}))"))
+    return sorted(edits)
+
+
+def planted(file: str, text: str) -> str:
+    """A header of the model with every fault that is for it."""
+    edits = edits_of(text, file)
+    for (_, end, _), (begin, _, _) in zip(edits, edits[1:]):
+        if begin < end:
+            sys.exit(f"{file}: two faults overlap at {text[begin:begin + 40]!r}")
+    for begin, end, new in reversed(edits):
+        text = text[:begin] + new + text[end:]
+    if edits:
+        text = text.replace("#pragma once\n", '#pragma once\n#include "model/planted_fault.hpp"\n', 1)
+    return text
+
+
+def plant_all(tree: Path) -> None:
+    (tree / "src/model").mkdir(parents=True, exist_ok=True)
+    for path in (SOURCE / "src/model").iterdir():
+        write_if_other(tree / "src/model" / path.name, planted(path.name, path.read_text()))
+    write_if_other(tree / "src/model/planted_fault.hpp", HEADER)
+    one_thread_each(tree)
+
+
+def one_thread_each(tree: Path) -> None:
+    """Two threads that wait for each other are slow where there are other programs."""
+    path = tree / "src/app/scene_run.hpp"
+    text = (SOURCE / "src/app/scene_run.hpp").read_text()
+    write_if_other(path, text.replace("unsigned threads = 2", "unsigned threads = 1"))
+
+
+def write_if_other(path: Path, text: str) -> None:
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
+def build(scratch: Path, jobs: int) -> Path:
+    tree, folder = scratch / "tree", scratch / "build"
+    copy_sources(tree)
+    plant_all(tree)
+    if not (folder / "CMakeCache.txt").exists():
+        subprocess.run(["cmake", "-S", tree, "-B", folder, "-DPF_CUDA=OFF", "-DCMAKE_BUILD_TYPE=Release",
+                        "-DCMAKE_CXX_FLAGS_RELEASE=-O1"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", folder, "--target", "fault_tests", f"-j{jobs}"], check=True)
+    return folder / "tests/faults/fault_tests"
+
+
+def first_failure(program: Path, number: int, tests: str, limit_s: int = QUICK_LIMIT_S) -> str:
+    """The first of some tests that fails with a fault; empty: none."""
+    environment = dict(os.environ, PF_PLANTED_FAULT=str(number))
+    try:
+        done = subprocess.run([program, "--gtest_fail_fast", "--gtest_filter=" + tests], env=environment,
+                              capture_output=True, text=True, timeout=limit_s, errors="replace")
+    except subprocess.TimeoutExpired as late:
+        begun = re.findall(r"\[ RUN      \] (\S+)", (late.stdout or b"").decode(errors="replace"))
+        return f"{begun[-1] if begun else '?'} (does not end)"
+    if done.returncode == 0:
+        return ""
+    failed = re.findall(r"\[  FAILED  \] ([^\s,]+)", done.stdout)
+    if failed:
+        return failed[0]
+    begun = re.findall(r"\[ RUN      \] (\S+)", done.stdout)
+    return f"{begun[-1] if begun else '?'} (crashes)"
+
+
+def judge(program: Path, number: int) -> tuple:
+    physics = (first_failure(program, number, f"*-{GOLDEN}:{SLOW}:{NEVER}") or
+               first_failure(program, number, f"{SLOW}:-{NEVER}", SLOW_LIMIT_S))
+    return physics, first_failure(program, number, GOLDEN)
+
+
+def write_table(path: Path, rows: list) -> None:
+    lines = ["# What notices each planted fault", "",
+             "Written by `plant_faults.py SCRATCH_FOLDER --table killed.md`: the first test that fails with the fault "
+             "planted, apart from the golden hashes, and whether these notice it too.", "",
+             "| fault | in | what is wrong | first test that fails | golden hashes |",
+             "| --- | --- | --- | --- | --- |"]
+    for fault, physics, golden in rows:
+        lines.append(f"| {fault.name} | {fault.file} | {fault.what} | {physics or '**none**'} | "
+                     f"{'yes' if golden else 'no'} |")
+    survivors = [fault.name for fault, physics, _ in rows if not physics]
+    lines += ["", f"{len(rows)} faults; noticed by a test of physics: {len(rows) - len(survivors)}; by the golden "
+              f"hashes: {sum(1 for row in rows if row[2])}. These see states and events: not what is only drawn, only "
+              "tallied, or only expected of a run.", "", "## No faults", "",
+              "Changes that nothing notices, since nothing that a run is asked for depends on them:", ""]
+    lines += [f"- {file}: {change}: {why}." for file, change, why in EQUIVALENT]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scratch", type=Path, help="folder for the copy and its build; kept for the next time")
+    parser.add_argument("--only", nargs="+", metavar="NAME", help="faults to plant; without it all")
+    parser.add_argument("--table", type=Path, help="file for the table")
+    parser.add_argument("--jobs", type=int, default=2, help="of the build")
+    arguments = parser.parse_args()
+    program = build(arguments.scratch.resolve(), arguments.jobs)
+    without = judge(program, 0)
+    if without != ("", ""):
+        sys.exit(f"fails without a fault: {without}")
+    rows = []
+    for number, fault in enumerate(FAULTS, 1):
+        if arguments.only and fault.name not in arguments.only:
+            continue
+        rows.append((fault, *judge(program, number)))
+        print(f"{fault.name}: {rows[-1][1] or 'SURVIVES'}; golden hashes: {rows[-1][2] or 'do not notice'}", flush=True)
+    if arguments.table:
+        write_table(arguments.table, rows)
+    sys.exit(any(not physics for _, physics, _ in rows))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,216 @@
+// What contacts do besides exchanging an impulse: push overlaps out, in every method that does, and lose no
+// energy where the contact clock says so. And the spring's contact: how long it lasts, what it leaves.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "backend/cpu_tally.hpp"
+#include "model/exact.hpp"
+#include "model/spring.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+Settings two_discs(Method method, double restitution) {
+  Settings s = gas(2, 0.1, Boundary::periodic);
+  s.box_follows_parcels = false;
+  s.width_m = s.height_m = 8.0;
+  s.method = method;
+  s.restitution = restitution;
+  s.dt_s = 1e-6;
+  return s;
+}
+
+// Two unit discs, the second at an offset from the first.
+void place_pair(SceneRun& run, Vec2d offset_m, Vec2f v1 = {}, Vec2f v2 = {}) {
+  const World& world = run.physics.world;
+  run.backend->restore({{to_units(world, offset_m * -0.5), to_units(world, offset_m * 0.5)}, {v1, v2}});
+}
+
+Vec2d direction(int k) { return {std::cos(0.3 + 0.7 * k), std::sin(0.3 + 0.7 * k)}; }
+
+class PushOut : public testing::TestWithParam<Method> {};
+
+// At rest, so nothing else moves them. Each place is rounded to a unit, by half of one along x and y: of the
+// distance two times 0.71 units.
+TEST_P(PushOut, LeavesAPairJustTouching) {
+  for (int k = 0; k < 16; ++k) {
+    SceneRun run(two_discs(GetParam(), 0.5), 1);
+    place_pair(run, direction(k) * (0.05 + 0.059 * k));
+    run.advance(1, 1e-6);
+    const std::vector<Vec2i> at = run.backend->snapshot().position;
+    const double distance = speed_of(to_double(at[1]) - to_double(at[0]));
+    EXPECT_NEAR(distance, 1.0 / run.physics.world.unit_m, 2.0) << k;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, PushOut, testing::Values(Method::impulse, Method::exact));
+
+// The ball's contact distance is 1.5 m; the parcel is found inside it, on its way in. Bounds as above, and
+// 1e-9 of a unit for the ball's own place.
+TEST(PushOut, LeavesAParcelJustTouchingTheBallThatItMeets) {
+  for (int k = 0; k < 16; ++k) {
+    Settings s = two_discs(Method::impulse, 0.5);
+    s.ball_present = s.ball_held = true;
+    s.ball_radius_m = 1.0;
+    s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
+    s.contacts = false;
+    SceneRun run(s, 1);
+    const World& world = run.physics.world;
+    const Vec2d e = direction(k);
+    run.backend->restore(
+        {{to_units(world, e * (0.5 + 0.06 * k)), to_units(world, e * -3.0)}, {to_float(e * -1e-6), {}}});
+    run.advance(1, 1e-6);
+    EXPECT_NEAR(speed_of(to_double(run.backend->snapshot().position[0])) * world.unit_m, 1.5,
+                2.0 * world.unit_m);
+  }
+}
+
+// A collision of method exact at a distance of 0.9999 diameters.
+struct Collision {
+  Vec2d v1, v2, normal;
+};
+
+Collision collision(double restitution, bool elastic, int k, Vec2d v1, Vec2d v2) {
+  Settings s = two_discs(Method::exact, restitution);
+  SceneRun run(s, 1);
+  const ExactConstants c = make_exact_constants(run.physics, 0.01);
+  const Vec2i at = to_units(run.physics.world, direction(k) * 0.9999);
+  Line first{{0, 0}, to_float(v1), 0}, second{at, to_float(v2), 0};
+  CpuTally tally;
+  collide<Boundary::periodic>(c, first, second, elastic, tally);
+  return {to_double(first.velocity), to_double(second.velocity), direction(k)};
+}
+
+// Speeds are up to 3.5 m/s, and each of four components is rounded to float twice: 2^-24 of 3.5 m/s at most.
+// So the normal speed is off by 4 x 2.1e-7, and kinetic energy, at up to 3.5 m/s, by 8 x 3.5 x 2.1e-7 J.
+constexpr double kFloatSpeed = 4.0 * 2.1e-7;
+constexpr double kFloatEnergy = 8.0 * 3.5 * 2.1e-7;
+
+TEST(ContactClock, AContactWithinItLosesNothing) {
+  for (const double restitution : {0.0, 0.5, 0.9}) {
+    for (int k = 0; k < 16; ++k) {
+      const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
+      const Collision after = collision(restitution, true, k, v1, v2);
+      EXPECT_NEAR(dot(after.v2 - after.v1, n), 3.5, kFloatSpeed);
+      EXPECT_NEAR(dot(after.v1, after.v1) + dot(after.v2, after.v2), dot(v1, v1) + dot(v2, v2),
+                  2.0 * kFloatEnergy);
+    }
+  }
+}
+
+TEST(ContactClock, AContactBeyondItLosesByRestitution) {
+  for (const double restitution : {0.0, 0.5, 0.9, 1.0}) {
+    for (int k = 0; k < 16; ++k) {
+      const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
+      const Collision after = collision(restitution, false, k, v1, v2);
+      const double least = 0x1p-20 * 15.0;  // of the reference speed: parts even without restitution
+      EXPECT_NEAR(dot(after.v2 - after.v1, n), restitution * 3.5, kFloatSpeed + least);
+      EXPECT_GT(dot(after.v2 - after.v1, n), 0.0) << "else the pair would meet again at once";
+      EXPECT_NEAR(cross(n, after.v2 - after.v1), -4.0, kFloatSpeed);
+    }
+  }
+}
+
+// ---- a hit of the ball in method exact
+
+// Ball and parcel part with restitution times the speed at which they met, of a ball that recoils as of one
+// that does not, and never more slowly than the least parting speed. The parcel's velocity is rounded to
+// float, by 1.2e-7 m/s along x and y.
+TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
+  for (const double mass_kg : {0.1, 1.0, 1e6}) {
+    for (const double restitution : {0.0, 0.5, 1.0}) {
+      Settings s = two_discs(Method::exact, restitution);
+      s.ball_present = true;
+      s.ball_radius_m = 1.0;
+      s.ball_mass_kg = mass_kg;
+      s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
+      SceneRun run(s, 1);
+      ExactConstants c = make_exact_constants(run.physics, 0.0);
+      c.ball = BallRole::participant;
+      const Vec2d n = direction(4);
+      Line line{to_units(run.physics.world, n * 1.5), to_float(n * -2.0 + perpendicular(n)), 0};
+      CpuTally tally;
+      const BallKick kick = collide_with_ball<Boundary::periodic>(c, {}, 0, line, tally);
+      const Vec2d ball_mps = kick.velocity_mps * (1.0 / mass_kg);
+      const Vec2d after = to_double(line.velocity) - ball_mps;
+      EXPECT_NEAR(dot(after, n), std::fmax(restitution * 2.0, c.least_parting_mps), 2.5e-7) << mass_kg;
+      EXPECT_NEAR(cross(n, after), 1.0, 2.5e-7);
+      const Vec2d momentum = to_double(line.velocity) + kick.velocity_mps;
+      EXPECT_NEAR(dot(momentum, n), -2.0, 2.5e-7) << "what the parcel loses the ball takes";
+    }
+  }
+}
+
+// The seed's factor multiplies what the velocities change by. Rounding: of two velocities to float, of the
+// normal to units of 4e-9 m.
+TEST(ImpulseScale, MultipliesTheChangeOfVelocity) {
+  for (const double scale : {0.5, 1.0, 1.3}) {
+    Settings s = two_discs(Method::impulse, 0.5);
+    s.impulse_scale = scale;
+    SceneRun run(s, 1);
+    place_pair(run, {0.999, 0.0}, {1.0F, 0.25F}, {-0.5F, 0.0F});
+    run.advance(1, 1e-6);
+    const std::vector<Vec2f> v = run.backend->snapshot().velocity;
+    EXPECT_NEAR(v[1].x - v[0].x, -1.5 + scale * 1.5 * 1.5, 2e-7);
+    EXPECT_EQ(v[0].y, 0.25F);
+  }
+}
+
+// ---- the spring
+
+// A pair in head-on contact, in steps of a 2000th of its duration: the restitution is met to the order of the
+// step (semi-implicit: first order, 1 / 2000 of pi), the duration to a step, and the impulse is what changed.
+TEST(Spring, AContactLastsAsLongAndLeavesAsMuchAsSet) {
+  for (const double restitution : {1.0, 0.8, 0.3}) {
+    Settings s = two_discs(Method::spring, restitution);
+    s.spring_contact_s = 0.002;  // overlaps are up to 1 m/s x 0.002 s / pi, so forces act at one distance
+    SceneRun run(s, 1);
+    const double dt_s = 1e-6;
+    place_pair(run, {1.0 + 1e-7, 0.0}, {0.5F, 0.0F}, {-0.5F, 0.0F});
+    StepTotals totals;
+    int num_in_contact = 0;
+    for (int k = 0; k < 2400; ++k) {
+      totals += run.advance(1, dt_s).totals;
+      const std::vector<Vec2i> at = run.backend->snapshot().position;
+      num_in_contact += at[1].x - at[0].x < 1.0 / run.physics.world.unit_m ? 1 : 0;
+    }
+    const std::vector<Vec2f> v = run.backend->snapshot().velocity;
+    EXPECT_NEAR(v[1].x - v[0].x, restitution, 0.01 * restitution);
+    EXPECT_NEAR(num_in_contact * dt_s, 0.002, 3.0 * dt_s) << "restitution " << restitution;
+    EXPECT_EQ(totals.num_collisions, 1U);
+    EXPECT_NEAR(totals.impulse_sum_mps, 0.5 * (1.0 + restitution), 0.002);
+  }
+}
+
+// A contact that is being left is none that begins.
+TEST(Spring, APairThatPartsBeginsNoContact) {
+  Settings s = two_discs(Method::spring, 1.0);
+  s.spring_contact_s = 0.02;
+  SceneRun run(s, 1);
+  place_pair(run, {0.9999, 0.0}, {-1.0F, 0.0F}, {1.0F, 0.0F});
+  EXPECT_EQ(run.advance(5, 1e-4).totals.num_collisions, 0U);
+}
+
+// x'' = -w0^2 x - 2 g x' in steps, velocity first: 1e-3 below the limit it dies away or stays, 1e-3 above it
+// grows without end, by 1e-3 a step or more near an eigenvalue of -1.
+TEST(Spring, StepsAreStableUpToTheLimitAndNoFurther) {
+  for (const double restitution : {1.0, 0.7, 0.2}) {
+    const SpringContactRates rates = spring_contact_rates(restitution, 0.01);
+    const auto after_steps = [&](double dt_s) {
+      double x = 1.0, v = 0.0;
+      for (int k = 0; k < 4000; ++k) {
+        v += -dt_s * (rates.omega0_squared_per_s2 * x + 2.0 * rates.damping_per_s * v);
+        x += dt_s * v;
+      }
+      return std::fabs(x);
+    };
+    const double limit_s = spring_step_limit_s(rates);
+    EXPECT_LT(after_steps(0.999 * limit_s), 100.0) << restitution;
+    EXPECT_GT(after_steps(1.001 * limit_s), 1e6) << restitution;
+  }
+}
+
+}  // namespace
+}  // namespace pf::test
