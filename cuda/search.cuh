@@ -19,6 +19,7 @@ struct DeviceSearch {
 // Calls found(j, offset) for every parcel j but i within the distance whose square is filter_distance2 of
 // here. position: one for each parcel, in the order of the sort. kReadOnly: nothing writes it while the
 // kernel runs.
+// reach: that of the search box; from kHalfSide on, more than a box can hold, it is the whole world.
 // kLanes threads in a row may share one search: each sees its share of the candidates.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Found>
 __device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i here, std::uint32_t i,
@@ -34,7 +35,7 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i h
       if (x * x + y * y < filter_distance2 && j != i) found(j, offset);
     }
   };
-  if (space.all_pairs) {
+  if (space.all_pairs || reach >= kHalfSide) {
     visit(0, space.num_parcels);
   } else {
     visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, here, reach, visit);

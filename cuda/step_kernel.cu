@@ -54,7 +54,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
       if constexpr (kContacts) {
         const long long reach = c.contact_reach + state.travel;
         sums = sum_contacts<Contact, kBoundary>(
-            launch, self, i, static_cast<std::int32_t>(reach < INT32_MAX / 2 ? reach : INT32_MAX / 2), tally);
+            launch, self, i, static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide), tally);
       }
       after = finish_step<kBall, kBoundary>(c, state.motion, state.rounding_key, self, sums, tally);
     }

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <exception>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -67,7 +68,11 @@ inline void write_golden_hashes(const std::string& path, const MakeBackend& make
 inline void expect_golden_hashes(const MakeBackend& make_backend) {
   std::map<std::string, std::string> expected = read_golden_hashes();
   for (const GoldenScene& scene : golden_scenes()) {
-    EXPECT_EQ(golden_line(scene, make_backend), expected[scene.name]) << scene.name;
+    try {
+      EXPECT_EQ(golden_line(scene, make_backend), expected[scene.name]) << scene.name;
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << scene.name << ": " << error.what();
+    }
     expected.erase(scene.name);
   }
   for (const auto& line : expected) ADD_FAILURE() << line.first << " is in the file, but is no golden scene";
