@@ -38,7 +38,8 @@ void DeviceExact::reserve(std::uint32_t num_parcels) {
   }();
   num_segments_ = exact_num_segments(num_parcels);
   const std::uint32_t in_segment = num_parcels / num_segments_;
-  const std::uint32_t more = in_segment < 4096 ? 512 : 64;
+  // Few parcels may all be in one crowd, with many events of each in a tick, and cost little memory.
+  const std::uint32_t more = num_segments_ <= 4 ? 8192 : (in_segment < 4096 ? 512 : 64);
   active_capacity_ = in_segment / kActiveShare + more;
   member_capacity_ = active_capacity_ + in_segment / kJoinedShare + more;
   segment_capacity_ = in_segment / kSegmentShare + 4 * more;
