@@ -110,6 +110,12 @@ configure() {
   echo "$nvcc" >"$folder/nvcc_path"
 }
 
+# with_tests PRESET: adds the tests to a build folder that lacks them; what is built in it stays.
+with_tests() {
+  grep -qx 'BUILD_TESTING:BOOL=ON' "$root/build/$1/CMakeCache.txt" ||
+    cmake -DBUILD_TESTING=ON "$root/build/$1" >&2 || stop "Configuring the tests failed; see above."
+}
+
 # build PRESET [TARGET...]: silent if there is nothing to do. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
 build() {
   local folder=$root/build/$1
