@@ -154,8 +154,9 @@ def write_table(path: Path, rows: list) -> None:
     survivors = [fault.name for fault, physics, _ in rows if not physics]
     lines += ["", f"{len(rows)} faults; noticed by a test of physics: {len(rows) - len(survivors)}; by the golden "
               f"hashes: {sum(1 for row in rows if row[2])}. These see states and events: not what is only drawn, only "
-              "tallied, or only expected of a run.", "", "## No faults", "",
-              "Changes that nothing notices, since nothing that a run is asked for depends on them:", ""]
+              "tallied or only expected of a run, nor what is too rare in their scenes.", "", "## No faults", "",
+              "Changes that are not planted, since by their nature nothing that a run is asked for depends on them:",
+              ""]
     lines += [f"- {file}: {change}: {why}." for file, change, why in EQUIVALENT]
     path.write_text("\n".join(lines) + "\n")
 

@@ -103,6 +103,14 @@ inline void make_one_fast(SceneRun& run) {
   run.backend->restore(state);
 }
 
+// A ball that is coming back from beyond a wall.
+inline void put_beyond_a_wall(SceneRun& run) {
+  BallState ball = run.ball;
+  ball.position_m.x = run.physics.world.half.x * run.physics.world.unit_m + 0.1;
+  ball.velocity_mps = {-1.0, 2.0};
+  run.backend->set_ball(ball);
+}
+
 // Every method in every world, without a ball and with one.
 inline void add_methods(std::vector<GoldenScene>& list) {
   struct Pace {
@@ -173,6 +181,7 @@ inline void add_flights(std::vector<GoldenScene>& list) {
   Settings s = court(0, Boundary::walls);
   s.air = Air::vacuum;
   list.push_back(golden("ball_vacuum_walls", s, 400, 0.02));
+  list.push_back(golden("ball_beyond_a_wall", s, 100, 0.02, put_beyond_a_wall));
   s.boundary = Boundary::periodic;
   s.ball_vy_mps = 9.0;
   s.ball_spin_radps = 1e-3;  // turns so small that their series is summed
@@ -188,6 +197,7 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s.method = Method::exact;
   list.push_back(golden("exact_court_walls", s, 120, 0.0));
   s.neighbors = Neighbors::all_pairs;
+  s.ball_vx_mps = -15.0;  // to the wall at once
   s.ball_vy_mps = 20.0;
   list.push_back(golden("exact_court_all_pairs", s, 60, 0.005));
 
@@ -198,6 +208,8 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s.dt_s = 0.0;  // as long as the rate of collisions says
   s.time_scale = 10.0;
   list.push_back(golden("exact_dense_elastic", s, 200, 0.0));
+  list.push_back(golden("exact_dilute_one_fast", golden_gas(Method::exact, Boundary::periodic, 1.0, 0.003),
+                        60, 0.5, make_one_fast));
   list.push_back(
       golden("exact_without_restitution", golden_gas(Method::exact, Boundary::walls, 0.0), 20, 0.1));
   list.push_back(golden("exact_crowd", golden_gas(Method::exact, Boundary::walls), 40, 0.05, crowd_together));
@@ -210,7 +222,7 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s = with_golden_ball(golden_gas(Method::exact, Boundary::walls));
   s.magnus = false;  // the ball flies straight, from event to event and from wall to wall
   s.ball_vx_mps = 12.0;
-  list.push_back(golden("exact_straight_ball", s, 40, 0.1));
+  list.push_back(golden("exact_straight_ball", s, 30, 0.1));
   list.push_back(golden("exact_after_impulse", s, 20, 0.1, step_with_impulse));
   s.ball_mass_kg = 0.3;
   list.push_back(golden("exact_light_ball", s, 40, 0.1));
