@@ -122,9 +122,18 @@ class WindowContext final : public GlContext {
   GLFWwindow* window_ = nullptr;
 };
 
+// From 3.4 on GLFW tries Wayland first wherever the kind of session is not named, and libwayland complains
+// where there is none.
+void name_session() {
+  const bool is_wayland =
+      std::getenv("WAYLAND_DISPLAY") != nullptr || std::getenv("WAYLAND_SOCKET") != nullptr;
+  if (!is_wayland && std::getenv("DISPLAY") != nullptr) ::setenv("XDG_SESSION_TYPE", "x11", 0);
+}
+
 // GLFW is started at most once and ended when the program ends.
 bool glfw_started() {
   static const bool started = [] {
+    name_session();
     if (glfwInit() != GLFW_TRUE) return false;
     std::atexit(glfwTerminate);
     return true;
