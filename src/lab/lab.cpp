@@ -1,6 +1,7 @@
 #include "lab/lab.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
