@@ -5,12 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <exception>
 #include <fstream>
-#include <functional>
 #include <map>
-#include <memory>
 #include <sstream>
 
 #include "support/golden_scenes.hpp"
@@ -25,23 +22,6 @@ inline constexpr const char* kGoldenHeader =
     "# to change them, write them anew from the build folder and read the difference:\n"
     "#   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests "
     "--gtest_filter='GoldenHashes.*'\n";
-
-using MakeBackend = std::function<std::unique_ptr<Backend>()>;
-
-// A scene's line without its name.
-inline std::string golden_line(const GoldenScene& scene, const MakeBackend& make_backend) {
-  SceneRun run(scene.settings, make_backend());
-  if (scene.prepare != nullptr) scene.prepare(run);
-  const StepTotals totals = scene.dt_s > 0.0 ? run.advance(scene.num_steps, scene.dt_s).totals
-                                             : run.advance(scene.num_steps).totals;
-  char text[128];
-  std::snprintf(text, sizeof text, "%016llx %016llx %llu %llu",
-                static_cast<unsigned long long>(run.backend->state_hash()),
-                static_cast<unsigned long long>(totals.event_hash),
-                static_cast<unsigned long long>(totals.num_collisions),
-                static_cast<unsigned long long>(totals.num_ball_hits));
-  return text;
-}
 
 // Lines of the file by scene.
 inline std::map<std::string, std::string> read_golden_hashes() {

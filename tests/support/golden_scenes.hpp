@@ -2,6 +2,9 @@
 // them. The CPU's test and the GPU's run the same ones against the same file.
 #pragma once
 
+#include <cstdio>
+#include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -251,6 +254,23 @@ inline std::vector<GoldenScene> golden_scenes() {
   add_flights(list);
   add_exact(list);
   return list;
+}
+
+using MakeBackend = std::function<std::unique_ptr<Backend>()>;
+
+// A scene's line without its name.
+inline std::string golden_line(const GoldenScene& scene, const MakeBackend& make_backend) {
+  SceneRun run(scene.settings, make_backend());
+  if (scene.prepare != nullptr) scene.prepare(run);
+  const StepTotals totals = scene.dt_s > 0.0 ? run.advance(scene.num_steps, scene.dt_s).totals
+                                             : run.advance(scene.num_steps).totals;
+  char text[128];
+  std::snprintf(text, sizeof text, "%016llx %016llx %llu %llu",
+                static_cast<unsigned long long>(run.backend->state_hash()),
+                static_cast<unsigned long long>(totals.event_hash),
+                static_cast<unsigned long long>(totals.num_collisions),
+                static_cast<unsigned long long>(totals.num_ball_hits));
+  return text;
 }
 
 }  // namespace pf::test
