@@ -64,7 +64,7 @@ json machine_of(const LabContext& context) {
 }
 
 void note_load(const MachineLoad& load, json& machine) {
-  const double share = load.share_of_others();
+  const double share = load.cores_used_by_others() / std::max(1U, std::thread::hardware_concurrency());
   machine["share_of_cores_used_by_others"] =
       std::max(share, machine.value("share_of_cores_used_by_others", 0.0));
   machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || share > kLoadThatCounts;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <fstream>
 #include <string>
-#include <thread>
 
 namespace pf {
 namespace {
@@ -42,11 +41,10 @@ double own_seconds() {
 MachineLoad::MachineLoad()
     : busy_s_(busy_seconds()), own_s_(own_seconds()), start_(std::chrono::steady_clock::now()) {}
 
-double MachineLoad::share_of_others() const {
+double MachineLoad::cores_used_by_others() const {
   const double passed_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   const double others_s = (busy_seconds() - busy_s_) - (own_seconds() - own_s_);
-  const double cores = std::max(1U, std::thread::hardware_concurrency());
-  return passed_s > 0.0 ? std::clamp(others_s / (passed_s * cores), 0.0, 1.0) : 0.0;
+  return passed_s > 0.0 ? std::max(0.0, others_s / passed_s) : 0.0;
 }
 
 }  // namespace pf

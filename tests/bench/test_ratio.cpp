@@ -1,18 +1,16 @@
 // The CPU backend against plain_stepper: the care it takes of determinism and accuracy must not cost its
 // lead.
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <string>
 #include <thread>
 
 #include "bench/plain_stepper.hpp"
 #include "core/timing.hpp"
+#include "lab/machine_load.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -68,38 +66,6 @@ double median(std::vector<double> values) {
 
 double least(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
 
-// Seconds that processors worked since the machine came up, for all processes (user, nice, system; proc(5)).
-double machine_busy_s() {
-  std::ifstream stat("/proc/stat");
-  std::string label;
-  double user = 0.0, nice = 0.0, system = 0.0;
-  stat >> label >> user >> nice >> system;
-  return (user + nice + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
-}
-
-double own_busy_s() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  const auto seconds = [](const timeval& t) {
-    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  };
-  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
-// Tells a slow backend from a busy machine: two threads suffer from a neighbour, one thread does not.
-class OthersWork {
- public:
-  double cores() const {
-    const double others_s = (machine_busy_s() - machine_s_) - (own_busy_s() - own_s_);
-    return std::max(0.0, others_s / (1e-3 * milliseconds_since(start_)));
-  }
-
- private:
-  Clock::time_point start_ = Clock::now();
-  double machine_s_ = machine_busy_s();
-  double own_s_ = own_busy_s();
-};
-
 // 100,000 discs x 10.5 time units x 1.29 collisions: 0.1 % statistical error. The rest of the 3 % is for
 // what half a step of late contact and its push-out do to the rate, and for the walls.
 TEST(BenchRatio, PlainStepperCollidesAtEnskogsRate) {
@@ -125,7 +91,7 @@ TEST(BenchRatio, TwoThreadsAreTwiceAsFastAsThePlainStepper) {
   PlainStepper plain = rival_of(run);
   advance(plain, kWarmUpSteps);
   run.advance(kWarmUpSteps, kDt_s);
-  const OthersWork others;
+  const MachineLoad load;
   std::vector<double> plain_ns, backend_ns;
   for (int repeat = 0; repeat < kRepeats;
        ++repeat) {  // in turns, so that a slow spell of the machine hits both
@@ -136,9 +102,9 @@ TEST(BenchRatio, TwoThreadsAreTwiceAsFastAsThePlainStepper) {
   std::printf(
       "ns per disc-step, median (least): plain, 1 thread %.2f (%.2f); backend, 2 threads %.2f (%.2f)\n",
       median(plain_ns), least(plain_ns), median(backend_ns), least(backend_ns));
-  std::printf("ratio %.2f; other processes kept %.2f cores busy meanwhile\n", ratio, others.cores());
-  EXPECT_GE(ratio, 2.0) << "other processes kept " << others.cores()
-                        << " cores busy; worth repeating if many";
+  const double others = load.cores_used_by_others();  // two threads suffer from a neighbour, one does not
+  std::printf("ratio %.2f; other processes kept %.2f cores busy meanwhile\n", ratio, others);
+  EXPECT_GE(ratio, 2.0) << "other processes kept " << others << " cores busy; worth repeating if many";
 }
 
 }  // namespace
