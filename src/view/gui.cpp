@@ -1,5 +1,6 @@
 #include "view/gui.hpp"
 
+#include <dlfcn.h>
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>
@@ -123,6 +124,17 @@ void ControlMap::write(const std::filesystem::path& file) const {
   if (error) throw UserError(file.string() + ": the panel map cannot be written; choose another file");
 }
 
+namespace {
+
+// Dear ImGui 1.92 closes the GL library that it has loaded whenever one of its contexts ends, and the next
+// one to end calls into where that library was. So it stays in memory.
+void keep_gl_library() {
+  for (const char* library : {"libOpenGL.so.0", "libGL.so.1", "libGL.so"})
+    ::dlopen(library, RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
+}
+
+}  // namespace
+
 Gui::Gui(GlContext& context) : Gui(context.window(), context.content_scale()) {}
 Gui::Gui(float scale) : Gui(nullptr, scale) {}
 
@@ -135,6 +147,7 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   io.IniFilename = nullptr;  // nothing is left behind in the folder that the program is called from
   apply_style(Theme::dark, scale);
   if (window_ != nullptr) ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  keep_gl_library();
   if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
     if (window_ != nullptr) ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext(imgui_);
