@@ -219,6 +219,7 @@ std::vector<SceneEntry> list_scenes() {
     }
   }
   std::vector<SceneEntry> scenes;
+  scenes.reserve(found.size());
   for (const auto& [name, file] : found) scenes.push_back({name, file});
   return scenes;
 }

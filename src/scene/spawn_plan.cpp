@@ -116,7 +116,7 @@ Lattice best_with_rows(const Request& q, std::uint32_t rows) {
     if (l.min_distance < q.diameter) return {};
     const std::uint64_t sites = free_sites(l, q.width, q.height, q.periodic, blocked_disc(q, l));
     if (sites >= q.num_parcels) return l;
-    columns += std::max<std::uint64_t>(1, (q.num_parcels - sites) / (2 * rows));
+    columns += std::max<std::uint64_t>(1, (q.num_parcels - sites) / (2ULL * rows));
   }
   return {};
 }
