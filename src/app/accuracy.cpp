@@ -326,7 +326,7 @@ fs::path accuracy_table_file() {
 
 json read_accuracy_table(const fs::path& file) {
   std::ifstream in(file);
-  const json table = json::parse(in, nullptr, false);
+  json table = json::parse(in, nullptr, false);
   const bool is_table = table.is_object() && table.value("study", "") == "work-precision" &&
                         table.contains("points") && table["points"].is_array();
   if (is_table) return table;

@@ -14,7 +14,7 @@
 
 #include "core/error.hpp"
 
-extern char** environ;
+extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the program
 
 namespace pf {
 namespace {

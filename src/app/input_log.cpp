@@ -234,7 +234,7 @@ std::vector<CommandSwitch> command_switches() {
 
 RunLog read_log(const fs::path& file) { return Reader(file).read(); }
 
-InputLog::InputLog(const Simulation& simulation, std::string backend)
+InputLog::InputLog(const Simulation& simulation, const std::string& backend)
     : text_(fmt::format("# A flight, input by input. To fly it again: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
                         toml_string(PF_VERSION), toml_string(backend)) +

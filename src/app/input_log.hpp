@@ -54,7 +54,7 @@ class InputLog {
   static constexpr int kFramesPerHash = 60;  // about one a second
 
   // Before the first frame.
-  explicit InputLog(const Simulation& simulation, std::string backend);
+  explicit InputLog(const Simulation& simulation, const std::string& backend);
 
   // Around each frame of the simulation.
   void begin_frame(const Commands& commands, const Simulation& simulation);

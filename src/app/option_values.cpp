@@ -97,7 +97,7 @@ void check_writable(const std::string& place, const fs::path& file) {
 fs::path output_file(const CLI::App& app, const std::string& flag, const std::string& text,
                      const std::vector<std::string>& endings) {
   if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
-  const fs::path file = text;
+  fs::path file = text;
   const std::string ending = CLI::detail::to_lower(file.extension().string());
   if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
     throw UserError(fmt::format("{}: {} has the wrong ending; the file must end in {}", flag, in_quotes(text),
@@ -108,7 +108,7 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
 }
 
 fs::path record_file(const CLI::App& app, const std::string& text) {
-  const fs::path file = text;
+  fs::path file = text;
   if (!is_frame_pattern(file)) {
     if (CLI::detail::to_lower(file.extension().string()) == ".png") {
       throw UserError(fmt::format(
