@@ -1,4 +1,4 @@
-#include "cell_sort.cuh"
+#include "cuda/cell_sort.cuh"
 
 #include <algorithm>
 #include <cub/device/device_radix_sort.cuh>

@@ -1,8 +1,8 @@
 // Radix sort of the parcels by cell (CUB), the gather that reorders them, and the start of each cell.
 #pragma once
 
-#include "device_buffer.cuh"
-#include "step_state.cuh"
+#include "cuda/device_buffer.cuh"
+#include "cuda/time_step/state.cuh"
 
 namespace pf {
 

@@ -2,9 +2,9 @@
 
 #include <tuple>
 
-#include "cuda_backend.cuh"
-#include "cuda_devices.hpp"
-#include "work_stream.hpp"
+#include "cuda/cuda_backend.cuh"
+#include "cuda/cuda_devices.hpp"
+#include "cuda/stream.hpp"
 
 namespace pf {
 namespace {

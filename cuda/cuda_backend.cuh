@@ -2,13 +2,13 @@
 
 #include <vector>
 
-#include "cell_sort.cuh"
-#include "cuda_backend.hpp"
-#include "device_buffer.cuh"
-#include "exact_motion.cuh"
-#include "request_timer.cuh"
-#include "spawn_kernel.cuh"
-#include "step_kernel.cuh"
+#include "cuda/cell_sort.cuh"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/device_buffer.cuh"
+#include "cuda/exact/memory.cuh"
+#include "cuda/timer.cuh"
+#include "cuda/setup_kernels.cuh"
+#include "cuda/time_step/kernel.cuh"
 
 namespace pf {
 

@@ -2,8 +2,8 @@
 // only, so that the order does not matter.
 #pragma once
 
-#include "architecture.cuh"
-#include "step_state.cuh"
+#include "cuda/architecture.cuh"
+#include "cuda/time_step/state.cuh"
 
 namespace pf {
 

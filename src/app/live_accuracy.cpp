@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {

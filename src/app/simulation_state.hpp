@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/moments.hpp"
+#include "app/checkpoints.hpp"
 #include "app/simulation.hpp"
 #include "core/error.hpp"
 

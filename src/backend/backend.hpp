@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "backend/draw_buffers.hpp"
-#include "backend/event_record.hpp"
+#include "backend/exact/event_record.hpp"
 #include "core/timing.hpp"
-#include "model/exact.hpp"
+#include "model/exact/trajectory.hpp"
 #include "model/measures.hpp"
 #include "model/spawn.hpp"
 

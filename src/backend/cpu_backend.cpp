@@ -5,7 +5,7 @@
 #include <fstream>
 #include <tuple>
 
-#include "model/step.hpp"
+#include "model/time_step.hpp"
 
 namespace pf {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "backend/backend.hpp"
-#include "backend/candidate_search.hpp"
+#include "backend/neighbour_search.hpp"
 #include "backend/cpu_tally.hpp"
-#include "backend/exact_motion.hpp"
-#include "backend/sorted_parcels.hpp"
+#include "backend/exact/timeline.hpp"
+#include "backend/parcel_arrays.hpp"
 
 namespace pf {
 

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "lab/flight_case.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/terms_verdict.hpp"
 #include "scene/scene_file.hpp"

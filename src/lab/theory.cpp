@@ -4,7 +4,7 @@
 
 #include "core/portable_math.hpp"
 #include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf::theory {
 namespace {

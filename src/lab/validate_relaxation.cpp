@@ -7,7 +7,7 @@
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/samples.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 

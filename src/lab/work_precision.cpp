@@ -7,7 +7,7 @@
 
 #include "lab/flight_case.hpp"
 #include "lab/path_case.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"

@@ -12,7 +12,7 @@
 #include "core/portable_math.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
-#include "lab/work_precision_words.hpp"
+#include "lab/work_precision_summary.hpp"
 
 namespace pf {
 namespace {

@@ -8,10 +8,10 @@
 #include <set>
 
 #include "backend/cell_sort.hpp"
-#include "backend/disc_search.hpp"
-#include "backend/positions_at.hpp"
+#include "backend/exact/broad_phase.hpp"
+#include "backend/exact/positions_at.hpp"
 #include "core/random.hpp"
-#include "model/exact_plan.hpp"
+#include "model/exact/step_plan.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {

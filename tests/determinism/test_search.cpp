@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "backend/candidate_search.hpp"
+#include "backend/neighbour_search.hpp"
 #include "backend/cell_sort.hpp"
 #include "support/scene_support.hpp"
 

@@ -15,7 +15,7 @@
 #include "lab/mean_error.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/study_files.hpp"
 #include "lab/theory.hpp"

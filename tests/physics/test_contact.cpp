@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "backend/cpu_tally.hpp"
-#include "model/exact.hpp"
+#include "model/exact/trajectory.hpp"
 #include "model/spring.hpp"
 #include "support/scene_support.hpp"
 

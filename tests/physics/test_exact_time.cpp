@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "backend/backend.hpp"
-#include "model/exact_plan.hpp"
+#include "model/exact/step_plan.hpp"
 
 namespace pf {
 namespace {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/world.hpp"
 
 namespace pf {

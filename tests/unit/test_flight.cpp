@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "app/moments.hpp"
+#include "app/checkpoints.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf {
