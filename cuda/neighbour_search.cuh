@@ -85,18 +85,18 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
 // together after the search instead of one by one inside it.
 template <unsigned kBlock>
 struct NearList {
-  static constexpr unsigned kMost = 12;
-  using Space = std::uint32_t[kMost][kBlock];
+  static constexpr unsigned kMax = 12;
+  using Space = std::uint32_t[kMax][kBlock];
 
   Space& space;
   unsigned num = 0;
 
   // All are counted, the first kMost kept.
   __device__ void push(std::uint32_t j) {
-    if (num < kMost) space[num][threadIdx.x] = j;
+    if (num < kMax) space[num][threadIdx.x] = j;
     ++num;
   }
-  __device__ bool holds_all() const { return num <= kMost; }
+  __device__ bool holds_all() const { return num <= kMax; }
   __device__ std::uint32_t operator[](unsigned k) const { return space[k][threadIdx.x]; }
   // Keeps those that the predicate is true for.
   template <class Predicate>
@@ -113,7 +113,7 @@ struct NearList {
 // Up to four finds kept in registers, so that a warp's few are worked through together after its search
 // instead of one by one inside it.
 struct FindList {
-  static constexpr unsigned kMost = 4;
+  static constexpr unsigned kMax = 4;
   std::uint32_t j0 = 0, j1 = 0, j2 = 0, j3 = 0;
   unsigned num = 0;
 

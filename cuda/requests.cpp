@@ -21,7 +21,7 @@ constexpr double kLargestReach = 2.5;
 // Due when the search box would grow too wide. The travel within a request is the last step's, times 1.1; it
 // decides about speed only, since the kernel searches as far as parcels have really moved.
 bool CudaBackend::sort_is_due(const StepConstants& constants) const {
-  return !sorted_ || static_cast<double>(constants.contact_reach + expected_travel_) >
+  return !sorted_ || static_cast<double>(constants.contact_reach + expected_displacement_) >
                          kLargestReach * constants.contact_distance;
 }
 
@@ -46,7 +46,7 @@ void CudaBackend::sort(const StepConstants& constants) {
   std::swap(current_, next_);
   keys_are_written_ = false;
   PF_CUDA(cudaMemsetAsync(&state_.data()->travel, 0, sizeof(StepState::travel), stream_));
-  expected_travel_ = 0;
+  expected_displacement_ = 0;
   sorted_ = true;
 }
 
@@ -58,7 +58,7 @@ void CudaBackend::submit(const StepRequest& request) {
   const auto estimate =
       static_cast<std::int64_t>(4.5 * constants.advance_scale * 0x1p-32 * physics_.parcels.speed_mps);
   const std::int64_t travel_per_step =
-      host_state_->last_travel > 0 ? host_state_->last_travel + host_state_->last_travel / 10 : estimate;
+      host_state_->last_displacement > 0 ? host_state_->last_displacement + host_state_->last_displacement / 10 : estimate;
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
@@ -70,7 +70,7 @@ void CudaBackend::submit(const StepRequest& request) {
       sort(constants);
       ++submitted_.num_sorts;
     }
-    expected_travel_ += travel_per_step;
+    expected_displacement_ += travel_per_step;
     if (k + 1 == request.num_steps) launch.draw = draw;
     step(launch, search && sort_is_due(constants));
   }
@@ -115,10 +115,10 @@ void CudaBackend::step(StepLaunch& launch, bool sort_follows) {
 StepReport CudaBackend::collect() {
   StepReport report;
   report.times = timer_.times(submitted_.num_steps);  // waits
-  if (submitted_.exact && host_exact_->gave_up != 0)
-    give_up_exact(tick_seconds(physics_.world, physics_.reference_speed_mps));
+  if (submitted_.exact && host_exact_->unresolvable != 0)
+    throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
   const StepState& state = *host_state_;
-  expected_travel_ = submitted_.exact ? host_exact_->progress.travel : state.travel;
+  expected_displacement_ = submitted_.exact ? host_exact_->progress.travel : state.travel;
   const RequestTotals& sum = state.totals;
   report.ball = state.ball;
   report.totals.num_steps = submitted_.num_steps;
@@ -134,7 +134,7 @@ StepReport CudaBackend::collect() {
   report.totals.num_sorts = submitted_.num_sorts;
   if (submitted_.exact) {
     report.totals.num_rounds = host_exact_->num_rounds;
-    report.totals.num_redone_steps = host_exact_->num_redone;
+    report.totals.num_retried_steps = host_exact_->num_retried;
     report.totals.event_hash = host_exact_->event_hash;
   }
   report.totals.ball_impulse_kg_mps =

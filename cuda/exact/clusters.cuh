@@ -15,8 +15,8 @@ constexpr unsigned kExactBlock = 256;
 constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
 constexpr float kAbove = 1.0F + 1e-5F;  // more than the roundings of a bound in float
 
-__device__ inline Line line_of(const ExactArrays& a, std::uint32_t i) {
-  return {a.lines.position[i], a.lines.velocity[i], a.lines.tick[i]};
+__device__ inline Trajectory trajectory_of(const ExactArrays& a, std::uint32_t i) {
+  return {a.trajectories.position[i], a.trajectories.velocity[i], a.trajectories.tick[i]};
 }
 
 template <class Real>
@@ -36,7 +36,7 @@ __device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i 
   return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
 }
 
-__device__ inline void keep_meeting(Event& best, std::uint32_t tick, std::uint32_t j,
+__device__ inline void keep_collision(Event& best, std::uint32_t tick, std::uint32_t j,
                                     const std::uint32_t* id) {
   if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
 }
@@ -46,38 +46,38 @@ __device__ inline std::uint32_t load_fresh(const std::uint32_t* word) {
 }
 
 __device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t cluster) {
-  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_segments) * a.member_capacity];
-  return a.records[a.place[cluster]];
+  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_slices) * a.member_capacity];
+  return a.records[a.member_slot[cluster]];
 }
 
 // The cluster that absorbed this one, or itself.
 __device__ inline std::uint32_t holder_of(const ExactArrays& a, std::uint32_t cluster) {
   if (cluster == kBallCluster) return cluster;
   const ClusterRecord& record = record_of(a, cluster);
-  return record.members == kNone ? record.toward : cluster;
+  return record.members == kInvalidIndex ? record.parent : cluster;
 }
 
 // Sets of clusters as trees; the lowest name is the root.
-__device__ inline std::uint32_t root_of(const ExactArrays& a, std::uint32_t cluster) {
+__device__ inline std::uint32_t find_root(const ExactArrays& a, std::uint32_t cluster) {
   while (true) {
-    const std::uint32_t next = load_fresh(&record_of(a, cluster).toward);
+    const std::uint32_t next = load_fresh(&record_of(a, cluster).parent);
     if (next == cluster) return cluster;
     cluster = next;
   }
 }
-__device__ inline void unite(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
+__device__ inline void union_sets(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
   while (true) {
-    p = root_of(a, p);
-    q = root_of(a, q);
+    p = find_root(a, p);
+    q = find_root(a, q);
     if (p == q) return;
     const std::uint32_t low = p < q ? p : q, high = p < q ? q : p;
-    if (atomicCAS(&record_of(a, high).toward, high, low) == high) return;
+    if (atomicCAS(&record_of(a, high).parent, high, low) == high) return;
   }
 }
 
 // Counts of a block's items in its segments; and whether it solves the rest alone: 0 or 1.
 struct BlockCounts {
-  std::uint32_t members, segments, border;
+  std::uint32_t members, segments, neighbour_pairs;
   std::uint32_t alone;
 };
 
@@ -88,29 +88,29 @@ __device__ inline void add_conflict(const ExactArrays& a, const BlockCounts& cou
   if (place < a.conflict_capacity) {
     a.conflicts[place] = {p, q};
   } else {
-    state.failed = 1;
+    state.solve_failed = 1;
   }
 }
 
 // A parcel as it is at the begin of the step.
-__device__ inline ClusterMember member_at_begin(const ExactArrays& a, std::uint32_t i) {
+__device__ inline ClusterMember member_at_start(const ExactArrays& a, std::uint32_t i) {
   ClusterMember now;
   now.index = i;
-  now.id = a.lines.id[i];
-  now.line = line_of(a, i);
+  now.id = a.trajectories.id[i];
+  now.trajectory = trajectory_of(a, i);
   const std::uint32_t partner = a.event_partner[i];
-  now.event = {a.event_tick[i], partner, is_parcel(partner) ? a.lines.id[partner] : partner};
-  now.clock = a.lines.clock ? a.lines.clock[i] : 0U;
-  now.next = kNone;
-  now.segments = kNone;
-  now.fastest_mps = sqrtf(dot(now.line.velocity, now.line.velocity)) * (1.0F + 1e-6F);
+  now.event = {a.event_tick[i], partner, is_parcel(partner) ? a.trajectories.id[partner] : partner};
+  now.last_contact_tick = a.trajectories.last_contact_tick ? a.trajectories.last_contact_tick[i] : 0U;
+  now.next = kInvalidIndex;
+  now.segments = kInvalidIndex;
+  now.fastest_mps = sqrtf(dot(now.trajectory.velocity, now.trajectory.velocity)) * (1.0F + 1e-6F);
   now.has_changed = 0;
   return now;
 }
 
 // A tick of the step, in ticks of the reference speed.
 __device__ inline std::uint64_t since_reset(const ExactState& state, std::uint32_t tick) {
-  return state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.coarse);
+  return state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.tick_exponent);
 }
 
 // A load that starts where it stands in the program, not where its value is needed.
@@ -129,44 +129,44 @@ __device__ __forceinline__ double load_early(const double* from) {
 __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
   const ExactConstants& plan = launch.state->plan;
   ExactConstants c = launch.constants;
-  c.begin = load_early(&plan.begin);
-  c.length = load_early(&plan.length);
-  c.max_speed_mps = load_early(&plan.max_speed_mps);
-  c.ball = plan.ball;
-  c.units_per_tick = plan.units_per_tick;
-  c.least_parting_mps = plan.least_parting_mps;
-  c.clock_ticks = plan.clock_ticks;
+  c.plan.start = load_early(&plan.begin);
+  c.plan.length = load_early(&plan.length);
+  c.plan.max_speed_mps = load_early(&plan.max_speed_mps);
+  c.plan.ball = plan.ball;
+  c.plan.units_per_tick = plan.units_per_tick;
+  c.plan.min_separation_speed_mps = plan.min_separation_speed_mps;
+  c.plan.contact_duration_ticks = plan.contact_duration_ticks;
   return c;
 }
 
 // Notes parcels of two clusters that are near each other.
-__device__ __forceinline__ void add_border(const ExactArrays& a, BlockCounts& counts, ExactState& state,
+__device__ __forceinline__ void add_neighbour_pair(const ExactArrays& a, BlockCounts& counts, ExactState& state,
                                            std::uint32_t i, std::uint32_t j) {
-  const std::uint32_t place = atomicAdd(&counts.border, 1U);
-  if (place < a.border_capacity) {
-    a.border[static_cast<std::size_t>(blockIdx.x) * a.border_capacity + place] = {i, j};
+  const std::uint32_t place = atomicAdd(&counts.neighbour_pairs, 1U);
+  if (place < a.neighbour_pair_capacity) {
+    a.neighbour_pairs[static_cast<std::size_t>(blockIdx.x) * a.neighbour_pair_capacity + place] = {i, j};
   } else {
-    state.failed = 1;
+    state.solve_failed = 1;
   }
 }
 
 // A member goes on along `now` from an event at `tick` on; the line before, if an event led to that too, is
 // kept.
-__device__ __forceinline__ void put_on_line(const ExactArrays& a, BlockCounts& counts, ExactState& state,
-                                            const Line& now, std::uint32_t tick, ClusterMember& it,
+__device__ __forceinline__ void set_trajectory(const ExactArrays& a, BlockCounts& counts, ExactState& state,
+                                            const Trajectory& now, std::uint32_t tick, ClusterMember& it,
                                             EventSums& sum) {
   if (it.has_changed) {
     const std::uint32_t place = atomicAdd(&counts.segments, 1U);
     if (place < a.segment_capacity) {
       const std::uint32_t at = blockIdx.x * a.segment_capacity + place;
-      a.segments[at] = {it.line, tick, it.segments};
+      a.segments[at] = {it.trajectory, tick, it.segments};
       it.segments = at;
     } else {
-      state.failed = 1;
+      state.solve_failed = 1;
     }
   }
   const float speed2 = dot(now.velocity, now.velocity);
-  it.line = now;
+  it.trajectory = now;
   it.has_changed = 1;
   it.fastest_mps = fmaxf(it.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
   sum.fastest2 = fmaxf(sum.fastest2, speed2);

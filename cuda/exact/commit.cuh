@@ -12,23 +12,23 @@ __device__ inline bool reaches_end(const ExactState& state, std::uint64_t until)
 }
 
 __device__ inline bool ends_at_anchoring(const ExactState& state) {
-  return (since_reset(state, state.plan.length) >> state.progress.coarse) % kAnchorPeriod == 0;
+  return (since_reset(state, state.plan.length) >> state.progress.tick_exponent) % kAnchorPeriod == 0;
 }
 
 // The parcel's position at the end of the step, also for the renderer.
 __device__ inline void write_position(const ExactLaunch& launch, const ExactState& state, std::uint32_t i,
                                       Vec2i end, Vec2f velocity) {
-  launch.arrays.present[state.parity ^ 1U][i] = end;
+  launch.arrays.present[state.current_buffer ^ 1U][i] = end;
   if (launch.draw.position_m != nullptr && reaches_end(state, launch.until))
-    draw_parcel(launch.draw, launch.constants.step.physics.world, i, end, velocity);
+    draw_parcel(launch.draw, launch.run.physics.world, i, end, velocity);
 }
 
 // Where it will be if nothing happens to it any more.
 template <Boundary kBoundary>
 __device__ void write_end(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
-                          std::uint32_t i, const Line& line) {
-  const Vec2i end = position_at<kBoundary>(c, line, static_cast<std::int32_t>(c.length));
-  write_position(launch, state, i, end, line.velocity);
+                          std::uint32_t i, const Trajectory& trajectory) {
+  const Vec2i end = position_at<kBoundary>(c, trajectory, static_cast<std::int32_t>(c.plan.length));
+  write_position(launch, state, i, end, trajectory.velocity);
 }
 
 __device__ inline void add_events(const EventSums& events, EventSums& sum) {
@@ -74,47 +74,47 @@ __device__ inline void reduce_warp(const EventSums& sum, TallySlot& tally, Exact
 // Commits `num` members of a segment from `first` on, every `stride`-th. Whole warps call it.
 template <Boundary kBoundary>
 __device__ void commit(const ExactConstants& c, const ExactLaunch& launch, ExactState& state,
-                       std::uint32_t segment, std::uint32_t num, std::uint32_t first, std::uint32_t stride,
+                       std::uint32_t slice, std::uint32_t num, std::uint32_t first, std::uint32_t stride,
                        TallySlot& tally) {
   const ExactArrays& a = launch.arrays;
   EventSums sum;
   for (std::uint32_t k = first; k < num; k += stride) {
-    const std::uint32_t place = segment * a.member_capacity + k;
+    const std::uint32_t place = slice * a.member_capacity + k;
     const ClusterMember member = a.members[place];
     const std::uint32_t i = member.index;
     if (a.owner[i] == i) add_events(a.records[place].sum, sum);
     if (!member.has_changed) continue;
-    a.lines.position[i] = member.line.anchor;
-    a.lines.velocity[i] = member.line.velocity;
-    a.lines.tick[i] = member.line.tick;
-    if (a.lines.clock) a.lines.clock[i] = member.clock;
-    write_end<kBoundary>(c, launch, state, i, member.line);
+    a.trajectories.position[i] = member.trajectory.anchor;
+    a.trajectories.velocity[i] = member.trajectory.velocity;
+    a.trajectories.tick[i] = member.trajectory.tick;
+    if (a.trajectories.last_contact_tick) a.trajectories.last_contact_tick[i] = member.last_contact_tick;
+    write_end<kBoundary>(c, launch, state, i, member.trajectory);
   }
-  if (segment == 0 && first == 0 && c.ball == BallRole::participant && state.ball_owner == kBallCluster)
+  if (slice == 0 && first == 0 && c.plan.ball == BallRole::participant && state.ball_owner == kBallCluster)
     add_events(record_of(a, kBallCluster).sum, sum);
   reduce_warp(sum, tally, state);
 }
 
 // Plans the step from now on: its length, the bound, the ball, and empty counters. One thread.
 __device__ inline void plan_next(const ExactConstants& constants, std::uint64_t until, ExactState& state) {
-  state.plan = coarsened(constants, state.progress.coarse);
+  state.plan = with_tick_exponent(constants, state.progress.tick_exponent);
   plan_step(state.progress, until, state.longest, state.plan);
   const ExactConstants& c = state.plan;
   state.ball = ball_in_step(c, state.progress);
-  if (c.ball != BallRole::absent) {
+  if (c.plan.ball != BallRole::absent) {
     const Vec2d centre =
-        state.ball.line.anchor_units +
-        travelled(c, state.ball.line.velocity_mps, -static_cast<std::int64_t>(state.ball.line.tick));
+        state.ball.trajectory.anchor_units +
+        displacement_units(c, state.ball.trajectory.velocity_mps, -static_cast<std::int64_t>(state.ball.trajectory.tick));
     state.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    const double moved = c.max_speed_mps * c.units_per_tick * c.length;
-    state.ball_reach = saturated(c.ball_contact + 2.0 * moved + kRoundingMargin);
+    const double moved = c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length;
+    state.ball_reach = saturated(c.run.ball_contact + 2.0 * moved + kRoundingMargin);
   }
-  state.overfull = 0;
-  state.failed = 0;
+  state.list_overflow = 0;
+  state.solve_failed = 0;
   state.too_fast_bits = 0;
   state.fastest_after_bits = 0;
   state.num_near_ball = 0;
-  state.num_leaders = 0;
+  state.num_representatives = 0;
   state.num_begun = 0;
   state.num_conflicts[0] = state.num_conflicts[1] = 0;
   state.num_todo = 0;
@@ -149,17 +149,17 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
     const ExactBall ball = plan.ball == BallRole::participant ? state.ball_now : state.ball;
     end_step(plan, ball, hits, at_begin, fastest_after_mps(state), state.num_events, progress);
     state.progress = progress;
-    state.parity ^= 1U;
+    state.current_buffer ^= 1U;
     state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
     launch.step_state->ball = progress.ball;
   } else {
-    state.num_redone += 1;
+    state.num_retried += 1;
     const double needed = fastest_of_all_mps(state);
     if (needed > state.plan.max_speed_mps) {
       state.progress.raised_bound_mps = kSpeedMargin * needed;
     } else {
       state.longest = state.plan.length / 2;
-      if (state.longest == 0) state.gave_up = 1;
+      if (state.longest == 0) state.unresolvable = 1;
     }
   }
 }
@@ -171,38 +171,38 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
                            Sync sync) {
   ExactState& state = *launch.state;
   const ExactArrays& a = launch.arrays;
-  const Physics& physics = launch.constants.step.physics;
+  const Physics& physics = launch.run.physics;
   if (rank == 0) state.fastest_now_bits = 0;
   sync();
   unsigned fastest2 = 0;
   for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
-    const Vec2f v = a.lines.velocity[i];
+    const Vec2f v = a.trajectories.velocity[i];
     const float speed2 = dot(v, v);
-    if (!is_retired(a.present[state.parity][i]) && speed2 < 1e30F)
+    if (!is_retired(a.present[state.current_buffer][i]) && speed2 < 1e30F)
       fastest2 = max(fastest2, __float_as_uint(speed2));
   }
   fastest2 = warp_max(fastest2);
   if (rank % 32 == 0) atomicMax(&state.fastest_now_bits, fastest2);
   sync();
   double fastest_mps = sqrt(static_cast<double>(__uint_as_float(load_fresh(&state.fastest_now_bits))));
-  if (physics.ball.present) fastest_mps = max(fastest_mps, surface_speed_mps(physics, state.progress.ball));
+  if (physics.ball.exists) fastest_mps = max(fastest_mps, surface_speed_mps(physics, state.progress.ball));
   const std::uint64_t now = state.progress.now;
-  const std::uint32_t before = state.progress.coarse;
-  const std::uint32_t coarse = suitable_coarseness(launch.constants, before, fastest_mps);
+  const std::uint32_t before = state.progress.tick_exponent;
+  const std::uint32_t tick_exponent = choose_tick_exponent(launch.constants, before, fastest_mps);
   for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
-    a.lines.position[i] = a.present[state.parity][i];
-    a.lines.tick[i] = static_cast<std::uint32_t>(now >> coarse);
-    if (a.lines.clock) a.lines.clock[i] = clock_in_ticks(a.lines.clock[i], now, before, coarse);
+    a.trajectories.position[i] = a.present[state.current_buffer][i];
+    a.trajectories.tick[i] = static_cast<std::uint32_t>(now >> tick_exponent);
+    if (a.trajectories.last_contact_tick) a.trajectories.last_contact_tick[i] = contact_tick_in_units(a.trajectories.last_contact_tick[i], now, before, tick_exponent);
   }
   sync();
   if (rank != 0) return;
-  state.progress.coarse = coarse;
+  state.progress.tick_exponent = tick_exponent;
   state.progress.preferred_ticks =
-      ldexp(state.progress.preferred_ticks, static_cast<int>(before) - static_cast<int>(coarse));
+      ldexp(state.progress.preferred_ticks, static_cast<int>(before) - static_cast<int>(tick_exponent));
 }
 
 __device__ inline bool is_solved(const ExactState& state) {
-  return state.overfull == 0 && load_fresh(&state.failed) == 0 &&
+  return state.list_overflow == 0 && load_fresh(&state.solve_failed) == 0 &&
          fastest_of_all_mps(state) <= state.plan.max_speed_mps;
 }
 

@@ -15,13 +15,13 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = kExactBlock;
-constexpr std::uint32_t kParcelsPerSegment = 1024;  // fewer blocks for few parcels: the barrier is cheaper
+constexpr std::uint32_t kParcelsPerSlice = 1024;  // fewer blocks for few parcels: the barrier is cheaper
 
 // ms at 10^7: 0.58; with 4 0.65, with 6 0.56, but slower below; in a periodic world registers spill with 5.
 template <Boundary kBoundary>
 constexpr unsigned kPredictBlocksPerSm = blocks_per_sm(kBoundary == Boundary::periodic ? 4 : 5, kBlock);
 constexpr unsigned kSolveBlocksPerSm = 2;  // with 3, registers spill: 0.23 ms at 10^7 for 0.21
-constexpr unsigned kMostPartsOfSegment = 8;
+constexpr unsigned kMaxPartsOfSlice = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30
 constexpr unsigned kLanesOfPair = 2;
 
@@ -29,14 +29,14 @@ unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
 // Whether there is nothing to do: a coarse tick led beyond the end of the step.
 __device__ bool is_over(const ExactLaunch& launch) {
-  return launch.state->progress.now >= launch.until || launch.state->gave_up != 0;
+  return launch.state->progress.now >= launch.until || launch.state->unresolvable != 0;
 }
 
 __device__ void draw_present(const ExactLaunch& launch, std::uint32_t i) {
   if (launch.draw.position_m == nullptr || i >= launch.space.num_parcels) return;
   const ExactArrays& a = launch.arrays;
-  draw_parcel(launch.draw, launch.constants.step.physics.world, i, a.present[launch.state->parity][i],
-              a.lines.velocity[i]);
+  draw_parcel(launch.draw, launch.run.physics.world, i, a.present[launch.state->current_buffer][i],
+              a.trajectories.velocity[i]);
 }
 
 template <Boundary kBoundary>
@@ -48,7 +48,7 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     return;
   }
   predict_one<kBoundary, true>(constants_of(launch), launch, blockIdx.x * kBlock + threadIdx.x,
-                               blockIdx.x % launch.arrays.num_segments, near_space);
+                               blockIdx.x % launch.arrays.num_slices, near_space);
 }
 
 // blockIdx.x: segment; blockIdx.y: a part of it.
@@ -73,7 +73,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
   __shared__ NearList<kBlock>::Space near_space;
   cg::grid_group grid = cg::this_grid();
   ExactState& state = *launch.state;
-  SegmentCounts& outside = launch.arrays.counts[blockIdx.x];
+  SliceCounts& outside = launch.arrays.counts[blockIdx.x];
   if (is_over(launch)) return;
   if (threadIdx.x == 0) block_tally = {};
   while (true) {
@@ -81,11 +81,11 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     if (threadIdx.x == 0) {
       counts = {};
       counts.members = min(outside.active, launch.arrays.active.capacity);
-      counts.border = outside.border;
+      counts.neighbour_pairs = outside.neighbour_pairs;
     }
     __syncthreads();
     Clusters<kBoundary> clusters{launch, c, state, space, counts};
-    const bool one_was_alone = state.overfull == 0 && clusters.run();
+    const bool one_was_alone = state.list_overflow == 0 && clusters.run();
     if (one_was_alone) grid.sync();
     const bool finished = is_solved(state);
     const std::uint32_t num_members = min(counts.members, launch.arrays.member_capacity);
@@ -106,7 +106,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     grid.sync();
     if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step_on_device(launch, finished);
     grid.sync();
-    if (load_fresh(&state.gave_up) != 0) return;
+    if (load_fresh(&state.unresolvable) != 0) return;
     if (finished && is_at_anchoring(state.progress))
       anchor_all(launch, static_cast<std::uint32_t>(grid.thread_rank()),
                  static_cast<std::uint32_t>(grid.size()), [&] { grid.sync(); });
@@ -118,7 +118,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     }
     if (done) return;
     grid.sync();
-    if (launch.farthest > 0 && state.progress.travel > launch.farthest) return;
+    if (launch.farthest > 0 && state.progress.max_displacement > launch.farthest) return;
     const ExactConstants next = constants_of(launch);
     for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
       predict_one<kBoundary, false>(next, launch, tile * kBlock + threadIdx.x, blockIdx.x, near_space);
@@ -140,10 +140,10 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
       plan_next(launch.constants, launch.next_until, state);
     return;
   }
-  const std::uint32_t segment = blockIdx.x;
+  const std::uint32_t slice = blockIdx.x;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
-  commit<kBoundary>(constants_of(launch), launch, state, segment, launch.arrays.counts[segment].members,
+  commit<kBoundary>(constants_of(launch), launch, state, slice, launch.arrays.counts[slice].members,
                     blockIdx.y * kBlock + threadIdx.x, gridDim.y * kBlock, block_tally);
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -166,21 +166,21 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
 __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch) {
   ExactState& state = *launch.state;
   if (threadIdx.x < kNumSlots) launch.slots[threadIdx.x] = {};
-  for (std::uint32_t s = threadIdx.x; s < launch.arrays.num_segments; s += blockDim.x)
+  for (std::uint32_t s = threadIdx.x; s < launch.arrays.num_slices; s += blockDim.x)
     launch.arrays.counts[s] = {};
   if (threadIdx.x == 0) {
     launch.step_state->totals = {};
     state.num_rounds = 0;
-    state.num_redone = 0;
+    state.num_retried = 0;
     state.event_hash = 0;
-    state.gave_up = 0;
+    state.unresolvable = 0;
     state.progress.ball = launch.step_state->ball;
-    if (launch.ball_was_set) state.progress.ball_follows = false;
+    if (launch.ball_was_set) state.progress.ball_trajectory_holds = false;
   }
   __syncthreads();
-  if (launch.ball_was_set && state.progress.coarse != 0 && launch.constants.step.physics.ball.present &&
-      surface_speed_mps(launch.constants.step.physics, state.progress.ball) >
-          tick_speed_mps(launch.constants, state.progress.coarse))
+  if (launch.ball_was_set && state.progress.tick_exponent != 0 && launch.run.physics.ball.exists &&
+      surface_speed_mps(launch.run.physics, state.progress.ball) >
+          tick_speed_mps(launch.constants, state.progress.tick_exponent))
     anchor_all(launch, threadIdx.x, blockDim.x, [] { __syncthreads(); });
   __syncthreads();
   if (threadIdx.x != 0) return;
@@ -193,11 +193,11 @@ __global__ void enter_kernel(const __grid_constant__ ExactLaunch launch, std::ui
   const ExactArrays& a = launch.arrays;
   float speed2 = 0.0F;
   if (i < launch.space.num_parcels) {
-    a.lines.tick[i] = static_cast<std::uint32_t>(now);
-    if (a.lines.clock) a.lines.clock[i] = static_cast<std::uint32_t>(now - kAnchorPeriod);
-    a.present[0][i] = a.lines.position[i];
-    const float any_speed2 = dot(a.lines.velocity[i], a.lines.velocity[i]);
-    if (!is_retired(a.lines.position[i]) && any_speed2 < 1e30F) speed2 = any_speed2;
+    a.trajectories.tick[i] = static_cast<std::uint32_t>(now);
+    if (a.trajectories.last_contact_tick) a.trajectories.last_contact_tick[i] = static_cast<std::uint32_t>(now - kAnchorPeriod);
+    a.present[0][i] = a.trajectories.position[i];
+    const float any_speed2 = dot(a.trajectories.velocity[i], a.trajectories.velocity[i]);
+    if (!is_retired(a.trajectories.position[i]) && any_speed2 < 1e30F) speed2 = any_speed2;
   }
   const unsigned fastest = warp_max(__float_as_uint(speed2));
   if (threadIdx.x % 32 == 0) atomicMax(&launch.state->fastest_after_bits, fastest);
@@ -213,29 +213,29 @@ __global__ void enter_done_kernel(ExactState* state) {
 }
 
 template <Boundary kBoundary>
-__global__ void find_present_kernel(const __grid_constant__ ExactLaunch launch) {
+__global__ void locate_kernel(const __grid_constant__ ExactLaunch launch) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   ExactState& state = *launch.state;
-  if (i == 0) state.progress.travel = 0;
+  if (i == 0) state.progress.max_displacement = 0;
   if (i >= launch.space.num_parcels) return;
-  ExactConstants c = coarsened(launch.constants, state.progress.coarse);
-  c.begin = static_cast<std::uint32_t>(state.progress.now >> state.progress.coarse);
-  launch.arrays.present[state.parity][i] = position_at<kBoundary>(c, line_of(launch.arrays, i), 0);
+  ExactConstants c = with_tick_exponent(launch.constants, state.progress.tick_exponent);
+  c.plan.start = static_cast<std::uint32_t>(state.progress.now >> state.progress.tick_exponent);
+  launch.arrays.present[state.current_buffer][i] = position_at<kBoundary>(c, trajectory_of(launch.arrays, i), 0);
 }
 
 __global__ void key_kernel(const __grid_constant__ ExactLaunch launch, const SortKeys keys) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= launch.space.num_parcels) return;
-  keys.key[i] = cell_key(launch.space.grid, launch.arrays.present[launch.state->parity][i]);
+  keys.key[i] = cell_key(launch.space.grid, launch.arrays.present[launch.state->current_buffer][i]);
   keys.index[i] = i;
 }
 
-__global__ void copy_present_kernel(const __grid_constant__ ExactLaunch launch, Vec2i* out) {
+__global__ void copy_positions_kernel(const __grid_constant__ ExactLaunch launch, Vec2i* out) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
-  if (i < launch.space.num_parcels) out[i] = launch.arrays.present[launch.state->parity][i];
+  if (i < launch.space.num_parcels) out[i] = launch.arrays.present[launch.state->current_buffer][i];
 }
 
-std::uint32_t most_segments() {
+std::uint32_t max_slices() {
   int blocks = 0;
   int least = kSolveBlocksPerSm;
   for (const auto kernel :
@@ -248,9 +248,9 @@ std::uint32_t most_segments() {
 
 }  // namespace
 
-std::uint32_t exact_num_segments(std::uint32_t num_parcels) {
-  const std::uint32_t wanted = (num_parcels + kParcelsPerSegment - 1) / kParcelsPerSegment;
-  return std::clamp(wanted, 1U, std::max(1U, most_segments()));
+std::uint32_t exact_num_slices(std::uint32_t num_parcels) {
+  const std::uint32_t wanted = (num_parcels + kParcelsPerSlice - 1) / kParcelsPerSlice;
+  return std::clamp(wanted, 1U, std::max(1U, max_slices()));
 }
 
 void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
@@ -266,26 +266,26 @@ void launch_exact_begin_request(const ExactLaunch& launch, cudaStream_t stream) 
   PF_LAUNCHED("begin_request_kernel");
 }
 
-void launch_exact_find_present(const ExactLaunch& launch, cudaStream_t stream) {
-  for_boundary(launch.constants.step.physics.world.boundary, [&]<Boundary kBoundary>() {
-    find_present_kernel<kBoundary><<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+void launch_exact_locate(const ExactLaunch& launch, cudaStream_t stream) {
+  for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    locate_kernel<kBoundary><<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
   });
   PF_LAUNCHED("find_present_kernel");
 }
 
 void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream) {
-  for_boundary(launch.constants.step.physics.world.boundary, [&]<Boundary kBoundary>() {
+  for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
     const unsigned blocks = std::max(1U, blocks_for(launch.space.num_parcels));
     predict_kernel<kBoundary><<<blocks, kBlock, 0, stream>>>(launch);
     PF_LAUNCHED("predict_kernel");
-    const dim3 parts(launch.arrays.num_segments,
-                     std::min(blocks_for(launch.arrays.active.capacity), kMostPartsOfSegment));
+    const dim3 parts(launch.arrays.num_slices,
+                     std::min(blocks_for(launch.arrays.active.capacity), kMaxPartsOfSlice));
     pair_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
     PF_LAUNCHED("pair_kernel");
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
     PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
-                                        dim3(launch.arrays.num_segments), dim3(kBlock), arguments, 0,
+                                        dim3(launch.arrays.num_slices), dim3(kBlock), arguments, 0,
                                         stream));
     commit_kernel<kBoundary><<<parts, kBlock, 0, stream>>>(launch);
     PF_LAUNCHED("commit_kernel");
@@ -297,9 +297,9 @@ void launch_exact_write_keys(const ExactLaunch& launch, const SortKeys& keys, cu
   PF_LAUNCHED("key_kernel");
 }
 
-void launch_exact_copy_present(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream) {
+void launch_exact_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream) {
   if (launch.space.num_parcels == 0) return;
-  copy_present_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, out);
+  copy_positions_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, out);
   PF_LAUNCHED("copy_present_kernel");
 }
 

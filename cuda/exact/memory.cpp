@@ -11,93 +11,93 @@ namespace {
 constexpr std::uint32_t kActiveShare = 4;    // have an event in the step
 constexpr std::uint32_t kJoinedShare = 32;   // have none, but are hit
 constexpr std::uint32_t kSegmentShare = 16;  // lines between two events of one step
-constexpr std::uint32_t kBorderShare = 8;    // neighbours in two clusters
+constexpr std::uint32_t kNeighbourPairShare = 8;    // neighbours in two clusters
 // Of the whole.
 constexpr std::uint32_t kCommonShare = 16;
 constexpr std::uint32_t kNearBallShare = 4;
-constexpr std::uint32_t kLeastCommon = 16384;
-constexpr std::uint32_t kMostBallSegments = 4096;
+constexpr std::uint32_t kMinCommon = 16384;
+constexpr std::uint32_t kMaxBallSegments = 4096;
 
 }  // namespace
 
-void DeviceExact::reset_time() {
+void ExactMemory::reset_time() {
   is_active_ = false;
   time_s_ = 0.0;
   now_ = 0;
 }
 
-void DeviceExact::reserve(std::uint32_t num_parcels) {
-  if (num_parcels == reserved_ && num_segments_ > 0) return;
+void ExactMemory::reserve(std::uint32_t num_parcels) {
+  if (num_parcels == reserved_ && num_slices_ > 0) return;
   *this = [&] {
-    DeviceExact empty;
+    ExactMemory empty;
     empty.time_s_ = time_s_;
     empty.now_ = now_;
     empty.is_active_ = is_active_;
     empty.state_ = std::move(state_);
     return empty;
   }();
-  num_segments_ = exact_num_segments(num_parcels);
-  const std::uint32_t in_segment = num_parcels / num_segments_;
+  num_slices_ = exact_num_slices(num_parcels);
+  const std::uint32_t in_slice = num_parcels / num_slices_;
   // Few parcels may all be in one crowd, with many events of each in a tick, and cost little memory.
-  const std::uint32_t more = num_segments_ <= 4 ? 8192 : (in_segment < 4096 ? 512 : 64);
-  active_capacity_ = in_segment / kActiveShare + more;
-  member_capacity_ = active_capacity_ + in_segment / kJoinedShare + more;
-  segment_capacity_ = in_segment / kSegmentShare + 4 * more;
-  border_capacity_ = in_segment / kBorderShare + 8 * more;
-  const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_segments_; };
-  const std::size_t common = num_parcels / kCommonShare + kLeastCommon;
+  const std::uint32_t more = num_slices_ <= 4 ? 8192 : (in_slice < 4096 ? 512 : 64);
+  active_capacity_ = in_slice / kActiveShare + more;
+  member_capacity_ = active_capacity_ + in_slice / kJoinedShare + more;
+  segment_capacity_ = in_slice / kSegmentShare + 4 * more;
+  neighbour_pair_capacity_ = in_slice / kNeighbourPairShare + 8 * more;
+  const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_slices_; };
+  const std::size_t common = num_parcels / kCommonShare + kMinCommon;
   active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
-  counts_ = DeviceBuffer<SegmentCounts>(num_segments_);
-  leaders_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
+  counts_ = DeviceBuffer<SliceCounts>(num_slices_);
+  representatives_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
   members_ = DeviceBuffer<ClusterMember>(all(member_capacity_));
   records_ = DeviceBuffer<ClusterRecord>(all(member_capacity_) + 1);
-  segments_ = DeviceBuffer<LineSegment>(all(segment_capacity_));
-  border_ = DeviceBuffer<uint2>(all(border_capacity_));
-  near_ball_ = DeviceBuffer<std::uint32_t>(num_parcels / kNearBallShare + kLeastCommon);
+  segments_ = DeviceBuffer<TrajectorySegment>(all(segment_capacity_));
+  neighbour_pairs_ = DeviceBuffer<uint2>(all(neighbour_pair_capacity_));
+  near_ball_ = DeviceBuffer<std::uint32_t>(num_parcels / kNearBallShare + kMinCommon);
   todo_ = DeviceBuffer<std::uint32_t>(common);
   conflicts_ = DeviceBuffer<uint2>(common);
-  ball_segments_ = DeviceBuffer<BallLineSegment>(kMostBallSegments);
+  ball_segments_ = DeviceBuffer<BallTrajectorySegment>(kMaxBallSegments);
   reserved_ = num_parcels;
 }
 
-std::size_t DeviceExact::bytes() const {
-  return active_.bytes() + counts_.bytes() + leaders_.bytes() + members_.bytes() + records_.bytes() +
-         segments_.bytes() + border_.bytes() + near_ball_.bytes() + todo_.bytes() + conflicts_.bytes() +
+std::size_t ExactMemory::bytes() const {
+  return active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + records_.bytes() +
+         segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() + todo_.bytes() + conflicts_.bytes() +
          ball_segments_.bytes();
 }
 
-void DeviceExact::complete(const Memory& memory, ExactLaunch& launch) const {
+void ExactMemory::complete(const Memory& memory, ExactLaunch& launch) const {
   ExactArrays& a = launch.arrays;
-  a.lines = memory.lines;
+  a.trajectories = memory.trajectories;
   a.present[0] = memory.free.position;
   a.present[1] = reinterpret_cast<Vec2i*>(memory.free.velocity);
   a.list_head = memory.free.tick;
-  a.place = memory.free.id;
+  a.member_slot = memory.free.id;
   a.event_tick = memory.scratch[0];
   a.event_partner = memory.scratch[1];
   a.owner = memory.scratch[2];
   a.active = {active_.data(), active_capacity_};
-  a.leaders = {leaders_.data(), num_segments_ * active_capacity_};
-  a.num_segments = num_segments_;
+  a.representatives = {representatives_.data(), num_slices_ * active_capacity_};
+  a.num_slices = num_slices_;
   a.members = members_.data();
   a.records = records_.data();
   a.segments = segments_.data();
-  a.border = border_.data();
+  a.neighbour_pairs = neighbour_pairs_.data();
   a.counts = counts_.data();
   a.member_capacity = member_capacity_;
   a.segment_capacity = segment_capacity_;
-  a.border_capacity = border_capacity_;
-  const auto common = static_cast<std::uint32_t>(reserved_ / kCommonShare + kLeastCommon);
-  a.near_ball = {near_ball_.data(), reserved_ / kNearBallShare + kLeastCommon};
+  a.neighbour_pair_capacity = neighbour_pair_capacity_;
+  const auto common = static_cast<std::uint32_t>(reserved_ / kCommonShare + kMinCommon);
+  a.near_ball = {near_ball_.data(), reserved_ / kNearBallShare + kMinCommon};
   a.todo = {todo_.data(), common};
   a.conflicts = conflicts_.data();
   a.conflict_capacity = common;
   a.ball_segments = ball_segments_.data();
-  a.ball_segment_capacity = kMostBallSegments;
+  a.ball_segment_capacity = kMaxBallSegments;
   launch.state = state_.data();
 }
 
-void DeviceExact::enter(const ExactLaunch& launch, cudaStream_t stream) {
+void ExactMemory::enter(const ExactLaunch& launch, cudaStream_t stream) {
   now_ = static_cast<std::uint64_t>(std::llround(time_s_ / launch.constants.tick_s));
   // Padding too, which the copy to the host reads.
   PF_CUDA(cudaMemsetAsync(state_.data(), 0, sizeof(ExactState), stream));
@@ -105,7 +105,7 @@ void DeviceExact::enter(const ExactLaunch& launch, cudaStream_t stream) {
   is_active_ = true;
 }
 
-std::vector<std::uint64_t> DeviceExact::plan(const StepRequest& request, double tick_s) {
+std::vector<std::uint64_t> ExactMemory::plan(const StepRequest& request, double tick_s) {
   std::vector<std::uint64_t> ends;
   const double start_s = time_s_;
   check_is_countable(start_s + request.num_steps * request.dt_s, tick_s);

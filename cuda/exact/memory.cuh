@@ -7,7 +7,7 @@
 
 namespace pf {
 
-class DeviceExact {
+class ExactMemory {
  public:
   // Whether the parcels' positions are anchors of lines.
   bool active() const { return is_active_; }
@@ -25,7 +25,7 @@ class DeviceExact {
   // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's
   // arrays.
   struct Memory {
-    ParcelPointers lines, free;
+    ParcelPointers trajectories, free;
     std::uint32_t* scratch[3];
   };
   void complete(const Memory& memory, ExactLaunch& launch) const;
@@ -41,15 +41,15 @@ class DeviceExact {
   double time_s_ = 0.0;
   std::uint64_t now_ = 0;
   std::uint32_t reserved_ = 0;
-  std::uint32_t num_segments_ = 0;
-  std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0, border_capacity_ = 0;
-  DeviceBuffer<std::uint32_t> active_, leaders_, near_ball_, todo_;
-  DeviceBuffer<SegmentCounts> counts_;
+  std::uint32_t num_slices_ = 0;
+  std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0, neighbour_pair_capacity_ = 0;
+  DeviceBuffer<std::uint32_t> active_, representatives_, near_ball_, todo_;
+  DeviceBuffer<SliceCounts> counts_;
   DeviceBuffer<ClusterMember> members_;
   DeviceBuffer<ClusterRecord> records_;
-  DeviceBuffer<LineSegment> segments_;
-  DeviceBuffer<uint2> border_, conflicts_;
-  DeviceBuffer<BallLineSegment> ball_segments_;
+  DeviceBuffer<TrajectorySegment> segments_;
+  DeviceBuffer<uint2> neighbour_pairs_, conflicts_;
+  DeviceBuffer<BallTrajectorySegment> ball_segments_;
   DeviceBuffer<ExactState> state_{1};
 };
 

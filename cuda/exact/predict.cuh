@@ -10,9 +10,9 @@ template <Boundary kBoundary, bool kReadOnly>
 __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launch, const ExactState& state,
                                std::uint32_t i, NearList<kExactBlock>::Space& near_space, float& speed2) {
   const ExactArrays& a = launch.arrays;
-  const Vec2i* present = a.present[state.parity];
+  const Vec2i* present = a.present[state.current_buffer];
   const Vec2i at = present[i];
-  const Line here = line_of(a, i);
+  const Trajectory here = trajectory_of(a, i);
   Event best;
   speed2 = 0.0F;
   if (is_retired(here.anchor)) {
@@ -23,18 +23,18 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
   if (!(speed2 < 1e30F)) {
     TallySlot& slot = launch.slots[blockIdx.x % kNumSlots];
     atomicAdd(&slot.num_invalid, 1U);
-    atomicMax(&slot.first_invalid_id, ~a.lines.id[i]);
+    atomicMax(&slot.first_invalid_id, ~a.trajectories.id[i]);
     speed2 = 0.0F;
     write_position(launch, state, i, here.anchor, here.velocity);
     return best;
   }
   write_end<kBoundary>(c, launch, state, i, here);
-  if (c.step.physics.parcels.contacts) {
-    const auto contact = static_cast<float>(c.step.contact_distance);
-    const auto per_mps = static_cast<float>(c.units_per_tick * c.length);
+  if (c.run.physics.parcels.contacts) {
+    const auto contact = static_cast<float>(c.run.contact_distance);
+    const auto per_mps = static_cast<float>(c.plan.units_per_tick * c.plan.length);
     const float fastest = sqrtf(speed2) + static_cast<float>(state.progress.fastest_mps);
     const float distance = (contact + fastest * per_mps) * kAbove + static_cast<float>(kRoundingMargin);
-    const float reach = distance + static_cast<float>(state.progress.travel) * kAbove;
+    const float reach = distance + static_cast<float>(state.progress.max_displacement) * kAbove;
     NearList<kExactBlock> near{near_space};
     const auto find = [&](auto found) {
       search<kBoundary, kReadOnly>(launch.space, present, at, i, saturated(reach), distance * distance,
@@ -42,11 +42,11 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
     };
     const auto may = [&](std::uint32_t j) {
       const Vec2i offset = separation<kBoundary>(launch.space.world, at, present[j]);
-      return may_meet(offset, a.lines.velocity[j] - here.velocity, contact, per_mps);
+      return may_collide(offset, a.trajectories.velocity[j] - here.velocity, contact, per_mps);
     };
     const auto meet = [&](std::uint32_t j) {
-      const Line there = line_of(a, j);
-      if (!is_retired(there.anchor)) keep_meeting(best, meeting<kBoundary>(c, here, there), j, a.lines.id);
+      const Trajectory there = trajectory_of(a, j);
+      if (!is_retired(there.anchor)) keep_collision(best, collision_tick<kBoundary>(c, here, there), j, a.trajectories.id);
     };
     find([&](std::uint32_t j, Vec2i) { near.push(j); });
     if (near.holds_all()) {
@@ -59,27 +59,27 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
     }
   }
   if (may_reach_edge<kBoundary>(c, at)) keep_edge_event<kBoundary>(c, here, best);
-  if (c.ball == BallRole::frozen && is_near_ball<kBoundary>(c.step.physics.world, state, at))
-    keep_earlier(best, {meeting_ball<kBoundary>(c, state.ball.line, here), kBallPartner, kBallPartner});
+  if (c.plan.ball == BallRole::frozen && is_near_ball<kBoundary>(c.run.physics.world, state, at))
+    keep_earlier(best, {ball_collision_tick<kBoundary>(c, state.ball.trajectory, here), kBallPartner, kBallPartner});
   return best;
 }
 
 // Adds parcels to a segment of the active ones, and says where among the members they will be. Whole warps
 // call it.
-__device__ inline void append_active(const ExactArrays& a, std::uint32_t segment, std::uint32_t i,
+__device__ inline void append_active(const ExactArrays& a, std::uint32_t slice, std::uint32_t i,
                                      bool is_active, ExactState& state) {
   const unsigned active = __ballot_sync(kWholeWarp, is_active);
   if (active == 0) return;
   const unsigned lane = threadIdx.x % 32;
   std::uint32_t base = 0;
-  if (lane == 0) base = atomicAdd(&a.counts[segment].active, static_cast<unsigned>(__popc(active)));
+  if (lane == 0) base = atomicAdd(&a.counts[slice].active, static_cast<unsigned>(__popc(active)));
   const std::uint32_t place = __shfl_sync(kWholeWarp, base, 0) + __popc(active & ((1U << lane) - 1U));
   if (!is_active) return;
   if (place < a.active.capacity) {
-    a.active.items[static_cast<std::size_t>(segment) * a.active.capacity + place] = i;
-    a.place[i] = segment * a.member_capacity + place;
+    a.active.items[static_cast<std::size_t>(slice) * a.active.capacity + place] = i;
+    a.member_slot[i] = slice * a.member_capacity + place;
   } else {
-    state.overfull = 1;
+    state.list_overflow = 1;
   }
 }
 
@@ -92,7 +92,7 @@ __device__ inline void note_speed(TallySlot& slot, float speed2) {
 // Predicts for parcel i, or for none; whole warps call it.
 template <Boundary kBoundary, bool kReadOnly>
 __device__ void predict_one(const ExactConstants& c, const ExactLaunch& launch, std::uint32_t i,
-                            std::uint32_t segment, NearList<kExactBlock>::Space& near_space) {
+                            std::uint32_t slice, NearList<kExactBlock>::Space& near_space) {
   ExactState& state = *launch.state;
   const ExactArrays& a = launch.arrays;
   bool is_active = false;
@@ -102,21 +102,21 @@ __device__ void predict_one(const ExactConstants& c, const ExactLaunch& launch, 
     is_active = event.tick != kNoTick;
     a.event_tick[i] = event.tick;
     a.event_partner[i] = event.partner;
-    a.owner[i] = kNone;
-    if (is_active) a.list_head[i] = kNone;
-    if (c.ball == BallRole::participant) {
-      const Vec2i at = a.present[state.parity][i];
-      if (!is_retired(at) && is_near_ball<kBoundary>(c.step.physics.world, state, at)) {
+    a.owner[i] = kInvalidIndex;
+    if (is_active) a.list_head[i] = kInvalidIndex;
+    if (c.plan.ball == BallRole::participant) {
+      const Vec2i at = a.present[state.current_buffer][i];
+      if (!is_retired(at) && is_near_ball<kBoundary>(c.run.physics.world, state, at)) {
         const std::uint32_t place = atomicAdd(&state.num_near_ball, 1U);
         if (place < a.near_ball.capacity) {
           a.near_ball.items[place] = i;
         } else {
-          state.overfull = 1;
+          state.list_overflow = 1;
         }
       }
     }
   }
-  append_active(a, segment, i, is_active, state);
+  append_active(a, slice, i, is_active, state);
   note_speed(launch.slots[blockIdx.x % kNumSlots], speed2);
 }
 

@@ -31,11 +31,11 @@ class BlockMembers {
         counts_(counts),
         table_(space.table),
         flagged_(space.flagged),
-        present_(launch.arrays.present[state.parity]) {}
+        present_(launch.arrays.present[state.current_buffer]) {}
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
   __device__ __forceinline__ void sync() const { __syncthreads(); }
-  __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.lines.id[parcel]; }
+  __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.trajectories.id[parcel]; }
   __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
   __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const {
     return load_fresh(&a_.owner[i]);
@@ -64,8 +64,8 @@ class BlockMembers {
     return best;
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
-    const uint4 least_of_all = least({best.tick, best.partner_id, 0U, best.partner});
-    return {least_of_all.x, least_of_all.w, least_of_all.y};
+    const uint4 min_of_all = least({best.tick, best.partner_id, 0U, best.partner});
+    return {min_of_all.x, min_of_all.w, min_of_all.y};
   }
 
   // ---- members
@@ -74,7 +74,7 @@ class BlockMembers {
   __device__ __forceinline__ bool load_members(std::uint32_t list) {
     if (leads()) {
       std::uint32_t num = 0;
-      for (std::uint32_t m = list; m != kNone && num < kCapacity + 1; m = member(m).next) {
+      for (std::uint32_t m = list; m != kInvalidIndex && num < kCapacity + 1; m = member(m).next) {
         if (num < kCapacity) table_[num] = m;
         ++num;
       }
@@ -83,7 +83,7 @@ class BlockMembers {
     sync();
     if (num_members() > kCapacity) return false;
     for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock)
-      member(table_[k]) = member_at_begin(a_, member(table_[k]).index);
+      member(table_[k]) = member_at_start(a_, member(table_[k]).index);
     sync();
     return true;
   }
@@ -92,25 +92,25 @@ class BlockMembers {
   // the cluster whose it is, or this one's own name if there is no room.
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
     if (leads()) {
-      std::uint32_t place = kNone;
+      std::uint32_t place = kInvalidIndex;
       if (owner_of(i) == cluster_) {
-        place = a_.place[i];
+        place = a_.member_slot[i];
       } else if (num_members() == kCapacity) {
         space_.other = cluster_;
       } else {
-        const std::uint32_t owner = atomicCAS(&a_.owner[i], kNone, cluster_);
+        const std::uint32_t owner = atomicCAS(&a_.owner[i], kInvalidIndex, cluster_);
         __threadfence();  // of two clusters that take a parcel each and then look at the other's, one sees it
-        if (owner != kNone) {
+        if (owner != kInvalidIndex) {
           space_.other = owner;
         } else {
           place = atomicAdd(&counts_.members, 1U);
           if (place >= a_.member_capacity) {
-            state_.failed = 1;
+            state_.solve_failed = 1;
             place = 0;
           }
           place += blockIdx.x * a_.member_capacity;
-          a_.place[i] = place;
-          member(place) = member_at_begin(a_, i);
+          a_.member_slot[i] = place;
+          member(place) = member_at_start(a_, i);
           table_[space_.num_members++] = place;
         }
       }
@@ -126,9 +126,9 @@ class BlockMembers {
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
     ClusterRecord& record = record_of(a_, cluster_);
     const std::uint32_t num = fits ? num_members() : 0U;
-    for (std::uint32_t k = 0; k < num; ++k) member(table_[k]).next = k + 1 < num ? table_[k + 1] : kNone;
-    record.members = fits ? (num > 0 ? table_[0] : kNone) : list;
-    record.merged = kNone;
+    for (std::uint32_t k = 0; k < num; ++k) member(table_[k]).next = k + 1 < num ? table_[k + 1] : kInvalidIndex;
+    record.members = fits ? (num > 0 ? table_[0] : kInvalidIndex) : list;
+    record.merged = kInvalidIndex;
     record.is_solved = solved ? kSolved : 0U;
     record.sum = sum_;
     if (solved) {
@@ -138,7 +138,7 @@ class BlockMembers {
     const std::uint32_t other = fits ? space_.other : cluster_;
     if (other == cluster_) {  // no room: a block is to solve it
       record.wants_block = 1;
-      state_.failed = 1;
+      state_.solve_failed = 1;
     }
     add_conflict(a_, counts_, state_, cluster_, other);
   }

@@ -12,7 +12,7 @@ template <Boundary kBoundary>
 class WarpSolver {
  public:
   static constexpr unsigned kCapacity = 32;
-  static constexpr std::uint32_t kMostEvents = 20000;
+  static constexpr std::uint32_t kMaxEvents = 20000;
 
   __device__ __forceinline__ WarpSolver(const ExactLaunch& launch, const ExactConstants& c, ExactState& state,
                                         BlockCounts& counts)
@@ -22,7 +22,7 @@ class WarpSolver {
         state_(state),
         counts_(counts),
         lane_(threadIdx.x % 32),
-        present_(launch.arrays.present[state.parity]) {}
+        present_(launch.arrays.present[state.current_buffer]) {}
 
   // Solves the cluster, `list` being its members. All lanes call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
@@ -30,10 +30,10 @@ class WarpSolver {
     bool fits = false, solved = false;
     do {
       sum_ = {};
-      other_ = kNone;
+      other_ = kInvalidIndex;
       fits = load_members(list);
       if (!fits) other_ = cluster;
-      solved = fits && go_through_events();
+      solved = fits && process_events();
     } while (!solved && absorb(list));
     finish(list, fits, solved);
   }
@@ -48,10 +48,10 @@ class WarpSolver {
   static __device__ __forceinline__ T from(T value, unsigned lane) {
     return __shfl_sync(kWholeWarp, value, lane);
   }
-  static __device__ __forceinline__ Line from(const Line& line, unsigned lane) {
-    return {{from(line.anchor.x, lane), from(line.anchor.y, lane)},
-            {from(line.velocity.x, lane), from(line.velocity.y, lane)},
-            from(line.tick, lane)};
+  static __device__ __forceinline__ Trajectory from(const Trajectory& trajectory, unsigned lane) {
+    return {{from(trajectory.anchor.x, lane), from(trajectory.anchor.y, lane)},
+            {from(trajectory.velocity.x, lane), from(trajectory.velocity.y, lane)},
+            from(trajectory.tick, lane)};
   }
   __device__ __forceinline__ bool is_member() const { return lane_ < num_; }
 
@@ -60,12 +60,12 @@ class WarpSolver {
   // Whether they are as few as there are lanes.
   __device__ __forceinline__ bool load_members(std::uint32_t list) {
     num_ = 0;
-    for (std::uint32_t m = list; m != kNone; m = a_.members[m].next) {
+    for (std::uint32_t m = list; m != kInvalidIndex; m = a_.members[m].next) {
       if (num_ == kCapacity) return false;
-      if (lane_ == num_) place_ = m;
+      if (lane_ == num_) member_slot_ = m;
       ++num_;
     }
-    if (is_member()) it_ = member_at_begin(a_, a_.members[place_].index);
+    if (is_member()) it_ = member_at_start(a_, a_.members[member_slot_].index);
     __syncwarp();
     return true;
   }
@@ -80,23 +80,23 @@ class WarpSolver {
       return kNobody;
     }
     const unsigned joining = num_;
-    std::uint32_t owner = kNone;
+    std::uint32_t owner = kInvalidIndex;
     if (lane_ == joining) {
-      it_ = member_at_begin(a_, i);
-      owner = atomicCAS(&a_.owner[i], kNone, cluster_);
+      it_ = member_at_start(a_, i);
+      owner = atomicCAS(&a_.owner[i], kInvalidIndex, cluster_);
       __threadfence();  // of two clusters that take a parcel each and then look at the other's, one sees it
-      if (owner == kNone) {
+      if (owner == kInvalidIndex) {
         std::uint32_t place = atomicAdd(&counts_.members, 1U);
         if (place >= a_.member_capacity) {
-          state_.failed = 1;
+          state_.solve_failed = 1;
           place = 0;
         }
-        place_ = blockIdx.x * a_.member_capacity + place;
-        a_.place[i] = place_;
+        member_slot_ = blockIdx.x * a_.member_capacity + place;
+        a_.member_slot[i] = member_slot_;
       }
     }
     owner = from(owner, joining);
-    if (owner != kNone) {
+    if (owner != kInvalidIndex) {
       other_ = owner;
       return kNobody;
     }
@@ -106,38 +106,38 @@ class WarpSolver {
 
   // Writes them to memory, as a list that goes on with `rest`.
   __device__ __forceinline__ void write_members(std::uint32_t rest) {
-    const std::uint32_t next = __shfl_down_sync(kWholeWarp, place_, 1);
+    const std::uint32_t next = __shfl_down_sync(kWholeWarp, member_slot_, 1);
     if (!is_member()) return;
     it_.next = lane_ + 1 < num_ ? next : rest;
-    a_.members[place_] = it_;
+    a_.members[member_slot_] = it_;
   }
 
   // Adds to the list the members of the cluster that this one conflicts with, if that is a pair that
   // solve_pairs solved, as most are: both are solved at once, not in another round.
   __device__ __forceinline__ bool absorb(std::uint32_t& list) {
-    std::uint32_t theirs = kNone;
+    std::uint32_t theirs = kInvalidIndex;
     if (lane_ == 0 && other_ != cluster_ && other_ != kBallCluster) {
       ClusterRecord& record = record_of(a_, other_);
       if (atomicCAS(&record.is_solved, kSolvedAsPair, 0U) == kSolvedAsPair) {
         theirs = record.members;
-        record.members = kNone;
-        record.toward = cluster_;
+        record.members = kInvalidIndex;
+        record.parent = cluster_;
         std::uint32_t m = theirs;
-        for (unsigned k = 0; k < 2 && m != kNone; ++k, m = a_.members[m].next)
+        for (unsigned k = 0; k < 2 && m != kInvalidIndex; ++k, m = a_.members[m].next)
           a_.owner[a_.members[m].index] = cluster_;
       }
     }
     theirs = from(theirs, 0);
-    if (theirs == kNone) return false;
+    if (theirs == kInvalidIndex) return false;
     write_members(theirs);
-    list = from(place_, 0);
+    list = from(member_slot_, 0);
     __threadfence();
     __syncwarp();
     return true;
   }
 
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
-    if (fits) write_members(kNone);
+    if (fits) write_members(kInvalidIndex);
     if (__any_sync(kWholeWarp, sum_.num_hits > 0)) {
       sum_.num_hits = warp_add(sum_.num_hits);
       sum_.ball_x = sum_of_lanes(sum_.ball_x);
@@ -147,8 +147,8 @@ class WarpSolver {
     sum_.fastest2 = __uint_as_float(warp_max(__float_as_uint(sum_.fastest2)));
     if (lane_ == 0) {
       ClusterRecord& record = record_of(a_, cluster_);
-      record.members = fits ? place_ : list;
-      record.merged = kNone;
+      record.members = fits ? member_slot_ : list;
+      record.merged = kInvalidIndex;
       record.is_solved = solved ? kSolved : 0U;
       record.sum = sum_;
       if (solved) {
@@ -171,21 +171,21 @@ class WarpSolver {
   // The lane of the member with the earliest event of all, or kNobody.
   __device__ __forceinline__ unsigned next_event() const {
     const std::uint32_t tick = is_member() ? it_.event.tick : kNoTick;
-    const std::uint32_t least_tick = warp_min(tick);
-    if (least_tick == kNoTick) return kNobody;
+    const std::uint32_t min_tick = warp_min(tick);
+    if (min_tick == kNoTick) return kNobody;
     const std::uint32_t low = min(it_.id, it_.event.partner_id), high = max(it_.id, it_.event.partner_id);
-    const std::uint32_t least_low = warp_min(tick == least_tick ? low : kNone);
-    const bool among = tick == least_tick && low == least_low;
-    const std::uint32_t least_high = warp_min(among ? high : kNone);
-    return first_of(__ballot_sync(kWholeWarp, among && high == least_high));
+    const std::uint32_t min_low = warp_min(tick == min_tick ? low : kInvalidIndex);
+    const bool among = tick == min_tick && low == min_low;
+    const std::uint32_t min_high = warp_min(among ? high : kInvalidIndex);
+    return first_of(__ballot_sync(kWholeWarp, among && high == min_high));
   }
 
-  __device__ __forceinline__ bool go_through_events() {
+  __device__ __forceinline__ bool process_events() {
     while (true) {
       const unsigned who = next_event();
       if (who == kNobody) return true;
-      if (sum_.num_events == kMostEvents) {
-        if (lane_ == 0) state_.failed = 1;
+      if (sum_.num_events == kMaxEvents) {
+        if (lane_ == 0) state_.solve_failed = 1;
         return true;
       }
       const Event event{from(it_.event.tick, who), from(it_.event.partner, who),
@@ -194,11 +194,11 @@ class WarpSolver {
       if (is_parcel(event.partner)) {
         other = lane_of(event.partner);
         if (other == kNobody) return false;
-      } else if (event.partner == kBallPartner && c_.ball == BallRole::participant) {
+      } else if (event.partner == kBallPartner && c_.plan.ball == BallRole::participant) {
         other_ = load_fresh(&state_.ball_owner);
         return false;
       }
-      happen(event, who, other);
+      apply_event(event, who, other);
       unsigned stale = bit(who) | bit(other);
       const unsigned changed = stale;
       while (stale != 0) {
@@ -212,8 +212,8 @@ class WarpSolver {
   }
 
   // What the event of member `who`, with another or not, does.
-  __device__ __forceinline__ void happen(const Event& event, unsigned who, unsigned other) {
-    Line now = it_.line;
+  __device__ __forceinline__ void apply_event(const Event& event, unsigned who, unsigned other) {
+    Trajectory now = it_.trajectory;
     const bool takes_part = lane_ == who || lane_ == other;
     if (takes_part) anchor_at<kBoundary>(c_, now, event.tick);
     const std::uint32_t id = from(it_.id, who);
@@ -222,22 +222,22 @@ class WarpSolver {
     ++sum_.num_events;
     if (other != kNobody) {
       const bool recent =
-          takes_part && c_.clock_ticks != 0 && c_.begin + event.tick - it_.clock <= c_.clock_ticks;
+          takes_part && c_.plan.contact_duration_ticks != 0 && c_.plan.start + event.tick - it_.last_contact_tick <= c_.plan.contact_duration_ticks;
       const unsigned first_lane = id == low ? who : other;
-      Line first = from(now, first_lane), second = from(now, id == low ? other : who);
+      Trajectory first = from(now, first_lane), second = from(now, id == low ? other : who);
       collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, sum_);
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == who) {
       if (event.partner == kBallPartner) {
-        collide_with_ball<kBoundary>(c_, state_.ball.line, event.tick, now, sum_);
+        collide_with_ball<kBoundary>(c_, state_.ball.trajectory, event.tick, now, sum_);
       } else {
-        meet_edge(c_, event.partner, now);
+        collide_with_edge(c_, event.partner, now);
       }
     }
     if (event.partner == kExit) ++sum_.num_retired;
     if (!takes_part) return;
-    put_on_line(a_, counts_, state_, now, event.tick, it_, sum_);
-    if (event.partner != kBallPartner) it_.clock = c_.begin + event.tick;
+    set_trajectory(a_, counts_, state_, now, event.tick, it_, sum_);
+    if (event.partner != kBallPartner) it_.last_contact_tick = c_.plan.start + event.tick;
   }
 
   // ---- predictions
@@ -249,25 +249,25 @@ class WarpSolver {
     const auto from_half = [](auto value, unsigned lane) {
       return __shfl_sync(kWholeWarp, value, lane, kHalf);
     };
-    const Line now = from(it_.line, own % 32);
+    const Trajectory now = from(it_.trajectory, own % 32);
     const std::uint32_t i = from(it_.index, own % 32);
     const float fastest_mps = from(it_.fastest_mps, own % 32);
     const World& world = launch_.space.world;
-    const double in_step = c_.units_per_tick * c_.length;
-    const double moved = (static_cast<double>(fastest_mps) + c_.max_speed_mps) * in_step;
-    const double distance = c_.step.contact_distance + moved + kRoundingMargin;
+    const double in_step = c_.plan.units_per_tick * c_.plan.length;
+    const double moved = (static_cast<double>(fastest_mps) + c_.plan.max_speed_mps) * in_step;
+    const double distance = c_.run.contact_distance + moved + kRoundingMargin;
     const float within = filter_of(distance);
-    const auto contact = static_cast<float>(c_.step.contact_distance);
+    const auto contact = static_cast<float>(c_.run.contact_distance);
     const auto per_mps = static_cast<float>(in_step);
     const bool searches = own != kNobody && !is_retired(now.anchor);
     const Vec2i at = searches ? present_[i] : Vec2i{};
-    const Vec2i begin = searches ? line_begin<kBoundary>(c_, now) : Vec2i{};
+    const Vec2i begin = searches ? start_position<kBoundary>(c_, now) : Vec2i{};
     SearchBox box = box_around<kBoundary>(launch_.space, at,
-                                          saturated(distance + static_cast<double>(state_.progress.travel)));
+                                          saturated(distance + static_cast<double>(state_.progress.max_displacement)));
     if (!searches) box.num_ranges = 0;
-    const unsigned most_ranges = warp_max(box.num_ranges);
+    const unsigned max_ranges = warp_max(box.num_ranges);
     Event best;
-    for (unsigned base_range = 0; base_range < most_ranges; base_range += kHalf) {
+    for (unsigned base_range = 0; base_range < max_ranges; base_range += kHalf) {
       const CandidateRange range = range_of(launch_.space, box, base_range + half_lane);
       std::uint32_t end = range.count;  // of the range among all, laid end to end
       for (unsigned offset = 1; offset < kHalf; offset *= 2) {
@@ -276,30 +276,30 @@ class WarpSolver {
       }
       const std::uint32_t total = from_half(end, kHalf - 1);
       const std::uint32_t most = warp_max(total);
-      const unsigned num_ranges = min(most_ranges - base_range, kHalf);
+      const unsigned num_ranges = min(max_ranges - base_range, kHalf);
       for (std::uint32_t base = 0; base < most; base += kHalf) {
         const std::uint32_t k = base + half_lane;
-        std::uint32_t j = kNone;
+        std::uint32_t j = kInvalidIndex;
         for (unsigned r = 0; r < num_ranges; ++r) {
           const std::uint32_t r_end = from_half(end, r), r_count = from_half(range.count, r);
           const std::uint32_t r_first = from_half(range.first, r);
           if (k < r_end && k + r_count >= r_end) j = r_first + (k + r_count - r_end);
         }
-        if (j == kNone) continue;
+        if (j == kInvalidIndex) continue;
         const std::uint32_t owner = load_fresh(&a_.owner[j]);
         const Vec2i there = present_[j];
-        const Vec2f velocity = a_.lines.velocity[j];
+        const Vec2f velocity = a_.trajectories.velocity[j];
         const Vec2i offset = separation<kBoundary>(world, at, there);
         const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
         if (x * x + y * y >= within || owner == cluster_ || j == i) continue;
-        const bool foreign = owner != kNone;
+        const bool foreign = owner != kInvalidIndex;
         if (!foreign &&
-            !may_meet(separation<kBoundary>(world, begin, there), velocity - now.velocity, contact, per_mps))
+            !may_collide(separation<kBoundary>(world, begin, there), velocity - now.velocity, contact, per_mps))
           continue;
-        const Line line = line_of(a_, j);
-        if (is_retired(line.anchor)) continue;
-        if (foreign && has_changed) add_border(a_, counts_, state_, i, j);
-        keep_meeting(best, meeting<kBoundary>(c_, now, line), j, a_.lines.id);
+        const Trajectory trajectory = trajectory_of(a_, j);
+        if (is_retired(trajectory.anchor)) continue;
+        if (foreign && has_changed) add_neighbour_pair(a_, counts_, state_, i, j);
+        keep_collision(best, collision_tick<kBoundary>(c_, now, trajectory), j, a_.trajectories.id);
       }
     }
     return best;
@@ -308,7 +308,7 @@ class WarpSolver {
   // The next events of one or two members, `changed` being those on new lines. Of these also what the others
   // meet: they are told of an earlier event, or are to be predicted anew if theirs was with it; returns who.
   __device__ __forceinline__ unsigned predict(unsigned one, unsigned two, unsigned changed) {
-    const bool contacts = c_.step.physics.parcels.contacts;
+    const bool contacts = c_.run.physics.parcels.contacts;
     const unsigned own = lane_ < 16 ? one : two;
     Event found;
     if (contacts) found = search_others(own, (changed & bit(own)) != 0);
@@ -316,12 +316,12 @@ class WarpSolver {
     for (unsigned k = 0; k < 2; ++k) {
       const unsigned subject = k == 0 ? one : two;
       if (subject == kNobody) break;
-      const Line now = from(it_.line, subject);
+      const Trajectory now = from(it_.trajectory, subject);
       const std::uint32_t i = from(it_.index, subject), id = from(it_.id, subject);
       Event best;
       if (own == subject) best = found;
-      if (contacts && is_member() && lane_ != subject && !is_retired(it_.line.anchor)) {
-        const std::uint32_t tick = is_retired(now.anchor) ? kNoTick : meeting<kBoundary>(c_, now, it_.line);
+      if (contacts && is_member() && lane_ != subject && !is_retired(it_.trajectory.anchor)) {
+        const std::uint32_t tick = is_retired(now.anchor) ? kNoTick : collision_tick<kBoundary>(c_, now, it_.trajectory);
         keep_earlier(best, {tick, it_.index, it_.id});
         if ((changed & bit(subject)) != 0 && (changed & bit(lane_)) == 0) {
           if (it_.event.partner == i) {
@@ -344,11 +344,11 @@ class WarpSolver {
     return __ballot_sync(kWholeWarp, is_stale);
   }
 
-  __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Line& now, Event& best) const {
+  __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Trajectory& now, Event& best) const {
     const Vec2i at = present_[i];
     if (may_reach_edge<kBoundary>(c_, at)) keep_edge_event<kBoundary>(c_, now, best);
-    if (c_.ball == BallRole::absent || !is_near_ball<kBoundary>(c_.step.physics.world, state_, at)) return;
-    keep_earlier(best, {meeting_ball<kBoundary>(c_, state_.ball.line, now), kBallPartner, kBallPartner});
+    if (c_.plan.ball == BallRole::absent || !is_near_ball<kBoundary>(c_.run.physics.world, state_, at)) return;
+    keep_earlier(best, {ball_collision_tick<kBoundary>(c_, state_.ball.trajectory, now), kBallPartner, kBallPartner});
   }
 
   const ExactLaunch& launch_;
@@ -358,10 +358,10 @@ class WarpSolver {
   BlockCounts& counts_;
   unsigned lane_;
   const Vec2i* present_;
-  std::uint32_t cluster_ = 0, other_ = kNone;
+  std::uint32_t cluster_ = 0, other_ = kInvalidIndex;
   unsigned num_ = 0;         // members
   ClusterMember it_;         // this lane's
-  std::uint32_t place_ = 0;  // among the members in memory
+  std::uint32_t member_slot_ = 0;  // among the members in memory
   EventSums sum_;            // the same in all lanes, but for hits of the ball and the fastest
 };
 

@@ -12,30 +12,30 @@
 
 namespace pf {
 
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+constexpr std::uint32_t kInvalidIndex = 0xFFFFFFFFU;
 constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;  // a cluster is called by a parcel of it, or this
 
 // A parcel of a cluster, as far as it is solved.
 struct ClusterMember {
-  Line line;
+  Trajectory trajectory;
   Event event;
   std::uint32_t index, id;
   std::uint32_t next;  // in the cluster's list
-  std::uint32_t clock;
+  std::uint32_t last_contact_tick;
   std::uint32_t segments;  // the latest of its earlier lines but the one at the step's begin
   float fastest_mps;       // in the step so far
   std::uint32_t has_changed;
 };
 
 // A line that an event of the step led to, from its anchor until the parcel's next event.
-struct LineSegment {
-  Line line;
+struct TrajectorySegment {
+  Trajectory trajectory;
   std::uint32_t end;
   std::uint32_t before;
 };
 
-struct BallLineSegment {
-  BallLine line;
+struct BallTrajectorySegment {
+  BallTrajectory trajectory;
   std::uint32_t end;
 };
 
@@ -64,7 +64,7 @@ constexpr std::uint32_t kSolved = 1, kSolvedAsPair = 2;
 struct ClusterRecord {
   std::uint32_t members;      // list of those that it was solved with; kNone if another absorbed it: `toward`
   std::uint32_t merged;       // list of those that it is to be solved with, being one with others
-  std::uint32_t toward;       // the cluster that it became part of, or itself
+  std::uint32_t parent;       // the cluster that it became part of, or itself
   std::uint32_t claimed;      // round in which it was last merged
   std::uint32_t is_solved;    // 0, kSolved or kSolvedAsPair
   std::uint32_t wants_block;  // too large for a warp
@@ -73,14 +73,14 @@ struct ClusterRecord {
 
 // Items found for or by the blocks of the cooperative kernel, each in a segment of its own: no block waits
 // for a common counter. Found beyond `capacity` a segment, the step is too long for the lists and is redone.
-struct SegmentedList {
+struct SlicedList {
   std::uint32_t* items = nullptr;  // num_segments x capacity
   std::uint32_t capacity = 0;
 };
 
 // How many items a segment has, outside of the cooperative kernel.
-struct SegmentCounts {
-  std::uint32_t active, border, members;
+struct SliceCounts {
+  std::uint32_t active, neighbour_pairs, members;
 };
 
 // Lists common to all blocks.
@@ -91,27 +91,27 @@ struct CommonList {
 
 // What the clusters are made of; n entries each where nothing else is said.
 struct ExactArrays {
-  ParcelPointers lines;    // sorted; positions are anchors
+  ParcelPointers trajectories;    // sorted; positions are anchors
   Vec2i* present[2] = {};  // at the step's begin and, in the other, at its end: ExactState::parity
   std::uint32_t* event_tick = nullptr;  // along the lines of the begin
   std::uint32_t* event_partner = nullptr;
   std::uint32_t* owner = nullptr;      // cluster, or kNone
   std::uint32_t* place = nullptr;      // of an owned parcel among the members
   std::uint32_t* list_head = nullptr;  // of a cluster's first members
-  SegmentedList active;                // parcels with an event before the end
-  std::uint32_t num_segments = 0;      // blocks of the cooperative kernel
+  SlicedList active;                // parcels with an event before the end
+  std::uint32_t num_slices = 0;      // blocks of the cooperative kernel
   ClusterMember* members = nullptr;    // num_segments x member_capacity
   ClusterRecord* records = nullptr;    // as many; and one for the ball
-  LineSegment* segments = nullptr;     // num_segments x segment_capacity
-  uint2* border = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
-  SegmentCounts* counts = nullptr;  // num_segments
-  std::uint32_t member_capacity = 0, segment_capacity = 0, border_capacity = 0;
-  CommonList leaders;  // those that clusters are called by, but for solved pairs
+  TrajectorySegment* segments = nullptr;     // num_segments x segment_capacity
+  uint2* neighbour_pairs = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
+  SliceCounts* counts = nullptr;  // num_segments
+  std::uint32_t member_capacity = 0, segment_capacity = 0, neighbour_pair_capacity = 0;
+  CommonList representatives;  // those that clusters are called by, but for solved pairs
   CommonList near_ball;
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
-  BallLineSegment* ball_segments = nullptr;
+  BallTrajectorySegment* ball_segments = nullptr;
   std::uint32_t ball_segment_capacity = 0;
 };
 
@@ -123,12 +123,12 @@ struct ExactState {
   Vec2i ball_centre;    // at the step's begin
   std::int32_t ball_reach = 0;
   std::uint32_t longest = 0;  // ticks that the step may take
-  std::uint32_t parity = 0;
-  std::uint32_t overfull = 0;       // a list was full before solve_kernel: all its blocks know it
-  std::uint32_t failed = 0;         // a list was full in solve_kernel, or a cluster had too many events
+  std::uint32_t current_buffer = 0;
+  std::uint32_t list_overflow = 0;       // a list was full before solve_kernel: all its blocks know it
+  std::uint32_t solve_failed = 0;         // a list was full in solve_kernel, or a cluster had too many events
   std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
   std::uint32_t num_near_ball = 0;
-  std::uint32_t num_leaders = 0, num_begun = 0;  // the latter: of these, beyond the first of each warp
+  std::uint32_t num_representatives = 0, num_begun = 0;  // the latter: of these, beyond the first of each warp
   std::uint32_t num_conflicts[2] = {};           // of all blocks; of one that solves the rest alone
   std::uint32_t num_todo = 0;
   std::uint32_t to_commit = 0;              // the step is solved as far as `until`
@@ -143,9 +143,9 @@ struct ExactState {
   std::uint32_t fastest_now_bits = 0;    // of all parcels' speeds, when lines are anchored anew
   unsigned long long num_events = 0;     // of the step
   unsigned long long num_rounds = 0;     // of the request
-  unsigned long long num_redone = 0;
+  unsigned long long num_retried = 0;
   unsigned long long event_hash = 0;
-  std::uint32_t gave_up = 0;  // a step of one tick failed
+  std::uint32_t unresolvable = 0;  // a step of one tick failed
 };
 
 struct ExactLaunch {
@@ -163,19 +163,19 @@ struct ExactLaunch {
 };
 
 // Blocks of the cooperative kernel that are on the device together, at most what n parcels need.
-std::uint32_t exact_num_segments(std::uint32_t num_parcels);
+std::uint32_t exact_num_slices(std::uint32_t num_parcels);
 
 // Anchors every parcel where it is: ticks, clocks, present positions, the largest speed.
 void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream);
 // Zeroes the request's totals; takes the ball from step_state.
 void launch_exact_begin_request(const ExactLaunch& launch, cudaStream_t stream);
 // Present positions of parcels that were just sorted; travel starts at zero.
-void launch_exact_find_present(const ExactLaunch& launch, cudaStream_t stream);
+void launch_exact_locate(const ExactLaunch& launch, cudaStream_t stream);
 // One step, to `until`; or, with launch.farthest, a part of the way that is to be gone on with.
 void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream);
 // Keys and indices of a sort by the present positions.
 void launch_exact_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
 // out[i] = present position of parcel i.
-void launch_exact_copy_present(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream);
+void launch_exact_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream);
 
 }  // namespace pf

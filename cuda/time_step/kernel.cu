@@ -28,7 +28,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
   };
   FindList partners;
   find([&](std::uint32_t j, Vec2i) { partners.push(j); });
-  if (partners.num > FindList::kMost) {  // a crowd: search again, resolving on the way
+  if (partners.num > FindList::kMax) {  // a crowd: search again, resolving on the way
     find([&](std::uint32_t j, Vec2i) { meet(j); });
     return sums;
   }
@@ -73,7 +73,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
 }
 
 __device__ void plan_step(const StepConstants& c, StepState& state) {
-  if (c.physics.ball.present)
+  if (c.physics.ball.exists)
     state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
   state.rounding_key = rounding_key(c.physics.seed, state.step);
 }
@@ -92,9 +92,9 @@ __global__ void __launch_bounds__(kNumSlots)
   slots[threadIdx.x] = {};
   if (threadIdx.x != 0) return;
   add_to_totals(sum, *state);
-  state->last_travel = static_cast<std::int32_t>(sum.max_travel);
-  state->travel += state->last_travel;
-  if (c.physics.ball.present) {
+  state->last_displacement = static_cast<std::int32_t>(sum.max_displacement);
+  state->travel += state->last_displacement;
+  if (c.physics.ball.exists) {
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
     BallState ball = state->ball;
@@ -121,7 +121,7 @@ StepKernel kernel_for(Boundary boundary) {
 
 StepKernel choose_kernel(const Physics& physics, Method method) {
   const Boundary boundary = physics.world.boundary;
-  const bool ball = physics.ball.present;
+  const bool ball = physics.ball.exists;
   if (!physics.parcels.contacts) {
     return ball ? kernel_for<ImpulseContact, false, true>(boundary)
                 : kernel_for<ImpulseContact, false, false>(boundary);

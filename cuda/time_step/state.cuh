@@ -36,7 +36,7 @@ struct TallySlot {
   unsigned int num_invalid;
   unsigned int first_invalid_id;  // complemented, so that zero means none and max means smallest id
   unsigned int max_overlap_bits;  // of a non-negative float, so ordered like the number
-  unsigned int max_travel;
+  unsigned int max_displacement;
   unsigned int max_speed2_bits;
   unsigned long long event_hash;  // method exact
 };
@@ -63,7 +63,7 @@ struct StepState {
   BallMotion motion;            // of the coming step
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
-  std::int32_t last_travel = 0;  // largest displacement along an axis in the last step, position units
+  std::int32_t last_displacement = 0;  // largest displacement along an axis in the last step, position units
   long long travel = 0;          // since the sort, summed over steps
   RequestTotals totals{};
 };

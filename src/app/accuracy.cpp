@@ -28,7 +28,7 @@ constexpr Method kMethods[] = {Method::impulse, Method::spring, Method::exact};
 constexpr const char* kMethodNames[] = {"impulse", "spring", "exact"};
 // Method and number of parcels err independently: 0.8^2 + 0.6^2 = 1.
 constexpr double kMethodShare = 0.8, kParcelsShare = 0.6;
-constexpr double kMostParcels = 1e6;
+constexpr double kMaxParcels = 1e6;
 
 struct Case {
   double area_fraction, restitution;
@@ -186,11 +186,11 @@ void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice&
   }
   const Size& last = sizes.back();
   const double ratio = last.error / wanted;
-  const double num = std::min(std::ceil(last.num * ratio * ratio), kMostParcels);
+  const double num = std::min(std::ceil(last.num * ratio * ratio), kMaxParcels);
   choice.settings.num_parcels = static_cast<std::int64_t>(num);
   choice.parcels_error = last.error * std::sqrt(last.num / num);
   choice.remarks.push_back(fmt::format("{:.0f} parcels by the law 1/sqrt(N), the table ends at {:.0f}{}", num,
-                                       last.num, num < kMostParcels ? "" : "; more would be needed"));
+                                       last.num, num < kMaxParcels ? "" : "; more would be needed"));
 }
 
 }  // namespace

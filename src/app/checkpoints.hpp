@@ -9,7 +9,7 @@
 
 namespace pf {
 
-struct Moment {
+struct Checkpoint {
   double shown_s = 0.0;  // on the clock of the frames that moved, since the launch
   ParcelSnapshot parcels;
   BallState ball;
@@ -21,26 +21,26 @@ struct Moment {
   FlightRecord flight;
 };
 
-class Moments {
+class Checkpoints {
  public:
   // At most 8 moments, most_bytes in all, a second apart or more: a snapshot of many parcels stops the
   // picture for as long as it takes, so they come the rarer the larger they are.
-  explicit Moments(std::uint64_t most_bytes = 1'000'000'000) : most_bytes_(most_bytes) {}
+  explicit Checkpoints(std::uint64_t max_bytes = 1'000'000'000) : max_bytes_(max_bytes) {}
 
   static std::uint64_t bytes_of(std::size_t num_parcels);
   // How many fit; 0: jumping back cannot be had for so many parcels.
   std::size_t most(std::size_t num_parcels) const;
   bool is_due(double shown_s, std::size_t num_parcels) const;
-  void keep(Moment moment);
+  void keep(Checkpoint moment);
   // The newest moment that lies half a second or more before shown_s, else the oldest; null if there is none.
   // Those after it are forgotten.
-  const Moment* back_from(double shown_s);
+  const Checkpoint* back_from(double shown_s);
   void clear() { kept_.clear(); }
   std::size_t size() const { return kept_.size(); }
 
  private:
-  std::uint64_t most_bytes_;
-  std::deque<Moment> kept_;  // oldest first
+  std::uint64_t max_bytes_;
+  std::deque<Checkpoint> kept_;  // oldest first
 };
 
 }  // namespace pf

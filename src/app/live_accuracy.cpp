@@ -55,7 +55,7 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   readout_.simulated_s = view.simulated_s - begin_->simulated_s;
   readout_.num_collisions = view.totals.num_collisions - begin_->totals.num_collisions;
   readout_.num_retired = view.totals.num_retired - begin_->totals.num_retired;
-  readout_.num_redone_steps = view.totals.num_redone_steps - begin_->totals.num_redone_steps;
+  readout_.num_retried_steps = view.totals.num_retried_steps - begin_->totals.num_retried_steps;
   if (then.energy_j() > 0.0) readout_.energy_drift = now.energy_j() / then.energy_j() - 1.0;
   if (then.momentum_scale_kg_mps > 0.0) {
     readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
@@ -91,7 +91,7 @@ nlohmann::json to_json(const AccuracyReadout& r) {
           {"missed_fraction", number(r.missed_fraction)},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
-          {"num_redone_steps", r.num_redone_steps}};
+          {"num_redone_steps", r.num_retried_steps}};
 }
 
 }  // namespace pf

@@ -136,7 +136,7 @@ json ball_report(const BallConstants& constants, const BallState& ball, const St
 json exact_report(const Settings& settings, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
   return {{"rounds", totals.num_rounds},
-          {"redone_steps", totals.num_redone_steps},
+          {"redone_steps", totals.num_retried_steps},
           {"event_hash", fmt::format("{:016x}", totals.event_hash)}};
 }
 

@@ -17,8 +17,6 @@
 
 namespace pf {
 
-enum class Neighbors : std::uint8_t { grid, all_pairs };
-
 struct StepRequest {
   Method method = Method::impulse;
   Neighbors neighbors = Neighbors::grid;
@@ -78,7 +76,7 @@ class Backend {
   virtual std::uint64_t memory_bytes() const = 0;
   // Bytes that the steps and sorts of totals had to read and write at least: state, keys, cell starts. What
   // the search for partners reads again is not counted.
-  virtual double least_bytes_moved(const StepTotals& totals) const = 0;
+  virtual double min_bytes_moved(const StepTotals& totals) const = 0;
   // Bytes per second, read plus written, of a plain copy of about num_bytes on the device, measured now.
   virtual double measure_copy_bandwidth(std::size_t num_bytes) = 0;
 };

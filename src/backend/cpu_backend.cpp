@@ -63,10 +63,10 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
 }
 
 void CpuBackend::set_physics(const Physics& physics) {
-  const auto lines_are_of = [](const Physics& p) {
+  const auto trajectories_depend_on = [](const Physics& p) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
-  if (lines_are_of(physics) != lines_are_of(physics_)) stop_exact();
+  if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
   physics_ = physics;
 }
 
@@ -100,7 +100,7 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
     ContactSums sums;
     if constexpr (kContacts) {
       loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
-      for (const std::uint32_t j : scratch.finds) {
+      for (const std::uint32_t j : scratch.candidates) {
         const Parcel other{position[j], parcels_.current.velocity[j], parcels_.current.id[j]};
         const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
         add_contact<Contact>(c, self, other, offset, sums, tally);
@@ -132,7 +132,7 @@ CpuBackend::RangeFunction CpuBackend::range_function_for(Boundary boundary) {
 // Terms that are off are compiled out: one loop for each combination of what is on.
 CpuBackend::RangeFunction CpuBackend::range_function(const Physics& physics, Method method) {
   const Boundary boundary = physics.world.boundary;
-  const bool ball = physics.ball.present;
+  const bool ball = physics.ball.exists;
   if (!physics.parcels.contacts) {
     return ball ? range_function_for<ImpulseContact, false, true>(boundary)
                 : range_function_for<ImpulseContact, false, false>(boundary);
@@ -149,11 +149,11 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
                                 StepReport& report) {
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
   if (!search) return;
-  const double reach = constants.contact_reach + static_cast<double>(travel_);
+  const double reach = constants.contact_reach + static_cast<double>(displacement_);
   if (parcels_.sorted && reach <= kLargestReach * constants.contact_distance) return;
   parcels_.sort(team_, physics_.world, kCellWidth * constants.contact_distance,
                 parcels_.current.position.data(), report.times);
-  travel_ = 0;
+  displacement_ = 0;
   ++report.totals.num_sorts;
 }
 
@@ -182,7 +182,7 @@ void CpuBackend::submit(const StepRequest& request) {
 // What another method, or a larger radius, left overlapping is pushed apart first. What a crowd keeps is seen
 // in max_overlap_diameters.
 void CpuBackend::start_exact(const StepRequest& request) {
-  constexpr int kMostSweeps = 50;
+  constexpr int kMaxSweeps = 50;
   if (physics_.parcels.contacts) {
     const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
     const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
@@ -195,7 +195,7 @@ void CpuBackend::start_exact(const StepRequest& request) {
       parcels_.sorted = false;
       sort_if_needed(constants, sweep, scratch);
       sum = run_loop(constants, sweep, {}, nullptr, &CpuBackend::push_out);
-    } while (sum.max_overlap > enough && ++sweeps < kMostSweeps);
+    } while (sum.max_overlap > enough && ++sweeps < kMaxSweeps);
   }
   exact_.enter(physics_, request.contact_clock_s, parcels_);
 }
@@ -206,7 +206,7 @@ void CpuBackend::stop_exact() {
 
 CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest& request,
                               const BallMotion& motion, const DrawBuffers* draw, RangeFunction range) {
-  const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + travel_, INT32_MAX / 2);
+  const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + displacement_, INT32_MAX / 2);
   const SearchSpace space{parcels_.current.position.data(),
                           parcels_.cell_start.data(),
                           parcels_.grid,
@@ -229,7 +229,7 @@ CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest&
   std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
-  travel_ += sum.max_travel;
+  displacement_ += sum.max_displacement;
   return sum;
 }
 
@@ -249,7 +249,7 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
                    range_function(physics_, request.method));
   }
   ScopedPhase timing(report.times, Phase::ball);
-  if (physics_.ball.present) {
+  if (physics_.ball.exists) {
     advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
   }
   StepTotals totals = totals_of(constants, sum);
@@ -309,7 +309,7 @@ Measures CpuBackend::measure() {
 }
 
 std::uint64_t CpuBackend::state_hash() {
-  std::uint64_t hash = physics_.ball.present ? ball_hash(ball_) : 0;
+  std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   for (std::size_t i = 0; i < size(); ++i) {
     hash += parcel_hash(parcels_.current.id[i], present()[i], parcels_.current.velocity[i]);
   }
@@ -318,7 +318,7 @@ std::uint64_t CpuBackend::state_hash() {
 
 std::uint64_t CpuBackend::memory_bytes() const { return parcels_.memory_bytes() + exact_.memory_bytes(); }
 
-double CpuBackend::least_bytes_moved(const StepTotals& totals) const {
+double CpuBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   constexpr double kSort = kStep + sizeof(std::uint32_t);  // the same, and the ids written
   const double n = static_cast<double>(size());

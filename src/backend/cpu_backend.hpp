@@ -29,7 +29,7 @@ class CpuBackend final : public Backend {
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
-  double least_bytes_moved(const StepTotals& totals) const override;
+  double min_bytes_moved(const StepTotals& totals) const override;
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
@@ -68,8 +68,8 @@ class CpuBackend final : public Backend {
   BallState ball_;
   std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
   SortedParcels parcels_;
-  ExactMotion exact_{team_};
-  std::int64_t travel_ = 0;  // largest displacement along an axis since the sort, summed over steps
+  ExactTimeline exact_{team_};
+  std::int64_t displacement_ = 0;  // largest displacement along an axis since the sort, summed over steps
   StepReport report_;        // of the last request
 };
 

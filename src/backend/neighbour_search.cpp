@@ -19,13 +19,13 @@ template <Boundary kBoundary>
 void search_plainly(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];
   list_ranges<kBoundary>(space, here, scratch.ranges);
-  scratch.finds.clear();
+  scratch.candidates.clear();
   for (int r = 0; r < scratch.ranges.num; ++r) {
     for (std::uint32_t j = scratch.ranges.at[r].first; j < scratch.ranges.at[r].last; ++j) {
       const Vec2i offset = separation<kBoundary>(space.world, here, space.position[j]);
       const float x = static_cast<float>(offset.x);
       const float y = static_cast<float>(offset.y);
-      if (j != i && x * x + y * y < space.filter_distance2) scratch.finds.push_back(j);
+      if (j != i && x * x + y * y < space.filter_distance2) scratch.candidates.push_back(j);
     }
   }
 }
@@ -82,8 +82,8 @@ struct Filter {
 // The order of Eight.
 constexpr std::uint32_t kOrder[8] = {0, 1, 4, 5, 2, 3, 6, 7};
 
-inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>& finds) {
-  for (; mask != 0; mask &= mask - 1) finds.push_back(first + kOrder[__builtin_ctz(mask)]);
+inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>& candidates) {
+  for (; mask != 0; mask &= mask - 1) candidates.push_back(first + kOrder[__builtin_ctz(mask)]);
 }
 
 // Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
@@ -96,7 +96,7 @@ __attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_
       return search_avx2<Boundary::open>(space, i, scratch);
   }
   const Filter<kBoundary> filter(space, i);
-  scratch.finds.clear();
+  scratch.candidates.clear();
 
   const GridShape& grid = space.grid;
   const CellSpan sx = cell_span<kBoundary>(here.x, space.reach, grid.half.x, grid.num_x, grid.factor_x);
@@ -115,16 +115,16 @@ __attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_
     const bool more = last[0] - first[0] > 8 || last[1] - first[1] > 8 || last[2] - first[2] > 8;
     if (!more && (mask[0] | mask[1] | mask[2]) == 0) return;
     for (int k = 0; k < 3; ++k) {
-      take(mask[k], first[k], scratch.finds);
+      take(mask[k], first[k], scratch.candidates);
       for (std::uint32_t j = first[k] + 8; j < last[k]; j += 8)
-        take(filter.wanted(j, last[k]), j, scratch.finds);
+        take(filter.wanted(j, last[k]), j, scratch.candidates);
     }
     return;
   }
   list_ranges<kBoundary>(space, here, scratch.ranges);
   for (int r = 0; r < scratch.ranges.num; ++r) {
     const auto [first, last] = scratch.ranges.at[r];
-    for (std::uint32_t j = first; j < last; j += 8) take(filter.wanted(j, last), j, scratch.finds);
+    for (std::uint32_t j = first; j < last; j += 8) take(filter.wanted(j, last), j, scratch.candidates);
   }
 }
 

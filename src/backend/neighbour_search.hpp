@@ -22,7 +22,7 @@ struct SearchSpace {
 
 // What a search leaves, and its working memory; one per thread.
 struct SearchScratch {
-  std::vector<std::uint32_t> finds;
+  std::vector<std::uint32_t> candidates;
   CandidateRanges ranges;
 };
 

@@ -9,7 +9,7 @@
 
 namespace pf {
 
-void side_by_side(int num, unsigned num_threads, const std::function<void(int)>& work) {
+void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work) {
   const unsigned all = std::max(1U, std::thread::hardware_concurrency());
   const unsigned wanted =
       std::min(num_threads == 0 ? all : num_threads, static_cast<unsigned>(std::max(num, 0)));

@@ -9,6 +9,6 @@ namespace pf {
 // Calls work(k) once for each k in [0, num), num >= 0, in any order, on num_threads threads (0: all that the
 // machine has; 1: on this one, in order). When a call throws, no further one begins, and the exception leaves
 // here after those under way have ended.
-void side_by_side(int num, unsigned num_threads, const std::function<void(int)>& work);
+void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work);
 
 }  // namespace pf

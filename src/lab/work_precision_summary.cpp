@@ -138,7 +138,7 @@ std::string orders_sentence(const json& orders, const std::string& device) {
 
 }  // namespace
 
-json words_of_work_precision(const json& result) {
+json work_precision_summary(const json& result) {
   const json& points = result.at("points");
   std::vector<std::string> devices;
   for (const json& row : points) {

@@ -9,6 +9,6 @@ namespace pf {
 // device and kind of error, below which error `exact` is the cheapest, where `impulse` is enough, where
 // `spring` makes sense (gas at restitution 1, ball at the lowest of the table); and orders of convergence. A
 // method meets an error with a step if it does with all shorter ones, too; upper bounds count as they are.
-nlohmann::json words_of_work_precision(const nlohmann::json& result);
+nlohmann::json work_precision_summary(const nlohmann::json& result);
 
 }  // namespace pf

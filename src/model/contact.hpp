@@ -4,44 +4,19 @@
 
 #include <cstdint>
 
-#include "model/physics.hpp"
+#include "model/parcel.hpp"
 
 namespace pf {
-
-struct Parcel {
-  Vec2i position;
-  Vec2f velocity;
-  std::uint32_t id = 0;
-};
-
-// Constants of a step, derived once per frame on the host.
-struct StepConstants {
-  Physics physics;
-  double dt_s = 0.0;
-  double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
-  double contact_distance2 = 0.0;  // (2 r)^2, position units squared
-  double contact_distance = 0.0;   // 2 r, position units
-  float filter_distance2 = 0.0F;   // a little above contact_distance2: the cheap first test, in float
-  std::int32_t contact_reach = 0;  // contact distance, rounded up
-  double ball_contact_m = 0.0;     // R + r
-  double per_velocity_unit = 0.0;  // counts of a velocity sum per m/s (a power of two)
-  double velocity_unit_mps = 0.0;
-  double per_impulse_unit = 0.0;  // counts of a ball sum per m/s of parcel velocity change
-  double impulse_unit_kg_mps = 0.0;
-  double per_impulse_count = 0.0;   // counts of the sum over pair impulses per m/s
-  double spring_rate_per_s2 = 0.0;  // k / m of the spring-dashpot
-  double damping_rate_per_s = 0.0;  // gamma / m
-};
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
 
 // A pair's impulse over parcel mass, as counts of the tallied sum. 2^25 counts are the most that one contact
 // can add, so that the contacts of a warp add up in 32 bits.
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
-  constexpr double kMost = 33554432.0;
+  constexpr double kMax = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;
   return static_cast<std::int32_t>(
-      round_to_int64(counts > kMost ? kMost : (counts < -kMost ? -kMost : counts)));
+      round_to_int64(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts)));
 }
 
 // Sums of a parcel's contacts in one step.

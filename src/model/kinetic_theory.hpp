@@ -1,4 +1,4 @@
-// What a test for overlap at the end of each step does not see.
+// Kinetic theory of a gas of hard discs: its collision rate, and the share of collisions that steps miss.
 #pragma once
 
 #include <cmath>
@@ -6,6 +6,18 @@
 #include "core/portable_math.hpp"
 
 namespace pf {
+
+// Contact value of the pair distribution of hard discs, Henderson 1975: within 0.03 % at area fraction 0.3.
+inline double contact_value(double area_fraction) {
+  const double free = 1.0 - area_fraction;
+  return (1.0 - 7.0 * area_fraction / 16.0) / (free * free);
+}
+
+// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r) (PHYSICS 1.3).
+// c = sqrt(kT/m), speed per component.
+inline double enskog_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
+  return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
+}
 
 // Share of collisions missed by a pair that moves by step_diameters contact distances (relative) per step:
 // the mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta), chord = 2 sqrt(d^2 - b^2),

@@ -62,7 +62,7 @@ struct Window {
     ReferenceOptions options;
     options.contact_clock_s = run.settings.contact_clock_s;
     options.ball_frozen =
-        physics.ball.present && ball_role(run.physics, ball, end_s - start_s) == BallRole::frozen;
+        physics.ball.exists && ball_role(run.physics, ball, end_s - start_s) == BallRole::frozen;
     return {physics, parcels, ball, options};
   }
 
@@ -196,7 +196,7 @@ double events_per_s(const Physics& physics, const Measures& now, const BallState
   const double c = std::sqrt(now.parcel_energy_j / (parcels.mass_kg * parcels.num));
   const double eta = area_fraction_of(physics);
   double rate = theory::collision_rate_per_s(eta, c, parcels.radius_m);
-  if (physics.ball.present) {
+  if (physics.ball.exists) {
     const Vec2d half = to_metres(physics.world, physics.world.half);
     const double speed = std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)) + c;
     rate += 2.0 * (physics.ball.radius_m + parcels.radius_m) * speed / (4.0 * half.x * half.y);
@@ -244,7 +244,7 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
     const MeetLists exact_lists = lists_of(events, num, tick_s);
     const std::uint64_t differed = result.num_differences();
     Comparison(window, exact_lists, lists_of(expected, num, window.start_s), result);
-    if (physics.ball.present && result.num_differences() == differed) {
+    if (physics.ball.exists && result.num_differences() == differed) {
       reference.apply_ball_impulses();
       const double off = ball_difference(physics, reference.ball(), ball);
       result.largest_ball_difference = std::max(result.largest_ball_difference, off);

@@ -271,7 +271,7 @@ TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
     const auto hash = [&](unsigned num_threads) {
       SortedParcels now = parcels;
       ThreadTeam team(num_threads);
-      ExactMotion motion(team);
+      ExactTimeline motion(team);
       motion.enter(physics, 0.0, now);
       StepRequest request;
       request.method = Method::exact;

@@ -172,7 +172,7 @@ TEST_P(Collapse, IsLivedThrough) {
       GetParam(), static_cast<double>(totals.num_collisions) / 512.0, time_s, quickened,
       static_cast<unsigned long long>(totals.num_steps),
       static_cast<double>(totals.num_rounds) / static_cast<double>(totals.num_steps),
-      static_cast<unsigned long long>(totals.num_redone_steps), std::ldexp(cooled, -4 * quickened));
+      static_cast<unsigned long long>(totals.num_retried_steps), std::ldexp(cooled, -4 * quickened));
   expect_sound(run, totals, steps);
 }
 
@@ -194,7 +194,7 @@ TEST(Exact, ACrowdIsCrushedIntoACorner) {
     std::printf("e = %g: %llu collisions, %.1f rounds a step, %llu redone\n", restitution,
                 static_cast<unsigned long long>(totals.num_collisions),
                 static_cast<double>(totals.num_rounds) / 150.0,
-                static_cast<unsigned long long>(totals.num_redone_steps));
+                static_cast<unsigned long long>(totals.num_retried_steps));
     EXPECT_GT(totals.num_collisions, 200U);
     expect_sound(run, totals, 150);
   }

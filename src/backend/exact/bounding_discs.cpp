@@ -12,7 +12,7 @@ namespace {
 void set_disc(Vec2i present, Vec2f velocity, float path_per_mps, float half_contact, std::size_t i,
               BoundingDiscs& discs, Speeds& speeds) {
   const float speed2 = dot(velocity, velocity);
-  const bool is_finite = speed2 < kFiniteSpeed2;
+  const bool is_finite = speed2 < kMaxFiniteSpeed2;
   Disc disc = bounding_disc(present, velocity * path_per_mps, half_contact);
   if (is_retired(present) || !is_finite) disc.radius = std::nanf("");
   discs.set(i, disc);
@@ -37,7 +37,7 @@ __attribute__((PF_AVX2)) Speeds set_discs_avx2(const Vec2i* present, const Vec2f
     const __m256 retired =
         _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_castps_si256(position.x), _mm256_set1_epi32(kRetired)));
     const __m256 speed2 = _mm256_add_ps(_mm256_mul_ps(v.x, v.x), _mm256_mul_ps(v.y, v.y));
-    const __m256 is_finite = _mm256_cmp_ps(speed2, _mm256_set1_ps(kFiniteSpeed2), _CMP_LT_OQ);
+    const __m256 is_finite = _mm256_cmp_ps(speed2, _mm256_set1_ps(kMaxFiniteSpeed2), _CMP_LT_OQ);
     const __m256 good = _mm256_andnot_ps(retired, is_finite);
     not_finite = _mm256_or_ps(not_finite, _mm256_andnot_ps(_mm256_or_ps(retired, is_finite),
                                                            _mm256_castsi256_ps(_mm256_set1_epi32(-1))));

@@ -32,7 +32,7 @@ struct PlainTest {
   bool overlaps(std::uint32_t j) const { return is_within(distance2(j), disc.radius + space.radius[j]); }
   // Others may take parcels at the same time.
   bool is_owned(std::uint32_t j) const {
-    return std::atomic_ref<std::uint32_t>(const_cast<std::uint32_t&>(space.owner[j])).load() != kNone;
+    return std::atomic_ref<std::uint32_t>(const_cast<std::uint32_t&>(space.owner[j])).load() != kInvalidIndex;
   }
   bool may_touch(std::uint32_t j) const {
     return is_owned(j) && is_within(distance2(j), disc.radius + space.owned_radius);
@@ -56,38 +56,38 @@ void overlaps_plainly(const DiscSpace& space, std::uint32_t begin, std::uint32_t
 }
 
 template <Boundary kBoundary>
-void reach_plainly(const DiscSpace& space, const Mover& mover, Reached& reached) {
+void reach_plainly(const DiscSpace& space, const Mover& mover, Candidates& candidates) {
   const PlainTest<kBoundary == Boundary::periodic> test{space, mover.disc};
-  reached.overlapping.clear();
-  reached.owned.clear();
-  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
-  for (int r = 0; r < reached.ranges.num; ++r) {
-    const auto [first, last] = reached.ranges.at[r];
+  candidates.overlapping.clear();
+  candidates.owned.clear();
+  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, candidates.ranges);
+  for (int r = 0; r < candidates.ranges.num; ++r) {
+    const auto [first, last] = candidates.ranges.at[r];
     for (std::uint32_t j = first; j < last; ++j) {
       if (j == mover.index) continue;
       if (test.overlaps(j))
-        reached.overlapping.push_back(j);
+        candidates.overlapping.push_back(j);
       else if (test.may_touch(j))
-        reached.owned.push_back(j);
+        candidates.owned.push_back(j);
     }
   }
 }
 
 template <Boundary kBoundary>
-void reach_of_two_plainly(const DiscSpace& space, const Mover (&movers)[2], Reached (&reached)[2]) {
-  for (int k = 0; k < 2; ++k) reach_plainly<kBoundary>(space, movers[k], reached[k]);
+void reach_of_two_plainly(const DiscSpace& space, const Mover (&movers)[2], Candidates (&candidates)[2]) {
+  for (int k = 0; k < 2; ++k) reach_plainly<kBoundary>(space, movers[k], candidates[k]);
 }
 
 }  // namespace
 
-void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t travel, DiscSpace& space) {
+void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement, DiscSpace& space) {
   // A disc's centre is half a path away from where the parcel is at the begin, and that is where it was
   // sorted to but for the travel since. An owned parcel may become as fast as anything.
-  const double half_path = 0.5 * fastest_mps * c.units_per_tick * c.length;
-  const double longest_path = std::max(c.max_speed_mps * c.units_per_tick * c.length, 2.0 * half_path);
-  const double around = 0.5 * c.step.contact_distance * kDiscRelative + 2.0 * kDiscMargin;
-  const auto since_sort = static_cast<double>(travel);
-  space.world = c.step.physics.world;
+  const double half_path = 0.5 * fastest_mps * c.plan.units_per_tick * c.plan.length;
+  const double longest_path = std::max(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length, 2.0 * half_path);
+  const double around = 0.5 * c.run.contact_distance * kDiscRelative + 2.0 * kDiscMargin;
+  const auto since_sort = static_cast<double>(max_displacement);
+  space.world = c.run.physics.world;
   space.reach = saturated_reach(around + 2.0 * half_path * kDiscRelative + since_sort);
   space.reach_owned = saturated_reach(around + longest_path * kDiscRelative + since_sort);
   space.owned_radius = static_cast<float>(around + (longest_path + half_path) * kDiscRelative);

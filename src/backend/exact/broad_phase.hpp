@@ -30,13 +30,13 @@ struct DiscSpace {
 
 // As the reach of a box must be for its sides to stay within 32 bits.
 inline std::int32_t saturated_reach(double units) {
-  return static_cast<std::int32_t>(std::min(units, kLongestReach));
+  return static_cast<std::int32_t>(std::min(units, kMaxReach));
 }
 
 // Sets world, reaches and owned_radius of a space of discs in a step. fastest_mps: bound on the parcels'
 // speeds at its begin; travel: bound on how far along an axis anything has come since it was sorted, position
 // units.
-void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t travel, DiscSpace& space);
+void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement, DiscSpace& space);
 
 struct IndexPair {
   std::uint32_t first, second;
@@ -55,7 +55,7 @@ struct Mover {
 };
 
 // Whom one may meet from now on.
-struct Reached {
+struct Candidates {
   CandidateRanges ranges;
   std::vector<std::uint32_t> overlapping;  // their discs overlap
   std::vector<std::uint32_t> owned;        // theirs do not, but they are owned and may touch it all the same
@@ -65,10 +65,10 @@ struct DiscSearch {
   // Fills pairs.found with all (i, j), begin <= i < end, j > i, whose discs overlap.
   void (*overlaps)(const DiscSpace& space, std::uint32_t begin, std::uint32_t end, DiscPairs& pairs);
   // Fills reached with whom the mover may meet, itself not among them.
-  void (*reach)(const DiscSpace& space, const Mover& mover, Reached& reached);
+  void (*reach)(const DiscSpace& space, const Mover& mover, Candidates& candidates);
   // The same of two that are near each other, for both; perhaps with more of the owned ones, as they share a
   // box.
-  void (*reach_of_two)(const DiscSpace& space, const Mover (&movers)[2], Reached (&reached)[2]);
+  void (*reach_of_two)(const DiscSpace& space, const Mover (&movers)[2], Candidates (&candidates)[2]);
 };
 
 // The fastest that this processor runs.

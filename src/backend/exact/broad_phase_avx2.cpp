@@ -221,8 +221,8 @@ __attribute__((PF_AVX2_SEARCH)) void overlaps_avx2(const DiscSpace& space, std::
 
 // Candidates of consecutive indices, eight to a block; kFew blocks at least, the last of which may be empty.
 struct Blocks {
-  static constexpr unsigned kFew = 4, kMost = 8;
-  std::uint32_t first[kMost + 3], last[kMost + 3];  // of their ranges
+  static constexpr unsigned kFew = 4, kMax = 8;
+  std::uint32_t first[kMax + 3], last[kMax + 3];  // of their ranges
   unsigned num = 0;                                 // more than kMost: they are not all here
 
   Blocks() {
@@ -230,12 +230,12 @@ struct Blocks {
   }
   // Without a branch on how many there are.
   void add(std::uint32_t begin, std::uint32_t end) {
-    const unsigned at = std::min(num, kMost);
+    const unsigned at = std::min(num, kMax);
     for (unsigned k = 0; k < 3; ++k) {
       first[at + k] = std::min(begin + 8 * k, end);
       last[at + k] = end;
     }
-    num += (end - begin + 7) / 8 + (end - begin > 24 ? kMost : 0);
+    num += (end - begin + 7) / 8 + (end - begin > 24 ? kMax : 0);
   }
 };
 
@@ -253,25 +253,25 @@ __attribute__((PF_AVX2_SEARCH, always_inline)) inline void append_reached(const 
                                                                           const std::uint32_t* first,
                                                                           const std::uint32_t* last,
                                                                           unsigned num, std::uint32_t self,
-                                                                          Reached& reached) {
+                                                                          Candidates& candidates) {
   OverlapsOrMayTouch all{};
   for (unsigned k = 0; k < num; ++k) {
     const OverlapsOrMayTouch some = test.reaches(first[k], last[k]);
     all.overlaps |= some.overlaps << (8 * k);
     all.may_touch |= some.may_touch << (8 * k);
   }
-  append(all.overlaps, first, self, reached.overlapping);
-  append(all.may_touch, first, self, reached.owned);
+  append(all.overlaps, first, self, candidates.overlapping);
+  append(all.may_touch, first, self, candidates.owned);
 }
 
 template <Boundary kBoundary>
 __attribute__((PF_AVX2_SEARCH)) void reach_anywhere(const DiscSpace& space, const Mover& mover,
-                                                    Reached& reached) {
+                                                    Candidates& candidates) {
   const Test<kBoundary == Boundary::periodic> test(space, mover.disc);
-  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, reached.ranges);
-  for (int r = 0; r < reached.ranges.num; ++r) {
-    const auto [first, last] = reached.ranges.at[r];
-    for (std::uint32_t j = first; j < last; j += 8) append_reached(test, &j, &last, 1, mover.index, reached);
+  list_candidates<kBoundary>(space, mover.disc, space.reach_owned, candidates.ranges);
+  for (int r = 0; r < candidates.ranges.num; ++r) {
+    const auto [first, last] = candidates.ranges.at[r];
+    for (std::uint32_t j = first; j < last; j += 8) append_reached(test, &j, &last, 1, mover.index, candidates);
   }
 }
 
@@ -299,38 +299,38 @@ bool gather(const DiscSpace& space, const Mover* movers, Blocks& blocks) {
     const std::uint32_t first = starts[left], count = starts[right + 1] - first;
     blocks.add(first, first + (bottom + k <= top ? count : 0));
   }
-  return top - bottom <= 2 && blocks.num <= Blocks::kMost;
+  return top - bottom <= 2 && blocks.num <= Blocks::kMax;
 }
 
 template <Boundary kBoundary, unsigned kNum>
 __attribute__((PF_AVX2_SEARCH)) void reach_avx2(const DiscSpace& space, const Mover* movers,
-                                                Reached* reached) {
+                                                Candidates* candidates) {
   for (unsigned k = 0; k < kNum; ++k) {
-    reached[k].overlapping.clear();
-    reached[k].owned.clear();
+    candidates[k].overlapping.clear();
+    candidates[k].owned.clear();
   }
   Blocks blocks;
   const bool gathered = gather<kBoundary, kNum>(space, movers, blocks);
   for (unsigned k = 0; k < kNum; ++k) {
     if (!gathered) {
-      reach_anywhere<kBoundary>(space, movers[k], reached[k]);
+      reach_anywhere<kBoundary>(space, movers[k], candidates[k]);
       continue;
     }
     const Test<false> test(space, movers[k].disc);
     if (blocks.num <= Blocks::kFew)
-      append_reached(test, blocks.first, blocks.last, Blocks::kFew, movers[k].index, reached[k]);
+      append_reached(test, blocks.first, blocks.last, Blocks::kFew, movers[k].index, candidates[k]);
     else
-      append_reached(test, blocks.first, blocks.last, blocks.num, movers[k].index, reached[k]);
+      append_reached(test, blocks.first, blocks.last, blocks.num, movers[k].index, candidates[k]);
   }
 }
 
 template <Boundary kBoundary>
-void reach_avx2(const DiscSpace& space, const Mover& mover, Reached& reached) {
-  reach_avx2<kBoundary, 1>(space, &mover, &reached);
+void reach_avx2(const DiscSpace& space, const Mover& mover, Candidates& candidates) {
+  reach_avx2<kBoundary, 1>(space, &mover, &candidates);
 }
 template <Boundary kBoundary>
-void reach_of_two_avx2(const DiscSpace& space, const Mover (&movers)[2], Reached (&reached)[2]) {
-  reach_avx2<kBoundary, 2>(space, movers, reached);
+void reach_of_two_avx2(const DiscSpace& space, const Mover (&movers)[2], Candidates (&candidates)[2]) {
+  reach_avx2<kBoundary, 2>(space, movers, candidates);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ inline void check_is_countable(double end_s, double tick_s) {
 }
 
 // A step of one tick has more events than can be worked off. Nothing of it was done.
-[[noreturn]] inline void give_up_exact(double tick_s) {
+[[noreturn]] inline void throw_unresolvable(double tick_s) {
   throw UserError(
       "exact: more parcels touch within a tick of " + std::to_string(tick_s * 1e9) +
       " ns than can be resolved in order; start from fewer, a lower area fraction or another method");

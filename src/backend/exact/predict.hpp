@@ -13,23 +13,23 @@ namespace pf {
 template <Boundary kBoundary>
 struct ExactStepper::Prediction {
   ExactStepper& self;
-  const ExactProblem& problem;
+  const StepInput& problem;
   const ExactConstants& c;
-  ParcelArrays& lines;
+  ParcelArrays& trajectories;
   ExactBall& ball;
-  Vec2i* at_end;
+  Vec2i* end_position;
   ExactStep<kBoundary> step;
-  float units_in_step = static_cast<float>(c.units_per_tick * c.length);  // that a speed of 1 m/s covers
-  float contact = static_cast<float>(c.step.contact_distance);
+  float units_in_step = static_cast<float>(c.plan.units_per_tick * c.plan.length);  // that a speed of 1 m/s covers
+  float contact = static_cast<float>(c.run.contact_distance);
 
-  Prediction(ExactStepper& stepper, const ExactProblem& p, ParcelArrays& parcels, ExactBall& the_ball,
+  Prediction(ExactStepper& stepper, const StepInput& p, ParcelArrays& parcels, ExactBall& the_ball,
              Vec2i* end, bool recording)
       : self(stepper),
         problem(p),
         c(p.constants),
-        lines(parcels),
+        trajectories(parcels),
         ball(the_ball),
-        at_end(end),
+        end_position(end),
         step{p,
              p.constants,
              parcels,
@@ -38,17 +38,17 @@ struct ExactStepper::Prediction {
              stepper.event_key_,
              stepper.event_partner_,
              stepper.owner_,
-             stepper.place_,
+             stepper.member_slot_,
              stepper.ball_owner_,
              stepper.near_ball_,
              stepper.seeds_,
              stepper.ball_member_} {
     set_space();
-    if (c.ball == BallRole::absent) return;
-    const double moved = c.max_speed_mps * c.units_per_tick * c.length;
-    const Vec2d centre = ball.line.anchor_units + travelled(c, ball.line.velocity_mps, -ball.line.tick);
+    if (c.plan.ball == BallRole::absent) return;
+    const double moved = c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length;
+    const Vec2d centre = ball.trajectory.anchor_units + displacement_units(c, ball.trajectory.velocity_mps, -ball.trajectory.tick);
     step.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    step.ball_reach = saturated_reach(c.ball_contact + 2.0 * moved + kRoundingMargin);
+    step.ball_reach = saturated_reach(c.run.ball_contact + 2.0 * moved + kRoundingMargin);
   }
 
   void set_space() {
@@ -61,7 +61,7 @@ struct ExactStepper::Prediction {
     space.grid = problem.grid;
     space.num_parcels = static_cast<std::uint32_t>(step.size());
     space.all_pairs = problem.all_pairs;
-    set_reaches(c, problem.fastest_mps, problem.travel, space);
+    set_reaches(c, problem.fastest_mps, problem.max_displacement, space);
   }
 
   // Fewer items than this are worked through by the calling thread: waking the others costs more.
@@ -85,7 +85,7 @@ struct ExactStepper::Prediction {
   template <class Visit>
   void each_chunk(Visit visit) {
     constexpr std::size_t kAtATime = 256;
-    const auto visit_all = [&](ExactWorker& worker, std::size_t begin, std::size_t end) {
+    const auto visit_all = [&](WorkerState& worker, std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; k += kAtATime) visit(worker, k, std::min(k + kAtATime, end));
     };
     if (step.size() < kAlone) return visit_all(self.workers_[0], 0, step.size());
@@ -99,7 +99,7 @@ struct ExactStepper::Prediction {
   template <class Visit>
   void each_worker(std::size_t how_much, Visit visit) {
     if (how_much < kAlone) {
-      for (ExactWorker& worker : self.workers_) visit(worker);
+      for (WorkerState& worker : self.workers_) visit(worker);
     } else {
       self.team_.run([&](unsigned thread) { visit(self.workers_[thread]); });
     }
@@ -107,34 +107,34 @@ struct ExactStepper::Prediction {
 
   // Where parcels begin .. end - 1 will be at the end of the step, their discs, and their events with an edge
   // or a frozen ball.
-  void look_ahead(ExactWorker& worker, std::size_t begin, std::size_t end) {
-    positions_at(c, lines.position.data(), lines.velocity.data(), lines.tick.data(),
-                 static_cast<std::int32_t>(c.length), begin, end, at_end);
-    const Speeds speeds = set_discs(problem.present, lines.velocity.data(), units_in_step, 0.5F * contact,
+  void look_ahead(WorkerState& worker, std::size_t begin, std::size_t end) {
+    positions_at(c, trajectories.position.data(), trajectories.velocity.data(), trajectories.tick.data(),
+                 static_cast<std::int32_t>(c.plan.length), begin, end, end_position);
+    const Speeds speeds = set_discs(problem.present, trajectories.velocity.data(), units_in_step, 0.5F * contact,
                                     begin, end, self.discs_);
     worker.tally.moved(0, speeds.largest2);
     if (!speeds.all_finite) report_invalid(worker, begin, end);
-    if (kBoundary == Boundary::periodic && c.ball != BallRole::frozen) return;
+    if (kBoundary == Boundary::periodic && c.plan.ball != BallRole::frozen) return;
     for (std::size_t i = begin; i < end; ++i) predict_edge_and_ball(worker, static_cast<std::uint32_t>(i));
   }
 
-  void report_invalid(ExactWorker& worker, std::size_t begin, std::size_t end) {
+  void report_invalid(WorkerState& worker, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      if (!is_retired(lines.position[i]) && !is_finite(i)) worker.tally.invalid(lines.id[i]);
+      if (!is_retired(trajectories.position[i]) && !is_finite(i)) worker.tally.invalid(trajectories.id[i]);
     }
   }
-  bool is_finite(std::size_t i) const { return dot(lines.velocity[i], lines.velocity[i]) < kFiniteSpeed2; }
+  bool is_finite(std::size_t i) const { return dot(trajectories.velocity[i], trajectories.velocity[i]) < kMaxFiniteSpeed2; }
 
-  void predict_edge_and_ball(ExactWorker& worker, std::uint32_t i) {
-    if (is_retired(lines.position[i]) || !is_finite(i)) return;
+  void predict_edge_and_ball(WorkerState& worker, std::uint32_t i) {
+    if (is_retired(trajectories.position[i]) || !is_finite(i)) return;
     const bool near_edge = may_reach_edge<kBoundary>(c, problem.present[i]);
-    const bool near_ball = c.ball == BallRole::frozen && step.is_near_ball(i);
+    const bool near_ball = c.plan.ball == BallRole::frozen && step.is_near_ball(i);
     if (!near_edge && !near_ball) return;
-    const Line here = step.line(i);
+    const Trajectory here = step.trajectory(i);
     Event best;
     if (near_edge) keep_edge_event<kBoundary>(c, here, best);
     if (near_ball)
-      keep_earlier(best, {meeting_ball<kBoundary>(c, ball.line, here), kBallPartner, kBallPartner});
+      keep_earlier(best, {ball_collision_tick<kBoundary>(c, ball.trajectory, here), kBallPartner, kBallPartner});
     if (best.tick == kNoTick) return;
     self.event_key_[i] = event_key(best.tick, best.partner);
     self.event_partner_[i] = best.partner;
@@ -142,20 +142,20 @@ struct ExactStepper::Prediction {
   }
 
   // To worker.hits the meetings of parcels begin .. end - 1 with those of higher index.
-  void predict_meetings(ExactWorker& worker, std::uint32_t begin, std::uint32_t end) {
+  void predict_meetings(WorkerState& worker, std::uint32_t begin, std::uint32_t end) {
     step.discs.overlaps(step.space, begin, end, worker.pairs);
     for (const auto [i, j] : worker.pairs.found) {
       const Vec2i offset =
-          separation<kBoundary>(c.step.physics.world, problem.present[i], problem.present[j]);
-      if (!may_meet(offset, lines.velocity[j] - lines.velocity[i], contact, units_in_step)) continue;
-      const std::uint32_t tick = meeting<kBoundary>(c, step.line(i), step.line(j));
+          separation<kBoundary>(c.run.physics.world, problem.present[i], problem.present[j]);
+      if (!may_collide(offset, trajectories.velocity[j] - trajectories.velocity[i], contact, units_in_step)) continue;
+      const std::uint32_t tick = collision_tick<kBoundary>(c, step.trajectory(i), step.trajectory(j));
       if (tick != kNoTick) worker.hits.push_back({tick, i, j});
     }
   }
 
   void predict_meetings() {
-    if (!c.step.physics.parcels.contacts) return;
-    each_chunk([&](ExactWorker& worker, std::size_t begin, std::size_t end) {
+    if (!c.run.physics.parcels.contacts) return;
+    each_chunk([&](WorkerState& worker, std::size_t begin, std::size_t end) {
       predict_meetings(worker, static_cast<std::uint32_t>(begin), static_cast<std::uint32_t>(end));
     });
   }
@@ -168,7 +168,7 @@ struct ExactStepper::Prediction {
   }
 
   // Tells i of its partner, if what its event is was this hit.
-  void set_partner(ExactWorker& worker, std::uint32_t i, std::uint32_t partner, std::uint64_t key) {
+  void set_partner(WorkerState& worker, std::uint32_t i, std::uint32_t partner, std::uint64_t key) {
     if (self.event_key_[i] != key) return;
     self.event_partner_[i] = partner;
     worker.found.push_back(i);
@@ -178,20 +178,20 @@ struct ExactStepper::Prediction {
   // another parcel earlier go.
   void predict_from_hits() {
     std::size_t num_hits = 0;
-    for (const ExactWorker& worker : self.workers_) num_hits += worker.hits.size();
-    each_worker(num_hits, [&](const ExactWorker& worker) {
-      for (const ExactWorker::Hit& hit : worker.hits) {
-        keep_earliest(hit.first, event_key(hit.tick, lines.id[hit.second]));
-        keep_earliest(hit.second, event_key(hit.tick, lines.id[hit.first]));
+    for (const WorkerState& worker : self.workers_) num_hits += worker.hits.size();
+    each_worker(num_hits, [&](const WorkerState& worker) {
+      for (const WorkerState::Hit& hit : worker.hits) {
+        keep_earliest(hit.first, event_key(hit.tick, trajectories.id[hit.second]));
+        keep_earliest(hit.second, event_key(hit.tick, trajectories.id[hit.first]));
       }
     });
-    each_worker(num_hits, [&](ExactWorker& worker) {
+    each_worker(num_hits, [&](WorkerState& worker) {
       std::erase_if(worker.found, [&](std::uint32_t i) {
         return is_parcel(static_cast<std::uint32_t>(self.event_key_[i]));
       });
-      for (const ExactWorker::Hit& hit : worker.hits) {
-        set_partner(worker, hit.first, hit.second, event_key(hit.tick, lines.id[hit.second]));
-        set_partner(worker, hit.second, hit.first, event_key(hit.tick, lines.id[hit.first]));
+      for (const WorkerState::Hit& hit : worker.hits) {
+        set_partner(worker, hit.first, hit.second, event_key(hit.tick, trajectories.id[hit.second]));
+        set_partner(worker, hit.second, hit.first, event_key(hit.tick, trajectories.id[hit.first]));
       }
       worker.hits.clear();
     });
@@ -199,7 +199,7 @@ struct ExactStepper::Prediction {
 
   void collect_found(std::vector<std::uint32_t>& all) {
     all.clear();
-    for (ExactWorker& worker : self.workers_) {
+    for (WorkerState& worker : self.workers_) {
       all.insert(all.end(), worker.found.begin(), worker.found.end());
       worker.found.clear();
     }
@@ -207,13 +207,13 @@ struct ExactStepper::Prediction {
 
   void predict_all() {
     each_chunk(
-        [&](ExactWorker& worker, std::size_t begin, std::size_t end) { look_ahead(worker, begin, end); });
+        [&](WorkerState& worker, std::size_t begin, std::size_t end) { look_ahead(worker, begin, end); });
     predict_meetings();
     predict_from_hits();
     collect_found(self.active_);
     self.near_ball_.clear();
     if (!step.has_participant()) return;
-    each(step.size(), [&](ExactWorker& worker, std::size_t k) {
+    each(step.size(), [&](WorkerState& worker, std::size_t k) {
       const auto i = static_cast<std::uint32_t>(k);
       if (!is_retired(problem.present[i]) && step.is_near_ball(i)) worker.found.push_back(i);
     });

@@ -18,24 +18,24 @@
 namespace pf {
 
 // A line that an event of the step led to, from its anchor until the parcel's next event.
-struct Segment {
-  Line line;
+struct TrajectorySegment {
+  Trajectory trajectory;
   std::uint32_t end = 0;         // tick of the step
-  std::uint32_t before = kNone;  // the parcel's previous one, in the worker's list
+  std::uint32_t before = kInvalidIndex;  // the parcel's previous one, in the worker's list
 };
 
-struct BallSegment {
-  BallLine line;
+struct BallTrajectorySegment {
+  BallTrajectory trajectory;
   std::uint32_t end = 0;
 };
 
 struct Member {
   std::uint32_t index = 0;
   std::uint32_t version = 0;  // counts what `event` was: entries of the queue with another are void
-  Line line;
+  Trajectory trajectory;
   Event event;
-  std::uint32_t clock = 0;
-  std::uint32_t segments = kNone;  // the latest of its earlier lines but the one at the step's begin
+  std::uint32_t last_contact_tick = 0;
+  std::uint32_t segments = kInvalidIndex;  // the latest of its earlier lines but the one at the step's begin
   bool has_changed = false;
 };
 
@@ -45,7 +45,7 @@ struct BallMember {
   std::uint32_t version = 0;
   bool has_changed = false;
   double fastest_mps = 0.0;  // of its surface
-  std::vector<BallSegment> segments;
+  std::vector<BallTrajectorySegment> segments;
 };
 
 // What a cluster's events add to the step's tally. There are many clusters: it is as small as it can be.
@@ -90,7 +90,7 @@ struct Cluster {
 };
 
 // What one thread collects, and its working memory.
-struct ExactWorker {
+struct WorkerState {
   struct Entry {                    // of the queue of events, earliest first
     std::uint32_t tick, low, high;  // low, high: ids of the two
     std::uint32_t member, version;
@@ -103,38 +103,38 @@ struct ExactWorker {
   };
 
   DiscPairs pairs;
-  Reached reached[2];
+  Candidates candidates[2];
   CpuTally tally;
   std::vector<Hit> hits;
   std::vector<std::uint32_t> found;
   std::vector<Entry> queue;
   std::vector<Member> members;    // of all clusters that it solved
-  std::vector<Segment> segments;  // of these members
-  std::vector<Pair> border;       // a changed parcel of a cluster, and one near it of another
+  std::vector<TrajectorySegment> segments;  // of these members
+  std::vector<Pair> neighbour_pairs;       // a changed parcel of a cluster, and one near it of another
   std::vector<Pair> conflicts;    // clusters that have to be solved as one
   std::vector<EventRecord> events;
 };
 
-struct ExactProblem {
+struct StepInput {
   ExactConstants constants;
   const Vec2i* present = nullptr;  // positions at the begin
   const std::uint32_t* cell_start = nullptr;
   GridShape grid;
   bool all_pairs = false;
-  std::int64_t travel = 0;             // bound on displacements along an axis from the sort to the begin
+  std::int64_t max_displacement = 0;             // bound on displacements along an axis from the sort to the begin
   double fastest_mps = 0.0;            // largest parcel speed at the begin
-  std::uint64_t begin_tick = 0;        // since the reset, in ticks of the reference speed
-  std::uint32_t coarse = 0;            // those of the step are 2^coarse of them
-  std::uint32_t most_events = 100000;  // of a cluster
+  std::uint64_t start_tick = 0;        // since the reset, in ticks of the reference speed
+  std::uint32_t tick_exponent = 0;            // those of the step are 2^coarse of them
+  std::uint32_t max_events = 100000;  // of a cluster
 };
 
 // The step that is being made: the lines at its begin, which stay as they are until all is solved, and what
 // is known of each parcel.
 template <Boundary kBoundary>
 struct ExactStep {
-  const ExactProblem& problem;
+  const StepInput& problem;
   const ExactConstants& c;
-  const ParcelArrays& lines;  // sorted; positions are anchors
+  const ParcelArrays& trajectories;  // sorted; positions are anchors
   const ExactBall& ball;      // at the begin
   bool recording = false;     // of events
   // A parcel's earliest event along the lines of the begin: tick and partner id as event_key, and partner.
@@ -151,12 +151,12 @@ struct ExactStep {
   Vec2i ball_centre = {};       // at the begin, position units
   std::int32_t ball_reach = 0;  // half side of the box around it that holds all parcels that may meet it
 
-  std::size_t size() const { return lines.id.size(); }
-  Line line(std::uint32_t i) const { return {lines.position[i], lines.velocity[i], lines.tick[i]}; }
-  bool has_participant() const { return c.ball == BallRole::participant; }
+  std::size_t size() const { return trajectories.id.size(); }
+  Trajectory trajectory(std::uint32_t i) const { return {trajectories.position[i], trajectories.velocity[i], trajectories.tick[i]}; }
+  bool has_participant() const { return c.plan.ball == BallRole::participant; }
 
   bool is_near_ball(std::uint32_t i) const {
-    const Vec2i from = separation<kBoundary>(c.step.physics.world, ball_centre, problem.present[i]);
+    const Vec2i from = separation<kBoundary>(c.run.physics.world, ball_centre, problem.present[i]);
     return std::abs(static_cast<std::int64_t>(from.x)) <= ball_reach &&
            std::abs(static_cast<std::int64_t>(from.y)) <= ball_reach;
   }
@@ -165,30 +165,30 @@ struct ExactStep {
   // it.
   std::uint32_t owner_of(std::uint32_t i) const { return std::atomic_ref<std::uint32_t>(owner[i]).load(); }
   static std::uint32_t take(std::uint32_t& of, std::uint32_t cluster) {  // its owner afterwards
-    std::uint32_t seen = kNone;
+    std::uint32_t seen = kInvalidIndex;
     return std::atomic_ref<std::uint32_t>(of).compare_exchange_strong(seen, cluster) ? cluster : seen;
   }
 
-  float half_contact() const { return static_cast<float>(0.5 * c.step.contact_distance); }
+  float half_contact() const { return static_cast<float>(0.5 * c.run.contact_distance); }
 
   // Of a parcel on a line of the step, from its anchor or the begin on.
-  Disc disc_of(std::uint32_t i, const Line& now) const {
+  Disc disc_of(std::uint32_t i, const Trajectory& now) const {
     const std::int32_t since = std::max(anchor_time(c, now), 0);
     const Vec2i from = since > 0 ? now.anchor : problem.present[i];
-    const auto units = static_cast<float>(c.units_per_tick * static_cast<double>(c.length - since));
+    const auto units = static_cast<float>(c.plan.units_per_tick * static_cast<double>(c.plan.length - since));
     const double speed2 = dot(now.velocity, now.velocity);
-    const bool within = speed2 <= c.max_speed_mps * c.max_speed_mps;  // else the step is given up
+    const bool within = speed2 <= c.plan.max_speed_mps * c.plan.max_speed_mps;  // else the step is given up
     return bounding_disc(from, within ? now.velocity * units : Vec2f{}, half_contact());
   }
 
   // Whom parcels on other lines than at the begin may meet.
-  void search(std::uint32_t i, const Line& now, Reached& reached) const {
-    reached.overlapping.clear();
-    reached.owned.clear();
-    if (c.step.physics.parcels.contacts) discs.reach(space, {i, disc_of(i, now)}, reached);
+  void search(std::uint32_t i, const Trajectory& now, Candidates& candidates) const {
+    candidates.overlapping.clear();
+    candidates.owned.clear();
+    if (c.run.physics.parcels.contacts) discs.reach(space, {i, disc_of(i, now)}, candidates);
   }
-  void search(const Mover (&movers)[2], Reached (&reached)[2]) const {
-    if (c.step.physics.parcels.contacts) discs.reach_of_two(space, movers, reached);
+  void search(const Mover (&movers)[2], Candidates (&candidates)[2]) const {
+    if (c.run.physics.parcels.contacts) discs.reach_of_two(space, movers, candidates);
   }
 };
 

@@ -18,24 +18,24 @@ constexpr std::size_t kFetchAhead = 4;  // so many clusters before its turn, mem
 using Atomic = std::atomic_ref<std::uint32_t>;
 
 // Sets of parcels as trees in `toward`, a parcel's own index at the root; shared by threads.
-std::uint32_t root_of(std::vector<std::uint32_t>& toward, std::uint32_t i) {
+std::uint32_t find_root(std::vector<std::uint32_t>& parent, std::uint32_t i) {
   while (true) {
-    const std::uint32_t next = Atomic(toward[i]).load(std::memory_order_relaxed);
+    const std::uint32_t next = Atomic(parent[i]).load(std::memory_order_relaxed);
     if (next == i) return i;
-    const std::uint32_t after = Atomic(toward[next]).load(std::memory_order_relaxed);
-    if (after != next) Atomic(toward[i]).store(after, std::memory_order_relaxed);
+    const std::uint32_t after = Atomic(parent[next]).load(std::memory_order_relaxed);
+    if (after != next) Atomic(parent[i]).store(after, std::memory_order_relaxed);
     i = next;
   }
 }
 
-void unite(std::vector<std::uint32_t>& toward, std::uint32_t a, std::uint32_t b) {
+void union_sets(std::vector<std::uint32_t>& parent, std::uint32_t a, std::uint32_t b) {
   while (true) {
-    a = root_of(toward, a);
-    b = root_of(toward, b);
+    a = find_root(parent, a);
+    b = find_root(parent, b);
     if (a == b) return;
     if (a < b) std::swap(a, b);  // the lower index is the root
     std::uint32_t expected = a;
-    if (Atomic(toward[a]).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return;
+    if (Atomic(parent[a]).compare_exchange_strong(expected, b, std::memory_order_relaxed)) return;
   }
 }
 
@@ -45,12 +45,12 @@ void unite(std::vector<std::uint32_t>& toward, std::uint32_t a, std::uint32_t b)
 template <Boundary kBoundary>
 struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
   using Before = ExactStepper::Prediction<kBoundary>;
-  using Before::at_end;
+  using Before::end_position;
   using Before::Before;
   using Before::c;
   using Before::each;
   using Before::each_worker;
-  using Before::lines;
+  using Before::trajectories;
   using Before::predict_all;
   using Before::problem;
   using Before::self;
@@ -61,7 +61,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
   }
 
   // What is left of the clusters that are to be solved, of one thread's share.
-  struct alignas(64) Rest {
+  struct alignas(64) Share {
     std::atomic<std::size_t> next;
     std::size_t end = 0;
   };
@@ -71,15 +71,15 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     const Cluster& cluster = self.clusters_[k];
     for (std::uint32_t m = 0; m < std::min(cluster.num_seeds, 4U); ++m) {
       const std::uint32_t i = self.seeds_[cluster.first_seed + m];
-      const void* wanted[] = {&lines.position[i], &lines.velocity[i],  &lines.tick[i],
-                              &lines.id[i],       &problem.present[i], &self.event_key_[i],
-                              &self.place_[i],    &self.owner_[i],     &self.event_partner_[i],
+      const void* wanted[] = {&trajectories.position[i], &trajectories.velocity[i],  &trajectories.tick[i],
+                              &trajectories.id[i],       &problem.present[i], &self.event_key_[i],
+                              &self.member_slot_[i],    &self.owner_[i],     &self.event_partner_[i],
                               &self.discs_.x[i],  &self.discs_.y[i],   &self.discs_.radius[i]};
-      for (const void* line : wanted) __builtin_prefetch(line);
+      for (const void* trajectory : wanted) __builtin_prefetch(trajectory);
     }
   }
 
-  void solve_rest(unsigned thread, Rest& rest) {
+  void solve_rest(unsigned thread, Share& rest) {
     while (true) {
       const std::size_t begin = rest.next.fetch_add(kAtATime, std::memory_order_relaxed);
       if (begin >= rest.end) return;
@@ -100,7 +100,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
       return;
     }
     const unsigned num_threads = self.team_.size();
-    std::vector<Rest> rests(num_threads);
+    std::vector<Share> rests(num_threads);
     for (unsigned thread = 0; thread < num_threads; ++thread) {
       const auto [begin, end] = self.team_.share(thread, count);
       rests[thread].next = begin;
@@ -115,17 +115,17 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
 
   // At first, those whose earliest events are with each other, in a chain; and the ball.
   void form_clusters() {
-    std::vector<std::uint32_t>& toward = self.place_;
+    std::vector<std::uint32_t>& parent = self.member_slot_;
     const std::vector<std::uint32_t>& active = self.active_;
-    each(active.size(), [&](ExactWorker&, std::size_t k) { toward[active[k]] = active[k]; });
-    each(active.size(), [&](ExactWorker&, std::size_t k) {
+    each(active.size(), [&](WorkerState&, std::size_t k) { parent[active[k]] = active[k]; });
+    each(active.size(), [&](WorkerState&, std::size_t k) {
       const std::uint32_t partner = self.event_partner_[active[k]];
-      if (is_parcel(partner)) unite(toward, active[k], partner);
+      if (is_parcel(partner)) union_sets(parent, active[k], partner);
     });
     self.clusters_.clear();
     for (const std::uint32_t i : active) {
-      const std::uint32_t root = root_of(toward, i);
-      if (self.owner_[root] == kNone) {
+      const std::uint32_t root = find_root(parent, i);
+      if (self.owner_[root] == kInvalidIndex) {
         self.owner_[root] = static_cast<std::uint32_t>(self.clusters_.size());
         self.clusters_.emplace_back();
       }
@@ -143,7 +143,7 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
       Cluster& cluster = self.clusters_[self.owner_[i]];
       self.seeds_[cluster.first_seed + cluster.num_seeds++] = i;
     }
-    self.ball_owner_ = kNone;
+    self.ball_owner_ = kInvalidIndex;
     self.ball_member_.has_changed = false;
     if (step.has_participant()) {
       self.ball_owner_ = static_cast<std::uint32_t>(self.clusters_.size());
@@ -155,58 +155,58 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
 
   // visit(line, end) for the lines that events of the step led a parcel to, the latest first.
   template <class Visit>
-  bool any_line(std::uint32_t i, const Visit& visit) const {
-    const ExactWorker& worker = self.workers_[self.clusters_[self.owner_[i]].thread];
-    const Member& member = worker.members[self.place_[i]];
+  bool any_segment(std::uint32_t i, const Visit& visit) const {
+    const WorkerState& worker = self.workers_[self.clusters_[self.owner_[i]].thread];
+    const Member& member = worker.members[self.member_slot_[i]];
     if (!member.has_changed) return false;
-    if (!is_retired(member.line.anchor) && visit(member.line, c.length)) return true;
-    for (std::uint32_t s = member.segments; s != kNone; s = worker.segments[s].before) {
-      if (visit(worker.segments[s].line, worker.segments[s].end)) return true;
+    if (!is_retired(member.trajectory.anchor) && visit(member.trajectory, c.plan.length)) return true;
+    for (std::uint32_t s = member.segments; s != kInvalidIndex; s = worker.segments[s].before) {
+      if (visit(worker.segments[s].trajectory, worker.segments[s].end)) return true;
     }
     return false;
   }
 
-  bool would_have_met(std::uint32_t i, std::uint32_t j) const {
-    return any_line(i, [&](const Line& a, std::uint32_t a_end) {
-      return any_line(j, [&](const Line& b, std::uint32_t b_end) {
-        const std::uint32_t tick = meeting<kBoundary>(c, a, b);
+  bool trajectories_collide(std::uint32_t i, std::uint32_t j) const {
+    return any_segment(i, [&](const Trajectory& a, std::uint32_t a_end) {
+      return any_segment(j, [&](const Trajectory& b, std::uint32_t b_end) {
+        const std::uint32_t tick = collision_tick<kBoundary>(c, a, b);
         return tick != kNoTick && tick <= std::min(a_end, b_end);
       });
     });
   }
 
-  bool would_have_met_ball(std::uint32_t i) const {
-    const auto meets = [&](const Line& line, std::uint32_t line_end, const BallLine& of_ball,
+  bool collides_with_ball(std::uint32_t i) const {
+    const auto meets = [&](const Trajectory& trajectory, std::uint32_t trajectory_end, const BallTrajectory& of_ball,
                            std::uint32_t end) {
-      const std::uint32_t tick = meeting_ball<kBoundary>(c, of_ball, line);
-      return tick != kNoTick && tick <= std::min(line_end, end);
+      const std::uint32_t tick = ball_collision_tick<kBoundary>(c, of_ball, trajectory);
+      return tick != kNoTick && tick <= std::min(trajectory_end, end);
     };
-    return any_line(i, [&](const Line& line, std::uint32_t end) {
-      if (meets(line, end, self.ball_member_.now.line, c.length)) return true;
-      for (const BallSegment& segment : self.ball_member_.segments) {
-        if (meets(line, end, segment.line, segment.end)) return true;
+    return any_segment(i, [&](const Trajectory& trajectory, std::uint32_t end) {
+      if (meets(trajectory, end, self.ball_member_.now.trajectory, c.plan.length)) return true;
+      for (const BallTrajectorySegment& segment : self.ball_member_.segments) {
+        if (meets(trajectory, end, segment.trajectory, segment.end)) return true;
       }
       return false;
     });
   }
 
   // Adds to `conflicts` the clusters whose new lines would have met.
-  void compare() {
+  void find_conflicts() {
     std::size_t num_pairs = 0;
-    for (const ExactWorker& worker : self.workers_) num_pairs += worker.border.size();
-    each_worker(num_pairs, [&](ExactWorker& worker) {
-      for (const ExactWorker::Pair& pair : worker.border) {
+    for (const WorkerState& worker : self.workers_) num_pairs += worker.neighbour_pairs.size();
+    each_worker(num_pairs, [&](WorkerState& worker) {
+      for (const WorkerState::Pair& pair : worker.neighbour_pairs) {
         const std::uint32_t a = self.owner_[pair.first], b = self.owner_[pair.second];
-        if (a != b && self.clusters_[b].is_solved && would_have_met(pair.first, pair.second))
+        if (a != b && self.clusters_[b].is_solved && trajectories_collide(pair.first, pair.second))
           worker.conflicts.push_back({a, b});
       }
-      worker.border.clear();
+      worker.neighbour_pairs.clear();
     });
     const std::uint32_t with_ball = self.ball_owner_;
-    if (with_ball == kNone || !self.ball_member_.has_changed || !self.clusters_[with_ball].is_solved) return;
-    each(self.near_ball_.size(), [&](ExactWorker& worker, std::size_t k) {
+    if (with_ball == kInvalidIndex || !self.ball_member_.has_changed || !self.clusters_[with_ball].is_solved) return;
+    each(self.near_ball_.size(), [&](WorkerState& worker, std::size_t k) {
       const std::uint32_t i = self.near_ball_[k], owner = self.owner_[i];
-      if (owner != kNone && owner != with_ball && self.clusters_[owner].is_solved && would_have_met_ball(i))
+      if (owner != kInvalidIndex && owner != with_ball && self.clusters_[owner].is_solved && collides_with_ball(i))
         worker.conflicts.push_back({with_ball, owner});
     });
   }
@@ -215,13 +215,13 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
   // again.
   void merge() {
     if (!any_conflict()) return self.todo_.clear();
-    std::vector<std::uint32_t>& toward = self.todo_;
-    toward.resize(self.clusters_.size());
-    for (std::uint32_t k = 0; k < toward.size(); ++k) toward[k] = k;
+    std::vector<std::uint32_t>& parent = self.todo_;
+    parent.resize(self.clusters_.size());
+    for (std::uint32_t k = 0; k < parent.size(); ++k) parent[k] = k;
     std::vector<std::uint32_t> involved;
-    for (ExactWorker& worker : self.workers_) {
-      for (const ExactWorker::Pair& pair : worker.conflicts) {
-        unite(toward, pair.first, pair.second);
+    for (WorkerState& worker : self.workers_) {
+      for (const WorkerState::Pair& pair : worker.conflicts) {
+        union_sets(parent, pair.first, pair.second);
         involved.push_back(pair.first);
         involved.push_back(pair.second);
       }
@@ -229,20 +229,20 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
     }
     std::sort(involved.begin(), involved.end());
     involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
-    std::vector<ExactWorker::Pair> order;  // root, cluster
-    for (const std::uint32_t k : involved) order.push_back({root_of(toward, k), k});
+    std::vector<WorkerState::Pair> order;  // root, cluster
+    for (const std::uint32_t k : involved) order.push_back({find_root(parent, k), k});
     std::sort(order.begin(), order.end(), [](const auto& a, const auto& b) {
       return a.first != b.first ? a.first < b.first : a.second < b.second;
     });
     self.todo_.clear();
-    for (const auto& [root, k] : order) take_over(root, k);
+    for (const auto& [root, k] : order) reassign_members(root, k);
   }
 
   // Called for the members of a set in ascending order, so that the first is the root itself.
-  void take_over(std::uint32_t root, std::uint32_t k) {
+  void reassign_members(std::uint32_t root, std::uint32_t k) {
     Cluster& into = self.clusters_[root];
     const Cluster& from = self.clusters_[k];
-    const ExactWorker& worker = self.workers_[from.thread];
+    const WorkerState& worker = self.workers_[from.thread];
     if (root == k) {
       self.todo_.push_back(root);
       into.first_seed = static_cast<std::uint32_t>(self.seeds_.size());
@@ -264,49 +264,49 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
 
   bool any_conflict() const {
     return std::any_of(self.workers_.begin(), self.workers_.end(),
-                       [](const ExactWorker& worker) { return !worker.conflicts.empty(); });
+                       [](const WorkerState& worker) { return !worker.conflicts.empty(); });
   }
 
   // Solves all clusters; whether that came to an end within the bounds.
-  bool solve_all(ExactOutcome& outcome) {
+  bool solve_all(StepOutcome& outcome) {
     predict_all();
     form_clusters();
     while (!self.todo_.empty()) {
       ++outcome.num_rounds;
       solve();
-      compare();
+      find_conflicts();
       merge();
     }
     bool within = true;
     for (const Cluster& cluster : self.clusters_) {
       if (cluster.is_merged_away) continue;
-      within = within && cluster.num_events < problem.most_events;
+      within = within && cluster.num_events < problem.max_events;
       outcome.num_events += cluster.num_events;
       outcome.fastest_mps = std::max(outcome.fastest_mps, std::sqrt(cluster.fastest2));
     }
     outcome.needed_bound_mps = outcome.fastest_mps;
     if (step.has_participant())
       outcome.needed_bound_mps = std::max(outcome.needed_bound_mps, self.ball_member_.fastest_mps);
-    return within && outcome.needed_bound_mps <= c.max_speed_mps;
+    return within && outcome.needed_bound_mps <= c.plan.max_speed_mps;
   }
 
   // What was solved becomes the parcels' state, if `keep`.
   void commit(bool keep) {
-    each(self.clusters_.size(), [&](ExactWorker& worker, std::size_t k) {
+    each(self.clusters_.size(), [&](WorkerState& worker, std::size_t k) {
       const Cluster& cluster = self.clusters_[k];
       if (cluster.is_merged_away) return;
       const std::vector<Member>& members = self.workers_[cluster.thread].members;
       for (std::uint32_t m = cluster.first_member; m < cluster.first_member + cluster.num_members; ++m) {
         const Member& member = members[m];
         const std::uint32_t i = member.index;
-        self.owner_[i] = kNone;
+        self.owner_[i] = kInvalidIndex;
         self.event_key_[i] = kNoEvent;
         if (!keep || !member.has_changed) continue;
-        lines.position[i] = member.line.anchor;
-        lines.velocity[i] = member.line.velocity;
-        lines.tick[i] = member.line.tick;
-        if (!lines.clock.empty()) lines.clock[i] = member.clock;
-        at_end[i] = position_at<kBoundary>(c, member.line, static_cast<std::int32_t>(c.length));
+        trajectories.position[i] = member.trajectory.anchor;
+        trajectories.velocity[i] = member.trajectory.velocity;
+        trajectories.tick[i] = member.trajectory.tick;
+        if (!trajectories.last_contact_tick.empty()) trajectories.last_contact_tick[i] = member.last_contact_tick;
+        end_position[i] = position_at<kBoundary>(c, member.trajectory, static_cast<std::int32_t>(c.plan.length));
       }
       if (keep) cluster.tally.add_to(worker.tally);
     });
@@ -314,10 +314,10 @@ struct ExactStepper::Phases : ExactStepper::Prediction<kBoundary> {
 };
 
 void ExactStepper::prepare(std::size_t num_parcels) {
-  if (owner_.size() != num_parcels + kSearchPadding) owner_.assign(num_parcels + kSearchPadding, kNone);
+  if (owner_.size() != num_parcels + kSearchPadding) owner_.assign(num_parcels + kSearchPadding, kInvalidIndex);
   discs_.resize(num_parcels);
   workers_.resize(team_.size());
-  for (ExactWorker& worker : workers_) {
+  for (WorkerState& worker : workers_) {
     worker.tally = {};
     worker.members.clear();
     worker.segments.clear();
@@ -325,14 +325,14 @@ void ExactStepper::prepare(std::size_t num_parcels) {
   }
   if (event_key_.size() != num_parcels) event_key_.assign(num_parcels, kNoEvent);
   event_partner_.resize(num_parcels);
-  place_.resize(num_parcels);
+  member_slot_.resize(num_parcels);
 }
 
 template <Boundary kBoundary>
-ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
-                               Vec2i* at_end, std::vector<EventRecord>* events) {
-  ExactOutcome outcome;
-  Phases<kBoundary> phases(*this, problem, lines, ball, at_end, events != nullptr);
+StepOutcome ExactStepper::run(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball,
+                               Vec2i* end_position, std::vector<EventRecord>* events) {
+  StepOutcome outcome;
+  Phases<kBoundary> phases(*this, problem, trajectories, ball, end_position, events != nullptr);
   outcome.finished = phases.solve_all(outcome);
   phases.commit(outcome.finished);
   if (!outcome.finished) return outcome;
@@ -344,27 +344,27 @@ ExactOutcome ExactStepper::run(const ExactProblem& problem, ParcelArrays& lines,
     const auto first = workers_[cluster.thread].events.begin() + cluster.first_event;
     events->insert(events->end(), first, first + cluster.num_events);
   }
-  for (const ExactWorker& worker : workers_) outcome.tally.add(worker.tally);
-  outcome.fastest_at_begin_mps = std::sqrt(static_cast<double>(outcome.tally.max_speed2));
+  for (const WorkerState& worker : workers_) outcome.tally.add(worker.tally);
+  outcome.fastest_at_start_mps = std::sqrt(static_cast<double>(outcome.tally.max_speed2));
   return outcome;
 }
 
-ExactOutcome ExactStepper::step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball,
-                                Vec2i* at_end, std::vector<EventRecord>* events) {
-  prepare(lines.id.size());
-  return for_boundary(problem.constants.step.physics.world.boundary, [&]<Boundary kBoundary>() {
-    return run<kBoundary>(problem, lines, ball, at_end, events);
+StepOutcome ExactStepper::step(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball,
+                                Vec2i* end_position, std::vector<EventRecord>* events) {
+  prepare(trajectories.id.size());
+  return for_boundary(problem.constants.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    return run<kBoundary>(problem, trajectories, ball, end_position, events);
   });
 }
 
 std::uint64_t ExactStepper::memory_bytes() const {
   std::uint64_t bytes =
       8 * event_key_.capacity() +
-      4 * (event_partner_.capacity() + owner_.capacity() + place_.capacity() + active_.capacity() +
+      4 * (event_partner_.capacity() + owner_.capacity() + member_slot_.capacity() + active_.capacity() +
            near_ball_.capacity() + seeds_.capacity() + todo_.capacity()) +
       sizeof(Cluster) * clusters_.capacity() + discs_.memory_bytes();
-  for (const ExactWorker& worker : workers_)
-    bytes += sizeof(Member) * worker.members.capacity() + sizeof(Segment) * worker.segments.capacity();
+  for (const WorkerState& worker : workers_)
+    bytes += sizeof(Member) * worker.members.capacity() + sizeof(TrajectorySegment) * worker.segments.capacity();
   return bytes;
 }
 

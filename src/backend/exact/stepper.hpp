@@ -15,11 +15,11 @@
 
 namespace pf {
 
-struct ExactOutcome {
+struct StepOutcome {
   bool finished = false;          // else nothing has changed and the step must be repeated with other bounds
   double fastest_mps = 0.0;       // largest speed of a parcel that an event led to
   double needed_bound_mps = 0.0;  // largest speed of anything; above the assumed bound if that was the reason
-  double fastest_at_begin_mps = 0.0;  // largest speed of a parcel at the begin
+  double fastest_at_start_mps = 0.0;  // largest speed of a parcel at the begin
   std::uint32_t num_rounds = 0;       // solving, and again what had to be merged
   std::uint64_t num_events = 0;
   std::uint64_t event_hash = 0;  // sum of event_hash
@@ -31,7 +31,7 @@ class ExactStepper {
   explicit ExactStepper(ThreadTeam& team) : team_(team) {}
 
   // lines: sorted, positions are anchors. at_end: receives the positions at the step's end, n entries.
-  ExactOutcome step(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
+  StepOutcome step(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball, Vec2i* end_position,
                     std::vector<EventRecord>* events);
   std::uint64_t memory_bytes() const;
 
@@ -41,25 +41,25 @@ class ExactStepper {
   template <Boundary kBoundary>
   struct Phases;
   template <Boundary kBoundary>
-  ExactOutcome run(const ExactProblem& problem, ParcelArrays& lines, ExactBall& ball, Vec2i* at_end,
+  StepOutcome run(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball, Vec2i* end_position,
                    std::vector<EventRecord>* events);
 
   void prepare(std::size_t num_parcels);
 
   ThreadTeam& team_;
-  std::vector<ExactWorker> workers_;
+  std::vector<WorkerState> workers_;
   BoundingDiscs discs_;                   // n
   std::vector<std::uint64_t> event_key_;  // n each; kNoEvent between steps
   std::vector<std::uint32_t> event_partner_;
   std::vector<std::uint32_t> owner_;   // n + kSearchPadding; kNone between steps
-  std::vector<std::uint32_t> place_;   // while clusters are formed: towards a parcel of the same cluster
+  std::vector<std::uint32_t> member_slot_;   // while clusters are formed: towards a parcel of the same cluster
   std::vector<std::uint32_t> active_;  // parcels with an event before the end
   std::vector<std::uint32_t> near_ball_;
   std::vector<std::uint32_t> seeds_;
   std::vector<Cluster> clusters_;
   std::vector<std::uint32_t> todo_;  // clusters to solve
   BallMember ball_member_;
-  std::uint32_t ball_owner_ = kNone;
+  std::uint32_t ball_owner_ = kInvalidIndex;
 };
 
 }  // namespace pf

@@ -10,9 +10,9 @@
 
 namespace pf {
 
-class ExactMotion {
+class ExactTimeline {
  public:
-  explicit ExactMotion(ThreadTeam& team) : team_(team), stepper_(team) {}
+  explicit ExactTimeline(ThreadTeam& team) : team_(team), stepper_(team) {}
 
   // Whether the positions of the parcels are anchors of lines, and present() is where they are.
   bool active() const { return active_; }
@@ -21,7 +21,7 @@ class ExactMotion {
   void reset_time();
   // The ball was set from outside: its line starts there.
   void forget_ball() {
-    progress_.ball_follows = false;
+    progress_.ball_trajectory_holds = false;
     ball_is_new_ = true;
   }
   // Anchors every parcel where it is now.
@@ -36,7 +36,7 @@ class ExactMotion {
 
  private:
   void sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report);
-  void find_present(const ExactConstants& c, const SortedParcels& parcels);
+  void locate(const ExactConstants& c, const SortedParcels& parcels);
   double fastest_parcel_mps(const SortedParcels& parcels) const;
   double fastest_mps(const Physics& physics, const SortedParcels& parcels) const;
   void anchor_all(const ExactConstants& base, SortedParcels& parcels);
@@ -50,7 +50,7 @@ class ExactMotion {
   double time_s_ = 0.0;  // what was asked for since the reset: progress_.now is its nearest tick
   ExactProgress progress_;
   std::vector<Vec2i> present_;  // n + kSearchPadding: leave() hands it on
-  std::vector<Vec2i> at_end_;
+  std::vector<Vec2i> end_position_;
 };
 
 }  // namespace pf
