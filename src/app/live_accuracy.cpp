@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/measures.hpp"
 #include "model/kinetic_theory.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -71,11 +71,8 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
     readout_.rate_over_enskog = 2.0 * num / (parcels.num * readout_.simulated_s) / enskog;
     readout_.rate_error = readout_.rate_over_enskog / std::sqrt(num);
   }
-  // `impulse` acts on the first half of the chord only: as if its steps were twice as long.
-  const double seen_every_s = (view.settings->method == Method::impulse ? 2.0 : 1.0) * view.dt_s;
-  readout_.missed_fraction = view.settings->method == Method::exact
-                                 ? 0.0
-                                 : missed_fraction_of_gas(speed_mps, seen_every_s, 2.0 * parcels.radius_m);
+  const double test_interval_s = row_of(view.settings->method).steps_per_test * view.dt_s;
+  readout_.missed_fraction = missed_fraction_of_gas(speed_mps, test_interval_s, 2.0 * parcels.radius_m);
 }
 
 nlohmann::json to_json(const AccuracyReadout& r) {

@@ -87,8 +87,7 @@ std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads);
 // Constants of a step of dt_s, derived from the physics; the same for every backend.
 StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s);
 
-// What does not change from step to step of method `exact`: all but begin, length, the bound on speeds and
-// the ball's role. contact_clock_s: see StepRequest.
-ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s);
+// Constants of method `exact` that hold for a whole run. contact_clock_s: see StepRequest.
+RunConstants make_run_constants(const Physics& physics, double contact_clock_s);
 
 }  // namespace pf

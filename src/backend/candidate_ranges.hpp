@@ -5,11 +5,10 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "core/index.hpp"
 #include "model/grid.hpp"
 
 namespace pf {
-
-constexpr std::uint32_t kInvalidIndex = 0xFFFFFFFFU;
 
 // Entries after the last parcel that a search may read (and ignores).
 constexpr std::size_t kSearchPadding = 8;

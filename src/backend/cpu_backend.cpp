@@ -5,6 +5,7 @@
 #include <fstream>
 #include <tuple>
 
+#include "model/methods.hpp"
 #include "model/time_step.hpp"
 
 namespace pf {
@@ -84,7 +85,7 @@ void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   for (std::size_t i = 0; i < size(); ++i) parcels_.current.id[i] = static_cast<std::uint32_t>(i);
 }
 
-template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
+template <class Contact, bool kBall, Boundary kBoundary>
 void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
   const StepConstants& c = loop.constants;
   const Vec2i* position = parcels_.current.position.data();
@@ -98,7 +99,7 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
       continue;
     }
     ContactSums sums;
-    if constexpr (kContacts) {
+    if constexpr (has_contacts<Contact>) {
       loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
       for (const std::uint32_t j : scratch.candidates) {
         const Parcel other{position[j], parcels_.current.velocity[j], parcels_.current.id[j]};
@@ -115,34 +116,6 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
     parcels_.next.velocity[i].y = after.velocity.y;
     if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, after.position, after.velocity);
   }
-}
-
-template <class Contact, bool kContacts, bool kBall>
-CpuBackend::RangeFunction CpuBackend::range_function_for(Boundary boundary) {
-  switch (boundary) {
-    case Boundary::walls:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::walls>;
-    case Boundary::periodic:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::periodic>;
-    default:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::open>;
-  }
-}
-
-// Terms that are off are compiled out: one loop for each combination of what is on.
-CpuBackend::RangeFunction CpuBackend::range_function(const Physics& physics, Method method) {
-  const Boundary boundary = physics.world.boundary;
-  const bool ball = physics.ball.exists;
-  if (!physics.parcels.contacts) {
-    return ball ? range_function_for<ImpulseContact, false, true>(boundary)
-                : range_function_for<ImpulseContact, false, false>(boundary);
-  }
-  if (method == Method::spring) {
-    return ball ? range_function_for<SpringContact, true, true>(boundary)
-                : range_function_for<SpringContact, true, false>(boundary);
-  }
-  return ball ? range_function_for<ImpulseContact, true, true>(boundary)
-              : range_function_for<ImpulseContact, true, false>(boundary);
 }
 
 void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
@@ -185,6 +158,9 @@ void CpuBackend::start_exact(const StepRequest& request) {
   constexpr int kMaxSweeps = 50;
   if (physics_.parcels.contacts) {
     const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
+    const RangeFunction push_out = for_boundary(physics_.world.boundary, []<Boundary kBoundary>() {
+      return &CpuBackend::step_range<PushOutContact, false, kBoundary>;
+    });
     const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
     CpuTally sum;
     int sweeps = 0;
@@ -194,7 +170,7 @@ void CpuBackend::start_exact(const StepRequest& request) {
       sweep.draw = nullptr;
       parcels_.sorted = false;
       sort_if_needed(constants, sweep, scratch);
-      sum = run_loop(constants, sweep, {}, nullptr, &CpuBackend::push_out);
+      sum = run_loop(constants, sweep, {}, nullptr, push_out);
     } while (sum.max_overlap > enough && ++sweeps < kMaxSweeps);
   }
   exact_.enter(physics_, request.contact_clock_s, parcels_);
@@ -233,20 +209,18 @@ CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest&
   return sum;
 }
 
-void CpuBackend::push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
-  const RangeFunction range = range_function_for<PushOutContact, true, false>(physics_.world.boundary);
-  (this->*range)(loop, begin, end, tally);
-}
-
 void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
                       StepReport& report) {
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+  const RangeFunction range =
+      for_terms(physics_, request.method, []<class Contact, bool kBall, Boundary kBoundary>() {
+        return &CpuBackend::step_range<Contact, kBall, kBoundary>;
+      });
   CpuTally sum;
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
-    sum = run_loop(constants, request, motion, last ? request.draw : nullptr,
-                   range_function(physics_, request.method));
+    sum = run_loop(constants, request, motion, last ? request.draw : nullptr, range);
   }
   ScopedPhase timing(report.times, Phase::ball);
   if (physics_.ball.exists) {

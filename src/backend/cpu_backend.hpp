@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "backend/backend.hpp"
-#include "backend/neighbour_search.hpp"
 #include "backend/cpu_tally.hpp"
 #include "backend/exact/timeline.hpp"
+#include "backend/neighbour_search.hpp"
 #include "backend/parcel_arrays.hpp"
 
 namespace pf {
@@ -44,11 +44,8 @@ class CpuBackend final : public Backend {
   };
   using RangeFunction = void (CpuBackend::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
 
-  template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
+  template <class Contact, bool kBall, Boundary kBoundary>
   void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
-  template <class Contact, bool kContacts, bool kBall>
-  static RangeFunction range_function_for(Boundary boundary);
-  static RangeFunction range_function(const Physics& physics, Method method);
 
   std::size_t size() const { return parcels_.size(); }
   const std::vector<Vec2i>& present() const {
@@ -59,7 +56,6 @@ class CpuBackend final : public Backend {
   // One pass over all parcels; the new state becomes the current one.
   CpuTally run_loop(const StepConstants& constants, const StepRequest& request, const BallMotion& motion,
                     const DrawBuffers* draw, RangeFunction range);
-  void push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
   void start_exact(const StepRequest& request);
   void stop_exact();
 
@@ -70,7 +66,7 @@ class CpuBackend final : public Backend {
   SortedParcels parcels_;
   ExactTimeline exact_{team_};
   std::int64_t displacement_ = 0;  // largest displacement along an axis since the sort, summed over steps
-  StepReport report_;        // of the last request
+  StepReport report_;              // of the last request
 };
 
 }  // namespace pf

@@ -18,10 +18,10 @@ struct alignas(64) CpuTally {
   std::uint64_t num_retired = 0;
   std::uint64_t num_invalid = 0;
   std::uint32_t first_invalid_id = UINT32_MAX;
-  std::int64_t impulse_sum = 0;  // of impulse_counts
-  float max_overlap = 0.0F;      // diameters
-  float max_speed2 = 0.0F;       // (m/s)^2
-  std::int32_t max_displacement = 0;   // position units, along an axis
+  std::int64_t impulse_sum = 0;       // of impulse_counts
+  float max_overlap = 0.0F;           // diameters
+  float max_speed2 = 0.0F;            // (m/s)^2
+  std::int32_t max_displacement = 0;  // position units, along an axis
   BallSums ball;
 
   void overlap(float diameters) { max_overlap = std::max(max_overlap, diameters); }

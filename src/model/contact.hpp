@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "model/parcel.hpp"
+#include "model/tally.hpp"
 
 namespace pf {
 
@@ -15,8 +16,7 @@ constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per positi
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
   constexpr double kMax = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;
-  return static_cast<std::int32_t>(
-      round_to_int64(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts)));
+  return static_cast<std::int32_t>(round_to_int64(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts)));
 }
 
 // Sums of a parcel's contacts in one step.
@@ -52,7 +52,7 @@ PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, Contact
 // Overlapping pairs are pushed apart by half the overlap each, and nothing else: what `exact` does to a state
 // that another method left.
 struct PushOutContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     const double overlap = c.contact_distance - pair.distance;
@@ -67,7 +67,7 @@ struct PushOutContact {
 // are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
 // v_rel,n' = -e v_rel,n for impulse_scale 1.
 struct ImpulseContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     PushOutContact::respond(c, self, other, pair, sums, tally);
@@ -88,7 +88,7 @@ struct ImpulseContact {
 // and Strack 1979), semi-implicit: the velocity changes first, the position moves with the new one. A contact
 // is counted in the step in which the pair comes to overlap.
 struct SpringContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     const double unit_m = c.physics.world.unit_m;
@@ -109,7 +109,7 @@ struct SpringContact {
 };
 
 // Adds the pair's contact, if they touch, to self's sums. offset: other - self, nearest image.
-template <class Contact, class Tally>
+template <class Contact, EventTally Tally>
 PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const Parcel& other, Vec2i offset,
                               ContactSums& sums, Tally& tally) {
   const PairGeometry pair = pair_geometry(offset, self.id, other.id);

@@ -25,8 +25,8 @@ struct StepTotals {
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
   std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
-  std::uint64_t event_hash = 0;        // of the list of events
-  Vec2d ball_impulse_kg_mps;           // what parcels did to the ball, also when it is held
+  std::uint64_t event_hash = 0;         // of the list of events
+  Vec2d ball_impulse_kg_mps;            // what parcels did to the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;
 
   StepTotals& operator+=(const StepTotals& o) {

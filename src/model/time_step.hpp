@@ -7,6 +7,7 @@
 #include "core/random.hpp"
 #include "model/ball.hpp"
 #include "model/contact.hpp"
+#include "model/time_of_impact.hpp"
 
 namespace pf {
 
@@ -28,7 +29,7 @@ PF_HD inline std::int64_t round_at_random(std::int64_t fixed, std::uint32_t rand
 
 // Hits the ball if the two meet within the step: changes velocity, and moved to what the step's move becomes.
 // Leaves both as they are if they do not meet.
-template <Boundary kBoundary, class Tally>
+template <Boundary kBoundary, EventTally Tally>
 PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, Vec2d& velocity,
                            Displacement& moved, Tally& tally) {
   const World& world = c.physics.world;
@@ -90,7 +91,7 @@ PF_HD inline bool apply_boundary(std::int64_t& position, float& velocity, std::i
 
 // Ends self's step. kBall: whether a ball is there. step: the run's step counter, keys the rounding.
 // A parcel whose move is not a number or beyond the world's integer range is reported and stays where it is.
-template <bool kBall, Boundary kBoundary, class Tally>
+template <bool kBall, Boundary kBoundary, StepTally Tally>
 PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
                                 const Parcel& self, const ContactSums& sums, Tally& tally) {
   const World& world = c.physics.world;

@@ -8,15 +8,16 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
 namespace {
 
-constexpr std::array<const char*, 3> kMethodNames = {"impulse", "spring", "exact"};
 // In the order of Method, as in the lab's figures (Okabe and Ito 2008).
 constexpr Rgb kMethodColors[] = {{0.20F, 0.60F, 0.86F}, {0.90F, 0.45F, 0.10F}, {0.10F, 0.74F, 0.56F}};
+static_assert(std::size(kMethodColors) == kMethods.size());
 
 ImU32 method_color(std::size_t method, Theme theme) {
   Rgb color = kMethodColors[method];
@@ -129,10 +130,10 @@ void draw_methods(ImDrawList* list, const Axes& axes, const WorkPrecision& pictu
 void draw_names(ImDrawList* list, const Axes& axes, Theme theme) {
   const float size = 0.85F * ImGui::GetFontSize();
   float right = axes.high.x - 4.0F;
-  for (std::size_t k = kMethodNames.size(); k-- > 0;) {
-    right -= text_width(kMethodNames[k], 0.85F);
+  for (std::size_t k = kMethods.size(); k-- > 0;) {
+    right -= text_width(kMethods[k].name, 0.85F);
     list->AddText(ImGui::GetFont(), size, ImVec2(right, axes.low.y + 2.0F), method_color(k, theme),
-                  kMethodNames[k]);
+                  kMethods[k].name);
     right -= size;
   }
 }
@@ -188,7 +189,7 @@ void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
     rows.edited() = choice.settings;
     rows.mark_changed();
     note_ = fmt::format("{}: {} within {}{:.2g} %",
-                        kMethodNames[static_cast<std::size_t>(choice.settings.method)], choice.of,
+                        method_name(choice.settings.method), choice.of,
                         choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
     if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
   } catch (const UserError& error) {

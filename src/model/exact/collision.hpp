@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "model/ball.hpp"
+#include "model/contact.hpp"
 #include "model/exact/events.hpp"
 #include "model/time_of_impact.hpp"
 
@@ -12,8 +13,8 @@ namespace pf {
 constexpr float kCollisionMargin = 1e-4F;
 
 // Conservative first test in float for two parcels on their trajectories: false only if they certainly do not
-// collide before the step's end. offset: between their positions at the step's start, position units. The margins
-// are a hundred times what the roundings can be.
+// collide before the step's end. offset: between their positions at the step's start, position units. The
+// margins are a hundred times what the roundings can be.
 PF_HD inline bool may_collide(Vec2i offset, Vec2f relative_mps, float contact, float units_in_step_per_mps) {
   constexpr float kMargin = kCollisionMargin;
   const Vec2f e = {static_cast<float>(offset.x), static_cast<float>(offset.y)};
@@ -64,8 +65,8 @@ PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Traject
   Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
   offset += displacement_units(c.plan, vb, static_cast<std::int64_t>(from) - time_b);
   offset -= displacement_units(c.plan, va, static_cast<std::int64_t>(from) - time_a);
-  const RelativeMotion pair = nearest_image_motion<kBoundary>(c.run.physics.world, offset,
-                                                              (vb - va) * c.plan.units_per_tick, from);
+  const RelativeMotion pair =
+      nearest_image_motion<kBoundary>(c.run.physics.world, offset, (vb - va) * c.plan.units_per_tick, from);
   return contact_tick(c.plan, pair, c.run.contact_distance);
 }
 
@@ -84,8 +85,8 @@ PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const Ba
   return contact_tick(c.plan, pair, c.run.ball_contact);
 }
 
-// Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel that
-// it may touch in the step. closing_speed_mps: bound on the sum of both speeds. Position units.
+// Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel
+// that it may touch in the step. closing_speed_mps: bound on the sum of both speeds. Position units.
 template <class Real>
 PF_HD inline Real search_radius(const ExactConstants& c, Real closing_speed_mps) {
   constexpr Real kAboveRoundings = Real{1} + Real{1e-5};
@@ -94,10 +95,11 @@ PF_HD inline Real search_radius(const ExactConstants& c, Real closing_speed_mps)
          static_cast<Real>(kRoundingMargin);
 }
 
-// Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e of
-// their stored centres: k = (1 + e_n) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised, and all is
-// double until the velocities are stored. elastic: no loss in this event (the TC model, Luding and McNamara 1998).
-template <Boundary kBoundary, class Tally>
+// Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e
+// of their stored centres: k = (1 + e_n) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised,
+// and all is double until the velocities are stored. elastic: no loss in this event (the TC model, Luding and
+// McNamara 1998).
+template <Boundary kBoundary, EventTally Tally>
 PF_HD inline void collide(const ExactConstants& c, Trajectory& first, Trajectory& second, bool elastic,
                           Tally& tally) {
   Vec2d e = nearest_image<kBoundary>(c.run.physics.world, to_double(second.anchor) - to_double(first.anchor));
@@ -124,7 +126,7 @@ struct BallReaction {
 };
 
 // Collides a parcel that is anchored at the tick of its event with the ball; returns the ball's reaction.
-template <Boundary kBoundary, class Tally>
+template <Boundary kBoundary, EventTally Tally>
 PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallTrajectory& ball,
                                             std::uint32_t tick, Trajectory& parcel, Tally& tally) {
   const Physics& physics = c.run.physics;

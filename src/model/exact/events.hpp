@@ -10,7 +10,8 @@ namespace pf {
 
 constexpr std::uint32_t kNoTick = 0xFFFFFFFFU;  // no event before the end of the step
 
-// Partner of an event: a parcel's index, or one of these codes, which order after all parcels at the same tick.
+// Partner of an event: a parcel's index, or one of these codes, which order after all parcels at the same
+// tick.
 constexpr std::uint32_t kWallX = 0xFFFFFFF0U;
 constexpr std::uint32_t kWallY = 0xFFFFFFF1U;
 constexpr std::uint32_t kExit = 0xFFFFFFF2U;
@@ -43,9 +44,10 @@ PF_HD inline std::uint32_t event_tick(const StepPlan& plan, std::int32_t from, d
   return at < 0 ? 0U : static_cast<std::uint32_t>(at);
 }
 
-// Tick at which a coordinate that moves at `velocity`, units per tick, reaches the limit that it moves towards.
-PF_HD inline std::uint32_t edge_tick(const StepPlan& plan, std::int32_t from, double coordinate, double velocity,
-                                     double limit) {
+// Tick at which a coordinate that moves at `velocity`, units per tick, reaches the limit that it moves
+// towards.
+PF_HD inline std::uint32_t edge_tick(const StepPlan& plan, std::int32_t from, double coordinate,
+                                     double velocity, double limit) {
   if (velocity == 0.0) return kNoTick;
   const double ticks = ((velocity > 0.0 ? limit : -limit) - coordinate) / velocity;
   return event_tick(plan, from, ticks > 0.0 ? ticks : 0.0);
@@ -81,14 +83,15 @@ PF_HD inline void keep_ball_edge_event(const ExactConstants& c, const BallTrajec
   keep(ball.anchor_units.y, v.y, world.half.y, kWallY);
 }
 
-// Conservative first test: false only if the parcel cannot reach the edge within the step, whatever happens to
-// it, at the assumed bound on speeds. position: at the step's start.
+// Conservative first test: false only if the parcel cannot reach the edge within the step, whatever happens
+// to it, at the assumed bound on speeds. position: at the step's start.
 template <Boundary kBoundary>
 PF_HD inline bool may_reach_edge(const ExactConstants& c, Vec2i position) {
   if constexpr (kBoundary == Boundary::periodic) return false;
   const World& world = c.run.physics.world;
-  const float room = static_cast<float>(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length) * 1.001F +
-                     static_cast<float>(wall_radius(c.run)) + 256.0F;
+  const float room =
+      static_cast<float>(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length) * 1.001F +
+      static_cast<float>(wall_radius(c.run)) + 256.0F;
   const float x = static_cast<float>(position.x < 0 ? -position.x : position.x);
   const float y = static_cast<float>(position.y < 0 ? -position.y : position.y);
   return x + room >= static_cast<float>(world.half.x) || y + room >= static_cast<float>(world.half.y);
@@ -107,8 +110,8 @@ PF_HD inline void apply_edge(const ExactConstants& c, std::uint32_t partner, Tra
   if (partner == kExit) trajectory.anchor = {kRetired, 0};
 }
 
-// One event's term of the hash of all events. The hash is a sum, so that order does not matter. tick: since the
-// reset. With an edge or the ball as partner, `first` is the parcel.
+// One event's term of the hash of all events. The hash is a sum, so that order does not matter. tick: since
+// the reset. With an edge or the ball as partner, `first` is the parcel.
 PF_HD inline std::uint64_t event_hash(std::uint64_t tick, std::uint32_t first, std::uint32_t second) {
   return mix64(mix64(tick) ^ ((static_cast<std::uint64_t>(first) << 32U) | second));
 }

@@ -27,8 +27,8 @@ struct ExactBall {
   Vec2d end_velocity_mps;  // at the end of the step if nothing hits it
 };
 
-// Factor from the largest speed now to the bound on speeds in the step. Exceeding the bound is rare and costs a
-// repeated step. (Two parcels of equal speed leave each with at most sqrt(2) times that speed.)
+// Factor from the largest speed now to the bound on speeds in the step. Exceeding the bound is rare and costs
+// a repeated step. (Two parcels of equal speed leave each with at most sqrt(2) times that speed.)
 constexpr double kSpeedMargin = 1.2;
 constexpr double kMaxReach = 1.0e9;  // position units; a search box must stay within 32 bits
 
@@ -72,19 +72,18 @@ PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_m
   return bound > progress.raised_bound_mps ? bound : progress.raised_bound_mps;
 }
 
-// Whether parcels are so large that boxes around them would not stay within 32 bits. Such parcels are few, and
-// every pair is tested.
+// Whether parcels are so large that boxes around them would not stay within 32 bits. Such parcels are few,
+// and every pair is tested.
 PF_HD inline bool needs_all_pairs(const RunConstants& run) { return run.contact_distance > 0.25 * kMaxReach; }
 
-// Longest safe step, in ticks: search boxes stay within 32 bits, and in a periodic world only nearest images can
-// collide. Boxes grow with the displacement since the sort; without contacts there are none.
+// Longest safe step, in ticks: search boxes stay within 32 bits, and in a periodic world only nearest images
+// can collide. Boxes grow with the displacement since the sort; without contacts there are none.
 PF_HD inline std::uint32_t max_step_ticks(const ExactConstants& c, std::int64_t max_displacement) {
   const World& world = c.run.physics.world;
   const double anywhere = 8.0 * kMaxReach;
   const double ball_contact = c.plan.ball != BallRole::absent ? c.run.ball_contact : 0.0;
   const bool boxes = c.run.physics.parcels.contacts && !needs_all_pairs(c.run);
-  double room =
-      boxes ? kMaxReach - static_cast<double>(max_displacement) - c.run.contact_distance : anywhere;
+  double room = boxes ? kMaxReach - static_cast<double>(max_displacement) - c.run.contact_distance : anywhere;
   if (ball_contact > 0.0 && kMaxReach - ball_contact < room) room = kMaxReach - ball_contact;
   if (world.boundary == Boundary::periodic) {
     const double widest = ball_contact > c.run.contact_distance ? ball_contact : c.run.contact_distance;
@@ -121,19 +120,20 @@ PF_HD inline double preferred_ticks(const Physics& physics, std::uint32_t length
   return ticks < 1.0 ? 1.0 : ticks;
 }
 
-// A gas that cools becomes slow against its ticks, until little happens within an anchor period. Its ticks are
-// then made longer by a power of two, as if the reference speed were lower.
+// A gas that cools becomes slow against its ticks, until little happens within an anchor period. Its ticks
+// are then made longer by a power of two, as if the reference speed were lower.
 
 constexpr std::uint32_t kMaxTickExponent = 40;
 
-// Largest speed that suits ticks of 2^exponent: it covers the same part of a position unit as the reference speed.
+// Largest speed that suits ticks of 2^exponent: it covers the same part of a position unit as the reference
+// speed.
 PF_HD inline double tick_speed_mps(const TickScale& reference, std::uint32_t exponent) {
   return 1.0 / (8.0 * reference.units_per_tick * static_cast<double>(1ULL << exponent));
 }
 
-// Exponent of the ticks from now on, a moment at which every trajectory is anchored anew. fastest_mps: exactly the
-// largest speed of parcels and ball, so that the result depends on nothing else. The exponent stays while that
-// speed lies between a 64th of the ticks' speed and all of it.
+// Exponent of the ticks from now on, a moment at which every trajectory is anchored anew. fastest_mps:
+// exactly the largest speed of parcels and ball, so that the result depends on nothing else. The exponent
+// stays while that speed lies between a 64th of the ticks' speed and all of it.
 PF_HD inline std::uint32_t choose_tick_exponent(const TickScale& reference, std::uint32_t exponent,
                                                 double fastest_mps) {
   const double speed = tick_speed_mps(reference, exponent);
@@ -160,8 +160,8 @@ PF_HD inline TickScale scaled(const TickScale& reference, std::uint32_t exponent
   return scale;
 }
 
-// Tick of a parcel's last contact in ticks of another exponent; now: in ticks of the reference speed. A contact
-// older than an anchor period stays older.
+// Tick of a parcel's last contact in ticks of another exponent; now: in ticks of the reference speed. A
+// contact older than an anchor period stays older.
 PF_HD inline std::uint32_t rescaled_contact_tick(std::uint32_t tick, std::uint64_t now, std::uint32_t from,
                                                  std::uint32_t to) {
   const std::uint64_t longest = kAnchorPeriod;
@@ -177,8 +177,8 @@ PF_HD inline bool is_at_anchoring(const ExactProgress& progress) {
   return (progress.now >> progress.tick_exponent) % kAnchorPeriod == 0;
 }
 
-// Plans the step that starts now and ends at the latest in the tick of `until`, at most max_ticks long. It ends
-// where trajectories are anchored anew.
+// Plans the step that starts now and ends at the latest in the tick of `until`, at most max_ticks long. It
+// ends where trajectories are anchored anew.
 PF_HD inline StepPlan plan_step(const RunConstants& run, const ExactProgress& progress, std::uint64_t until,
                                 std::uint32_t max_ticks) {
   ExactConstants c{run, {}};
@@ -203,8 +203,8 @@ PF_HD inline bool flies_straight(const BallConstants& ball, double spin_radps) {
   return ball.held || (ball.magnus_per_rad * spin_radps == 0.0 && ball.drag_per_m == 0.0);
 }
 
-// The ball at the step's start. A ball that flies straight keeps its trajectory; any other moves along the chord
-// of its arc.
+// The ball at the step's start. A ball that flies straight keeps its trajectory; any other moves along the
+// chord of its arc.
 PF_HD inline ExactBall ball_in_step(const ExactConstants& c, const ExactProgress& progress) {
   const Physics& physics = c.run.physics;
   const BallState& ball = progress.ball;
@@ -227,15 +227,14 @@ PF_HD inline ExactBall ball_in_step(const ExactConstants& c, const ExactProgress
 
 // A square around the ball's centre at the step's start that holds every parcel that may hit it in the step.
 struct BallNeighbourhood {
-  Vec2i centre{};             // position units
+  Vec2i centre{};              // position units
   std::int32_t half_side = 0;  // position units
 };
 
 PF_HD inline BallNeighbourhood neighbourhood_of(const ExactConstants& c, const BallTrajectory& ball) {
   const double moved = c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length;
-  const Vec2d centre =
-      ball.anchor_units +
-      displacement_units(c.plan, ball.velocity_mps, -static_cast<std::int64_t>(ball.tick));
+  const Vec2d centre = ball.anchor_units +
+                       displacement_units(c.plan, ball.velocity_mps, -static_cast<std::int64_t>(ball.tick));
   const double half_side = c.run.ball_contact + 2.0 * moved + kRoundingMargin;
   return {{saturated_units(centre.x), saturated_units(centre.y)},
           static_cast<std::int32_t>(half_side < kMaxReach ? half_side : kMaxReach)};
@@ -254,8 +253,8 @@ PF_HD inline void apply_to_ball(const ExactConstants& c, std::uint32_t tick, std
                                 const BallReaction& reaction, ExactBall& ball) {
   const Physics& physics = c.run.physics;
   BallTrajectory& trajectory = ball.trajectory;
-  trajectory.anchor_units += displacement_units(c.plan, trajectory.velocity_mps,
-                                                static_cast<std::int64_t>(tick) - trajectory.tick);
+  trajectory.anchor_units +=
+      displacement_units(c.plan, trajectory.velocity_mps, static_cast<std::int64_t>(tick) - trajectory.tick);
   trajectory.tick = static_cast<std::int32_t>(tick);
   const Vec2d change = reaction.velocity_mps * (physics.parcels.mass_kg / physics.ball.mass_kg);
   trajectory.velocity_mps += change;
@@ -284,22 +283,22 @@ struct StepResult {
 PF_HD inline void apply_frozen_hits(const RunConstants& run, const BallSums& hits, BallState& ball) {
   const Physics& physics = run.physics;
   const double per_mass = run.impulse_unit_kg_mps / physics.ball.mass_kg;
-  ball.velocity_mps += Vec2d{static_cast<double>(hits.impulse_x) * per_mass,
-                             static_cast<double>(hits.impulse_y) * per_mass};
+  ball.velocity_mps +=
+      Vec2d{static_cast<double>(hits.impulse_x) * per_mass, static_cast<double>(hits.impulse_y) * per_mass};
   ball.spin_radps += static_cast<double>(hits.torque) *
                      (run.impulse_unit_kg_mps * physics.ball.radius_m / physics.ball.inertia_kg_m2);
 }
 
-// Moves the ball to the end of the step. ball: after the step's events. progress: already at the end otherwise.
+// Moves the ball to the end of the step. ball: after the step's events. progress: already at the end
+// otherwise.
 PF_HD inline void finish_ball(const ExactConstants& c, const ExactBall& ball, const BallSums& frozen_hits,
                               ExactProgress& progress) {
   const Physics& physics = c.run.physics;
   BallState& state = progress.ball;
   const BallTrajectory& trajectory = ball.trajectory;
   const std::int64_t flown = static_cast<std::int64_t>(c.plan.length) - trajectory.tick;
-  state.position_m =
-      (trajectory.anchor_units + displacement_units(c.plan, trajectory.velocity_mps, flown)) *
-      physics.world.unit_m;
+  state.position_m = (trajectory.anchor_units + displacement_units(c.plan, trajectory.velocity_mps, flown)) *
+                     physics.world.unit_m;
   state.velocity_mps = ball.end_velocity_mps;
   state.spin_radps = trajectory.spin_radps;
   if (c.plan.ball == BallRole::frozen) apply_frozen_hits(c.run, frozen_hits, state);
@@ -318,8 +317,7 @@ PF_HD inline void advance_progress(const ExactConstants& c, const ExactBall& bal
                                    ExactProgress& progress) {
   const double after = result.fastest_after_mps, at_start = result.fastest_at_start_mps;
   const double fastest = after > progress.fastest_mps ? after : progress.fastest_mps;
-  progress.max_displacement +=
-      static_cast<std::int64_t>(fastest * c.plan.units_per_tick * c.plan.length) + 3;
+  progress.max_displacement += static_cast<std::int64_t>(fastest * c.plan.units_per_tick * c.plan.length) + 3;
   progress.fastest_mps = after > at_start ? after : at_start;
   progress.raised_bound_mps = 0.0;
   progress.preferred_ticks = preferred_ticks(c.run.physics, c.plan.length, result.num_events);

@@ -1,8 +1,8 @@
 // Method `exact`: straight trajectories of parcels and ball between events, and the constants of a step.
 //
-// Time is counted in ticks, an integer. A trajectory is anchored at its parcel's last event and evaluated from
-// there. An event's tick therefore depends neither on how time is cut into steps nor on where parcels lie in
-// memory. Within a step, ticks count from the step's start. Text for host and device.
+// Time is counted in ticks, an integer. A trajectory is anchored at its parcel's last event and evaluated
+// from there. An event's tick therefore depends neither on how time is cut into steps nor on where parcels
+// lie in memory. Within a step, ticks count from the step's start. Text for host and device.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 namespace pf {
 
-// All trajectories are anchored anew when the tick is a multiple of this period. It is fixed, so that it does not
-// depend on the steps, and short enough for ages to fit 31 bits.
+// All trajectories are anchored anew when the tick is a multiple of this period. It is fixed, so that it does
+// not depend on the steps, and short enough for ages to fit 31 bits.
 constexpr std::uint64_t kAnchorPeriod = 1ULL << 30U;
 
-// Position units by which a computed position may differ from the stored one: two roundings of a position and one
-// of a tick for each body.
+// Position units by which a computed position may differ from the stored one: two roundings of a position and
+// one of a tick for each body.
 constexpr double kRoundingMargin = 4.0;
 
 constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
