@@ -42,7 +42,7 @@ struct Bench {
   Settings settings;
   Physics physics;
   StepRequest request;
-  StepReport report;  // of the last repeat
+  StepReport report;                // of the last repeat
   std::vector<double> ns_per_step;  // and parcel, of each repeat
 
   double parcel_steps() const { return static_cast<double>(request.num_steps) * physics.parcels.num; }

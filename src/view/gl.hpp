@@ -54,8 +54,8 @@ GlBuffer make_buffer();
 GlVertexArray make_vertex_array();
 
 // Compiles and links shaders/<name>.vert and shaders/<fragment or name>.frag. The folder is the first that
-// has them: $PICKLEFLIGHT_SHADERS, then those of core/program_files.hpp. Throws DeviceError with the compiler's
-// log.
+// has them: $PICKLEFLIGHT_SHADERS, then those of core/program_files.hpp. Throws DeviceError with the
+// compiler's log.
 GlProgram load_program(const std::string& name, const std::string& fragment = "");
 // The same for shaders/<name>.comp alone.
 GlProgram load_compute_program(const std::string& name);

@@ -201,11 +201,11 @@ void Panel::edit_method(const FrameView& frame) {
   rows_.combo("Method", "run.method");
   rows_.combo("Neighbours", "run.neighbors");
   ImGui::BeginDisabled(edited.dt_s > 0.0);
-  rows_.slider("Move per step", "run.displacement_per_step",
+  rows_.slider("Displacement / step", "run.displacement_per_step",
                {.low = 0.01, .format = "%.3f diam.", .logarithmic = true});
   ImGui::EndDisabled();
   rows_.slider("Time step", "run.dt_s",
-               {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "from the move"});
+               {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "automatic"});
   rows_.slider("Substeps", "run.substeps", {.high = 64.0, .format = "%lld", .at_zero = "as time scale asks"});
   const bool on_cpu = frame.backend == "cpu";
   const std::string all = on_cpu ? fmt::format("all {}", num_threads_) : "not used";
@@ -248,6 +248,11 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
   ImGui::EndDisabled();
   ImGui::SameLine();
   commands.back = rows_.button("Back", width, "B: to an earlier moment of this flight, about a second each");
+  if (rows_.button("Measure terms", -1.0F,
+                   "E: what parcels, contacts, friction and Magnus cost per step, in the line above the "
+                   "overlay. Small "
+                   "scenes measure it by themselves; in large ones the picture stops for a moment."))
+    switches.measure_terms = true;
   edit_look(switches);
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.5F);
   ImGui::InputTextWithHint("##file", "NAME.toml", scene_file_.data(), scene_file_.size());

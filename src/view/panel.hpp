@@ -24,7 +24,8 @@ struct ViewSwitches {
   double ui_scale = 1.0;  // of text and overlay
   bool vsync = true;
   bool full_screen = false;
-  bool fit_camera = false;  // asked for; the stage puts it back
+  bool fit_camera = false;     // requested; the stage clears it
+  bool measure_terms = false;  // requested; the stage clears it
 };
 
 class Panel {

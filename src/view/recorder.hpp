@@ -44,6 +44,7 @@ class Recorder {
   bool wants_seen() const;
   FilmScene* scene();  // null: none is wanted
   bool has_overlay() const { return options_.record_overlay; }
+  bool is_recording() const { return running_.has_value(); }
 
   // Takes the frame. seen: in memory if wants_seen().
   void take(const SeenPicture& seen, Simulation& simulation);

@@ -61,6 +61,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
+      term_costs_(hooks.make_backend),
       overlay_({context.info().renderer, describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
       log_(simulation, simulation.backend().name()),
@@ -219,6 +220,7 @@ void Stage::finish_steps() {
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
   follow_accuracy();
+  follow_terms();
 }
 
 // Measuring belongs to what shows it.
@@ -230,6 +232,21 @@ void Stage::follow_accuracy() {
     accuracy_.forget();
   }
   panel_.set_readout(accuracy_.is_followed() ? &accuracy_.readout() : nullptr);
+}
+
+// Only beside a window that shows the costs, and not while it is filmed. The time goes to no phase: it
+// belongs to no step and to no picture.
+void Stage::follow_terms() {
+  const bool is_shown =
+      context_.window() != nullptr && switches_.overlay_mode == static_cast<int>(OverlayMode::full);
+  if (!is_shown || recorder_.is_recording()) {
+    term_costs_.pause();
+    return;
+  }
+  if (switches_.measure_terms) term_costs_.request();
+  switches_.measure_terms = false;
+  term_costs_.follow(simulation_.view(), simulation_.backend());
+  overlay_.set_terms(term_costs_.text());
 }
 
 // The report is about the scene that the run ends with.

@@ -11,6 +11,7 @@
 #include "app/options.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
+#include "app/term_costs.hpp"
 #include "view/context.hpp"
 #include "view/parcel_buffers.hpp"
 
@@ -25,6 +26,9 @@ struct StageHooks {
   // Makes the draw target for the backend of that name; null: the host target. Called with the context
   // current, at the start and again if another backend had to take over.
   std::function<std::unique_ptr<GlDrawTarget>(const std::string& backend)> make_draw_target;
+  // Makes a backend beside the run's, of that name, on the same device: the terms of the model are timed on
+  // it. threads: as in the settings. Null: they are not timed.
+  TermCosts::MakeBackend make_backend;
   // Told each thing that a person should know once (what draws and why); null: nobody.
   std::function<void(const std::string&)> announce;
   // Written whenever the panel's controls move: where each is (ControlMap). Empty: never.

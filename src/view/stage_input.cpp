@@ -65,8 +65,7 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
 bool Stage::is_at_ball(Vec2d pointer_px) const {
   const FrameView& view = simulation_.view();
   constexpr double kMinReach_px = 14.0;
-  const double reach_m =
-      std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
+  const double reach_m = std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
   const Vec2d pointer_m = camera_.to_world(pointer_px);
   const auto is_near = [&](Vec2d place_m) {
     const Vec2d away = pointer_m - place_m;
@@ -89,6 +88,7 @@ void Stage::follow_keys(const InputFrame& input) {
   if (input.toggle_vsync) switches_.vsync = !switches_.vsync;
   if (input.toggle_full_screen) switches_.full_screen = !switches_.full_screen;
   if (input.larger_text != 0) switches_.ui_scale = scaled_text(switches_.ui_scale, input.larger_text);
+  if (input.measure_terms) switches_.measure_terms = true;
   // Ghosts are paths; asked for, they are shown.
   if (input.toggle_ghosts && look.ghosts) switches_.show_path = true;
 }

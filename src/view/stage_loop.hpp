@@ -9,6 +9,7 @@
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
 #include "app/replay.hpp"
+#include "app/term_costs.hpp"
 #include "view/aim.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
@@ -42,6 +43,7 @@ class Stage {
   void begin_steps();
   void finish_steps();
   void follow_accuracy();
+  void follow_terms();
   void describe_overlay();
   void draw_air(const Viewport& viewport);
   void draw_flight(const Viewport& viewport);
@@ -72,6 +74,7 @@ class Stage {
   Renderer renderer_;
   Panel panel_;
   LiveAccuracy accuracy_;
+  TermCosts term_costs_;
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;

@@ -18,9 +18,9 @@ ViewRegion Stage::free_region() const {
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_);
-  const double top = SceneMarks::reserved_px(simulation_.view(), look_of_marks(), scale_,
-                                             static_cast<float>(size_.height - bottom));
-  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
+  const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
+                           std::max(size_.height - bottom, 1.0)};
+  return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 
 void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
@@ -35,12 +35,12 @@ void Stage::describe_overlay() {
   const FrameView& view = simulation_.view();
   const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
   overlay_.show(view, mode, place, switches_.look);
-  place.bottom_px -= Overlay::height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
+  place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
   const auto height_px = static_cast<float>(size_.height);
-  marks_.show(view, camera_, place, height_px, look_of_marks());
+  marks_.show(view, {camera_, place, height_px, look_of_marks()});
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
-                         camera_, place, height_px, switches_.look);
+                         {camera_, place, height_px, switches_.look});
   }
   if (context_.window() != nullptr) show_recording();
   gui_.end_frame();

@@ -65,6 +65,9 @@ void apply_key(int key, int mods, InputFrame& input) {
     case GLFW_KEY_F11:
       input.toggle_full_screen = !input.toggle_full_screen;
       break;
+    case GLFW_KEY_E:
+      input.measure_terms = true;
+      break;
     case GLFW_KEY_ESCAPE:
       input.commands.quit = true;
       break;

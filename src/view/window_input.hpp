@@ -28,6 +28,7 @@ struct InputFrame {
   bool fit = false;
   bool toggle_film = false;
   bool take_picture = false;
+  bool measure_terms = false;
   bool pressed_left = false;  // in the scene, in this frame
   bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
   bool released = false;      // it ended
