@@ -55,8 +55,9 @@ double round_up(double value) {
 
 std::string cost_text(const TermCost& cost) {
   const double two_errors = 2.0 * cost.error_ms;
+  constexpr double kClockStep_ms = 1e-4;
   if (std::fabs(cost.ms) <= two_errors)
-    return fmt::format("< {:g}", round_up(std::fabs(cost.ms) + two_errors));
+    return fmt::format("< {:g}", round_up(std::max(std::fabs(cost.ms) + two_errors, kClockStep_ms)));
   const double digits = two_errors > 0.0 ? std::ceil(-std::log10(two_errors)) : 4.0;
   return fmt::format("{:.{}f}", cost.ms, std::clamp(static_cast<int>(digits), 1, 4));
 }

@@ -184,6 +184,21 @@ TEST_F(Report, RatesCountThePhysicsOnly) {
   EXPECT_NEAR(report["particle_steps_per_s"], 3000.0 / seconds, 1e-6);
 }
 
+// Method exact spends its step in phases of its own.
+TEST(ReportPhases, TheTimeOfAStepIsThatOfEveryMethod) {
+  const Settings settings;
+  const Physics physics = hundred_parcels();
+  RunRecord record(settings, physics, {}, "d");
+  PhaseTimes times;
+  times[Phase::predict] = times[Phase::solve] = times[Phase::reconcile] = times[Phase::commit] = 0.25;
+  record.add_frame(times, totals_of(10, 0, 0.0), 0.1);
+  ToldBackend backend;
+  const nlohmann::json report = record.finish(settings, physics, backend, {}, 0.0);
+  EXPECT_DOUBLE_EQ(report["particle_steps_per_s"], 1e6);
+  EXPECT_EQ(report["phase_ms"]["reconcile"]["median"], 0.25);
+  EXPECT_EQ(record.frame_report()["physics_ms"], 1.0);
+}
+
 // Three frames, the first of them warm-up: means of the two others.
 TEST(ReportFrames, MeansLeaveTheWarmUpOut) {
   const Settings settings;
