@@ -171,7 +171,7 @@ void TermCosts::add_step_time(const FrameView& frame) {
   step_ms_ += (ms - step_ms_) / num_timed_;
 }
 
-// A device's memory is taken in a time that nobody can foresee, so there it is always on request.
+// Allocating on a device takes a time that is not bounded here, so there it is always on request.
 bool TermCosts::is_cheap(const FrameView& frame) const {
   return frame.backend == "cpu" && frame.settings->num_parcels <= kMaxParcels && 2.0 * step_ms_ <= kBudget_ms;
 }

@@ -19,7 +19,7 @@ constexpr std::size_t kNumTerms = 4;
 constexpr std::array<const char*, kNumTerms> kTermNames = {"parcels", "contacts", "friction", "Magnus"};
 
 struct TermCost {
-  bool applies = false;  // the scene has something that the term acts on
+  bool applies = false;  // the scene has an object for the term
   bool is_on = false;
   bool is_known = false;
   double ms = 0.0;        // per step
@@ -29,7 +29,7 @@ struct TermCost {
 // Milliseconds to as many digits as the error leaves; an upper bound where the error hides the cost.
 std::string cost_text(const TermCost& cost);
 
-// Whether the scene has something for the term to act on, and whether it is on.
+// The term's switch and whether the scene has an object for it; no cost yet.
 TermCost unknown_cost(const Settings& settings, Term term);
 // The same settings with the term switched. Friction that is off becomes the default friction.
 Settings switched(Settings settings, Term term);
@@ -74,12 +74,12 @@ class TermCosts {
   // make: null if nothing can be measured.
   explicit TermCosts(MakeBackend make) : make_(std::move(make)) {}
 
-  // After each frame, while somebody looks. A change of settings that changes the work starts over. A frame
-  // without steps does nothing; others take kBudget_ms at most, unless request() was called.
+  // After each frame, while the costs are shown. A change of settings that changes the work starts over. A
+  // frame without steps does nothing; others take kBudget_ms at most, unless request() was called.
   void follow(const FrameView& frame, Backend& backend);
   // Measures now, and again if the costs are known. The picture may stop for a moment.
   void request();
-  // Nobody looks: gives the copies' memory back.
+  // Not shown: frees the copies.
   void pause();
 
   State state() const { return state_; }

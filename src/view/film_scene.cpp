@@ -5,7 +5,7 @@
 namespace pf {
 namespace {
 
-// Text as large beside the picture as that of a window of 1280x720.
+// Text has the share of the picture that it has in a window of 1280x720.
 float scale_of(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
 
 }  // namespace

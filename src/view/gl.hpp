@@ -1,4 +1,4 @@
-// GL 4.5 core through glad, and owners of GL names. All need the context that made them to be current.
+// GL 4.5 core through glad, and owners of GL names. Each needs the context that made it to be current.
 #pragma once
 
 #include <glad/gl.h>
@@ -81,7 +81,7 @@ class GlFence {
 // An offscreen RGBA8 colour image that can be drawn to.
 class ColorTarget {
  public:
-  // Keeps what it has if the size is the same; else the content is undefined.
+  // Keeps the content if the size is the same; else it is undefined.
   void resize(int width_px, int height_px);
 
   GLuint framebuffer() const { return framebuffer_.get(); }

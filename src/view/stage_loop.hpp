@@ -1,4 +1,4 @@
-// The stage while it runs: what it holds, and the parts of a frame. Only the sources of the stage include it.
+// The stage while it runs: its members and the parts of a frame. Only the stage's sources include it.
 #pragma once
 
 #include <memory>
@@ -69,7 +69,7 @@ class Stage {
   const StageHooks& hooks_;
 
   std::unique_ptr<GlDrawTarget> target_;
-  std::unique_ptr<WindowInput> input_;  // before gui_, which calls on to it
+  std::unique_ptr<WindowInput> input_;  // before gui_, which calls its callbacks
   Gui gui_;
   Renderer renderer_;
   Panel panel_;
@@ -84,7 +84,7 @@ class Stage {
   Recorder recorder_;
   std::optional<Replay> replay_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
-  ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
+  ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
   Camera camera_;
   ViewSwitches switches_;
@@ -92,8 +92,8 @@ class Stage {
   SizePx size_;
   float scale_;  // of text and margins, in pixels per layout pixel
   bool vsync_ = true;
-  PhaseTimes times_;   // of the frame in hand
-  DrawTimes drawing_;  // the host's of the frame in hand, the GL device's of one or two before it
+  PhaseTimes times_;   // of the current frame
+  DrawTimes drawing_;  // host: of the current frame; GL device: of one or two frames before
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
   std::int64_t num_frames_ = 0;

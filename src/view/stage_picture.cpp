@@ -1,4 +1,4 @@
-// A frame of the stage as it is drawn, taken for the film and shown.
+// A frame of the stage: drawing it, taking it for the film, showing it.
 #include <algorithm>
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 namespace pf {
 
-// Without an overlay there is no legend either: the scene alone.
+// Without an overlay there is no legend either, only the scene.
 Look Stage::look_of_marks() const {
   Look look = switches_.look;
   look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
@@ -46,7 +46,7 @@ void Stage::describe_overlay() {
   gui_.end_frame();
 }
 
-// At the upper right corner of the window; a film that is drawn for itself does not have it.
+// At the upper right corner of the window. A film with a picture of its own does not show it.
 void Stage::show_recording() {
   const std::string text = recorder_.notice();
   if (!text.empty()) show_corner_notice(text, static_cast<float>(size_.width), scale_);
@@ -116,7 +116,7 @@ void Stage::take_frame(const Viewport& viewport) {
 void Stage::present(const Viewport& viewport) {
   ScopedPhase timing(times_, Phase::present);
   if (context_.window() != nullptr && viewport.framebuffer != 0) {
-    // Mesa looks for a new window size when a viewport is set, not when something is copied there.
+    // Mesa notices a new window size when a viewport is set, not on a copy.
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, viewport.size.width, viewport.size.height);
     const auto [width, height] = viewport.size;
@@ -126,7 +126,7 @@ void Stage::present(const Viewport& viewport) {
   context_.present();
 }
 
-// A rasteriser on the CPU starts when something waits for it. Waiting here books its time where it belongs.
+// A rasteriser on the CPU starts when something waits for it. Waiting here books its time to the right phase.
 void Stage::settle() const {
   if (context_.info().software) glFinish();
 }

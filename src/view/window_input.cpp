@@ -76,7 +76,8 @@ void apply_key(int key, int mods, InputFrame& input) {
   }
 }
 
-// Signs come as letters, wherever the keyboard has them; comma and point do for those that hide the brackets.
+// Signs come as letters, independent of the keyboard's layout. Comma and point replace brackets that are hard
+// to reach.
 void apply_letter(unsigned int letter, InputFrame& input) {
   switch (letter) {
     case '+':
@@ -157,7 +158,7 @@ InputFrame WindowInput::take(const Gui& gui) {
   return input;
 }
 
-// A drag belongs to whom it began at: the scene keeps it even when the pointer crosses the panel.
+// A drag that began in the scene stays there even when the pointer crosses the panel.
 void WindowInput::drag(const Gui& gui, InputFrame& input) {
   input.shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
                 glfwGetKey(window_, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;
