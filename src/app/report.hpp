@@ -31,12 +31,13 @@ class RunRecord {
   void set_part(const std::string& key, const nlohmann::json& part);
 
   // Keys: those of set_part (record: the last film, replay, display: the window at the end, accuracy: the
-  // last readout of the panel's section), version, device, scene, method, neighbors, num_parcels,
-  // area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end
-  // to the next), phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks;
-  // panel and later phases: the host's clock), host_ms.{draw,panel}.{median,p99},
-  // gpu_ms.{draw,panel}.{median,p99} (the GL device's clock; null where it has none), ns_per_particle_step,
-  // particle_steps_per_s, energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
+  // last readout of the panel's section, terms: the cost of each term per step, measured beside a window),
+  // version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
+  // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
+  // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later
+  // phases: the host's clock), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL
+  // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,
+  // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
   // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "app/step_request.hpp"
 #include "core/error.hpp"
@@ -260,6 +261,18 @@ std::string TermCosts::text() const {
     before = ", ";
   }
   return line;
+}
+
+nlohmann::json to_json(const TermCosts& costs) {
+  nlohmann::json terms = nlohmann::json::object();
+  for (std::size_t k = 0; k < kNumTerms; ++k) {
+    const TermCost& cost = costs.cost(static_cast<Term>(k));
+    if (!cost.applies) continue;
+    terms[kTermNames[k]] = nullptr;
+    if (cost.is_known)
+      terms[kTermNames[k]] = {{"is_on", cost.is_on}, {"ms", cost.ms}, {"error_ms", cost.error_ms}};
+  }
+  return terms;
 }
 
 }  // namespace pf

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -124,5 +125,9 @@ class TermCosts {
   Settings settings_;  // as far as they change the work of a step
   std::string backend_;
 };
+
+// Keys: the names of the terms that apply, each with is_on, ms and error_ms per step; null where it is not
+// known.
+nlohmann::json to_json(const TermCosts& costs);
 
 }  // namespace pf

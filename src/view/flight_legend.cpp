@@ -17,7 +17,6 @@ constexpr float kRow_px = 17.0F;
 constexpr float kPad_px = 10.0F;
 constexpr float kSample_px = 24.0F;  // piece of a path's line
 constexpr float kGap_px = 14.0F;     // between columns
-constexpr float kSize = 0.92F;       // of the text
 
 constexpr std::size_t kNumCells = 7;
 constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
@@ -25,6 +24,8 @@ constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
     &FlightRow::apart,  &FlightRow::energy, &FlightRow::cost};
 constexpr std::array<const char*, kNumCells> kHeads = {
     "", "method", "m/s", "rad/s", "apart: end, most", "energy drift", "cost"};
+
+float text_size() { return reduced(0.92F); }
 
 std::string air_name(const FlightRecord& flight) {
   switch (flight.air) {
@@ -81,7 +82,7 @@ float height_of(std::size_t num_rows) {
 }
 
 void write_text(ImVec2 at, ImU32 color, const std::string& text) {
-  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), kSize * ImGui::GetFontSize(), at, color,
+  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), text_size() * ImGui::GetFontSize(), at, color,
                                           text.c_str());
 }
 
@@ -143,9 +144,9 @@ void FlightLegend::measure(float scale) {
   for (std::size_t c = 0; c < kNumColumns; ++c) {
     widths_px_[c] = 0.0F;
     for (const FlightRow& row : rows_)
-      widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c], kSize));
+      widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c], text_size()));
     if (widths_px_[c] == 0.0F) continue;
-    widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], kSize));
+    widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], text_size()));
     text_width_px_ += widths_px_[c] + kGap_px * scale;
   }
   // In steps: figures that grow by a digit must not move the world.
@@ -179,7 +180,7 @@ void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
     x += kGap_px * scale;
     const auto write = [&](std::size_t row, ImU32 color, const std::string& text) {
       const bool is_number = c >= 2;  // aligned at the right
-      const float left = is_number ? x + widths_px_[c] - text_width(text, kSize) : x;
+      const float left = is_number ? x + widths_px_[c] - text_width(text, text_size()) : x;
       write_text(ImVec2(left, at.y + row_px * static_cast<float>(row)), color, text);
     };
     write(0, colors.dim, kHeads[c]);

@@ -79,8 +79,8 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   if (mode != OverlayMode::full || terms_.empty()) return;
   const ImVec2 at(place.left_px + kPadding_px * place.scale,
                   place.bottom_px - height_px(mode, place.scale) - kTermsRow_px * place.scale);
-  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), 0.9F * ImGui::GetFontSize(), at, colors_.dim,
-                                          terms_.c_str());
+  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), reduced(0.9F) * ImGui::GetFontSize(), at,
+                                          colors_.dim, terms_.c_str());
 }
 
 void Overlay::write_texts(const FrameView& frame, OverlayMode mode, const OverlayPlace& place,

@@ -36,6 +36,10 @@ inline float text_width(const std::string& text, float size = 1.0F) {
   return ImGui::GetFont()->CalcTextSizeA(ImGui::GetFontSize() * size, 1e9F, 0.0F, text.c_str()).x;
 }
 
+// The size of secondary text, relative to the font's height. Below 13 pixels it is not reduced: a minus sign
+// thinner than a pixel would vanish.
+inline float reduced(float size) { return ImGui::GetFontSize() < 13.0F ? 1.0F : size; }
+
 // Shortened with dots to the width, never within a letter of several bytes.
 inline std::string fitting(std::string text, float width) {
   if (text_width(text) <= width) return text;

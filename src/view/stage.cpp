@@ -131,6 +131,7 @@ int Stage::finish() {
                                {"height", size_.height}});
   record_.set_part("accuracy",
                    accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
+  record_.set_part("terms", to_json(term_costs_));
   record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool unresolvable =

@@ -104,37 +104,13 @@ class Report : public testing::Test {
 
 TEST_F(Report, HasTheAgreedKeys) {
   const nlohmann::json report = finish();
-  std::vector<std::string> keys;
-  for (const auto& [key, value] : report.items()) keys.push_back(key);
-  const std::vector<std::string> expected = {"area_fraction",
-                                             "ball",
-                                             "collisions",
-                                             "compressibility",
-                                             "device",
-                                             "dt_s",
-                                             "energy",
-                                             "exact",
-                                             "frame_ms",
-                                             "gpu_ms",
-                                             "host_ms",
-                                             "max_overlap_diameters",
-                                             "memory_bytes",
-                                             "method",
-                                             "momentum",
-                                             "neighbors",
-                                             "ns_per_particle_step",
-                                             "num_parcels",
-                                             "num_retired",
-                                             "particle_steps_per_s",
-                                             "phase_ms",
-                                             "restitution",
-                                             "scene",
-                                             "simulated_s",
-                                             "state_hash",
-                                             "steps",
-                                             "version",
-                                             "wall_s"};
-  EXPECT_EQ(keys, expected);  // nlohmann sorts keys
+  std::string keys;  // nlohmann sorts them
+  for (const auto& [key, value] : report.items()) keys += key + " ";
+  EXPECT_EQ(keys,
+            "area_fraction ball collisions compressibility device dt_s energy exact frame_ms gpu_ms host_ms "
+            "max_overlap_diameters memory_bytes method momentum neighbors ns_per_particle_step num_parcels "
+            "num_retired particle_steps_per_s phase_ms restitution scene simulated_s state_hash steps version "
+            "wall_s ");
 }
 
 TEST_F(Report, SaysWhatRan) {
