@@ -17,7 +17,7 @@ namespace {
 constexpr std::array<Term, kNumTerms> kOrder = {Term::contacts, Term::friction, Term::magnus, Term::parcels};
 constexpr std::uint32_t kNumWarmUps = 2;  // the first sorts; the second tells how long a step takes
 constexpr std::uint32_t kMaxSteps = 64;
-constexpr std::uint32_t kTimedFrames = 60;  // about the last second
+constexpr std::size_t kTimedFrames = 60;  // about the last second
 
 // Settings that do not change the work of a step are set to their defaults.
 Settings work_of(Settings s) {
@@ -139,11 +139,10 @@ void TermCosts::pause() {
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
   if (frame.frame_totals.num_steps == 0 || !make_) return;
   if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);
-  add_step_time(frame);
-  const bool is_idle = state_ == State::known || state_ == State::on_request || state_ == State::failed;
-  if (is_idle || num_settled_++ < kSettlingFrames) return;
-  if (!is_requested_ && !is_cheap(frame)) {
-    comparison_.reset();
+  add_times(frame);
+  const bool is_done = state_ == State::known || state_ == State::failed;
+  if (is_done || num_settled_++ < kSettlingFrames) return;
+  if (!comparison_ && !is_requested_ && !is_cheap(frame)) {
     state_ = State::on_request;
     return;
   }
@@ -161,20 +160,32 @@ void TermCosts::start_over(const FrameView& frame) {
   backend_ = frame.backend;
   comparison_.reset();
   is_requested_ = false;
-  num_settled_ = num_timed_ = 0;
+  step_ms_.clear();
+  num_frames_ = 0;
+  num_settled_ = 0;
   state_ = State::settling;
   for (std::size_t k = 0; k < kNumTerms; ++k) costs_[k] = unknown_cost(*frame.settings, static_cast<Term>(k));
 }
 
-void TermCosts::add_step_time(const FrameView& frame) {
-  const double ms = frame.times.step_ms() / static_cast<double>(frame.frame_totals.num_steps);
-  num_timed_ = std::min(num_timed_ + 1, kTimedFrames);
-  step_ms_ += (ms - step_ms_) / num_timed_;
+void TermCosts::add_times(const FrameView& frame) {
+  if (step_ms_.size() < kTimedFrames) step_ms_.push_back(0.0);
+  step_ms_[num_frames_++ % step_ms_.size()] =
+      frame.times.step_ms() / static_cast<double>(frame.frame_totals.num_steps);
+  frame_ms_ += (milliseconds_since(last_frame_) - frame_ms_) / static_cast<double>(step_ms_.size());
+  last_frame_ = Clock::now();
 }
+
+double TermCosts::step_ms() const {
+  std::vector<double> values = step_ms_;
+  return values.empty() ? 0.0 : median(values);
+}
+
+double TermCosts::budget_ms() const { return kShare * std::max(frame_ms_, kMinFrame_ms); }
 
 // Allocating on a device takes a time that is not bounded here, so there it is always on request.
 bool TermCosts::is_cheap(const FrameView& frame) const {
-  return frame.backend == "cpu" && frame.settings->num_parcels <= kMaxParcels && 2.0 * step_ms_ <= kBudget_ms;
+  return frame.backend == "cpu" && frame.settings->num_parcels <= kMaxParcels &&
+         2.0 * step_ms() <= budget_ms();
 }
 
 // Each call does one thing that takes time: reading the state, making a copy, or a pair of steps.
@@ -224,7 +235,7 @@ void TermCosts::compare(Term term) {
   ++c.num_pairs;
   if (c.num_pairs == kNumWarmUps) {
     const double pair_ms = std::max(milliseconds_since(start), 1e-4);
-    c.num_steps = static_cast<std::uint32_t>(std::clamp(kBudget_ms / pair_ms, 1.0, 1.0 * kMaxSteps));
+    c.num_steps = static_cast<std::uint32_t>(std::clamp(budget_ms() / pair_ms, 1.0, 1.0 * kMaxSteps));
   }
   if (c.num_pairs <= kNumWarmUps) return;
   const double with_less_without =
@@ -247,8 +258,8 @@ void TermCosts::finish(Term term) {
 }
 
 std::string TermCosts::text() const {
-  if (num_timed_ == 0) return "";
-  std::string line = fmt::format("{:.3f} ms a step", step_ms_);
+  if (step_ms_.empty()) return "";
+  std::string line = fmt::format("{:.3f} ms a step", step_ms());
   if (state_ == State::failed) return line + "; its terms cannot be measured here";
   if (state_ == State::on_request)
     return line + "; press E to measure its terms (the picture stops for a moment)";

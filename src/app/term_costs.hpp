@@ -76,7 +76,7 @@ class TermCosts {
   explicit TermCosts(MakeBackend make) : make_(std::move(make)) {}
 
   // After each frame, while the costs are shown. A change of settings that changes the work starts over. A
-  // frame without steps does nothing; others take kBudget_ms at most, unless request() was called.
+  // frame without steps does nothing; others take a tenth of a frame's time, unless request() was called.
   void follow(const FrameView& frame, Backend& backend);
   // Measures now, and again if the costs are known. The picture may stop for a moment.
   void request();
@@ -85,12 +85,13 @@ class TermCosts {
 
   State state() const { return state_; }
   const TermCost& cost(Term term) const { return costs_[static_cast<std::size_t>(term)]; }
-  // Milliseconds per step of the run, over about the last second.
-  double step_ms() const { return step_ms_; }
+  // Milliseconds per step of the run: the median of about the last second.
+  double step_ms() const;
   // One line for the overlay; empty before the first step.
   std::string text() const;
 
-  static constexpr double kBudget_ms = 1.6;            // a tenth of a frame at 60 Hz
+  static constexpr double kShare = 0.1;                // of a frame's time, for a pair of steps
+  static constexpr double kMinFrame_ms = 16.0;         // faster frames have as much time
   static constexpr std::int64_t kMaxParcels = 20'000;  // a copy of more takes longer than the budget
   static constexpr std::uint32_t kSettlingFrames = 20;
   static constexpr std::uint32_t kNumPairs = 24;
@@ -106,7 +107,8 @@ class TermCosts {
   };
 
   void start_over(const FrameView& frame);
-  void add_step_time(const FrameView& frame);
+  void add_times(const FrameView& frame);
+  double budget_ms() const;
   bool is_cheap(const FrameView& frame) const;
   void begin(const FrameView& frame, Backend& backend);
   void measure(const FrameView& frame, Backend& backend);
@@ -120,8 +122,10 @@ class TermCosts {
   std::optional<Comparison> comparison_;
   bool is_requested_ = false;
   std::uint32_t num_settled_ = 0;
-  double step_ms_ = 0.0;
-  std::uint32_t num_timed_ = 0;
+  std::vector<double> step_ms_;  // of the last frames
+  double frame_ms_ = 0.0;        // from frame to frame, on average over them
+  std::uint64_t num_frames_ = 0;
+  Clock::time_point last_frame_ = Clock::now();
   Settings settings_;  // as far as they change the work of a step
   std::string backend_;
 };

@@ -13,7 +13,7 @@ namespace {
 
 const Field& field_of(const char* path) { return find_field(path, "panel"); }
 
-float label_width() { return ImGui::GetFontSize() * 9.4F; }
+float label_width() { return ImGui::GetFontSize() * 9.8F; }
 
 double number_of(const Field& field, const Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
