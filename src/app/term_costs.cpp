@@ -171,7 +171,8 @@ void TermCosts::add_times(const FrameView& frame) {
   if (step_ms_.size() < kTimedFrames) step_ms_.push_back(0.0);
   step_ms_[num_frames_++ % step_ms_.size()] =
       frame.times.step_ms() / static_cast<double>(frame.frame_totals.num_steps);
-  frame_ms_ += (milliseconds_since(last_frame_) - frame_ms_) / static_cast<double>(step_ms_.size());
+  const double frame_ms = std::min(milliseconds_since(last_frame_), kMaxFrame_ms);
+  frame_ms_ += (frame_ms - frame_ms_) / static_cast<double>(step_ms_.size());
   last_frame_ = Clock::now();
 }
 

@@ -90,8 +90,9 @@ class TermCosts {
   // One line for the overlay; empty before the first step.
   std::string text() const;
 
-  static constexpr double kShare = 0.1;                // of a frame's time, for a pair of steps
-  static constexpr double kMinFrame_ms = 16.0;         // faster frames have as much time
+  static constexpr double kShare = 0.1;          // of a frame's time, for a pair of steps
+  static constexpr double kMinFrame_ms = 16.0;   // faster frames have as much time
+  static constexpr double kMaxFrame_ms = 100.0;  // slower ones, as after a pause, have no more than this
   static constexpr std::int64_t kMaxParcels = 20'000;  // a copy of more takes longer than the budget
   static constexpr std::uint32_t kSettlingFrames = 20;
   static constexpr std::uint32_t kNumPairs = 24;
