@@ -1,9 +1,10 @@
-// Where and how fast each parcel starts: a pure function of its id, so that spawning is a parallel loop or a
-// kernel and nothing is drawn in sequence.
+// Initial position and velocity of each parcel. They are pure functions of its id, so that spawning is a
+// parallel loop or a kernel.
 //
-// Parcels sit on the sites of a lattice (odd rows shifted by half a spacing) with enough sites free of the
-// ball; each is moved off its site by a random vector shorter than half of what neighbours leave free.
-// Velocities are Maxwellian; parcel i and i + N/2 get opposite ones, so that the total momentum is zero.
+// Parcels sit on the sites of a lattice whose odd rows are shifted by half a spacing. Sites that the ball
+// covers stay free. A random vector, shorter than half the gap between neighbours, moves each parcel off its
+// site. Velocities are Maxwellian. Parcels i and i + N/2 get opposite velocities, so that the total momentum
+// is zero.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,9 @@
 
 namespace pf {
 
-// Planned on the host by scene/spawn_plan.hpp. row_begin: num_rows + 1 entries, free sites before each row;
-// row_blocked_first / row_blocked_count: num_rows entries, the run of sites that the ball blocks (with a
-// periodic world the run may wrap).
+// Lattice and velocities, planned on the host by class Spawner of scene/derive.hpp. row_begin: num_rows + 1
+// entries, free sites before each row. row_blocked_first and row_blocked_count: num_rows entries, the run of
+// sites that the ball blocks; in a periodic world the run may wrap.
 struct SpawnPlan {
   std::uint32_t num_parcels = 0;
   std::uint32_t num_rows = 0;
@@ -57,7 +58,7 @@ PF_HD inline Vec2d normal_pair(std::uint64_t seed, std::uint64_t id) {
   return {radius * angle.cos, radius * angle.sin};
 }
 
-// A site near a periodic edge may be shifted across it.
+// Wraps a position in a periodic world: the random shift may cross the edge.
 PF_HD inline Vec2i wrapped_into(const World& world, Vec2i position) {
   if (world.boundary != Boundary::periodic) return position;
   return {axis_separation<Boundary::periodic>(0, position.x, world.half.x),
