@@ -12,9 +12,8 @@ struct BallMotion {
   Vec2d position_m;    // centre at the start of the step
   Vec2d velocity_mps;  // chord / dt
   double spin_radps = 0.0;
-  Vec2i centre;  // centre at the start of the step, position units (saturated)
-  std::int32_t reach =
-      0;  // contact distance plus chord, position units (saturated), for the cheap first test
+  Vec2i centre;            // centre at the start of the step, position units (saturated)
+  std::int32_t reach = 0;  // contact distance plus chord, position units (saturated): the cheap first test
 };
 
 // Impulse and torque on the ball in fixed point, so that the sums do not depend on the order of the hits.
