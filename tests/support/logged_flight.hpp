@@ -89,7 +89,7 @@ struct Flown {
 inline Flown fly_again(const std::filesystem::path& file, std::unique_ptr<Backend> backend) {
   const RunLog log = read_log(file);
   Simulation simulation(log.settings, std::move(backend));
-  simulation.keep_moments();
+  simulation.keep_checkpoints();
   Replay replay(log);
   while (!replay.ended()) {
     simulation.advance_frame(replay.commands(simulation.settings()), nullptr);

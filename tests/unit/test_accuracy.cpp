@@ -66,13 +66,13 @@ TEST(WorkPrecision, PresentSettingLiesBetweenItsNeighbours) {
   EXPECT_EQ(picture.area_fraction, 0.1);
   ASSERT_EQ(picture.methods[static_cast<int>(Method::impulse)].size(), 5U);
   EXPECT_TRUE(picture.methods[static_cast<int>(Method::spring)].empty());
-  ASSERT_TRUE(picture.present);
-  EXPECT_NEAR(picture.present->error, std::sqrt(0.2 * 0.05), 1e-12);
-  EXPECT_NEAR(picture.present->ns_per_disc_time, std::sqrt(10.0 * 20.0), 1e-12);
-  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 1e-3).present->error, 0.0008);
-  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 9.0).present->error, 0.0001);
+  ASSERT_TRUE(picture.current);
+  EXPECT_NEAR(picture.current->error, std::sqrt(0.2 * 0.05), 1e-12);
+  EXPECT_NEAR(picture.current->ns_per_disc_time, std::sqrt(10.0 * 20.0), 1e-12);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 1e-3).current->error, 0.0008);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 9.0).current->error, 0.0001);
   scene.method = Method::spring;
-  EXPECT_FALSE(work_precision(table(), scene, "rate", "cpu", 0.5).present);
+  EXPECT_FALSE(work_precision(table(), scene, "rate", "cpu", 0.5).current);
   EXPECT_TRUE(work_precision(table(), scene, "drag", "cpu", 0.5).methods[0].empty());
 }
 

@@ -231,7 +231,7 @@ TEST_F(SimulationCommands, AFlightByHandStays) {
 }
 
 TEST_F(SimulationCommands, BackIsTheSameStateAsThen) {
-  simulation_.keep_moments();
+  simulation_.keep_checkpoints();
   std::vector<std::uint64_t> hashes = {simulation_.backend().state_hash()};
   for (int frame = 0; frame < 160; ++frame) {
     advance(1);

@@ -83,7 +83,7 @@ TEST(Ghost, OnlyOfWhatTheSettingsAreNot) {
   EXPECT_TRUE(ghosts_of(s).empty());
 }
 
-Checkpoint moment_at(double shown_s, std::size_t num_parcels) {
+Checkpoint checkpoint_at(double shown_s, std::size_t num_parcels) {
   Checkpoint moment;
   moment.shown_s = shown_s;
   moment.parcels.position.resize(num_parcels);
@@ -91,33 +91,33 @@ Checkpoint moment_at(double shown_s, std::size_t num_parcels) {
 }
 
 TEST(Checkpoints, ASecondApartAndEightAtMost) {
-  Checkpoints moments;
+  Checkpoints checkpoints;
   for (double t = 0.0; t < 20.0; t += 0.25) {
-    if (moments.is_due(t, 10)) moments.keep(moment_at(t, 10));
+    if (checkpoints.is_due(t, 10)) checkpoints.keep(checkpoint_at(t, 10));
   }
-  EXPECT_EQ(moments.size(), 8U);
-  EXPECT_EQ(moments.back_from(19.75)->shown_s, 19.0);
+  EXPECT_EQ(checkpoints.size(), 8U);
+  EXPECT_EQ(checkpoints.back_from(19.75)->shown_s, 19.0);
 }
 
 TEST(Checkpoints, EachJumpGoesFurtherBackDownToTheOldest) {
-  Checkpoints moments;
-  for (double t : {0.0, 1.0, 2.0}) moments.keep(moment_at(t, 10));
-  EXPECT_EQ(moments.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
-  EXPECT_EQ(moments.back_from(1.0)->shown_s, 0.0);
-  EXPECT_EQ(moments.back_from(0.0)->shown_s, 0.0);
-  moments.clear();
-  EXPECT_EQ(moments.back_from(3.0), nullptr);
+  Checkpoints checkpoints;
+  for (double t : {0.0, 1.0, 2.0}) checkpoints.keep(checkpoint_at(t, 10));
+  EXPECT_EQ(checkpoints.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
+  EXPECT_EQ(checkpoints.back_from(1.0)->shown_s, 0.0);
+  EXPECT_EQ(checkpoints.back_from(0.0)->shown_s, 0.0);
+  checkpoints.clear();
+  EXPECT_EQ(checkpoints.back_from(3.0), nullptr);
 }
 
 TEST(Checkpoints, MemoryBoundsThem) {
-  const Checkpoints moments(3 * Checkpoints::bytes_of(1000) + 1);
-  EXPECT_EQ(moments.most(1000), 3U);
-  EXPECT_EQ(moments.most(4000), 0U);
-  EXPECT_FALSE(moments.is_due(0.0, 4000));
+  const Checkpoints checkpoints(3 * Checkpoints::bytes_of(1000) + 1);
+  EXPECT_EQ(checkpoints.max_count(1000), 3U);
+  EXPECT_EQ(checkpoints.max_count(4000), 0U);
+  EXPECT_FALSE(checkpoints.is_due(0.0, 4000));
   // A gigabyte holds 8 moments of up to 7.8 million parcels and one of 62 million.
-  EXPECT_EQ(Checkpoints().most(7'800'000), 8U);
-  EXPECT_EQ(Checkpoints().most(62'000'000), 1U);
-  EXPECT_EQ(Checkpoints().most(63'000'000), 0U);
+  EXPECT_EQ(Checkpoints().max_count(7'800'000), 8U);
+  EXPECT_EQ(Checkpoints().max_count(62'000'000), 1U);
+  EXPECT_EQ(Checkpoints().max_count(63'000'000), 0U);
 }
 
 }  // namespace

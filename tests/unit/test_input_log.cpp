@@ -38,7 +38,7 @@ TEST(InputLog, LaunchesByHandAgain) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   Simulation simulation(court(500), make_cpu_backend(2));
-  simulation.keep_moments();
+  simulation.keep_checkpoints();
   InputLog log(simulation, "cpu");
   log.open(file);
   for (int frame = 0; frame < 45; ++frame) {
