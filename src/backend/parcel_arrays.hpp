@@ -17,19 +17,19 @@ struct ParcelArrays {
   std::vector<std::uint32_t> id;
   // Method `exact` only, otherwise empty: position is that of the parcel's last event, and tick its time.
   std::vector<std::uint32_t> tick;
-  std::vector<std::uint32_t> clock;  // of the TC model: tick of its last contact with parcel or wall
+  std::vector<std::uint32_t> last_contact_tick;  // with parcel or wall, for the TC model only
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
     velocity.resize(n + kSearchPadding);
     id.resize(n);
     tick.clear();
-    clock.clear();
+    last_contact_tick.clear();
   }
 
   std::uint64_t memory_bytes() const {
     return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() +
-           4 * (id.capacity() + tick.capacity() + clock.capacity());
+           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity());
   }
 };
 
