@@ -23,7 +23,7 @@ std::vector<std::vector<std::uint32_t>> candidates_of(const SearchSpace& space, 
 }
 
 // The filter is three diameters wide, so that rows hold more than eight candidates and every lane finds some.
-TEST(Search, FastestFindsWhatThePlainLoopFinds) {
+TEST(Search, FastSearchEqualsThePlainLoop) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     for (const std::int64_t n : {1, 7, 40, 3000}) {
       SceneRun run(gas(n, n == 1 ? 0.05 : 0.15, boundary));

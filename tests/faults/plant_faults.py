@@ -33,7 +33,7 @@ inline const int planted_fault = [] {
 #define PF_EITHER(number, wrong, right) (::pf::planted_fault == (number) ? (wrong) : (right))
 """
 # Slower than a second each: asked only about faults that the others do not notice.
-SLOW = ("Gas.Collision*:Gas.MomentumIs*:Determinism.GridFinds*:Discs.OfAll*:Ball.Holds*:*Conserved*:*Tunnel*:"
+SLOW = ("Gas.Collision*:Gas.MomentumIs*:Determinism.GridEquals*:Discs.OfAll*:Ball.Holds*:*Conserved*:*Tunnel*:"
         "*CannotBeResolved*:*TicksGrow*")
 # Of threads that wait for each other: slow where there are other programs.
 NEVER = "*Threads*"
