@@ -1,4 +1,4 @@
-// The same state hash for any number of threads, any neighbour search, any cut into requests.
+// The state hash is the same for any number of threads, neighbour search, and division into requests.
 #include <gtest/gtest.h>
 
 #include "support/scene_support.hpp"

@@ -10,7 +10,7 @@
 namespace pf::test {
 namespace {
 
-// Finds of every parcel, sorted, with one search.
+// Sorted candidates of every parcel.
 std::vector<std::vector<std::uint32_t>> candidates_of(const SearchSpace& space, Search search) {
   std::vector<std::vector<std::uint32_t>> all;
   SearchScratch scratch;
@@ -22,7 +22,7 @@ std::vector<std::vector<std::uint32_t>> candidates_of(const SearchSpace& space, 
   return all;
 }
 
-// The filter is three diameters wide, so that rows hold more than eight candidates and every lane finds some.
+// The filter is three diameters wide, so that rows hold more than eight candidates, in every vector lane.
 TEST(Search, FastSearchEqualsThePlainLoop) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     for (const std::int64_t n : {1, 7, 40, 3000}) {

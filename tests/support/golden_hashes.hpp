@@ -1,6 +1,5 @@
-// The golden hashes: what the golden scenes come to, one line each, kept in
-// tests/determinism/golden_hashes.txt. Every compiler, optimisation and backend must find the same.
-// PF_GOLDEN_HASHES is where the file is.
+// Golden hashes of the golden scenes, one line each, in tests/determinism/golden_hashes.txt. They must be equal
+// for every compiler, optimisation and backend. PF_GOLDEN_HASHES: path of the file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -55,7 +54,7 @@ inline void expect_golden_hashes(const MakeBackend& make_backend) {
     }
     expected.erase(scene.name);
   }
-  for (const auto& line : expected) ADD_FAILURE() << line.first << " is in the file, but is no golden scene";
+  for (const auto& line : expected) ADD_FAILURE() << line.first << " is in the file, but is not a golden scene";
 }
 
 }  // namespace pf::test
