@@ -82,7 +82,7 @@ class InputLog {
   std::string failure_;
   std::int64_t num_frames_ = 0;
   std::int64_t last_hashed_ = -1;  // last frame with a hash in text_
-  // Of the current frame.
+  // State of the current frame.
   LoggedFrame frame_;
   Settings settings_before_;
   std::optional<Settings> asked_;

@@ -51,7 +51,7 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
   step_ = 0;
   exact_.reset_time();
   parcels_.resize(plan.num_parcels);
-  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_begin[plan.num_rows] : 0;
+  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_start[plan.num_rows] : 0;
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, plan.num_parcels);
     for (std::size_t i = begin; i < end; ++i) {

@@ -1,4 +1,4 @@
-// Errors, by who must act on them. Libraries throw. Only main catches, prints and chooses the exit code.
+// Errors by responsibility. Libraries throw. Only main catches, prints and chooses the exit code.
 #pragma once
 
 #include <stdexcept>

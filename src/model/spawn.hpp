@@ -14,7 +14,7 @@
 
 namespace pf {
 
-// Lattice and velocities, planned on the host by class Spawner of scene/derive.hpp. row_begin: num_rows + 1
+// Lattice and velocities, planned on the host by class Spawner of scene/derive.hpp. row_start: num_rows + 1
 // entries, free sites before each row. row_blocked_first and row_blocked_count: num_rows entries, the run of
 // sites that the ball blocks; in a periodic world the run may wrap.
 struct SpawnPlan {
@@ -29,7 +29,7 @@ struct SpawnPlan {
   Vec2d flow_mps;
   std::uint64_t seed = 0;
   World world;
-  const std::uint64_t* row_begin = nullptr;
+  const std::uint64_t* row_start = nullptr;
   const std::uint32_t* row_blocked_first = nullptr;
   const std::uint32_t* row_blocked_count = nullptr;
 };
@@ -38,9 +38,9 @@ PF_HD inline Vec2d site_position_m(const SpawnPlan& plan, std::uint64_t site) {
   std::uint32_t low = 0, high = plan.num_rows;
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
-    (plan.row_begin[middle] <= site ? low : high) = middle;
+    (plan.row_start[middle] <= site ? low : high) = middle;
   }
-  std::uint64_t column = site - plan.row_begin[low];
+  std::uint64_t column = site - plan.row_start[low];
   const std::uint32_t first = plan.row_blocked_first[low];
   const std::uint32_t count = plan.row_blocked_count[low];
   const std::uint32_t wrapped = first + count > plan.num_columns ? first + count - plan.num_columns : 0;

@@ -46,7 +46,7 @@ class Spawner {
   const SpawnPlan& plan() const { return plan_; }
 
  private:
-  std::vector<std::uint64_t> row_begin_;
+  std::vector<std::uint64_t> row_start_;
   std::vector<std::uint32_t> blocked_first_;
   std::vector<std::uint32_t> blocked_count_;
   SpawnPlan plan_;

@@ -170,15 +170,15 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
   plan_.jitter_m = 0.5 * (l.min_distance - q.diameter);
 
   const Disc disc = blocked_disc(q, l);
-  row_begin_.assign(l.num_rows + 1, 0);
+  row_start_.assign(l.num_rows + 1, 0);
   for (std::uint32_t row = 0; row < l.num_rows; ++row) {
     const BlockedRun run =
         disc.radius > 0.0 ? blocked_run(l, row, q.width, q.height, q.periodic, disc) : BlockedRun{};
     blocked_first_.push_back(run.first);
     blocked_count_.push_back(run.count);
-    row_begin_[row + 1] = row_begin_[row] + l.num_columns - run.count;
+    row_start_[row + 1] = row_start_[row] + l.num_columns - run.count;
   }
-  plan_.row_begin = row_begin_.data();
+  plan_.row_start = row_start_.data();
   plan_.row_blocked_first = blocked_first_.data();
   plan_.row_blocked_count = blocked_count_.data();
 }

@@ -36,8 +36,8 @@ class Bench:
         self.program, self.folder = program, pathlib.Path(folder)
 
     def run(self, *words, environment=None, before=None):
-        surroundings = {**os.environ, **SOFTWARE, **(environment or {})}
-        return subprocess.run([self.program, *words], env=surroundings, preexec_fn=before, capture_output=True, text=True,
+        environment_of_run = {**os.environ, **SOFTWARE, **(environment or {})}
+        return subprocess.run([self.program, *words], env=environment_of_run, preexec_fn=before, capture_output=True, text=True,
                               errors="replace", timeout=LIMIT_S)
 
     def refused(self, exit_code, parts, *words, **how):

@@ -21,7 +21,7 @@ from png import read_png
 
 SKIPPED = 77
 LIMIT_S = 60
-SURROUNDINGS = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1"}
+ENVIRONMENT = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1"}
 WIDTH, HEIGHT = 320, 180
 SMALL = ("--size", f"{WIDTH}x{HEIGHT}", "-p", "500")
 
@@ -60,11 +60,11 @@ class Bench:
 
     def run(self, *words, exit_code=0):
         """Runs headless and returns the report."""
-        done = subprocess.run(self.words("--headless", *words), cwd=self.folder, env=SURROUNDINGS, capture_output=True,
+        done = subprocess.run(self.words("--headless", *words), cwd=self.folder, env=ENVIRONMENT, capture_output=True,
                               text=True, timeout=LIMIT_S)
         if "no OpenGL 4.5" in done.stderr:
             skip("no OpenGL 4.5 here")
-        self.said = done.stderr
+        self.messages = done.stderr
         if done.returncode != exit_code:
             print(done.stderr)
         check(done.returncode == exit_code, f"{' '.join(words)}: exit code {done.returncode}")
@@ -74,9 +74,9 @@ class Bench:
         """Starts a run of ten minutes in the background."""
         self.errors = open(self.folder / "errors.txt", "w+", encoding="utf-8")
         return subprocess.Popen(self.words("--headless", *SMALL, "--seconds", "600", *words), cwd=self.folder,
-                                env=SURROUNDINGS, stderr=self.errors)
+                                env=ENVIRONMENT, stderr=self.errors)
 
-    def told(self):
+    def error_output(self):
         return (self.folder / "errors.txt").read_text()
 
     def fragments(self, name):
@@ -88,7 +88,7 @@ class Bench:
         return read_png(self.folder / name).rgb
 
 
-def plays(bench, name, min_frames):
+def check_film(bench, name, min_frames):
     found, complaints = probe(bench.folder / name)
     check(found["nb_read_frames"] >= min_frames, f"the film plays: {found['nb_read_frames']} frames {complaints}")
 
@@ -163,7 +163,7 @@ def real_time(bench):
         film, drawn = report["record"], round(60 * float(words[-1]))
         check(film["frames"] == drawn - film["surplus"] - film["dropped"] + film["duplicated"],
               f"{kind}: every frame is accounted for: {drawn} drawn, {film}")
-        plays(bench, "a.mkv", film["frames"])
+        check_film(bench, "a.mkv", film["frames"])
         # The clock of the film starts with its first frame.
         off_s = report["wall_s"] - film["frames"] / 60
         check(-0.05 < off_s < 0.15 + 0.3 * report["wall_s"],
@@ -183,8 +183,8 @@ def encoder_killed(bench):
         wait_for("second of film", lambda: bench.fragments("a.mp4") >= 3)
         for child in child_of(process):
             os.kill(child, signal.SIGKILL)
-        wait_for("message", lambda: "recording stopped, the run continues" in bench.told())
-        check("ffmpeg was killed" in bench.told(), "the message names ffmpeg")
+        wait_for("message", lambda: "recording stopped, the run continues" in bench.error_output())
+        check("ffmpeg was killed" in bench.error_output(), "the message names ffmpeg")
         time.sleep(0.3)
         check(process.poll() is None, "the run continues")
         process.send_signal(signal.SIGTERM)
@@ -196,7 +196,7 @@ def encoder_killed(bench):
     check("ffmpeg was killed" in film["failure"] and film["dropped"] > 0, f"the report has the failure: {film}")
     # 2 steps a frame.
     check(report["steps"] > 2 * (film["frames"] + film["dropped"]), "and has the steps of the whole run")
-    plays(bench, "a.mp4", 60)
+    check_film(bench, "a.mp4", 60)
 
 
 def program_killed(bench):
@@ -209,7 +209,7 @@ def program_killed(bench):
         process.wait()
     # ffmpeg reads the rest and exits.
     wait_for("complete film", lambda: probe(bench.folder / "a.mp4")[1] == "")
-    plays(bench, "a.mp4", 60)
+    check_film(bench, "a.mp4", 60)
     report = bench.run("a.mp4.toml")
     check(report["replay"]["same"] and report["replay"]["checks"] >= 1, f"and its log, too: {report['replay']}")
 
@@ -228,7 +228,7 @@ def disk_full(bench):
     (bench.folder / "disk").mkdir()
     words = ["unshare", "--map-root-user", "--mount", "sh", "-c", FULL_DISK, "sh",
              *bench.words("--headless", *SMALL, "--seconds", "8", "--record", "disk/a.mp4")]
-    done = subprocess.run(words, cwd=bench.folder, env=SURROUNDINGS, capture_output=True, text=True, timeout=LIMIT_S)
+    done = subprocess.run(words, cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT_S)
     if not (bench.folder / "report.json").exists():
         skip(f"no disk of 120 kB can be mounted here: {done.stderr.strip()}")
     check("recording stopped, the run continues" in done.stderr and "No space left on device" in done.stderr,
@@ -238,7 +238,7 @@ def disk_full(bench):
     check(report["frame_ms"]["median"] and report["simulated_s"] > 0.79, f"the whole flight: {report['simulated_s']} s")
     check(report["record"]["frames"] + report["record"]["dropped"] <= 480 and report["record"]["dropped"] > 0,
           f"frames and dropped: {report['record']}")
-    plays(bench, "kept.mp4", 60)
+    check_film(bench, "kept.mp4", 60)
 
 
 def replay(bench):
@@ -248,7 +248,7 @@ def replay(bench):
     again = bench.run("a.toml", "--size", "160x90")
     check(again["replay"]["same"] and again["replay"]["checks"] == 3, f"three states agree: {again['replay']}")
     check(again["state_hash"] == first["state_hash"] and again["steps"] == first["steps"], "the same state at the end")
-    check("replay: the same flight" in bench.said, "a message says so")
+    check("replay: the same flight" in bench.messages, "a message says so")
     text = (bench.folder / "a.toml").read_text()
     threads = text.replace("run.threads = 2", "run.threads = 1")
     (bench.folder / "b.toml").write_text(threads)
@@ -264,7 +264,7 @@ def replay(bench):
     (bench.folder / "d.toml").write_text(later)
     found = bench.run("d.toml", exit_code=1)["replay"]["first_divergence"]
     check(found["frame"] == 119 and found["last_same_frame"] == 59, f"an additional input: {found}")
-    check("diverged: frame 119" in bench.said and "frame 59 was the same" in bench.said, "a message says so")
+    check("diverged: frame 119" in bench.messages and "frame 59 was the same" in bench.messages, "a message says so")
     done = subprocess.run([bench.program, "run", "a.toml", "-p", "100"], cwd=bench.folder, capture_output=True, text=True)
     check(done.returncode == 2 and "a log has its own scene" in done.stderr, f"other settings: {done.stderr.strip()}")
 
@@ -296,7 +296,7 @@ def stills(bench):
     bench.run(*SMALL, "--ball-spin", "12.5", "--time-scale", "0.2", "--record-overlay", "off", "--still", "0.05", "c.png")
     check(bench.picture("b.png") == bench.picture("c.png"), "that scene gives the same picture")
     done = subprocess.run([bench.program, *SMALL, "--set", "run.relaunch=false", "--time-scale", "1", "--still", "9",
-                           "d.png"], cwd=bench.folder, env=SURROUNDINGS, capture_output=True, text=True)
+                           "d.png"], cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True)
     check(done.returncode == 2 and "give an earlier time" in done.stderr, f"too late: {done.stderr.strip()[-120:]}")
 
 
