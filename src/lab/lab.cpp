@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/accuracy.hpp"
+#include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "lab/machine_load.hpp"

@@ -146,7 +146,7 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
     // The system's Python: that is where a distribution puts matplotlib.
     ChildProcess python({"/usr/bin/python3", "-B", file.string(), folder.string()}, -1);
     if (python.wait().good) return "";
-    why = python.last_words();
+    why = python.last_errors();
   } catch (const DeviceError& error) {
     why = error.what();
   }

@@ -8,14 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "app/accuracy.hpp"
+#include "app/accuracy_table.hpp"
 #include "app/options.hpp"
 #include "app/scene_run.hpp"
 #include "lab/flight_case.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/mean_error.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
-#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/study_files.hpp"
 #include "lab/theory.hpp"

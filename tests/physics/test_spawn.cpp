@@ -93,7 +93,7 @@ TEST(Spawn, MovesEvenlyOffTheSitesOfTheLattice) {
   const SceneRun run(gas(10000, 0.2, Boundary::open));
   const Spawner spawner(run.settings, run.physics, run.ball);
   const SpawnPlan& plan = spawner.plan();
-  const std::uint64_t num_sites = plan.row_begin[plan.num_rows];
+  const std::uint64_t num_sites = plan.row_start[plan.num_rows];
   double square = 0.0;
   Vec2d mean;
   for (std::uint32_t id = 0; id < plan.num_parcels; ++id) {

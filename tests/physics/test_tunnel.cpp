@@ -50,7 +50,7 @@ double spawned_density(const SceneRun& run) {
   const Spawner spawner(run.settings, run.physics, run.ball);
   const SpawnPlan& plan = spawner.plan();
   return plan.num_parcels /
-         (static_cast<double>(plan.row_begin[plan.num_rows]) * plan.spacing_x_m * plan.spacing_y_m);
+         (static_cast<double>(plan.row_start[plan.num_rows]) * plan.spacing_x_m * plan.spacing_y_m);
 }
 
 // The fastest parcel counted on is 4.5 thermal speeds faster than the stream (one in 25,000 is faster, and
