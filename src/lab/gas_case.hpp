@@ -55,5 +55,4 @@ double theory_rate(double area_fraction);
 // start), max_overlap, num_invalid. NaN becomes null in JSON.
 nlohmann::json measure_gas(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);
 
-
 }  // namespace pf

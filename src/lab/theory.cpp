@@ -3,8 +3,8 @@
 #include <cmath>
 
 #include "core/portable_math.hpp"
-#include "model/measures.hpp"
 #include "model/kinetic_theory.hpp"
+#include "model/measures.hpp"
 
 namespace pf::theory {
 namespace {

@@ -6,8 +6,8 @@
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
-#include "lab/samples.hpp"
 #include "lab/parallel_for.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "lab/flight_case.hpp"
-#include "lab/path_case.hpp"
 #include "lab/parallel_for.hpp"
+#include "lab/path_case.hpp"
 #include "lab/study.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
@@ -21,7 +21,7 @@ using nlohmann::json;
 struct Sizes {
   std::int64_t gas_parcels, flight_parcels;
   double gas_collisions;  // per parcel
-  double max_work;       // parcel-steps of a point
+  double max_work;        // parcel-steps of a point
 };
 
 Sizes sizes_for(const LabContext& context, const LabDevice& device) {
