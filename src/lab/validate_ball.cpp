@@ -96,7 +96,7 @@ void add_measured(ValidationRow row, double expected, const Mean& measured, doub
   add(row);
 }
 
-// Force over drag coefficient: rho V^2 R_c.
+// Force at a drag coefficient of 1: rho V^2 R_c.
 double drag_scale(const Force& force, const FreeStream& stream) {
   return force.density * stream.speed_mps * stream.speed_mps * kContact;
 }
