@@ -87,7 +87,7 @@ ValidationRow stream_row(const ValidationPlan& plan, std::string reference, Meth
   return row;
 }
 
-// Adds the row with what was measured over `scale`.
+// Adds the row with the measured mean over `scale`.
 void add_measured(ValidationRow row, double expected, const Mean& measured, double scale,
                   const RowSink& add) {
   row.expected = expected;
