@@ -42,7 +42,7 @@ double cores_while_another_process_works() {
 
 // What else runs on the machine is in both, so only their difference is asked for; a load average would give
 // both the same.
-TEST(MachineLoad, TellsItsOwnWorkFromThatOfOthers) {
+TEST(MachineLoad, CountsOnlyTheWorkOfOthers) {
   double difference = 0.0;
   for (int attempt = 0; attempt < 5 && difference < 0.5; ++attempt)
     difference = cores_while_another_process_works() - cores_while_this_process_works();

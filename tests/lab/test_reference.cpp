@@ -21,7 +21,7 @@ Physics box(double side_m, Boundary boundary, std::uint32_t num, double restitut
 
 // Meeting at a given direction and speed, apart by 3 before: time and velocities in closed form. Coordinates
 // up to 8 have an ulp of 1e-15; a handful of operations.
-TEST(Reference, TwoParcelsMeetWhereMechanicsSays) {
+TEST(Reference, TwoParcelsCollideAsMechanicsSays) {
   for (const double e : {0.3, 0.9, 1.0}) {
     for (int k = 0; k < 24; ++k) {
       const double direction = 2.0 * kPi * k / 24.0 + 0.05;
@@ -45,7 +45,7 @@ TEST(Reference, TwoParcelsMeetWhereMechanicsSays) {
   }
 }
 
-TEST(Reference, TouchingPairsMeetAtOnceIfTheyApproach) {
+TEST(Reference, TouchingPairsCollideAtOnceIfTheyApproach) {
   const Physics physics = box(16.0, Boundary::open, 2);
   for (const double distance : {1.0, 0.9}) {
     Reference approaching(physics, {{{0, 0}, {0.5, 0}}, {{distance, 0}, {0, 0}}}, {});
@@ -61,7 +61,7 @@ TEST(Reference, TouchingPairsMeetAtOnceIfTheyApproach) {
 }
 
 // Coordinates are sums of powers of two, so that all four pairs meet at exactly 1 s.
-TEST(Reference, SimultaneousEventsComeByNumber) {
+TEST(Reference, OrdersSimultaneousEventsByNumber) {
   std::vector<ReferenceParcel> parcels(8);
   const int number[4][2] = {{6, 1}, {0, 7}, {5, 2}, {4, 3}};
   for (int k = 0; k < 4; ++k) {
@@ -79,7 +79,7 @@ TEST(Reference, SimultaneousEventsComeByNumber) {
 
 // 6 strikes 7 at 0.25 s, which then meets 0 at 1 s: only 7 was predicted anew, so that the event is kept with
 // it alone. 1 and 2 meet at 1 s too.
-TEST(Reference, SimultaneousEventsComeByNumberWhoeverKeepsThem) {
+TEST(Reference, OrdersSimultaneousEventsByNumberForAnyOwner) {
   std::vector<ReferenceParcel> parcels(8);
   for (int k = 3; k < 6; ++k) parcels[k] = {{-6.0 + 2.0 * k, 6.0}, {0.0, 0.0}};
   parcels[6] = {{-3.0, 0.0}, {4.0, 0.0}};
@@ -97,7 +97,7 @@ TEST(Reference, SimultaneousEventsComeByNumberWhoeverKeepsThem) {
 
 // Every collision rounds energy by some 2^-52 of a parcel's: the sum wanders by that times the root of their
 // number, relative to N parcels. 1e-10 is what is asked for, 1e-13 what comes out.
-TEST(Reference, KeepsEnergyMomentumAndDistance) {
+TEST(Reference, ConservesEnergyMomentumAndDistance) {
   for (const Boundary boundary : {Boundary::periodic, Boundary::walls}) {
     const SpawnedGas start(gas(500, 0.5, boundary));
     Reference reference(start.physics, start.parcels, {});
@@ -128,7 +128,7 @@ TEST(Reference, KeepsEnergyMomentumAndDistance) {
 }
 
 // Parcels, ball and its spin together; smooth and rough elastic contacts keep energy too.
-TEST(Reference, BallSharesMomentumAndEnergy) {
+TEST(Reference, ConservesMomentumAndEnergyWithTheBall) {
   Physics physics = box(12.0, Boundary::periodic, 40);
   physics.ball = {true, false, 15.0, 2.0, 0.5 * 15.0 * 4.0, 0.0, 0.0, 0.0};
   const BallState ball{{0.0, 0.0}, {2.0, 1.0}, 3.0, 0.0};
@@ -152,7 +152,7 @@ TEST(Reference, BallSharesMomentumAndEnergy) {
   }
 }
 
-TEST(Reference, FrozenBallTakesItsImpulsesWhenAsked) {
+TEST(Reference, FrozenBallTakesItsImpulsesOnRequest) {
   Physics physics = box(12.0, Boundary::periodic, 40);
   physics.ball = {true, false, 1500.0, 2.0, 0.5 * 1500.0 * 4.0, 0.3, 0.0, 0.0};
   const BallState ball{{0.0, 0.0}, {2.0, 1.0}, 3.0, 0.0};
@@ -191,7 +191,7 @@ TEST(Reference, ContactClockMakesQuickSuccessionElastic) {
 }
 
 // Walls set the clock; the ball reads it but does not set it.
-TEST(Reference, ContactClockOfWallAndBall) {
+TEST(Reference, WallsSetTheContactClockAndTheBallReadsIt) {
   Physics physics = box(16.0, Boundary::walls, 1, 0.5);
   physics.ball = {true, true, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
   const BallState ball{{5.0, 0.0}, {0.0, 0.0}, 0.0, 0.0};
@@ -212,7 +212,7 @@ TEST(Reference, ContactClockOfWallAndBall) {
 // Inelastic collapse (McNamara and Young 1994): without the clock a chain of parcels collides ever faster
 // until time no longer passes, with it the run goes on. At e = 0.6, their case, this start has not collapsed
 // after 600 collisions per parcel; at 0.4 it does after 50.
-TEST(Reference, ContactClockCuresInelasticCollapse) {
+TEST(Reference, ContactClockPreventsInelasticCollapse) {
   for (const double restitution : {0.6, 0.4}) {
     Settings settings = gas(1024, 0.25, Boundary::periodic);
     settings.restitution = restitution;
@@ -234,7 +234,7 @@ TEST(Reference, ContactClockCuresInelasticCollapse) {
   }
 }
 
-TEST(Reference, WallsReflectRimsAndOpenEdgesTakeCentres) {
+TEST(Reference, WallsReflectRimsAndOpenEdgesRetireCentres) {
   std::vector<ReferenceEvent> events;
   Reference walls(box(16.0, Boundary::walls, 1), {{{7.0, 0.0}, {1.0, 0.0}}}, {});
   walls.run_until(1.0, &events);
@@ -247,7 +247,7 @@ TEST(Reference, WallsReflectRimsAndOpenEdgesTakeCentres) {
   EXPECT_EQ(open.measure().num_live, 0U);
 }
 
-TEST(Reference, RetiredParcelsAreInert) {
+TEST(Reference, RetiredParcelsDoNotCollide) {
   Reference reference(box(16.0, Boundary::open, 2),
                       {{{0.0, 0.0}, {0.0, 0.0}, true}, {{-2.0, 0.0}, {1.0, 0.0}}}, {});
   reference.run_until(4.0);
@@ -278,7 +278,7 @@ TEST(Reference, RestartsFromItsOwnStateAndFromASnapshot) {
   }
 }
 
-TEST(Reference, RefusesWhatItCannotDo) {
+TEST(Reference, RejectsUnsupportedInput) {
   const std::vector<ReferenceParcel> one = {{{0, 0}, {1, 0}}};
   EXPECT_THROW(Reference(box(16.0, Boundary::open, 1, 0.0), one, {}), UserError);
   EXPECT_THROW(Reference(box(1.9, Boundary::periodic, 1), one, {}), UserError);

@@ -168,7 +168,7 @@ Physics case_physics(const Case& c) {
 // 5 on average at area fraction 0.05 where that is most, 100 in rare chains (PHYSICS 1.6). So the search
 // starts again from the reference's state after every event per parcel (2 collisions); rounding of times up
 // to 300 is 1e-13.
-TEST_P(AgainstPlainSearch, EventForEvent) {
+TEST_P(AgainstPlainSearch, AgreesEventForEvent) {
   const Case& c = GetParam();
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     PlainSearch plain;

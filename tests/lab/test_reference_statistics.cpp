@@ -15,7 +15,7 @@ class Equilibrium : public testing::TestWithParam<double> {};
 
 // Error of the rate and of the sum of impulses over M collisions: counted as independent 1/sqrt(M); measured
 // at N = 4,096 up to 1.4 times that (PHYSICS 9). 4 of these. Temperature is K / (N - 1): momentum is zero.
-TEST_P(Equilibrium, RateAndPressureAreKolafasAndRottners) {
+TEST_P(Equilibrium, RateAndPressureAgreeWithKolafaAndRottner) {
   const double eta = GetParam();
   const double num = 1000.0;
   const SpawnedGas gas_1000(gas(1000, eta, Boundary::periodic));
@@ -61,7 +61,7 @@ double longest_waves(const std::vector<ReferenceParcel>& parcels, double side_m,
 // over seeds of T / T0 after 14 initial collision times, and what the longest shear waves hold then; 4
 // standard errors from the scatter over the seeds, and 0.2 % for what the theory leaves out (8,000
 // seeds: 1.00043(40)).
-TEST(Cooling, FollowsHaffWithShearWaves) {
+TEST(Cooling, FollowsHaffsLawWithShearWaves) {
   const double eta = 0.2, restitution = 0.9, num = 200.0, times = 14.0;
   Mean ratio, waves;
   for (int seed = 1; seed <= 400; ++seed) {
@@ -89,7 +89,7 @@ TEST(Cooling, FollowsHaffWithShearWaves) {
 }
 
 // Not a test: what the reference does per second, printed.
-TEST(Benchmark, CollisionsPerSecond) {
+TEST(Benchmark, PrintsCollisionsPerSecond) {
   for (const std::int64_t num : {10000, 100000}) {
     const SpawnedGas start(gas(num, 0.2, Boundary::periodic));
     Reference reference(start.physics, start.parcels, {});

@@ -16,7 +16,7 @@ std::unique_ptr<Backend> cpu() { return make_cpu_backend(1); }
 
 // Binomial errors, four of them. `impulse` acts on the first half of the chord: as if steps were twice as
 // long.
-TEST(Stability, ImpulseMissesAsTheorySays) {
+TEST(Stability, ImpulseMissesTheShareOfTheory) {
   for (const double step : {0.2, 1.0, 3.0}) {
     const Share share = missed_share(Method::impulse, step, cpu());
     EXPECT_NEAR(share.value, theory::missed_fraction(2.0 * step), 4.0 * share.sigma) << step;
@@ -65,7 +65,7 @@ TEST(Stability, SpringBlowsUpBeyondTwoOverOmega) {
 
 // A pair parts wherever its last step ends, so well below the edge its energy is off by (w0 dt)^2 / 12: 0.8 %
 // at 0.1 t_c. The edge is 2 t_c / pi.
-TEST(Stability, ASpringPairGainsEnergyWithLongSteps) {
+TEST(Stability, SpringPairGainsEnergyInLongSteps) {
   constexpr double kEdge = 2.0 / kPi;
   EXPECT_NEAR(spring_pair_energy(0.1, cpu()), 1.0, 0.01);
   EXPECT_LT(spring_pair_energy(0.5 * kEdge, cpu()), 1.1);
@@ -73,7 +73,7 @@ TEST(Stability, ASpringPairGainsEnergyWithLongSteps) {
 }
 
 // Rounding: velocities are floats.
-TEST(Stability, SimultaneousContacts) {
+TEST(Stability, ImpulseAloneChangesEnergyInSimultaneousContacts) {
   const double tightest = kPi / 6.0;
   EXPECT_NEAR(fork_energy(Method::impulse, tightest, cpu()), theory::jacobi_triple_gain(tightest), 4e-7);
   EXPECT_NEAR(fork_energy(Method::exact, tightest, cpu()), 1.0, 1e-6);
@@ -81,14 +81,14 @@ TEST(Stability, SimultaneousContacts) {
   EXPECT_NEAR(head_on_energy(Method::exact, cpu()), 1.0, 1e-6);
 }
 
-TEST(Stability, ExplicitEulerTurnsOutwards) {
+TEST(Stability, ExplicitEulerGainsSpeed) {
   const double steps = std::round(2.0 * kPi / 0.1);
   EXPECT_NEAR(euler_turned_speed(0.1), std::pow(theory::euler_turn_gain(0.1), steps), 1e-12);
   EXPECT_NEAR(turned_speed(0.1, *cpu()), 1.0, 1e-12) << "63 rotations, each rounded to 1e-16";
 }
 
 // Luding and McNamara 1998: without a clock time ceases to pass, with one it does not.
-TEST(Stability, TheClockCuresCollapse) {
+TEST(Stability, ContactClockPreventsCollapse) {
   EXPECT_TRUE(cool_with_clock(0.5, 0.0, 2000.0).collapsed);
   EXPECT_FALSE(cool_with_clock(0.5, 1e-2, 2000.0).collapsed);
   EXPECT_FALSE(cool_with_clock(0.95, 0.0, 200.0).collapsed);
@@ -96,7 +96,7 @@ TEST(Stability, TheClockCuresCollapse) {
 
 // DESIGN: at N = 10^7 a float has an ulp of 3e-4 diameters at the far side, a position unit is a hundredth of
 // it. With area fraction 0.1 the half side is 4,431 diameters: ulp 2^-11, unit 2 * 4431 / 2^31.
-TEST(Stability, GrainOfPositions) {
+TEST(Stability, PositionUnitsAreFinerThanFloats) {
   EXPECT_DOUBLE_EQ(float_position_step(1e7), 0x1p-11);
   EXPECT_NEAR(unit_position_step(1e7), 8862.3 * 0x1p-31, 1e-9);
 }

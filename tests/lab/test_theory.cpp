@@ -20,7 +20,7 @@ struct GasRow {
   double eta, z, chi;
 };
 
-TEST(Theory, EquationOfStateIsKolafasAndRottners) {
+TEST(Theory, EquationOfStateAgreesWithKolafaAndRottner) {
   const GasRow rows[] = {{0.01, 1.020317, 1.01586}, {0.05, 1.108388, 1.08388}, {0.10, 1.236144, 1.18072},
                          {0.20, 1.570366, 1.42592}, {0.30, 2.063261, 1.77210}, {0.40, 2.829331, 2.28666},
                          {0.50, 4.106364, 3.10636}, {0.60, 6.455337, 4.54611}, {0.65, 8.408044, 5.69850},
@@ -32,7 +32,7 @@ TEST(Theory, EquationOfStateIsKolafasAndRottners) {
 }
 
 // Their own simulation, Table 1: value, its standard error; 4 of them.
-TEST(Theory, EquationOfStateMeetsPublishedSimulation) {
+TEST(Theory, EquationOfStateAgreesWithPublishedSimulation) {
   const double rows[][3] = {{0.40, 2.1514393, 52e-7}, {0.50, 2.7601235, 79e-7}, {0.60, 3.663691, 12e-6},
                             {0.70, 5.082362, 19e-6},  {0.80, 7.476491, 36e-6},  {0.85, 9.245785, 72e-6}};
   for (const auto& [density, z, error] : rows) {
@@ -40,7 +40,7 @@ TEST(Theory, EquationOfStateMeetsPublishedSimulation) {
   }
 }
 
-TEST(Theory, RateAndMeanFreePath) {
+TEST(Theory, RateAndMeanFreePathAgreeWithTables) {
   const double rows[][3] = {{0.05, 0.12230, 10.248}, {0.10, 0.26646, 4.7036}, {0.20, 0.64359, 1.9474},
                             {0.30, 1.19976, 1.0446}, {0.40, 2.06418, 0.6072}, {0.50, 3.50516, 0.3576},
                             {0.60, 6.15569, 0.2036}};
@@ -51,7 +51,7 @@ TEST(Theory, RateAndMeanFreePath) {
   }
 }
 
-TEST(Theory, ViscosityIsEnskogs) {
+TEST(Theory, ViscosityAgreesWithEnskog) {
   const double rows[][2] = {{0.05, 9.348}, {0.10, 4.928}, {0.20, 2.945}, {0.30, 2.598},
                             {0.40, 2.847}, {0.50, 3.653}, {0.60, 5.385}};
   for (const auto& [eta, viscosity] : rows) {
@@ -64,7 +64,7 @@ TEST(Theory, ViscosityIsEnskogs) {
 // The longest wave neither decays nor grows at the number of parcels from which clusters form: 242 at area
 // fraction 0.2 and e = 0.9 (PHYSICS 2), without the Sonine correction 0.5 % less; there its excess is what
 // the gas has cooled.
-TEST(Theory, ShearWavesGrowFromTheOnsetOfClustersOn) {
+TEST(Theory, ShearWavesGrowBeyondTheOnsetOfClusters) {
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 242.0, 1.0, 1.0), 1.0, 0.005);
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 200.0, 1.0, 50.0), 1.0 / (242.0 / 200.0 - 1.0), 0.2) << "settled";
   EXPECT_GT(shear_wave_excess(0.2, 0.9, 400.0, 1.0, 10.0), 25.0) << "unstable";
@@ -72,7 +72,7 @@ TEST(Theory, ShearWavesGrowFromTheOnsetOfClustersOn) {
 }
 
 // With few waves that matter it is Haff's law.
-TEST(Theory, CoolingInABoxIsHaffsLawBeforeShearWaves) {
+TEST(Theory, CoolingInABoxFollowsHaffsLawWithoutShearWaves) {
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.9, 200.0, 0.1) / cooled_fraction(0.9, 1.0, 0.1), 1.0, 1e-5);
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.99, 200.0, 14.0) / cooled_fraction(0.99, 1.0, 14.0), 1.0, 3e-4);
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.9, 200.0, 14.0) / cooled_fraction(0.9, 1.0, 14.0), 1.015, 1e-3);
@@ -87,7 +87,7 @@ TEST(Theory, PressureFromImpulsesAgreesWithTheRate) {
   EXPECT_NEAR(measured_compressibility(sum, time_s, num, c * c, 2.0 * radius), compressibility(eta), 1e-12);
 }
 
-TEST(Theory, CoolingFollowsHaff) {
+TEST(Theory, CoolingFollowsHaffsLaw) {
   EXPECT_NEAR(sonine_a2(0.9), -0.0269, 5e-5);
   EXPECT_EQ(sonine_a2(1.0), 0.0);
   EXPECT_EQ(cooled_fraction(1.0, 2.0, 5.0), 1.0);
@@ -105,7 +105,7 @@ TEST(Theory, CoolingFollowsHaff) {
   EXPECT_NEAR(cooled_fraction_by_collisions(0.8, tau), cooled_fraction(0.8, rate, end_s), 1e-7);
 }
 
-TEST(Theory, MissedCollisions) {
+TEST(Theory, MissedCollisionsAgreeWithTables) {
   expect_digits(missed_fraction(0.1), 4.2e-4, 5, "missed", 0.1);
   expect_digits(missed_fraction(0.2), 1.7e-3, 4, "missed", 0.2);
   expect_digits(missed_fraction(0.5), 0.0105, 4, "missed", 0.5);
@@ -119,7 +119,7 @@ TEST(Theory, MissedCollisions) {
 
 // The closed form against its definition: a chord is missed if no end of a step, at a uniform phase, falls in
 // it. Midpoint rule over impact parameters; the integrand has a square root at 1, hence 1e-5.
-TEST(Theory, MissedCollisionsByQuadrature) {
+TEST(Theory, MissedCollisionsAgreeWithQuadrature) {
   for (const double step : {0.3, 0.8, 1.5, 1.9, 2.5, 7.0}) {
     double sum = 0.0;
     const int num = 200000;
@@ -131,7 +131,7 @@ TEST(Theory, MissedCollisionsByQuadrature) {
   }
 }
 
-TEST(Theory, DragAndHitsOfADisc) {
+TEST(Theory, DragAndHitsAgreeWithTables) {
   const double rows[][5] = {
       {0.1, 35.5376, 44.4220, 40.5740, 8.90653}, {0.3, 12.0803, 15.1003, 13.7005, 3.08555},
       {0.5, 7.52398, 9.40497, 8.42715, 1.98736}, {1, 4.36548, 5.45685, 4.66619, 1.28192},
@@ -148,7 +148,7 @@ TEST(Theory, DragAndHitsOfADisc) {
   }
 }
 
-TEST(Theory, DragLimits) {
+TEST(Theory, DragHasItsLimits) {
   EXPECT_NEAR(drag_specular(1e-3) * 1e-3, 2.0 * std::sqrt(kPi), 1e-5);
   // To S = 60 the Bessel functions alone would leave the range of double. 8/3 + O(1/S^2): 0.0020 / (S/10)^2.
   for (const double s : {20.0, 24.0, 25.0, 40.0, 60.0}) {
@@ -158,7 +158,7 @@ TEST(Theory, DragLimits) {
   EXPECT_NEAR(drag_specular(24.4949), drag_specular(24.4950), 1e-7) << "both forms of the Bessel function";
 }
 
-TEST(Theory, ColdDragWithFriction) {
+TEST(Theory, ColdDragWithFrictionAgreesWithTable) {
   const double rows[][2] = {{0.0, 2.66667}, {0.1, 2.79741}, {0.3, 3.00966}, {0.5, 3.13807}, {1.0, 3.26295}};
   for (const auto& [friction, drag] : rows)
     expect_digits(cold_drag_coefficient(1.0, friction), drag, 5, "cold", friction);
@@ -167,7 +167,7 @@ TEST(Theory, ColdDragWithFriction) {
 }
 
 // The same by summing the model's own impulses over the impact parameters of a cold beam.
-TEST(Theory, ColdDragIsThatOfTheModelsImpulses) {
+TEST(Theory, ColdDragIsTheSumOfTheModelsImpulses) {
   BallConstants ball;
   ball.held = true;
   ball.radius_m = 0.5;
@@ -189,7 +189,7 @@ TEST(Theory, ColdDragIsThatOfTheModelsImpulses) {
 }
 
 // air = drag uses the same coefficient: dv/dt = -rho Cd R / m_b v^2.
-TEST(Theory, ColdDragIsThatOfTheScenes) {
+TEST(Theory, ScenesUseColdDrag) {
   Settings s;
   s.air = Air::drag;
   const double drag = derive_physics(s).ball.drag_per_m;
@@ -201,14 +201,14 @@ TEST(Theory, ColdDragIsThatOfTheScenes) {
 
 // Slip w R of a rough ball in a resting gas: every hit hands over m w R on average, at lever R. Transverse:
 // half the displaced mass times w V, against z x V.
-TEST(Theory, SpinTorqueAndTransverseForce) {
+TEST(Theory, SpinTorqueAndTransverseForceFollowTheirLaws) {
   const double hit_mass = 2e-3 * hits_per_s(0.2, 500.0, 3.0, 2.0);
   EXPECT_NEAR(hit_mass, 2e-3 * 2.0 * 0.2 * 500.0 * 3.0 * 1.06508, 1e-5 * hit_mass);
   EXPECT_NEAR(spin_torque_n_m(0.5, 4.0, 0.2, hit_mass), -0.5 * 4.0 * 0.04 * hit_mass, 1e-15);
   EXPECT_NEAR(transverse_force_n(1.0, 2.0, 0.3, 0.3, 4.0, 5.0), -0.5 * (2.0 * kPi * 0.09) * 4.0 * 5.0, 1e-12);
 }
 
-TEST(Theory, GainsOfMethodsThatDoNotConserve) {
+TEST(Theory, EnergyGainsAgreeWithClosedForms) {
   EXPECT_NEAR(jacobi_triple_gain(kPi / 6.0), 1.75, 1e-12);
   EXPECT_NEAR(jacobi_triple_gain(kPi / 4.0), 1.0, 1e-12);
   EXPECT_NEAR(jacobi_triple_gain(kPi / 3.0), 0.75, 1e-12);

@@ -38,7 +38,7 @@ json gas_row(const char* method, double rate, double cost) {
           {"energy_ratio", 1.0},  {"collisions", 10.0}};
 }
 
-TEST(WorkPrecision, ErrorsAreAgainstTheoryAndTheFrontIsOfThoseUnbeaten) {
+TEST(WorkPrecision, ComparesWithTheoryAndMarksTheFront) {
   const double truth = theory::collision_rate_per_s(0.2, 1.0, 0.5);
   json result = {{"points",
                   {gas_row("impulse", 0.9 * truth, 10.0), gas_row("spring", 0.8 * truth, 20.0),
@@ -55,7 +55,7 @@ TEST(WorkPrecision, ErrorsAreAgainstTheoryAndTheFrontIsOfThoseUnbeaten) {
 
 // impulse is cheaper from the longest step on that holds; a step whose error crosses zero by chance, with
 // worse ones below it, does not count; the other device has a series of its own.
-TEST(WorkPrecision, WordsSayWhichMethodIsTheCheapestOnEachDevice) {
+TEST(WorkPrecision, SummaryNamesTheCheapestMethodOfEachDevice) {
   const double truth = theory::collision_rate_per_s(0.2, 1.0, 0.5);
   const auto row = [&](const char* device, const char* method, double dt, double error, double cost) {
     json made = gas_row(method, truth * (1.0 + error), cost);
@@ -110,7 +110,7 @@ class GasTarget : public testing::TestWithParam<Target> {};
 // against the reference from the same start and, in equilibrium, against theory. 4,000 discs and 30
 // collisions each: sigma 0.4 % of the rate and 0.3 % of the pressure, 0.6 % of their difference from the
 // reference.
-TEST_P(GasTarget, AChoiceByTheShippedTableHolds) {
+TEST_P(GasTarget, ChoiceByTheShippedTableKeepsItsError) {
   const Target& target = GetParam();
   const GasCase gas{4000, target.area_fraction, target.restitution, 77};
   const AccuracyChoice choice =
@@ -172,7 +172,7 @@ class BallTarget : public testing::TestWithParam<Target> {};
 
 // A court between two cases of the table, against the reference from the same air, mean over 24 seeds: the
 // statistical error comes of the differences themselves.
-TEST_P(BallTarget, AChoiceByTheShippedTableHolds) {
+TEST_P(BallTarget, ChoiceByTheShippedTableKeepsItsError) {
   const Target& target = GetParam();
   Settings s = court_settings({2000, target.area_fraction, target.restitution});
   s.magnus = false;
@@ -207,7 +207,7 @@ INSTANTIATE_TEST_SUITE_P(WorkPrecision, BallTarget,
                                          Target{"drag", 0.1, 0.1, 0.95}, Target{"drag", 0.15, 0.35, 0.9}));
 
 // A series that is not measured now stays in the folder, with the device that it was measured on.
-TEST(Lab, ResumingKeepsTheSeriesOfAnotherMachine) {
+TEST(Lab, ResumeKeepsTheSeriesOfAnotherMachine) {
   const TemporaryFolder folder;
   const Study study = terms_study();
   json there = {{"study", "terms"}, {"version", "1"}, {"quick", true}, {"complete", true}};
@@ -229,7 +229,7 @@ TEST(Lab, ResumingKeepsTheSeriesOfAnotherMachine) {
   EXPECT_TRUE(other["points"].empty()) << "quick points are no part of a full run";
 }
 
-TEST(Lab, SideBySideIsOnceEachAndPassesOnWhatIsThrown) {
+TEST(Lab, ParallelForCallsEachOnceAndRethrows) {
   for (const unsigned threads : {1U, 3U}) {
     std::vector<std::atomic<int>> calls(50);
     parallel_for(50, threads, [&](int k) { ++calls[static_cast<std::size_t>(k)]; });
@@ -246,7 +246,7 @@ TEST(Lab, SideBySideIsOnceEachAndPassesOnWhatIsThrown) {
 }
 
 // What validate finds does not depend on the number of threads.
-TEST(Lab, AYardstickIsTheSameOnAnyNumberOfThreads) {
+TEST(Lab, ValidationIsTheSameOnAnyNumberOfThreads) {
   std::vector<double> measured;
   for (const unsigned threads : {1U, 3U}) {
     for (const ValidationCase& rung : gas_rungs({true, threads})) {
@@ -259,21 +259,21 @@ TEST(Lab, AYardstickIsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(measured[1], measured[3]);
 }
 
-TEST(Lab, AllIsEveryStudy) {
+TEST(Lab, ListsEveryStudy) {
   std::vector<std::string> names;
   for (const Study& study : studies()) names.push_back(study.name);
   EXPECT_EQ(names, (std::vector<std::string>{"work-precision", "stability", "terms", "validate"}));
 }
 
 // The command line knows every study by its name.
-TEST(Lab, EveryStudyCanBeAskedFor) {
+TEST(Lab, CommandLineAcceptsEveryStudy) {
   for (const Study& study : studies()) {
     const char* words[] = {"pickleflight", "lab", study.name.c_str()};
     EXPECT_EQ(parse_options(3, words).options.value().lab.study, study.name);
   }
 }
 
-TEST(WorkPrecision, TheShippedTableSaysHowItWasMeasured) {
+TEST(WorkPrecision, ShippedTableDescribesItsMeasurement) {
   const json table = read_accuracy_table(find_asset("lab/work-precision.json"));
   EXPECT_TRUE(table.at("complete").get<bool>());
   EXPECT_TRUE(table.at("machine").contains("measured_under_load"));

@@ -99,7 +99,7 @@ TEST_P(AngularMomentum, IsKeptInEveryHit) {
 // 2,000 parcels and a ball that they set moving. The ball takes a step's impulses at the end of the step: up
 // to dt late, and by then it has moved by V dt. So each hit may add |V| dt |J| of either sign on top of its
 // rounding; four times the random walk of those is allowed.
-TEST_P(AngularMomentum, IsKeptInSum) {
+TEST_P(AngularMomentum, IsKeptInTotal) {
   SceneRun run(lone_ball(2000, GetParam()));
   run.backend->restore(incoming(run));
   const double before = angular_momentum(run, run.ball);

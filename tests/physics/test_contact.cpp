@@ -49,7 +49,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, PushOut, testing::Values(Method::impulse, Meth
 
 // The ball's contact distance is 1.5 m; the parcel is found inside it, on its way in. Bounds as above, and
 // 1e-9 of a unit for the ball's own place.
-TEST(PushOut, LeavesAParcelJustTouchingTheBallThatItMeets) {
+TEST(PushOut, LeavesAParcelJustTouchingTheBall) {
   for (int k = 0; k < 16; ++k) {
     Settings s = two_discs(Method::impulse, 0.5);
     s.ball_present = s.ball_held = true;
@@ -89,7 +89,7 @@ Collision collision(double restitution, bool elastic, int k, Vec2d v1, Vec2d v2)
 constexpr double kFloatSpeed = 4.0 * 2.1e-7;
 constexpr double kFloatEnergy = 8.0 * 3.5 * 2.1e-7;
 
-TEST(ContactClock, AContactWithinItLosesNothing) {
+TEST(ContactClock, ContactsWithinItLoseNothing) {
   for (const double restitution : {0.0, 0.5, 0.9}) {
     for (int k = 0; k < 16; ++k) {
       const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
@@ -101,7 +101,7 @@ TEST(ContactClock, AContactWithinItLosesNothing) {
   }
 }
 
-TEST(ContactClock, AContactBeyondItLosesByRestitution) {
+TEST(ContactClock, ContactsBeyondItLoseByRestitution) {
   for (const double restitution : {0.0, 0.5, 0.9, 1.0}) {
     for (int k = 0; k < 16; ++k) {
       const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
@@ -119,7 +119,7 @@ TEST(ContactClock, AContactBeyondItLosesByRestitution) {
 // Ball and parcel part with restitution times the speed at which they met, of a ball that recoils as of one
 // that does not, and never more slowly than the least parting speed. The parcel's velocity is rounded to
 // float, by 1.2e-7 m/s along x and y.
-TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
+TEST(BallCollision, SeparatesByRestitutionForAnyBallMass) {
   for (const double mass_kg : {0.1, 1.0, 1e6}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
       Settings s = two_discs(Method::exact, restitution);
@@ -165,7 +165,7 @@ TEST(ImpulseScale, MultipliesTheChangeOfVelocity) {
 
 // A pair in head-on contact, in steps of a 2000th of its duration: the restitution is met to the order of the
 // step (semi-implicit: first order, 1 / 2000 of pi), the duration to a step, and the impulse is what changed.
-TEST(Spring, AContactLastsAsLongAndLeavesAsMuchAsSet) {
+TEST(Spring, ContactHasTheSetDurationAndRestitution) {
   for (const double restitution : {1.0, 0.8, 0.3}) {
     Settings s = two_discs(Method::spring, restitution);
     s.spring_contact_s = 0.002;  // overlaps are up to 1 m/s x 0.002 s / pi, so forces act at one distance
@@ -188,7 +188,7 @@ TEST(Spring, AContactLastsAsLongAndLeavesAsMuchAsSet) {
 }
 
 // A contact that is being left is none that begins.
-TEST(Spring, APairThatPartsBeginsNoContact) {
+TEST(Spring, SeparatingPairStartsNoContact) {
   Settings s = two_discs(Method::spring, 1.0);
   s.spring_contact_s = 0.02;
   SceneRun run(s, 1);
@@ -198,7 +198,7 @@ TEST(Spring, APairThatPartsBeginsNoContact) {
 
 // x'' = -w0^2 x - 2 g x' in steps, velocity first: 1e-3 below the limit it dies away or stays, 1e-3 above it
 // grows without end, by 1e-3 a step or more near an eigenvalue of -1.
-TEST(Spring, StepsAreStableUpToTheLimitAndNoFurther) {
+TEST(Spring, StepsAreStableOnlyUpToTheLimit) {
   for (const double restitution : {1.0, 0.7, 0.2}) {
     const SpringContactRates rates = spring_contact_rates(restitution, 0.01);
     const auto after_steps = [&](double dt_s) {

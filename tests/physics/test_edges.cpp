@@ -22,7 +22,7 @@ BallState flown_ball(Boundary boundary, Vec2d position_m, Vec2d velocity_mps, do
 }
 
 // The rim touches the wall at 4.5 m; the centre would have come to 4.7 m. Rounding: a few 1e-16 of 5 m.
-TEST(Walls, ReflectTheBallByWhatItOvershot) {
+TEST(Walls, ReflectTheBallByItsOvershoot) {
   for (const double side : {1.0, -1.0}) {
     const BallState x = flown_ball(Boundary::walls, {side * 4.2, 1.0}, {side * 5.0, 1.0}, 0.1);
     EXPECT_NEAR(x.position_m.x, side * 4.3, 1e-14);
@@ -36,7 +36,7 @@ TEST(Walls, ReflectTheBallByWhatItOvershot) {
 
 // So a ball flies as far as without walls, and comes back after a whole number of times to and fro (9 m each
 // way). Each step rounds to 1e-15 m.
-TEST(Walls, TheBallComesBackWhereAndWhenItShould) {
+TEST(Walls, ReflectedBallReturnsToItsStart) {
   BallConstants ball;
   ball.radius_m = kRadius;
   ball.inertia_kg_m2 = 1e-3;
@@ -49,7 +49,7 @@ TEST(Walls, TheBallComesBackWhereAndWhenItShould) {
 }
 
 // Hit on its way out by something strong, a ball may be beyond a wall and on its way back.
-TEST(Walls, ABallThatIsComingBackKeepsItsVelocity) {
+TEST(Walls, ReturningBallKeepsItsVelocity) {
   for (const double side : {1.0, -1.0}) {
     const BallState ball = flown_ball(Boundary::walls, {side * 4.7, 0.0}, {side * -1.0, 0.0}, 0.1);
     EXPECT_NEAR(ball.position_m.x, side * 4.4, 1e-14);
@@ -57,7 +57,7 @@ TEST(Walls, ABallThatIsComingBackKeepsItsVelocity) {
   }
 }
 
-TEST(PeriodicEdge, TheBallComesInByWhatItOvershot) {
+TEST(PeriodicEdge, BallEntersByItsOvershoot) {
   for (const double side : {1.0, -1.0}) {
     const BallState ball = flown_ball(Boundary::periodic, {side * 4.8, 1.0}, {side * 5.0, 0.0}, 0.1);
     EXPECT_NEAR(ball.position_m.x, side * -4.7, 1e-14);
@@ -84,7 +84,7 @@ constexpr double kUnit = kSide / 2147483648.0;
 
 class ParcelAtEdge : public testing::TestWithParam<Method> {};
 
-TEST_P(ParcelAtEdge, AWallReflectsItsRimByWhatItOvershot) {
+TEST_P(ParcelAtEdge, WallReflectsTheRimByTheOvershoot) {
   for (const float side : {1.0F, -1.0F}) {
     const ParcelSnapshot after = flown_parcel(GetParam(), Boundary::walls, side * 4.2, side * 5.0F);
     EXPECT_NEAR(after.position[0].x * kUnit, side * 4.3, 4.0 * kUnit);
@@ -93,7 +93,7 @@ TEST_P(ParcelAtEdge, AWallReflectsItsRimByWhatItOvershot) {
   }
 }
 
-TEST_P(ParcelAtEdge, APeriodicOneLetsItInByWhatItOvershot) {
+TEST_P(ParcelAtEdge, PeriodicEdgeWrapsByTheOvershoot) {
   for (const float side : {1.0F, -1.0F}) {
     const ParcelSnapshot after = flown_parcel(GetParam(), Boundary::periodic, side * 4.8, side * 5.0F);
     EXPECT_NEAR(after.position[0].x * kUnit, side * -4.7, 4.0 * kUnit);
@@ -102,7 +102,7 @@ TEST_P(ParcelAtEdge, APeriodicOneLetsItInByWhatItOvershot) {
 }
 
 // An open edge takes centres: at 5 m, not a rim before.
-TEST_P(ParcelAtEdge, AnOpenOneTakesItWhenItsCentreIsThere) {
+TEST_P(ParcelAtEdge, OpenEdgeRetiresTheCentre) {
   for (const float side : {1.0F, -1.0F}) {
     EXPECT_FALSE(
         is_retired(flown_parcel(GetParam(), Boundary::open, side * 4.499999, side * 5.0F).position[0]));
@@ -136,7 +136,7 @@ TEST(NearestImage, LiesInTheHalfOpenPeriod) {
 }
 
 // Method `exact`, in doubles: within a period, and by whole periods from what was given.
-TEST(NearestImage, OfALongWayIsFoundByWholePeriods) {
+TEST(NearestImage, OfALongOffsetDiffersByWholePeriods) {
   const std::int32_t half = kHalfSide / 3;
   for (int periods = -5; periods <= 5; ++periods) {
     for (const double d : {-0.49, -0.2, 0.0, 0.3, 0.49}) {

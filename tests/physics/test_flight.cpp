@@ -80,7 +80,7 @@ TEST(Flight, SmallTurnsFollowTheChordOfTheArc) {
   }
 }
 
-TEST(Flight, TheBallTurnsAtItsSpin) {
+TEST(Flight, BallTurnsAtItsSpin) {
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   BallState state{{0.0, 0.0}, {5.0, 0.0}, 25.0, 0.5};
   for (int k = 0; k < 10; ++k) advance_ball(world, spinning_ball(), {}, 1.0, 0.03, state);
@@ -90,7 +90,7 @@ TEST(Flight, TheBallTurnsAtItsSpin) {
 // With drag and turn at once the way has no closed form: a step against a hundred short ones. Five points of
 // Gauss and Legendre are exact up to t^9, and speed and heading change by a tenth here: 1e-10 of the way is
 // left, of 10 m.
-TEST(Flight, ALongStepWithDragAndSpinGoesWhereManyShortOnesGo) {
+TEST(Flight, OneLongStepAgreesWithManyShortOnes) {
   BallConstants ball = spinning_ball();
   ball.drag_per_m = 0.01;
   const World world = make_world(1000.0, 1000.0, Boundary::open);

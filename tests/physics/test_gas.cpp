@@ -16,7 +16,7 @@ double mean_square_speed_per_component(SceneRun& run) {
 
 // 30,000 parcels x 15 time units x 1.29 collisions: 0.19 % statistical error, well inside the 2 % that the
 // method's missed collisions and walls (+0.4 %) are allowed.
-TEST(Gas, CollisionRateIsEnskogs) {
+TEST(Gas, CollisionRateAgreesWithEnskog) {
   SceneRun run(gas(30000));
   run.advance(500, 0.01);
   const double c2_before = mean_square_speed_per_component(run);
@@ -44,7 +44,7 @@ TEST(Gas, StartsMaxwellian) {
 
 // Momentum of parcels and ball together, periodic. The parcels' velocities are floats: rounding errors of
 // 2^-25 |v| per step add up like a random walk over parcels and steps.
-TEST(Gas, MomentumIsConservedBallIncluded) {
+TEST(Gas, MomentumIsConservedWithTheBall) {
   Settings s = court(20000, Boundary::periodic);
   s.ball_x_m = 0.0;
   s.ball_vx_mps = 10.0;
@@ -63,7 +63,7 @@ TEST(Gas, MomentumIsConservedBallIncluded) {
   EXPECT_NEAR(after.momentum_kg_mps.y, before.momentum_kg_mps.y, bound);
 }
 
-TEST(Gas, OpenWorldRetiresAndCountsThoseThatLeave) {
+TEST(Gas, OpenWorldRetiresAndCountsLeavingParcels) {
   Settings s = court(2000);
   s.ball_present = false;
   s.contacts = false;

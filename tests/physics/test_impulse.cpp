@@ -75,7 +75,7 @@ Shares fly_past(double step_m) {
 class MissedCollisions : public testing::TestWithParam<double> {};
 
 // Binomial: four standard errors, which is 5e-4 at a step of 0.2 diameters and 6e-3 at 3.
-TEST_P(MissedCollisions, FollowTheCurve) {
+TEST_P(MissedCollisions, FollowTheory) {
   const double step_m = GetParam();
   const Shares shares = fly_past(step_m);
   const auto error = [](double share) { return std::sqrt(share * (1.0 - share) / kPairs); };
@@ -101,7 +101,7 @@ double energy_ratio(const std::vector<Vec2d>& position_m, const std::vector<Vec2
 // One disc runs into two resting ones at +-theta. Each takes cos(theta) of the speed as if it were alone, so
 // E/E0 = (1 - 2 cos^2)^2 + 2 cos^2: 1.75 with the two as close as they can be, at 30 degrees. Rounding: the
 // normals to 16 m / 2^31 = 7e-9, velocities to float, 6e-8; four terms of order 1.
-TEST(Impulse, TwoContactsAtOnceGainEnergy) {
+TEST(Impulse, SimultaneousContactsGainEnergy) {
   const double degrees[] = {30.0, 45.0, 60.0};
   const double expected[] = {1.75, 1.0, 0.75};
   for (int k = 0; k < 3; ++k) {
@@ -119,7 +119,7 @@ TEST(Impulse, HeadOnTripleLosesAllEnergy) {
 }
 
 // The same triple with one side a step later: the collisions come one after the other and nothing is lost.
-TEST(Impulse, ContactsOneAfterTheOtherKeepEnergy) {
+TEST(Impulse, SuccessiveContactsKeepEnergy) {
   SceneRun run(unit_discs(3, 16.0));
   const auto at = [&](double x) { return to_units(run.physics.world, {x, 0.0}); };
   run.backend->restore({{at(-0.9999), at(0.0), at(1.5)}, {{1.0F, 0.0F}, {}, {-1.0F, 0.0F}}});

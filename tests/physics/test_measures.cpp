@@ -31,7 +31,7 @@ double mean_over_relative_speeds(const std::function<double(double)>& f) {
 
 // A parcel sweeps 4 r times its speed against the others per second; each of n per area is one collision.
 // Simpson's rule is off by less than 1e-9 here.
-TEST(Measures, TheRateOfADiluteGasIsWhatItSweeps) {
+TEST(Measures, RateOfADiluteGasFollowsFromTheSweptArea) {
   const double area_fraction = 1e-10, radius_m = 0.3, speed_mps = 2.0;
   const double density = area_fraction / (kPi * radius_m * radius_m);
   const double swept = 4.0 * radius_m * speed_mps * mean_over_relative_speeds([](double v) { return v; });
@@ -41,13 +41,13 @@ TEST(Measures, TheRateOfADiluteGasIsWhatItSweeps) {
 // The third virial coefficient of hard discs, 4/3 - sqrt(3)/pi of the second's square (Tonks 1936), makes the
 // contact value 1 + (8/3 - 2 sqrt(3)/pi) eta + ...: 1.564; Henderson's 25/16 is 0.1 % below, and eta^2 adds
 // 1e-3 here.
-TEST(Measures, TheContactValueBeginsWithTheThirdVirialCoefficient) {
+TEST(Measures, ContactValueStartsWithTheThirdVirialCoefficient) {
   const double slope = (contact_value(1e-3) - 1.0) / 1e-3;
   EXPECT_NEAR(slope, 8.0 / 3.0 - 2.0 * std::sqrt(3.0) / kPi, 4e-3);
 }
 
 // A chord of the contact circle shorter than the way of a step may lie between two looks.
-TEST(Measures, TheMissedShareIsTheMeanOverImpactParameters) {
+TEST(Measures, MissedShareIsTheMeanOverImpactParameters) {
   for (const double step : {1e-4, 0.01, 0.5, 1.5, 1.9999, 2.0, 7.0}) {
     const double first = step < 2.0 ? std::acos(0.5 * step) : 0.0;  // b = sin(angle): chords below the step
     const double mean =
@@ -58,7 +58,7 @@ TEST(Measures, TheMissedShareIsTheMeanOverImpactParameters) {
 }
 
 // Collisions happen in proportion to the relative speed, and short steps miss its square.
-TEST(Measures, TheMissedShareOfAGasIsTheMeanOverItsCollisions) {
+TEST(Measures, MissedShareOfAGasIsTheMeanOverItsCollisions) {
   const double dt_s = 1e-5;
   const double weight = mean_over_relative_speeds([](double v) { return v; });
   const double missed =
@@ -66,7 +66,7 @@ TEST(Measures, TheMissedShareOfAGasIsTheMeanOverItsCollisions) {
   EXPECT_NEAR(missed_fraction_of_gas(1.0, dt_s, 0.5) / (missed / weight), 1.0, 1e-6);
 }
 
-TEST(Measures, TheBallHasEnergyOfItsFlightAndOfItsSpin) {
+TEST(Measures, BallEnergyIsOfFlightAndSpin) {
   BallConstants ball;
   ball.mass_kg = 2.0;
   ball.inertia_kg_m2 = 0.5;
@@ -82,7 +82,7 @@ TEST(Measures, TheBallHasEnergyOfItsFlightAndOfItsSpin) {
 }
 
 // Of 2^-31 of the larger side: places in metres are off by half of it.
-TEST(World, SpansItsSidesAndTellsPlacesToItsUnit) {
+TEST(World, SpansItsSidesAndResolvesItsUnit) {
   for (const Vec2d size : {Vec2d{13.4, 6.1}, Vec2d{2.0, 30.0}, Vec2d{1e-6, 1e-6}}) {
     const World world = make_world(size.x, size.y, Boundary::open);
     const double larger = std::fmax(size.x, size.y);
@@ -97,7 +97,7 @@ TEST(World, SpansItsSidesAndTellsPlacesToItsUnit) {
 }
 
 // Every bit of a parcel that goes on with the run is in its term of the hash.
-TEST(StateHash, SeesEveryComponent) {
+TEST(StateHash, DependsOnEveryComponent) {
   const std::uint64_t hash = parcel_hash(3, {5, -7}, {1.5F, -0.25F});
   EXPECT_NE(parcel_hash(2, {5, -7}, {1.5F, -0.25F}), hash);
   EXPECT_NE(parcel_hash(3, {4, -7}, {1.5F, -0.25F}), hash);

@@ -38,7 +38,7 @@ void expect_independent_halves(double num_x, double num_y, double num_both, doub
   EXPECT_NEAR(num_both / num, 0.25, 5.0 * std::sqrt(0.25 * 0.75 / num));
 }
 
-TEST(Rounding, OfXSaysNothingOfThatOfY) {
+TEST(Rounding, IsIndependentInXAndY) {
   const HalfAUnit step;
   constexpr std::uint32_t kNum = 40000;
   Vec2d sum;
@@ -53,7 +53,7 @@ TEST(Rounding, OfXSaysNothingOfThatOfY) {
 }
 
 // Else a parcel would drift by up to half a unit in each step.
-TEST(Rounding, OfAStepSaysNothingOfTheNext) {
+TEST(Rounding, IsIndependentBetweenSteps) {
   const HalfAUnit step;
   constexpr std::uint32_t kNum = 40000;
   double num_up = 0.0, num_next = 0.0, num_both = 0.0;
@@ -86,7 +86,7 @@ TEST(Rounding, HasNoBiasInAnyFraction) {
 }
 
 // Both of a pair are pushed by the same fraction of a unit, in opposite directions.
-TEST(Rounding, OfAPushOutIsTheSameToBothSides) {
+TEST(Rounding, OfPushOutsIsSymmetric) {
   HalfAUnit step;
   step.velocity = {0.0F, 0.0F};
   const auto pushed = [&](std::int64_t x, std::int64_t y) {

@@ -20,7 +20,7 @@ Settings scene(const std::string& name) {
   return s;
 }
 
-TEST(Scenes, AllAreThere) {
+TEST(Scenes, AllExist) {
   std::vector<std::string> names;
   for (const SceneEntry& entry : list_scenes()) names.push_back(entry.name);
   for (const char* name : {"bullet", "collapse", "cooling", "court", "dense", "gas", "orbit", "regulation",
@@ -41,7 +41,7 @@ TEST(Scenes, AllRunAndKeepTheirParcels) {
   }
 }
 
-TEST(Scenes, SeedHasTheReportsConstants) {
+TEST(Scenes, SeedHasTheConstantsOfItsReport) {
   const Settings s = scene("seed");
   const Physics physics = derive_physics(s);
   EXPECT_EQ(physics.parcels.mass_kg, 1e-8);
@@ -56,7 +56,7 @@ TEST(Scenes, SeedHasTheReportsConstants) {
   EXPECT_GT(s.drawn_area_fraction, 0.01) << "else nothing would be seen";
 }
 
-TEST(Scenes, DenserThanCanBeSpawnedIsRefused) {
+TEST(Scenes, RejectsTooDenseGas) {
   Settings s = scene("dense");
   EXPECT_THROW(set_from_text(find_field("air.area_fraction", ""), s, "0.75", "test"), UserError);
   s.area_fraction = 0.75;
@@ -99,7 +99,7 @@ FrameView fly(const std::string& name, Air air) {
 // with k = 0 or the drag constant; the way flown is ln(1 + k v0 t) / k. Each step rounds to a few 1e-16; the
 // turn may be off by 2e-16 of up to 80 rad per step. The way is summed from chords, from frame to frame and
 // between positions kept as floats (1e-6 m): an arc of angle a is longer than its chord by a^2 / 24.
-TEST(Scenes, BallsFlyTheClosedFormsWithoutParcels) {
+TEST(Scenes, BallsFollowTheClosedFormsWithoutParcels) {
   int flown = 0;
   for (const SceneEntry& entry : list_scenes()) {
     const Settings s = scene(entry.name);
@@ -191,7 +191,7 @@ TEST_P(RegulationBall, SlowsExponentiallyAsPublished) {
 
 // The closed form has neither the parcels' own radius (2 % of the ball's), nor the spin's effect on friction,
 // nor the ends of the court: within 3 %.
-TEST_P(RegulationBall, ClosedFormDragIsTheSame) {
+TEST_P(RegulationBall, ClosedFormDragAgrees) {
   const auto [name, loss] = GetParam();
   Settings s = scene(name);
   s.air = Air::drag;

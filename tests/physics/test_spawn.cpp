@@ -41,7 +41,7 @@ TEST(Spawn, NothingOverlapsAtAnyDensityAndBoundary) {
   }
 }
 
-TEST(Spawn, FewParcelsWork) {
+TEST(Spawn, AcceptsFewParcels) {
   for (const std::int64_t n : {1, 2, 3, 5, 7}) {
     SceneRun run(gas(n, 0.1));
     EXPECT_EQ(run.backend->measure().num_live, static_cast<std::uint64_t>(n));
@@ -78,7 +78,7 @@ TEST(Spawn, IsReproducibleFromTheSeed) {
   EXPECT_NE(SceneRun(s).backend->state_hash(), first);
 }
 
-TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
+TEST(Spawn, FillsAHexagonalBox) {
   Settings s = gas(870, 0.69, Boundary::periodic);
   s.width_m = 29.0;
   s.height_m = 30.0 * std::sqrt(3.0) / 2.0;
@@ -89,7 +89,7 @@ TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
 // Each is moved off its site to a place that is uniform over a disc: the square of the way is uniform from 0
 // to the square of the radius, of mean 1/2 with a standard error of 0.289 / sqrt(N); five are allowed. Its
 // direction is any: the mean way has an error of 0.5 / sqrt(N) along x and y.
-TEST(Spawn, MovesEvenlyOffTheSitesOfTheLattice) {
+TEST(Spawn, MovesUniformlyAwayFromLatticeSites) {
   const SceneRun run(gas(10000, 0.2, Boundary::open));
   const Spawner spawner(run.settings, run.physics, run.ball);
   const SpawnPlan& plan = spawner.plan();
@@ -109,7 +109,7 @@ TEST(Spawn, MovesEvenlyOffTheSitesOfTheLattice) {
   EXPECT_NEAR(mean.y, 0.0, 5.0 * 0.5 / 100.0);
 }
 
-TEST(Spawn, RefusesWhatCannotFit) {
+TEST(Spawn, RejectsTooManyParcels) {
   Settings s = gas(1000, 0.7);
   s.box_follows_parcels = false;
   s.width_m = 20.0;

@@ -88,7 +88,7 @@ class Tunnel : public testing::TestWithParam<SpeedRatio> {};
 // Four runs make 2.8e5 (S = 0.5) to 6.4e5 (S = 5) hits: the rate is known to 0.19 % to 0.13 %. The impulse of
 // a hit scatters by 1.6 times its mean at S = 0.5, by 0.5 at S = 5: drag to 0.30 % and below. So 0.5 % and 1
 // % are more than two standard errors of independent hits; the lattice they start on makes them scatter less.
-TEST_P(Tunnel, HitRateAndDragAreThoseOfFreeMolecularFlow) {
+TEST_P(Tunnel, HitRateAndDragFollowFreeMolecularFlow) {
   const auto [s, drag, factor] = GetParam();
   const double speed = s * std::sqrt(2.0);
   const Push measured = push({.speed_mps = speed}, 4);
@@ -160,7 +160,7 @@ TEST(Tunnel, SmoothBallFeelsNeitherTorqueNorSpin) {
 // the stream for counter-clockwise spin, at any speed ratio. With a rim speed of 2 thermal ones and 1e5 hits:
 // slip scatters by 1 to 2.2 m/s (the stream's share), so the torque is known to 0.4 %; an impulse across by 3
 // m/s of a mean of 1.5, so the force to 0.7 %. Four and five standard errors.
-TEST(Tunnel, RoughSpinningBallFollowsTheLawsOfTorqueAndForceAcross) {
+TEST(Tunnel, RoughSpinningBallFollowsTorqueAndTransverseForceLaws) {
   const double spin = 1.0;
   const double rim = spin * kBallRadius;
   for (const double s : {0.5, 2.0}) {

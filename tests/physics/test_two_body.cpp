@@ -73,7 +73,7 @@ TEST(TwoBody, SeparatingParcelsKeepTheirVelocities) {
   EXPECT_EQ(o.v2.y, 0.5);
 }
 
-TEST(TwoBody, CoincidentCentresPartAlongTheFixedNormal) {
+TEST(TwoBody, CoincidentCentresSeparateAlongTheFixedNormal) {
   const StepConstants c = make_step_constants(pair_physics(1.0), 1e-3, 0.0);
   const Parcel low{{100, 100}, {1.0F, 0.25F}, 3};
   const Parcel high{{100, 100}, {-1.0F, 0.0F}, 8};
@@ -94,7 +94,7 @@ struct BallCase {
 
 class BallContact : public testing::TestWithParam<BallCase> {};
 
-TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
+TEST_P(BallContact, ConservesMomentumAndExchangesAngularMomentum) {
   const auto [e, mu] = GetParam();
   BallConstants ball;  // mass ratio 2.6e6
   ball.inertia_kg_m2 = 2.0 / 3.0 * ball.mass_kg * ball.radius_m * ball.radius_m;
@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Sweep, BallContact,
                          testing::Values(BallCase{0.0, 0.0}, BallCase{0.5, 0.0}, BallCase{1.0, 0.0},
                                          BallCase{0.9, 0.3}, BallCase{1.0, 10.0}, BallCase{0.0, 0.1}));
 
-TEST(TwoBody, TimeOfImpactIsWhereTheDistanceIsReached) {
+TEST(TwoBody, TimeOfImpactIsWhenBodiesTouch) {
   for (int k = 0; k < 40; ++k) {
     const Vec2d offset{3.0 + 0.1 * k, 0.02 * k};
     const Vec2d velocity{-2.0, 0.01 * (k % 7)};
