@@ -1,3 +1,4 @@
+// The start of a run: no overlaps, positions around lattice sites, reproducible from the seed.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -86,9 +87,10 @@ TEST(Spawn, FillsAHexagonalBox) {
   EXPECT_GE(smallest_gap(run), 1.0);
 }
 
-// Each is moved off its site to a place that is uniform over a disc: the square of the way is uniform from 0
-// to the square of the radius, of mean 1/2 with a standard error of 0.289 / sqrt(N); five are allowed. Its
-// direction is any: the mean way has an error of 0.5 / sqrt(N) along x and y.
+// Each parcel is displaced from its site to a position that is uniform over a disc. The square of the
+// displacement is uniform from 0 to the square of the radius: its mean is 1/2 with a standard error of 0.289
+// / sqrt(N). The direction is uniform too: the mean displacement has an error of 0.5 / sqrt(N) along x and y.
+// The test allows five errors.
 TEST(Spawn, MovesUniformlyAwayFromLatticeSites) {
   const SceneRun run(gas(10000, 0.2, Boundary::open));
   const Spawner spawner(run.settings, run.physics, run.ball);
@@ -99,10 +101,10 @@ TEST(Spawn, MovesUniformlyAwayFromLatticeSites) {
   for (std::uint32_t id = 0; id < plan.num_parcels; ++id) {
     const std::uint64_t site = num_sites * id / plan.num_parcels;
     const Vec2d at = to_metres(plan.world, spawn_parcel(plan, num_sites, id).position);
-    const Vec2d way = (at - site_position_m(plan, site)) * (1.0 / plan.jitter_m);
-    ASSERT_LE(dot(way, way), 1.0 + 1e-6) << id;
-    square += dot(way, way) / plan.num_parcels;
-    mean += way * (1.0 / plan.num_parcels);
+    const Vec2d displacement = (at - site_position_m(plan, site)) * (1.0 / plan.jitter_m);
+    ASSERT_LE(dot(displacement, displacement), 1.0 + 1e-6) << id;
+    square += dot(displacement, displacement) / plan.num_parcels;
+    mean += displacement * (1.0 / plan.num_parcels);
   }
   EXPECT_NEAR(square, 0.5, 5.0 * 0.289 / 100.0);
   EXPECT_NEAR(mean.x, 0.0, 5.0 * 0.5 / 100.0);
