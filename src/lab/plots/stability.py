@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Charts of `pickleflight lab stability`: heat maps of what goes wrong first, and the curves of theory.
+"""Charts of `pickleflight lab stability`: heat maps of the worst failure, and curves of theory.
 
 stability.py FOLDER    reads FOLDER/stability.json, writes stability.svg/.png and stability-curves.svg/.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
@@ -10,7 +10,7 @@ from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-# From harmless to worst; also told apart by lightness, for any kind of colour vision.
+# From harmless to worst. They also differ in lightness, for all kinds of colour vision.
 CLASSES = {"fine": "#F4F4F1", "overlap": "#F0E442", "collisions missed": "#56B4E9", "energy lost": "#0072B2",
            "energy grows": "#E69F00", "blown up": "#8B1A1A", "collapsed": "#8B1A1A"}
 MAPS = [("area fraction", "area_fraction", "area fraction, e = 1"),
@@ -26,9 +26,9 @@ def draw_map(axes, rows, value_key, ticks_left):
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
     axes.set_xlim(-0.5, len(steps) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
-    every = 2 if len(steps) <= 12 else 4  # counted from the longest, so that they do not run into each other
-    places = range((len(steps) - 1) % every, len(steps), every)
-    axes.set_xticks(places, [f"{steps[place]:.2g}" for place in places])
+    every = 2 if len(steps) <= 12 else 4  # counted from the longest step; keeps labels apart
+    ticks = range((len(steps) - 1) % every, len(steps), every)
+    axes.set_xticks(ticks, [f"{steps[tick]:.2g}" for tick in ticks])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values] if ticks_left else [""] * len(values))
     axes.tick_params(length=0)
     for spine in axes.spines.values():
@@ -48,7 +48,7 @@ def missed_by_impulse(step):
 
 
 def draw_known_edges(axes, method, steps, values):
-    """Where theory puts the edge, on the index axes of the map of area fractions."""
+    """The limit of theory, on the index axes of the map of area fractions."""
     at = lambda step: np.interp(np.log(step), np.log(steps), range(len(steps)))
     if method == "impulse":
         axes.axvline(at(np.sqrt(0.05 * 6 / 4)), color=INK, lw=1.4, ls=(0, (4, 2)))
@@ -57,7 +57,7 @@ def draw_known_edges(axes, method, steps, values):
     if method == "spring":
         edge = [at(0.05 / (20 * rate(value))) for value in values]
         axes.plot(edge, range(len(values)), color=INK, lw=1.4, ls=(0, (4, 2)))
-        axes.text(edge[-1], len(values) - 0.45, "contact 5 % of the time", fontsize=7.5, color=INK, ha="left", va="bottom")
+        axes.text(edge[-1], len(values) - 0.45, "in contact 5 % of the time", fontsize=7.5, color=INK, ha="left", va="bottom")
 
 
 def draw_maps(study):
@@ -75,12 +75,12 @@ def draw_maps(study):
         row_axes[0].set_ylabel(label)
     for axes in grid[-1]:
         axes.set_xlabel("time step, d/c")
-    figure.text(0.01, 0.975, "What goes wrong first", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.975, "Worst failure of each method", fontsize=15, color=INK, fontweight="bold", va="top")
     seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed"}
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
-    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each. Worst first: blown up (10 times the energy), energy off by "
-                "5 % of the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
+    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each. From the worst: blown up (10 times the energy), energy 5 % "
+                "off the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
                 color=FAINT)
     return figure
 
@@ -90,7 +90,7 @@ def points_of(study, name):
 
 
 def unseen_share(step):
-    """Mean over impact parameters of 1 - chord / step, chords below the step (PHYSICS: missed collisions)."""
+    """Mean over impact parameters of 1 - chord / step, for chords below the step."""
     if step >= 2:
         return 1 - np.pi / (2 * step)
     phi = np.arcsin(step / 2)
@@ -116,7 +116,7 @@ def draw_missed(axes, study):
     axes.set_title("Collisions missed", loc="left")
     axes.set_xlabel("displacement per step, diameters")
     axes.text(0.42, 0.012, "impulse:\n\u0394\u00b2/6d\u00b2, then 1 \u2212 \u03c0d/4\u0394", color=COLOURS["impulse"], fontsize=9)
-    axes.text(0.5, 1.6e-4, "exact: none (less than)", color=COLOURS["exact"], fontsize=9)
+    axes.text(0.5, 1.6e-4, "exact: none (upper bounds)", color=COLOURS["exact"], fontsize=9)
 
 
 def draw_turn(axes, study):
@@ -131,7 +131,7 @@ def draw_turn(axes, study):
     axes.set_title("Speed gained in one turn of the ball", loc="left")
     axes.set_xlabel("turn per step, radians")
     axes.text(0.011, 1e-3, "explicit Euler:\n(1 + \u03b8\u00b2)^(\u03c0/\u03b8) \u2212 1", color=COLOURS["spring"], fontsize=9, va="top")
-    axes.text(0.011, 1e-13, "exact rotation, as built: rounding", color=COLOURS["exact"], fontsize=9)
+    axes.text(0.011, 1e-13, "exact rotation of the program: rounding", color=COLOURS["exact"], fontsize=9)
 
 
 def draw_spring(axes, study):
@@ -154,8 +154,8 @@ def draw_fork(axes, study):
         axes.plot([row["degrees"] for row in rows], [row["energy_ratio"] for row in rows], MARKS[method], ms=5.5,
                   color=COLOURS[method], mfc=COLOURS[method] if method == "impulse" else "none")
     lost = next((row["energy_ratio"] for row in points_of(study, "head-on") if row["method"] == "impulse"), None)
-    axes.set_title("Energy after one disc meets two at once", loc="left")
-    axes.set_xlabel("angle of the two, degrees")
+    axes.set_title("Energy after one disc hits two at once", loc="left")
+    axes.set_xlabel("angle of the two to the path, degrees")
     axes.text(31.5, 1.72, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
     axes.text(60, 1.04, "exact, spring", ha="right", color=COLOURS["exact"], fontsize=9)
     if lost is not None:
@@ -175,19 +175,19 @@ def draw_collapse(axes, study):
     axes.set_xticks(range(len(clocks)), ["off"] + [rf"$10^{{{round(np.log10(clock))}}}$" for clock in clocks[1:]])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
-    axes.set_xlabel("contact clock times collision rate")
-    axes.set_title("Collapse: time stands still (red), at % of the run", loc="left")
+    axes.set_xlabel("contact duration times collision rate")
+    axes.set_title("Collapse (red): time stops at % of the run", loc="left")
 
 
 def draw_positions(axes, study):
     rows = sorted(points_of(study, "positions"), key=lambda row: row["num_parcels"])
-    for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point, as built")):
+    for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point (the program)")):
         axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5)
         row = rows[0 if key == "float" else 3]
         axes.text(row["num_parcels"] * 0.9, row[key] * (3.2 if key == "float" else 0.25), text, color=colour, fontsize=9)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_title("Grain of positions at the far side, diameters", loc="left")
+    axes.set_title("Step of positions at the far side, diameters", loc="left")
     axes.set_xlabel("air parcels N")
 
 
@@ -208,7 +208,7 @@ def draw_curves(study):
             axes.set_visible(False)
         if name == "collapse":
             axes.grid(False)
-    figure.text(0.01, 0.975, "Breaking points that theory knows: lines are theory, dots are the program", fontsize=14,
+    figure.text(0.01, 0.975, "Breaking points that theory knows: lines are theory, dots are measured", fontsize=14,
                 color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.012, style.machine_text(study), fontsize=8, color=FAINT)
     return figure
