@@ -6,6 +6,7 @@ Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import style
 from style import FAINT, INK, plt
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 PLACE, SPEED, COST = "#0072B2", "#E69F00", "#999999"
@@ -29,8 +30,6 @@ def draw_effects(axes, rows, tolerance):
     axes.text(tolerance, -0.62, f"tolerance {100 * tolerance:g} %", ha="center", va="bottom", fontsize=9, color=INK)
     axes.set_yticks(range(len(rows)), [row["term"] for row in rows], fontsize=10)
     axes.set_ylim(len(rows) - 0.5, -0.65)
-    axes.text(FLOOR * 1.15, -0.15, "exit", color="white" if rows[0]["exit_shift"] >= 2 * rows[0]["exit_shift_sigma"] else INK, fontsize=8, va="center", zorder=6)
-    axes.text(FLOOR * 1.15, 0.15, "speed", color=INK, fontsize=8, va="center", zorder=6)
     axes.xaxis.set_major_formatter(FuncFormatter(style.percent))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.set_title("Change of the flight without the term", loc="left", pad=20)
@@ -41,7 +40,8 @@ def draw_costs(axes, rows, full_ms):
     for y, row in enumerate(rows):
         saved = 100 * row["saved_share"]
         axes.barh(y, saved, height=0.4, color=COST, zorder=3)
-        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5, color=INK)
+        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5,
+                  color=INK)
         axes.text(150, y, row["verdict"], va="center", ha="right", fontsize=10.5, fontweight="bold",
                   color=VERDICTS[row["verdict"]])
     axes.set_yticks([])
@@ -70,6 +70,8 @@ def main():
                 color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.015, f"{full['num_parcels']:,} parcels, means over {len(full['flights'])} seeds with "
                 f"standard errors; dashed bars: upper bounds.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    figure.legend(handles=[Patch(color=PLACE, label="place of exit"), Patch(color=SPEED, label="speed at exit")],
+                  loc="upper right", bbox_to_anchor=(0.99, 0.985), ncol=2, frameon=False, fontsize=10)
     style.save(figure, where, "terms")
 
 

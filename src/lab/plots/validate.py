@@ -38,8 +38,8 @@ def draw(study):
     for text, method, x in (("exact, judged", "exact", 0.36), ("impulse, only shown (hollow)", "impulse", 0.5)):
         figure.text(x, 1.0 - 0.62 / height, text, color=COLOURS[method], fontsize=10, fontweight="bold")
     failed = len(study.get("failed", []))
-    figure.text(0.01, 1.0 - 0.16 / height, f"Against theory: {failed or 'no'} figure{'' if failed == 1 else 's'} outside the allowed error",
-                fontsize=14, color=INK, fontweight="bold", va="top")
+    title = f"Against theory: {failed or 'no'} figure{'' if failed == 1 else 's'} outside the allowed error"
+    figure.text(0.01, 1.0 - 0.16 / height, title, fontsize=14, color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.12 / height, style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
