@@ -31,7 +31,7 @@ struct ReferenceEvent {
 };
 
 struct ReferenceOptions {
-  // The ball keeps its velocity and spin until apply_ball_impulses(), and meets no wall before.
+  // The ball keeps its velocity and spin until apply_ball_impulses(), and ignores walls until then.
   bool ball_frozen = false;
   // Contact duration t_c of the TC model [s], >= 0, 0 = off (Luding and McNamara 1998). A collision of two
   // parcels loses energy only if the last contact of both, with a parcel or a wall, is more than t_c ago. A

@@ -251,8 +251,8 @@ void Reference::update_ball() {
   predict_ball();
 }
 
-// The ball's next event is the end of its zone or a wall. A frozen ball meets walls only when its impulses
-// are applied.
+// The ball's next event is the end of its zone or a wall. A frozen ball reacts to walls only when its
+// impulses are applied.
 void Reference::predict_ball() {
   const double speed = std::sqrt(dot(ball_.velocity, ball_.velocity));
   const auto owner = static_cast<std::uint32_t>(bodies_.size());
