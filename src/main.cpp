@@ -111,16 +111,21 @@ StageRun run_on_stage(const Options& options) {
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
   const std::unique_ptr<GlContext> context = open_stage_context(options, hooks);
-  std::unique_ptr<Backend> backend = choose_backend(options, device_for(context->info()));
+  const int device = device_for(context->info());
+  hooks.make_backend = [device](const std::string& name, std::int64_t threads) {
+    return name == "cuda" ? cuda_backend_on(device) : make_cpu_backend(static_cast<unsigned>(threads));
+  };
+  std::unique_ptr<Backend> backend = choose_backend(options, device);
   set_draw_target(options, *backend, hooks);
-  const std::string device = backend->device();
+  const std::string device_name = backend->device();
   const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
   Simulation simulation(options.settings, std::move(backend));
   if (may_fall_back) {
     simulation.set_fallback(
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
-  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
+  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(),
+                   device_name);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
