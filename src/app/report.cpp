@@ -107,8 +107,8 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   return report;
 }
 
-// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t) (PHYSICS.md, virial pressure), with |J| / m
-// summed and kT / m = c^2.
+// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t) with |J| / m summed and kT / m = c^2
+// (docs/physics.md, 'Pressure').
 json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
                      double speed_mps) {
   if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;

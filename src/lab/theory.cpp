@@ -23,8 +23,8 @@ double scaled_bessel_i(int n, double x) {
   return sum / std::sqrt(2.0 * kPi * x);
 }
 
-// B(S) of PHYSICS 3.1: two thirds of it are the drag coefficient of the incident normal momentum, one third
-// that of the tangential one.
+// B(S) (docs/physics.md, 'Drag on the ball'): two thirds of it are the drag coefficient of the incident
+// normal momentum, one third that of the tangential one.
 double incident_momentum(double s) {
   const double x = 0.5 * s * s;
   const double bessel = (s * s + 1.5) * scaled_bessel_i(0, x) + (s * s + 0.5) * scaled_bessel_i(1, x);

@@ -79,8 +79,8 @@ inline double contact_value(double area_fraction) {
   return (1.0 - 7.0 * area_fraction / 16.0) / (free * free);
 }
 
-// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r) (PHYSICS 1.3).
-// c = sqrt(kT/m), speed per component.
+// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r) with
+// c = sqrt(kT/m), speed per component (docs/physics.md, 'Collision rate').
 inline double enskog_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
   return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
 }

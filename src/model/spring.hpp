@@ -1,5 +1,6 @@
 // The contact of method `spring` from what a person sets: contact duration and restitution of a pair of equal
-// masses (PHYSICS 6.2): e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m.
+// masses, e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m (docs/physics.md,
+// 'Spring contact').
 #pragma once
 
 #include <cmath>

@@ -1,10 +1,10 @@
 // Whom each parcel meets, in which order: method `exact` against the lab's reference.
 //
-// A chaotic gas makes any two codes part within ten collisions (PHYSICS 9), so the reference starts anew from
-// the state of `exact` at the begin of each of many short windows. A parcel whose partners then differ must
-// have a reason: two events of it closer in time than rounding can order; a pair that passes so closely at
-// one contact distance that rounding decides whether it touches; the window's end; or it met a parcel for
-// which such a reason was found earlier in the window.
+// A chaotic gas makes any two codes part within ten collisions (docs/physics.md, 'How long two runs can be
+// compared'), so the reference starts anew from the state of `exact` at the begin of each of many short
+// windows. A parcel whose partners then differ must have a reason: two events of it closer in time than
+// rounding can order; a pair that passes so closely at one contact distance that rounding decides whether it
+// touches; the window's end; or it met a parcel for which such a reason was found earlier in the window.
 #pragma once
 
 #include <cstdint>

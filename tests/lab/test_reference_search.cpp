@@ -165,9 +165,9 @@ Physics case_physics(const Case& c) {
 }
 
 // Two runs part by rounding that grows, per collision of a parcel, by twice its free path over the diameter:
-// 5 on average at area fraction 0.05 where that is most, 100 in rare chains (PHYSICS 1.6). So the search
-// starts again from the reference's state after every event per parcel (2 collisions); rounding of times up
-// to 300 is 1e-13.
+// 10 on average at area fraction 0.05 where that is most, 100 in rare chains (docs/physics.md, 'How long two
+// runs can be compared'). So the search starts again from the reference's state after every event per parcel
+// (2 collisions); rounding of times up to 300 is 1e-13.
 TEST_P(AgainstPlainSearch, EventForEvent) {
   const Case& c = GetParam();
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {

@@ -14,7 +14,8 @@ namespace {
 class Equilibrium : public testing::TestWithParam<double> {};
 
 // Error of the rate and of the sum of impulses over M collisions: counted as independent 1/sqrt(M); measured
-// at N = 4,096 up to 1.4 times that (PHYSICS 9). 4 of these. Temperature is K / (N - 1): momentum is zero.
+// at N = 4,096 up to 1.4 times that (docs/physics.md, 'Measuring rate and pressure'). 4 of these. Temperature
+// is K / (N - 1): momentum is zero.
 TEST_P(Equilibrium, RateAndPressureAreKolafasAndRottners) {
   const double eta = GetParam();
   const double num = 1000.0;

@@ -94,8 +94,8 @@ TEST(Stability, TheClockCuresCollapse) {
   EXPECT_FALSE(cool_with_clock(0.95, 0.0, 200.0).collapsed);
 }
 
-// DESIGN: at N = 10^7 a float has an ulp of 3e-4 diameters at the far side, a position unit is a hundredth of
-// it. With area fraction 0.1 the half side is 4,431 diameters: ulp 2^-11, unit 2 * 4431 / 2^31.
+// At N = 10^7 and area fraction 0.1 the half side is 4,431 diameters: a float has an ulp of 2^-11 there, a
+// position unit is 2 * 4431 / 2^31 (docs/physics.md, 'Positions').
 TEST(Stability, GrainOfPositions) {
   EXPECT_DOUBLE_EQ(float_position_step(1e7), 0x1p-11);
   EXPECT_NEAR(unit_position_step(1e7), 8862.3 * 0x1p-31, 1e-9);

@@ -62,8 +62,8 @@ TEST(Theory, ViscosityIsEnskogs) {
 }
 
 // The longest wave neither decays nor grows at the number of parcels from which clusters form: 242 at area
-// fraction 0.2 and e = 0.9 (PHYSICS 2), without the Sonine correction 0.5 % less; there its excess is what
-// the gas has cooled.
+// fraction 0.2 and e = 0.9 (docs/physics.md, 'Cooling'), without the Sonine correction 0.5 % less; there its
+// excess is what the gas has cooled.
 TEST(Theory, ShearWavesGrowFromTheOnsetOfClustersOn) {
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 242.0, 1.0, 1.0), 1.0, 0.005);
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 200.0, 1.0, 50.0), 1.0 / (242.0 / 200.0 - 1.0), 0.2) << "settled";

@@ -3,10 +3,15 @@
 
 work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precision.svg/.png and
                             work-precision-order.svg/.png beside it
+work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel of it alone, larger, as FILE (.png or .svg):
+                            ERROR is rate, pressure, energy, path or drag, E the restitution
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
+import pathlib
+import sys
+
 import style
-from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
+from style import COLOURS, FAINT, INK, MARKS, METHODS, np, plt
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -228,7 +233,46 @@ def draw_method_errors(axes, study, error, places):
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
+# Where the name of a method stands in a panel of its own: beside its dot with the error nearest to that, in points.
+NAMES_ALONE = {"cpu": {"impulse": (0.2, (12, 4), "left"), "spring": (0.2, (12, 4), "left"), "exact": (0.0, (12, 1), "left")}}
+
+
+def draw_panel_alone(study, error, eta, restitution):
+    figure, axes = plt.subplots(figsize=(8.6, 4.7))
+    figure.subplots_adjust(left=0.095, right=0.975, top=0.80, bottom=0.175)
+    draw_panel(axes, study, error, eta, restitution)
+    share_limits([axes])
+    title = dict(ERRORS)[error]
+    axes.set_ylabel(f"error of the {title}" if ":" not in title else f"error, {title}")
+    axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
+    rows = rows_of(study, error, "cpu", eta, restitution)
+    for method, (height, offset, align) in NAMES_ALONE["cpu"].items():
+        mine = [row for row in rows if row["method"] == method]
+        if mine:
+            row = min(mine, key=lambda row: (abs(np.log(max(row["errors"][error]["value"], FLOOR) / max(height, FLOOR))),
+                                             -row["ns_per_disc_time"]))
+            axes.annotate(method, (row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)), xytext=offset,
+                          textcoords="offset points", color=COLOURS[method], fontsize=12, fontweight="bold", ha=align)
+    name_devices(figure, study)
+    figure.text(0.015, 0.965, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Down: more accurate. Left: cheaper. "
+                "Grey: no other dot beats these. Arrow: an upper bound.", fontsize=9.5, color=FAINT, va="top")
+    figure.text(0.015, 0.02, style.machine_text(study), fontsize=8, color=FAINT)
+    return figure
+
+
+def panel_alone(folder, error, eta, restitution, file):
+    study = style.load(pathlib.Path(folder), "work-precision")
+    if error not in dict(ERRORS) or not rows_of(study, error, "cpu", float(eta), float(restitution)):
+        sys.exit(f"{folder}: nothing of {error} at area fraction {eta}, e = {restitution}")
+    style.prepare("work-precision-panel")
+    figure = draw_panel_alone(study, error, float(eta), float(restitution))
+    figure.savefig(file, dpi=120, metadata={"Software": None} if file.endswith(".png") else {"Date": None})
+
+
 def main():
+    if len(sys.argv) == 7 and sys.argv[2] == "--panel":
+        return panel_alone(sys.argv[1], *sys.argv[3:])
     where = style.folder()
     study = style.load(where, "work-precision")
     style.prepare("work-precision")
