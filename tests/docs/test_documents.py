@@ -175,23 +175,31 @@ def files(project):
 
 # ---- commands that documents show
 
-STARTS = ("pickleflight", "./demo", "./check", "cmake", "python3 ", "scripts/")
+COMMAND = re.compile(r"(pickleflight|\./demo|\./check|cmake)( |$)|python3 |scripts/[\w-]+( |$)")
 
 
 def shown_commands(text):
-    """In the order of the text: lines of code blocks and inline code that begin like a command."""
-    commands, in_fence, in_block, before = [], False, False, ""
+    """In the order of the text: lines of code blocks, and inline code, that begin like a command."""
+    codes, paragraph, in_fence, in_block = [], [], False, False
+
+    def end_paragraph():
+        codes.extend(" ".join(code.split()) for code in re.findall(r"`([^`]+)`", "\n".join(paragraph)))
+        paragraph.clear()
+
     for line in text.splitlines():
         if line.lstrip().startswith("```"):
+            end_paragraph()
             in_fence = not in_fence
-        in_block = line.startswith("    ") and (in_block or not before.strip()) or (in_block and not line.strip())
+            continue
+        in_block = line.startswith("    ") and (in_block or not paragraph)
         if in_fence or in_block:
-            commands.append(re.sub(r"\s{2,}#.*", "", line).strip())
+            codes.append(re.sub(r"\s{2,}#.*", "", line).strip())
+        elif line.strip():
+            paragraph.append(line)
         else:
-            commands += re.findall(r"`([^`]+)`", line)
-        before = line
-    return [command for command in commands if re.match(r"(%s)($|\W)" % "|".join(map(re.escape, STARTS)), command + " ")
-            and not re.fullmatch(r"scripts/[\w./]*\.\w+", command)]
+            end_paragraph()
+    end_paragraph()
+    return [code for code in codes if COMMAND.match(code) and not re.search(r"^scripts/.*\.\w+$", code)]
 
 
 def with_value(options, flag, value):
@@ -233,10 +241,12 @@ class Commands:
     def fly(self, options):
         if not options:
             options = ["run"]
-        if options[0] == "lab":
-            return self.starts(options)
+        if options == ["lab"]:  # as the name of the whole
+            options = ["lab", "--help"]
         if options[0] == "scenes" or "--help" in options or "--version" in options:
             return self.ended(self.project.program, *options)
+        if options[0] == "lab":
+            return self.starts(options)
         return self.bench(options) if options[0] == "bench" else self.run_flight(options)
 
     def run_flight(self, options):
@@ -350,7 +360,7 @@ def options(project):
     report = project.text("src/app/report.cpp")
     faults = []
     for name in project.documents():
-        for code in re.findall(r"`([^`\n]+)`", project.text(name)):
+        for code in re.findall(r"`([^`]+)`", project.text(name)):
             faults += [f"{name}: option {word} is not known" for word in re.findall(r"(?<![\w-])--[a-z][a-z-]+", code)
                        if word not in known]
             faults += [f"{name}: setting {word} is not known"
