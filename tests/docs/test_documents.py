@@ -366,9 +366,9 @@ def options(project):
         for code in re.findall(r"`([^`]+)`", project.text(name)):
             faults += [f"{name}: option {word} is not known" for word in re.findall(r"(?<![\w-])--[a-z][a-z-]+", code)
                        if word not in known]
-            faults += [f"{name}: setting {word} is not known"
-                       for word in re.findall(r"\b((?:%s)\.[a-z_]\w+)\b" % "|".join(sections), code) if word not in settings
-                       and word.split(".")[1] not in ("cpp", "hpp", "cu", "cuh", "md") and f'"{word.split(".")[1]}"' not in report]
+            named = set(re.findall(r"\b((?:%s)\.[a-z_]\w+)\b" % "|".join(sections), code)) - settings
+            faults += [f"{name}: setting {word} is not known" for word in sorted(named)
+                       if word.split(".")[1] not in ENDINGS and f'"{word.split(".")[1]}"' not in report]
     check_none(faults, "every option and setting that a document names is known")
 
 
@@ -453,7 +453,8 @@ def refuses_broken(project):
             broken = Project(copy, project.program)
             plant(broken, name, old, new)
             # What is not broken has a test of its own.
-            broken.known_good = {command for document in project.documents() for command in shown_commands(project.text(document))}
+            for document in project.documents():
+                broken.known_good |= set(shown_commands(project.text(document)))
             try:
                 look(broken)
             except AssertionError:
