@@ -1,4 +1,4 @@
-#include "cell_sort.cuh"
+#include "cuda/cell_sort.cuh"
 
 #include <algorithm>
 #include <cub/device/device_radix_sort.cuh>
@@ -92,7 +92,7 @@ void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, c
   PF_LAUNCHED("gather_kernel");
 }
 
-double DeviceCellSort::least_bytes_per_parcel(const GridShape& grid) {
+double DeviceCellSort::min_bytes_per_parcel(const GridShape& grid) {
   const int passes = (bits_of(grid.num_cells()) + 7) / 8;
   return 8.0 + 16.0 * passes + 8.0;
 }

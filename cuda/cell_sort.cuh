@@ -1,8 +1,8 @@
 // Radix sort of the parcels by cell (CUB), the gather that reorders them, and the start of each cell.
 #pragma once
 
-#include "device_buffer.cuh"
-#include "step_state.cuh"
+#include "cuda/device_buffer.cuh"
+#include "cuda/time_step/state.cuh"
 
 namespace pf {
 
@@ -31,7 +31,7 @@ class DeviceCellSort {
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
   // Keys and indices written, read and written by each pass of 8 bits, read by the gather.
-  static double least_bytes_per_parcel(const GridShape& grid);
+  static double min_bytes_per_parcel(const GridShape& grid);
   // What a sorter holds for each parcel: keys, indices, cell starts, and CUB's storage rounded up.
   static constexpr double kBytesPerParcel = 16.0 + 4.0 * kDeviceCellsPerParcel + 1.0;
 

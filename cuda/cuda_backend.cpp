@@ -2,9 +2,9 @@
 
 #include <tuple>
 
-#include "cuda_backend.cuh"
-#include "cuda_devices.hpp"
-#include "work_stream.hpp"
+#include "cuda/cuda_backend.cuh"
+#include "cuda/cuda_devices.hpp"
+#include "cuda/stream.hpp"
 
 namespace pf {
 namespace {
@@ -111,10 +111,10 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
 }
 
 void CudaBackend::set_physics(const Physics& physics) {
-  const auto lines_are_of = [](const Physics& p) {
+  const auto trajectories_depend_on = [](const Physics& p) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
-  if (lines_are_of(physics) != lines_are_of(physics_)) stop_exact();
+  if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
   physics_ = physics;
 }
 
@@ -206,7 +206,7 @@ Measures CudaBackend::measure() {
 }
 
 std::uint64_t CudaBackend::state_hash() {
-  std::uint64_t hash = physics_.ball.present ? ball_hash(read_state().ball) : 0;
+  std::uint64_t hash = physics_.ball.exists ? ball_hash(read_state().ball) : 0;
   for (const MeasurePart& part : measure_parts()) hash += part.hash;
   return hash;
 }
@@ -217,11 +217,11 @@ std::uint64_t CudaBackend::memory_bytes() const {
          draw_speed_.bytes();
 }
 
-double CudaBackend::least_bytes_moved(const StepTotals& totals) const {
+double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   constexpr double kGather = kStep + sizeof(std::uint32_t);  // the same, and the ids written
   const double n = num_parcels_;
-  const double per_sort = n * (kGather + cell_sort_.least_bytes_per_parcel(grid_)) + 4.0 * grid_.num_cells();
+  const double per_sort = n * (kGather + cell_sort_.min_bytes_per_parcel(grid_)) + 4.0 * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }
 

@@ -2,13 +2,13 @@
 
 #include <vector>
 
-#include "cell_sort.cuh"
-#include "cuda_backend.hpp"
-#include "device_buffer.cuh"
-#include "exact_motion.cuh"
-#include "request_timer.cuh"
-#include "spawn_kernel.cuh"
-#include "step_kernel.cuh"
+#include "cuda/cell_sort.cuh"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/device_buffer.cuh"
+#include "cuda/exact/memory.cuh"
+#include "cuda/timer.cuh"
+#include "cuda/setup_kernels.cuh"
+#include "cuda/time_step/kernel.cuh"
 
 namespace pf {
 
@@ -30,7 +30,7 @@ class CudaBackend final : public Backend {
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
-  double least_bytes_moved(const StepTotals& totals) const override;
+  double min_bytes_moved(const StepTotals& totals) const override;
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
@@ -93,14 +93,14 @@ class CudaBackend final : public Backend {
   PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;
-  DeviceExact exact_;
+  ExactMemory exact_;
   std::uint32_t steps_since_sort_ = 0;  // of exact
   PinnedValue<ExactState> host_exact_;  // as of the last collected request
   bool ball_was_set_ = false;
   bool sorted_ = false;
   bool keys_are_written_ = false;  // of the present positions in grid_
   Submitted submitted_;
-  std::int64_t expected_travel_ = 0;  // since the sort: known up to the last request, then estimated
+  std::int64_t expected_displacement_ = 0;  // since the sort: known up to the last request, then estimated
 };
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-#include "cuda_devices.hpp"
+#include "cuda/cuda_devices.hpp"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <sstream>
 #include <vector>
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 #include "core/text.hpp"
-#include "spawn_kernel.cuh"
+#include "cuda/setup_kernels.cuh"
 
 namespace pf {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <utility>
 
-#include "check.cuh"
+#include "cuda/check.cuh"
 
 namespace pf {
 

@@ -2,8 +2,8 @@
 // only, so that the order does not matter.
 #pragma once
 
-#include "architecture.cuh"
-#include "step_state.cuh"
+#include "cuda/architecture.cuh"
+#include "cuda/time_step/state.cuh"
 
 namespace pf {
 
@@ -43,7 +43,7 @@ __device__ inline void reduce_warp(const DeviceTally& tally, TallySlot& block) {
   const unsigned int travel = warp_max(tally.travel);
   const unsigned int speed2 = warp_max(__float_as_uint(tally.speed2));
   if (leads) {
-    atomicMax(&block.max_travel, travel);
+    atomicMax(&block.max_displacement, travel);
     atomicMax(&block.max_speed2_bits, speed2);
   }
   if (!__any_sync(0xFFFFFFFFU, tally.max_overlap > 0.0F)) return;  // nothing touched
@@ -73,7 +73,7 @@ __device__ inline void add_slot(TallySlot& to, const TallySlot& from) {
     atomicAdd(&to.num_invalid, from.num_invalid);
     atomicMax(&to.first_invalid_id, from.first_invalid_id);
   }
-  atomicMax(&to.max_travel, from.max_travel);
+  atomicMax(&to.max_displacement, from.max_displacement);
   atomicMax(&to.max_speed2_bits, from.max_speed2_bits);
 }
 
@@ -97,7 +97,7 @@ __device__ inline TallySlot sum_slots(const TallySlot& slot) {
   sum.num_invalid = warp_add(slot.num_invalid);
   sum.first_invalid_id = warp_max(slot.first_invalid_id);
   sum.max_overlap_bits = warp_max(slot.max_overlap_bits);
-  sum.max_travel = warp_max(slot.max_travel);
+  sum.max_displacement = warp_max(slot.max_displacement);
   sum.max_speed2_bits = warp_max(slot.max_speed2_bits);
   return sum;
 }

@@ -22,9 +22,9 @@
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
-#include "cuda_backend.hpp"
-#include "cuda_devices.hpp"
-#include "gl_interop.hpp"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/cuda_devices.hpp"
+#include "cuda/gl/gl_interop.hpp"
 #include "view/host_draw_target.hpp"
 #endif
 

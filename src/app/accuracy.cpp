@@ -14,6 +14,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
@@ -24,11 +25,9 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kTable = "work-precision.json";
-constexpr Method kMethods[] = {Method::impulse, Method::spring, Method::exact};
-constexpr const char* kMethodNames[] = {"impulse", "spring", "exact"};
 // Method and number of parcels err independently: 0.8^2 + 0.6^2 = 1.
 constexpr double kMethodShare = 0.8, kParcelsShare = 0.6;
-constexpr double kMostParcels = 1e6;
+constexpr double kMaxParcels = 1e6;
 
 struct Case {
   double area_fraction, restitution;
@@ -186,11 +185,11 @@ void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice&
   }
   const Size& last = sizes.back();
   const double ratio = last.error / wanted;
-  const double num = std::min(std::ceil(last.num * ratio * ratio), kMostParcels);
+  const double num = std::min(std::ceil(last.num * ratio * ratio), kMaxParcels);
   choice.settings.num_parcels = static_cast<std::int64_t>(num);
   choice.parcels_error = last.error * std::sqrt(last.num / num);
   choice.remarks.push_back(fmt::format("{:.0f} parcels by the law 1/sqrt(N), the table ends at {:.0f}{}", num,
-                                       last.num, num < kMostParcels ? "" : "; more would be needed"));
+                                       last.num, num < kMaxParcels ? "" : "; more would be needed"));
 }
 
 }  // namespace
@@ -229,12 +228,12 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
   const bool beyond = is_beyond(rows, scene);
   if (beyond) choice.remarks.push_back("denser or softer than any case of the table: only exact is safe");
   std::optional<Entry> best;
-  for (std::size_t k = 0; k < std::size(kMethods); ++k) {
-    if (beyond && kMethods[k] != Method::exact) continue;
-    const auto entry = allowed_everywhere(rows, cases, kMethodNames[k], choice.of, kMethodShare * wish.error);
+  for (const MethodRow& method : kMethods) {
+    if (beyond && method.method != Method::exact) continue;
+    const auto entry = allowed_everywhere(rows, cases, method.name, choice.of, kMethodShare * wish.error);
     if (!entry || (best && best->cost <= entry->cost)) continue;
     best = entry;
-    choice.settings.method = kMethods[k];
+    choice.settings.method = method.method;
   }
   if (!best)
     throw UserError("--accuracy: the table lacks method exact; measure one: pickleflight lab work-precision");
@@ -297,12 +296,13 @@ WorkPrecision work_precision(const json& table, const Settings& scene, const std
                    nearest_of(restitutions, std::max(scene.restitution, 1e-3))};
   picture.area_fraction = at.area_fraction;
   picture.restitution = at.restitution;
-  for (std::size_t k = 0; k < std::size(kMethods); ++k) {
-    std::vector<Entry> entries = ladder(rows, at, kMethodNames[k], of);
+  for (const MethodRow& method : kMethods) {
+    std::vector<Entry> entries = ladder(rows, at, method.name, of);
     std::erase_if(entries, [](const Entry& e) { return !(e.cost > 0.0); });  // no logarithm
     for (const Entry& entry : entries)
-      picture.methods[k].push_back({entry.cost, entry.error, entry.is_bound});
-    if (kMethods[k] == scene.method) picture.present = between(entries, displacement);
+      picture.methods[static_cast<std::size_t>(method.method)].push_back(
+          {entry.cost, entry.error, entry.is_bound});
+    if (method.method == scene.method) picture.present = between(entries, displacement);
   }
   return picture;
 }
@@ -342,7 +342,7 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   std::string text = fmt::format(
       "--accuracy: method {}, dt {:.3g} s ({} substeps a frame), {} parcels\n"
       "  expected: {} within {}{:.2g} %{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
-      kMethodNames[static_cast<int>(s.method)], plan.dt_s, plan.num_steps, physics.parcels.num, choice.of,
+      method_name(s.method), plan.dt_s, plan.num_steps, physics.parcels.num, choice.of,
       choice.is_bound ? "less than " : "", 100.0 * choice.expected_error,
       choice.parcels_error > 0.0
           ? fmt::format(", {:.2g} % from the number of parcels", 100.0 * choice.parcels_error)

@@ -68,7 +68,7 @@ void run_bench(const Options& options, Backend& backend) {
   nlohmann::json json = record.finish(settings, physics, backend, report.ball, 0.0);
   json["ns_per_particle_step"] = spread.median;
   json["particle_steps_per_s"] = 1e9 / spread.median;
-  const double bytes_per_step = backend.least_bytes_moved(report.totals) /
+  const double bytes_per_step = backend.min_bytes_moved(report.totals) /
                                 (static_cast<double>(request.num_steps) * physics.parcels.num);
   const double bandwidth = backend.measure_copy_bandwidth(kCopyBytes);
   json["bench"] = {{"repeats", options.bench_repeats},

@@ -90,10 +90,10 @@ void ChildProcess::signal(int number) const {
 }
 
 std::string ChildProcess::last_words() const {
-  constexpr off_t kMostBytes = 600;
+  constexpr off_t kMaxBytes = 600;
   const off_t end = ::lseek(errors_.get(), 0, SEEK_END);
   if (end <= 0) return "it said nothing";
-  const off_t begin = end > kMostBytes ? end - kMostBytes : 0;
+  const off_t begin = end > kMaxBytes ? end - kMaxBytes : 0;
   std::string text(static_cast<std::size_t>(end - begin), '\0');
   const ssize_t got = ::pread(errors_.get(), text.data(), text.size(), begin);
   text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);

@@ -24,7 +24,7 @@ Vec2d place_at(const FlightRecord& flight, double time_s, std::size_t& at) {
 // Fine enough to be seen as a curve: this share of the world's larger side per point, and this turn.
 constexpr double kPointsPerSide = 120.0;
 constexpr double kTurnPerPoint_rad = 0.05;
-constexpr std::size_t kMostPoints = 600;
+constexpr std::size_t kMaxPoints = 600;
 
 }  // namespace
 
@@ -58,13 +58,13 @@ std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
   const BallConstants& ball = physics.ball;
   BallState state = initial_ball(with);
   const double speed_mps = length(state.velocity_mps);
-  if (!ball.present || ball.held || !(speed_mps > 0.0)) return {};
+  if (!ball.exists || ball.held || !(speed_mps > 0.0)) return {};
   const Vec2d half_m = to_metres(physics.world, physics.world.half);
   const double turn_per_s = std::fabs(ball.magnus_per_rad * state.spin_radps);
   const double dt_s = std::min(2.0 * std::max(half_m.x, half_m.y) / (kPointsPerSide * speed_mps),
                                turn_per_s > 0.0 ? kTurnPerPoint_rad / turn_per_s : 1e30);
   std::vector<Vec2f> points = {to_float(state.position_m)};
-  while (points.size() < kMostPoints) {
+  while (points.size() < kMaxPoints) {
     const Vec2d before = state.position_m;
     advance_ball(physics.world, ball, {}, 0.0, dt_s, state);
     if (physics.world.boundary == Boundary::periodic && length(state.position_m - before) > half_m.y) break;

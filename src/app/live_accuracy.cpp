@@ -4,8 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -55,7 +55,7 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   readout_.simulated_s = view.simulated_s - begin_->simulated_s;
   readout_.num_collisions = view.totals.num_collisions - begin_->totals.num_collisions;
   readout_.num_retired = view.totals.num_retired - begin_->totals.num_retired;
-  readout_.num_redone_steps = view.totals.num_redone_steps - begin_->totals.num_redone_steps;
+  readout_.num_retried_steps = view.totals.num_retried_steps - begin_->totals.num_retried_steps;
   if (then.energy_j() > 0.0) readout_.energy_drift = now.energy_j() / then.energy_j() - 1.0;
   if (then.momentum_scale_kg_mps > 0.0) {
     readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
@@ -71,11 +71,8 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
     readout_.rate_over_enskog = 2.0 * num / (parcels.num * readout_.simulated_s) / enskog;
     readout_.rate_error = readout_.rate_over_enskog / std::sqrt(num);
   }
-  // `impulse` acts on the first half of the chord only: as if its steps were twice as long.
-  const double seen_every_s = (view.settings->method == Method::impulse ? 2.0 : 1.0) * view.dt_s;
-  readout_.missed_fraction = view.settings->method == Method::exact
-                                 ? 0.0
-                                 : missed_fraction_of_gas(speed_mps, seen_every_s, 2.0 * parcels.radius_m);
+  const double test_interval_s = row_of(view.settings->method).steps_per_test * view.dt_s;
+  readout_.missed_fraction = missed_fraction_of_gas(speed_mps, test_interval_s, 2.0 * parcels.radius_m);
 }
 
 nlohmann::json to_json(const AccuracyReadout& r) {
@@ -91,7 +88,7 @@ nlohmann::json to_json(const AccuracyReadout& r) {
           {"missed_fraction", number(r.missed_fraction)},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
-          {"num_redone_steps", r.num_redone_steps}};
+          {"num_redone_steps", r.num_retried_steps}};
 }
 
 }  // namespace pf

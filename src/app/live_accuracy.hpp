@@ -12,18 +12,18 @@ namespace pf {
 
 // Since the last change of flight or settings. Not a number: has no meaning here, or nothing happened yet.
 struct AccuracyReadout {
-  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  static constexpr double kInvalidIndex = std::numeric_limits<double>::quiet_NaN();
 
   double simulated_s = 0.0;          // that the figures are over
   std::uint64_t num_collisions = 0;  // of pairs
-  double energy_drift = kNone;       // relative, parcels and ball; with e < 1 the loss is physics
-  double momentum_drift = kNone;     // relative to the sum of |m v|; walls and a held ball take some
-  double rate_over_enskog = kNone;   // collision rate over Enskog's
-  double rate_error = kNone;         // its standard error, from the number of collisions
-  double missed_fraction = kNone;    // share of collisions that steps so long do not see, by theory; 0: exact
+  double energy_drift = kInvalidIndex;       // relative, parcels and ball; with e < 1 the loss is physics
+  double momentum_drift = kInvalidIndex;     // relative to the sum of |m v|; walls and a held ball take some
+  double rate_over_enskog = kInvalidIndex;   // collision rate over Enskog's
+  double rate_error = kInvalidIndex;         // its standard error, from the number of collisions
+  double missed_fraction = kInvalidIndex;    // share of collisions that steps so long do not see, by theory; 0: exact
   double max_overlap_diameters = 0.0;
   std::uint64_t num_retired = 0;       // parcels that left an open world
-  std::uint64_t num_redone_steps = 0;  // of method exact
+  std::uint64_t num_retried_steps = 0;  // of method exact
 };
 
 // Measuring takes a pass over all parcels: it is done four times a second, and only while somebody looks.

@@ -103,7 +103,7 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--overlay", typed.overlay, "NAME",
            one_of("times and figures at the lower edge", kOverlayNames));
   add_text(app, "--ui-scale", typed.ui_scale, "X",
-           fmt::format("size of text and overlay; {} to {}; default 1", kLeastUiScale, kMostUiScale));
+           fmt::format("size of text and overlay; {} to {}; default 1", kMinUiScale, kMaxUiScale));
   app.add_flag_callback(
       "--no-vsync", [&options] { options.vsync = false; }, "frames do not wait for the screen");
   app.add_flag("--full-screen", options.full_screen, "a window that fills the screen");

@@ -28,7 +28,7 @@ inline const std::vector<std::string> kStudies = {"validate", "work-precision", 
 inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
-constexpr const char* kForgetting = "/dev/null";  // a film for measuring
+constexpr const char* kNullDevice = "/dev/null";  // a film for measuring
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
 

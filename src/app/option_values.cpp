@@ -51,9 +51,9 @@ double read_ui_scale(const std::string& text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() ||
-      !(value >= kLeastUiScale && value <= kMostUiScale)) {
+      !(value >= kMinUiScale && value <= kMaxUiScale)) {
     throw UserError(fmt::format("--ui-scale: {} cannot be used; give a number from {} to {}", in_quotes(text),
-                                kLeastUiScale, kMostUiScale));
+                                kMinUiScale, kMaxUiScale));
   }
   return value;
 }

@@ -105,7 +105,7 @@ void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options)
     throw UserError("--record-time: goes with --record FILE; add it");
   check_name("--record-time", typed.record_time, kRecordTimes);
   options.record_real_time = typed.record_time == "real";
-  options.record = typed.record == kForgetting ? fs::path(kForgetting) : record_file(app, typed.record);
+  options.record = typed.record == kNullDevice ? fs::path(kNullDevice) : record_file(app, typed.record);
   if (!has_record || typed.size) return;
   options.width_px = 1920;
   options.height_px = 1080;

@@ -18,8 +18,8 @@ enum class Command { run, bench, scenes, lab };
 inline const std::vector<std::string> kThemeNames = {"dark", "light"};
 inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
 inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
-constexpr double kLeastUiScale = 0.75;
-constexpr double kMostUiScale = 3.0;
+constexpr double kMinUiScale = 0.75;
+constexpr double kMaxUiScale = 3.0;
 
 // `lab STUDY`
 struct LabOptions {

@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -119,7 +120,7 @@ json compressibility(const ParcelConstants& parcels, const StepTotals& totals, d
 
 json ball_report(const BallConstants& constants, const BallState& ball, const StepTotals& totals,
                  double distance_m) {
-  if (!constants.present) return nullptr;
+  if (!constants.exists) return nullptr;
   return {{"x_m", number(ball.position_m.x)},
           {"y_m", number(ball.position_m.y)},
           {"vx_mps", number(ball.velocity_mps.x)},
@@ -136,7 +137,7 @@ json ball_report(const BallConstants& constants, const BallState& ball, const St
 json exact_report(const Settings& settings, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
   return {{"rounds", totals.num_rounds},
-          {"redone_steps", totals.num_redone_steps},
+          {"redone_steps", totals.num_retried_steps},
           {"event_hash", fmt::format("{:016x}", totals.event_hash)}};
 }
 

@@ -13,7 +13,7 @@ namespace pf {
 namespace {
 
 bool has_left(const Physics& physics, const BallState& ball) {
-  if (!physics.ball.present || physics.world.boundary != Boundary::open) return false;
+  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
   const World& world = physics.world;
   const double radius = physics.ball.radius_m;
   return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
@@ -99,7 +99,7 @@ void Simulation::State::collect_steps() {
   view.times = report.times;
   view.times += mapping;
   view.frame_totals = report.totals;
-  view.least_bytes_moved = backend->least_bytes_moved(report.totals);
+  view.min_bytes_moved = backend->min_bytes_moved(report.totals);
   view.totals += report.totals;
   view.simulated_s += plan.num_steps * plan.dt_s;
   collision_rate_per_s = physics.parcels.num == 0 ? 0.0
@@ -173,10 +173,10 @@ Simulation::~Simulation() = default;
 
 void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   const std::int64_t scenes_before = view.num_scenes;
-  obey(commands);
+  execute(commands);
   view.times = {};
   view.frame_totals = {};
-  view.least_bytes_moved = 0.0;
+  view.min_bytes_moved = 0.0;
   mapping = {};
   const bool waiting = view.flight == Flight::landed;
   const bool is_new = view.num_scenes != scenes_before;  // shown as it starts, to be measured
@@ -213,8 +213,8 @@ void Simulation::set_fallback(std::function<std::unique_ptr<Backend>()> make) {
 }
 
 void Simulation::keep_moments() {
-  constexpr std::uint64_t kMost_bytes = 1'000'000'000;
-  state_->moments.emplace(std::min(kMost_bytes, available_memory_bytes() / 4));
+  constexpr std::uint64_t kMax_bytes = 1'000'000'000;
+  state_->moments.emplace(std::min(kMax_bytes, available_memory_bytes() / 4));
 }
 
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }

@@ -59,7 +59,7 @@ struct FrameView {
   std::int64_t num_flights = 0;  // shown so far; goes up with each that begins, or is returned to
   std::uint32_t num_parcels = 0;
   std::uint64_t memory_bytes = 0;  // of the backend
-  double least_bytes_moved = 0.0;  // by the last frame's steps (Backend::least_bytes_moved)
+  double min_bytes_moved = 0.0;  // by the last frame's steps (Backend::least_bytes_moved)
   double simulated_s = 0.0;
   double dt_s = 0.0;
   std::uint32_t steps_per_frame = 0;

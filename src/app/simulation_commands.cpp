@@ -120,7 +120,7 @@ void Simulation::State::change(const Commands& commands) {
   if (!commands.save_scene.empty()) save_scene(commands.save_scene);
 }
 
-void Simulation::State::obey(const Commands& commands) {
+void Simulation::State::execute(const Commands& commands) {
   const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
                        commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
                        !commands.save_scene.empty();

@@ -26,7 +26,7 @@ void Simulation::State::launch(bool fresh_air) {
 
 // What its parcels and ball have in the end. To be called before the air is spawned anew.
 void Simulation::State::end_flight() {
-  if (physics.ball.present && flight.points_m.size() > 1 && !flight.end_energy_j)
+  if (physics.ball.exists && flight.points_m.size() > 1 && !flight.end_energy_j)
     flight.end_energy_j = backend->measure().energy_j();
 }
 
@@ -46,7 +46,7 @@ void Simulation::State::begin_flight(bool fresh_air) {
   flight.set_dt_s = settings.dt_s;
   flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
   flight.spin_radps = settings.ball_spin_radps;
-  if (physics.ball.present) flight.start_energy_j = backend->measure().energy_j();
+  if (physics.ball.exists) flight.start_energy_j = backend->measure().energy_j();
   view.flight = Flight::flying;
   view.ball_distance_m = 0.0;
   landed_for_s = 0.0;
@@ -117,7 +117,7 @@ bool Simulation::State::repeat_flight(const Settings& with) {
 }
 
 void Simulation::State::compare(Comparison comparison) {
-  if (!physics.ball.present) throw UserError("compare: this scene has no ball to launch again");
+  if (!physics.ball.exists) throw UserError("compare: this scene has no ball to launch again");
   Settings with = settings;
   if (comparison == Comparison::half_step) {
     const double dt_s = settings.dt_s > 0.0 ? settings.dt_s : plan_frame(settings, physics, ball).dt_s;
@@ -148,7 +148,7 @@ void Simulation::State::keep_moment_when_due() {
 
 // Parcels, ball, totals and path as they were then; settings stay as the person has them now.
 void Simulation::State::go_back() {
-  const Moment* moment = moments ? moments->back_from(shown_s) : nullptr;
+  const Checkpoint* moment = moments ? moments->back_from(shown_s) : nullptr;
   if (moment == nullptr) {
     throw UserError(
         fmt::format("back: no moment is kept{}", moments && moments->most(physics.parcels.num) == 0
@@ -170,7 +170,7 @@ void Simulation::State::go_back() {
 }
 
 void Simulation::State::follow_ball() {
-  if (!physics.ball.present) return;
+  if (!physics.ball.exists) return;
   const bool is_first = flight.points_m.empty();
   if (!is_first) {
     const Vec2d moved = ball.position_m - to_double(flight.points_m.back());

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/moments.hpp"
+#include "app/checkpoints.hpp"
 #include "app/simulation.hpp"
 #include "core/error.hpp"
 
@@ -23,7 +23,7 @@ struct Simulation::State {
   FlightRecord flight;
   std::deque<FlightRecord> old_flights;
   std::vector<Ghost> ghosts;
-  std::optional<Moments> moments;  // none: not kept
+  std::optional<Checkpoints> moments;  // none: not kept
   bool by_hand = false;            // the launch
   double launched_at_s = 0.0;      // simulated
   double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
@@ -59,7 +59,7 @@ struct Simulation::State {
   void change_scene(const std::string& name);
   void restart(Settings with);
   void change_threads(const Settings& with);
-  void obey(const Commands& commands);
+  void execute(const Commands& commands);
   void begin(const Commands& commands, DrawTarget* target);
   void submit_steps(DrawTarget* target);
   void draw_again(DrawTarget& target);

@@ -9,15 +9,13 @@
 #include <vector>
 
 #include "backend/draw_buffers.hpp"
-#include "backend/event_record.hpp"
+#include "backend/exact/event_record.hpp"
 #include "core/timing.hpp"
-#include "model/exact.hpp"
+#include "model/exact/trajectory.hpp"
 #include "model/measures.hpp"
 #include "model/spawn.hpp"
 
 namespace pf {
-
-enum class Neighbors : std::uint8_t { grid, all_pairs };
 
 struct StepRequest {
   Method method = Method::impulse;
@@ -78,7 +76,7 @@ class Backend {
   virtual std::uint64_t memory_bytes() const = 0;
   // Bytes that the steps and sorts of totals had to read and write at least: state, keys, cell starts. What
   // the search for partners reads again is not counted.
-  virtual double least_bytes_moved(const StepTotals& totals) const = 0;
+  virtual double min_bytes_moved(const StepTotals& totals) const = 0;
   // Bytes per second, read plus written, of a plain copy of about num_bytes on the device, measured now.
   virtual double measure_copy_bandwidth(std::size_t num_bytes) = 0;
 };
@@ -89,8 +87,7 @@ std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads);
 // Constants of a step of dt_s, derived from the physics; the same for every backend.
 StepConstants make_step_constants(const Physics& physics, double dt_s, double spring_contact_s);
 
-// What does not change from step to step of method `exact`: all but begin, length, the bound on speeds and
-// the ball's role. contact_clock_s: see StepRequest.
-ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s);
+// Constants of method `exact` that hold for a whole run. contact_clock_s: see StepRequest.
+RunConstants make_run_constants(const Physics& physics, double contact_clock_s);
 
 }  // namespace pf

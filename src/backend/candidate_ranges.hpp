@@ -5,21 +5,20 @@
 #include <cstdint>
 #include <cstdlib>
 
+#include "core/index.hpp"
 #include "model/grid.hpp"
 
 namespace pf {
-
-constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
 // Entries after the last parcel that a search may read (and ignores).
 constexpr std::size_t kSearchPadding = 8;
 
 struct CandidateRanges {
-  static constexpr int kMost = 64;
+  static constexpr int kMax = 64;
   struct Range {
     std::uint32_t first, last;
   };
-  Range at[kMost];
+  Range at[kMax];
   int num = 0;
 
   // As visit_candidate_ranges of model/grid.hpp; of a box of very many rows everything.
@@ -29,10 +28,10 @@ struct CandidateRanges {
     num = 0;
     visit_candidate_ranges<kBoundary>(grid, cell_start, position, reach,
                                       [&](std::uint32_t first, std::uint32_t last) {
-                                        if (num < kMost) at[num] = {first, last};
+                                        if (num < kMax) at[num] = {first, last};
                                         ++num;
                                       });
-    if (num > kMost) list_all(num_parcels);
+    if (num > kMax) list_all(num_parcels);
   }
 
   void list_all(std::uint32_t num_parcels) {

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/candidate_search.hpp"
-#include "backend/thread_team.hpp"
+#include "backend/neighbour_search.hpp"
+#include "core/thread_team.hpp"
 #include "core/timing.hpp"
 #include "model/grid.hpp"
 

@@ -5,7 +5,8 @@
 #include <fstream>
 #include <tuple>
 
-#include "model/step.hpp"
+#include "model/methods.hpp"
+#include "model/time_step.hpp"
 
 namespace pf {
 namespace {
@@ -63,10 +64,10 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
 }
 
 void CpuBackend::set_physics(const Physics& physics) {
-  const auto lines_are_of = [](const Physics& p) {
+  const auto trajectories_depend_on = [](const Physics& p) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
-  if (lines_are_of(physics) != lines_are_of(physics_)) stop_exact();
+  if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
   physics_ = physics;
 }
 
@@ -84,7 +85,7 @@ void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   for (std::size_t i = 0; i < size(); ++i) parcels_.current.id[i] = static_cast<std::uint32_t>(i);
 }
 
-template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
+template <class Contact, bool kBall, Boundary kBoundary>
 void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
   const StepConstants& c = loop.constants;
   const Vec2i* position = parcels_.current.position.data();
@@ -98,9 +99,9 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
       continue;
     }
     ContactSums sums;
-    if constexpr (kContacts) {
+    if constexpr (has_contacts<Contact>) {
       loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
-      for (const std::uint32_t j : scratch.finds) {
+      for (const std::uint32_t j : scratch.candidates) {
         const Parcel other{position[j], parcels_.current.velocity[j], parcels_.current.id[j]};
         const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
         add_contact<Contact>(c, self, other, offset, sums, tally);
@@ -117,43 +118,15 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
   }
 }
 
-template <class Contact, bool kContacts, bool kBall>
-CpuBackend::RangeFunction CpuBackend::range_function_for(Boundary boundary) {
-  switch (boundary) {
-    case Boundary::walls:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::walls>;
-    case Boundary::periodic:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::periodic>;
-    default:
-      return &CpuBackend::step_range<Contact, kContacts, kBall, Boundary::open>;
-  }
-}
-
-// Terms that are off are compiled out: one loop for each combination of what is on.
-CpuBackend::RangeFunction CpuBackend::range_function(const Physics& physics, Method method) {
-  const Boundary boundary = physics.world.boundary;
-  const bool ball = physics.ball.present;
-  if (!physics.parcels.contacts) {
-    return ball ? range_function_for<ImpulseContact, false, true>(boundary)
-                : range_function_for<ImpulseContact, false, false>(boundary);
-  }
-  if (method == Method::spring) {
-    return ball ? range_function_for<SpringContact, true, true>(boundary)
-                : range_function_for<SpringContact, true, false>(boundary);
-  }
-  return ball ? range_function_for<ImpulseContact, true, true>(boundary)
-              : range_function_for<ImpulseContact, true, false>(boundary);
-}
-
 void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
                                 StepReport& report) {
   const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
   if (!search) return;
-  const double reach = constants.contact_reach + static_cast<double>(travel_);
+  const double reach = constants.contact_reach + static_cast<double>(displacement_);
   if (parcels_.sorted && reach <= kLargestReach * constants.contact_distance) return;
   parcels_.sort(team_, physics_.world, kCellWidth * constants.contact_distance,
                 parcels_.current.position.data(), report.times);
-  travel_ = 0;
+  displacement_ = 0;
   ++report.totals.num_sorts;
 }
 
@@ -182,9 +155,12 @@ void CpuBackend::submit(const StepRequest& request) {
 // What another method, or a larger radius, left overlapping is pushed apart first. What a crowd keeps is seen
 // in max_overlap_diameters.
 void CpuBackend::start_exact(const StepRequest& request) {
-  constexpr int kMostSweeps = 50;
+  constexpr int kMaxSweeps = 50;
   if (physics_.parcels.contacts) {
     const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
+    const RangeFunction push_out = for_boundary(physics_.world.boundary, []<Boundary kBoundary>() {
+      return &CpuBackend::step_range<PushOutContact, false, kBoundary>;
+    });
     const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
     CpuTally sum;
     int sweeps = 0;
@@ -194,8 +170,8 @@ void CpuBackend::start_exact(const StepRequest& request) {
       sweep.draw = nullptr;
       parcels_.sorted = false;
       sort_if_needed(constants, sweep, scratch);
-      sum = run_loop(constants, sweep, {}, nullptr, &CpuBackend::push_out);
-    } while (sum.max_overlap > enough && ++sweeps < kMostSweeps);
+      sum = run_loop(constants, sweep, {}, nullptr, push_out);
+    } while (sum.max_overlap > enough && ++sweeps < kMaxSweeps);
   }
   exact_.enter(physics_, request.contact_clock_s, parcels_);
 }
@@ -206,7 +182,7 @@ void CpuBackend::stop_exact() {
 
 CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest& request,
                               const BallMotion& motion, const DrawBuffers* draw, RangeFunction range) {
-  const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + travel_, INT32_MAX / 2);
+  const std::int64_t reach = std::min<std::int64_t>(constants.contact_reach + displacement_, INT32_MAX / 2);
   const SearchSpace space{parcels_.current.position.data(),
                           parcels_.cell_start.data(),
                           parcels_.grid,
@@ -229,27 +205,25 @@ CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest&
   std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
-  travel_ += sum.max_travel;
+  displacement_ += sum.max_displacement;
   return sum;
-}
-
-void CpuBackend::push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
-  const RangeFunction range = range_function_for<PushOutContact, true, false>(physics_.world.boundary);
-  (this->*range)(loop, begin, end, tally);
 }
 
 void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
                       StepReport& report) {
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+  const RangeFunction range =
+      for_terms(physics_, request.method, []<class Contact, bool kBall, Boundary kBoundary>() {
+        return &CpuBackend::step_range<Contact, kBall, kBoundary>;
+      });
   CpuTally sum;
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
-    sum = run_loop(constants, request, motion, last ? request.draw : nullptr,
-                   range_function(physics_, request.method));
+    sum = run_loop(constants, request, motion, last ? request.draw : nullptr, range);
   }
   ScopedPhase timing(report.times, Phase::ball);
-  if (physics_.ball.present) {
+  if (physics_.ball.exists) {
     advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
   }
   StepTotals totals = totals_of(constants, sum);
@@ -309,7 +283,7 @@ Measures CpuBackend::measure() {
 }
 
 std::uint64_t CpuBackend::state_hash() {
-  std::uint64_t hash = physics_.ball.present ? ball_hash(ball_) : 0;
+  std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   for (std::size_t i = 0; i < size(); ++i) {
     hash += parcel_hash(parcels_.current.id[i], present()[i], parcels_.current.velocity[i]);
   }
@@ -318,7 +292,7 @@ std::uint64_t CpuBackend::state_hash() {
 
 std::uint64_t CpuBackend::memory_bytes() const { return parcels_.memory_bytes() + exact_.memory_bytes(); }
 
-double CpuBackend::least_bytes_moved(const StepTotals& totals) const {
+double CpuBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   constexpr double kSort = kStep + sizeof(std::uint32_t);  // the same, and the ids written
   const double n = static_cast<double>(size());

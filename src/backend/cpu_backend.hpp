@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "backend/backend.hpp"
-#include "backend/candidate_search.hpp"
 #include "backend/cpu_tally.hpp"
-#include "backend/exact_motion.hpp"
-#include "backend/sorted_parcels.hpp"
+#include "backend/exact/timeline.hpp"
+#include "backend/neighbour_search.hpp"
+#include "backend/parcel_arrays.hpp"
 
 namespace pf {
 
@@ -29,7 +29,7 @@ class CpuBackend final : public Backend {
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
-  double least_bytes_moved(const StepTotals& totals) const override;
+  double min_bytes_moved(const StepTotals& totals) const override;
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
@@ -44,11 +44,8 @@ class CpuBackend final : public Backend {
   };
   using RangeFunction = void (CpuBackend::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
 
-  template <class Contact, bool kContacts, bool kBall, Boundary kBoundary>
+  template <class Contact, bool kBall, Boundary kBoundary>
   void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
-  template <class Contact, bool kContacts, bool kBall>
-  static RangeFunction range_function_for(Boundary boundary);
-  static RangeFunction range_function(const Physics& physics, Method method);
 
   std::size_t size() const { return parcels_.size(); }
   const std::vector<Vec2i>& present() const {
@@ -59,7 +56,6 @@ class CpuBackend final : public Backend {
   // One pass over all parcels; the new state becomes the current one.
   CpuTally run_loop(const StepConstants& constants, const StepRequest& request, const BallMotion& motion,
                     const DrawBuffers* draw, RangeFunction range);
-  void push_out(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
   void start_exact(const StepRequest& request);
   void stop_exact();
 
@@ -68,9 +64,9 @@ class CpuBackend final : public Backend {
   BallState ball_;
   std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
   SortedParcels parcels_;
-  ExactMotion exact_{team_};
-  std::int64_t travel_ = 0;  // largest displacement along an axis since the sort, summed over steps
-  StepReport report_;        // of the last request
+  ExactTimeline exact_{team_};
+  std::int64_t displacement_ = 0;  // largest displacement along an axis since the sort, summed over steps
+  StepReport report_;              // of the last request
 };
 
 }  // namespace pf

@@ -18,10 +18,10 @@ struct alignas(64) CpuTally {
   std::uint64_t num_retired = 0;
   std::uint64_t num_invalid = 0;
   std::uint32_t first_invalid_id = UINT32_MAX;
-  std::int64_t impulse_sum = 0;  // of impulse_counts
-  float max_overlap = 0.0F;      // diameters
-  float max_speed2 = 0.0F;       // (m/s)^2
-  std::int32_t max_travel = 0;   // position units, along an axis
+  std::int64_t impulse_sum = 0;       // of impulse_counts
+  float max_overlap = 0.0F;           // diameters
+  float max_speed2 = 0.0F;            // (m/s)^2
+  std::int32_t max_displacement = 0;  // position units, along an axis
   BallSums ball;
 
   void overlap(float diameters) { max_overlap = std::max(max_overlap, diameters); }
@@ -34,7 +34,7 @@ struct alignas(64) CpuTally {
     ball.torque += hit.torque;
   }
   void moved(std::int32_t travel, float speed2) {
-    max_travel = std::max(max_travel, travel);
+    max_displacement = std::max(max_displacement, travel);
     max_speed2 = std::max(max_speed2, speed2);
   }
   void retired() { ++num_retired; }
@@ -50,7 +50,7 @@ struct alignas(64) CpuTally {
     first_invalid_id = std::min(first_invalid_id, o.first_invalid_id);
     impulse_sum += o.impulse_sum;
     overlap(o.max_overlap);
-    moved(o.max_travel, o.max_speed2);
+    moved(o.max_displacement, o.max_speed2);
     const std::uint64_t hits = num_ball_hits + o.num_ball_hits;
     ball_hit(o.ball);
     num_ball_hits = hits;

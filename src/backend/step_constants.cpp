@@ -42,17 +42,20 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   return c;
 }
 
-ExactConstants make_exact_constants(const Physics& physics, double contact_clock_s) {
-  constexpr double kLeastParting = 0x1p-20;  // of the reference speed
-  ExactConstants c;
-  c.step = make_step_constants(physics, 0.0, 0.0);
-  c.tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
-  c.units_per_tick = c.tick_s / physics.world.unit_m;
-  c.least_parting_mps = kLeastParting * physics.reference_speed_mps;
-  const double clock_ticks = std::ceil(contact_clock_s / c.tick_s);
-  c.clock_ticks = static_cast<std::uint32_t>(std::fmin(clock_ticks, static_cast<double>(kAnchorPeriod)));
-  c.ball_contact = c.step.ball_contact_m / physics.world.unit_m;
-  return c;
+RunConstants make_run_constants(const Physics& physics, double contact_clock_s) {
+  constexpr double kMinSeparation = 0x1p-20;  // of the reference speed
+  RunConstants run;
+  static_cast<StepConstants&>(run) = make_step_constants(physics, 0.0, 0.0);
+  run.ball_contact = run.ball_contact_m / physics.world.unit_m;
+  TickScale& ticks = run.reference_ticks;
+  ticks.tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
+  ticks.units_per_tick = ticks.tick_s / physics.world.unit_m;
+  ticks.reference_speed_mps = physics.reference_speed_mps;
+  ticks.min_separation_speed_mps = kMinSeparation * physics.reference_speed_mps;
+  const double contact_ticks = std::ceil(contact_clock_s / ticks.tick_s);
+  ticks.contact_duration_ticks =
+      static_cast<std::uint32_t>(std::fmin(contact_ticks, static_cast<double>(kAnchorPeriod)));
+  return run;
 }
 
 }  // namespace pf

@@ -8,13 +8,32 @@
 
 namespace pf {
 
-enum class Phase { sort, grid, collide_integrate, ball, map, unmap, draw, panel, present, encode, count };
+// A time-stepped method spends its step in collide_integrate and ball; method `exact` in predict, solve, reconcile
+// and commit.
+enum class Phase {
+  sort,
+  grid,
+  collide_integrate,
+  ball,
+  predict,
+  solve,
+  reconcile,
+  commit,
+  map,
+  unmap,
+  draw,
+  panel,
+  present,
+  encode,
+  count
+};
 
 constexpr std::size_t kNumPhases = static_cast<std::size_t>(Phase::count);
 
 // Keys of the report and labels of the overlay, in the order of Phase.
 constexpr std::array<const char*, kNumPhases> kPhaseNames = {
-    "sort", "grid", "collide_integrate", "ball", "map", "unmap", "draw", "panel", "present", "encode"};
+    "sort",   "grid", "collide_integrate", "ball", "predict", "solve",   "reconcile",
+    "commit", "map",  "unmap",             "draw", "panel",   "present", "encode"};
 
 struct PhaseTimes {
   std::array<double, kNumPhases> ms{};

@@ -63,17 +63,6 @@ Block measure_block(GasRun& run, std::uint32_t num_steps, StepTotals& totals) {
 
 }  // namespace
 
-const char* method_name(Method method) {
-  switch (method) {
-    case Method::impulse:
-      return "impulse";
-    case Method::spring:
-      return "spring";
-    default:
-      return "exact";
-  }
-}
-
 double theory_rate(double area_fraction) { return theory::collision_rate_per_s(area_fraction, 1.0, 0.5); }
 
 Settings gas_settings(const GasCase& gas) {

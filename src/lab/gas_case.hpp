@@ -5,6 +5,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "backend/backend.hpp"
+#include "model/methods.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -54,6 +55,5 @@ double theory_rate(double area_fraction);
 // start), max_overlap, num_invalid. NaN becomes null in JSON.
 nlohmann::json measure_gas(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);
 
-const char* method_name(Method method);
 
 }  // namespace pf

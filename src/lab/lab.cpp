@@ -14,7 +14,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "lab/machine_load.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study_files.hpp"
 
 namespace pf {
@@ -150,7 +150,7 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
   Progress progress(study.name, points.size(), rows.num_done());
   std::mutex guard;
   Clock::time_point saved = Clock::now();
-  side_by_side(static_cast<int>(missing.size()), study.side_by_side ? 0 : 1, [&](int k) {
+  parallel_for(static_cast<int>(missing.size()), study.parallel_for ? 0 : 1, [&](int k) {
     if (stop) return;
     const std::size_t at = missing[static_cast<std::size_t>(k)];
     {
@@ -160,7 +160,7 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
     json measured = points[at].measure();
     const std::lock_guard lock(guard);
     rows.set(at, std::move(measured), points[at].key);
-    if (study.side_by_side && milliseconds_since(saved) < 1000.0) return;
+    if (study.parallel_for && milliseconds_since(saved) < 1000.0) return;
     saved = Clock::now();
     result["points"] = rows.all();
     save_study(options.out, result);

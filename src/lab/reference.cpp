@@ -51,7 +51,7 @@ void Reference::check() const {
                                 options_.contact_clock_s));
   }
   const double smaller = 2.0 * std::min(half_m_.x, half_m_.y);
-  const double widest = std::max(contact_m_, physics_.ball.present ? ball_contact_m_ : 0.0);
+  const double widest = std::max(contact_m_, physics_.ball.exists ? ball_contact_m_ : 0.0);
   if (physics_.world.boundary == Boundary::periodic && smaller < 2.0 * widest * (1.0 + 1e-8)) {
     throw UserError(
         fmt::format("reference: a periodic world of smaller side {:g} m is below two contact "

@@ -221,7 +221,7 @@ void Reference::predict_ball_hit(const Body& body, PlannedEvent& earliest) const
 
 // Makes the ball's zone anew around where it is, and predicts all that lies in it and the ball itself.
 void Reference::refresh_ball() {
-  if (!physics_.ball.present) return;
+  if (!physics_.ball.exists) return;
   advance(ball_);
   ball_.position = nearest_image(ball_.position);
   for (const std::uint32_t cell : zone_) in_zone_[cell] = 0;

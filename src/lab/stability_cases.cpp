@@ -138,11 +138,11 @@ Collapse cool_with_clock(double restitution, double rate_times_clock, double col
   const double duration = collisions / rate;
   // Time has ceased to pass when ten events per disc no longer advance it; many events alone are only dense
   // clusters.
-  constexpr std::uint64_t kBatchPerDisc = 10, kMostBatches = 100;
+  constexpr std::uint64_t kBatchPerDisc = 10, kMaxBatches = 100;
   constexpr double kStill = 1e-6;
   const std::uint64_t batch = kBatchPerDisc * static_cast<std::uint64_t>(gas.num_parcels);
   Collapse result;
-  for (std::uint64_t k = 0; k < kMostBatches && !result.collapsed; ++k) {
+  for (std::uint64_t k = 0; k < kMaxBatches && !result.collapsed; ++k) {
     const double before = reference.now_s();
     if (reference.run_until(duration, nullptr, batch)) break;
     result.collapsed = reference.now_s() - before < kStill * before;

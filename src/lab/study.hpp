@@ -41,7 +41,7 @@ struct Study {
   // a list of sentences.
   void (*conclude)(nlohmann::json& result);
   // Its points are no timings and of one thread each: as many at once as the machine has threads.
-  bool side_by_side = false;
+  bool parallel_for = false;
 };
 
 Study work_precision_study();

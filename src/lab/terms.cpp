@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "lab/flight_case.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/terms_verdict.hpp"
 #include "scene/scene_file.hpp"
@@ -44,7 +44,7 @@ json fly_variant(const LabDevice& device, Settings s, const Variant& variant, in
   const int num_timed = std::min(3, num_seeds);
   const std::unique_ptr<Backend> backend = device.make();
   for (int k = 0; k < num_timed; ++k) fly(k, *backend);
-  side_by_side(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
+  parallel_for(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
   json flights = json::array();
   double best_ms = INFINITY;
   for (int k = 0; k < num_seeds; ++k) {

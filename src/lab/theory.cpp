@@ -4,7 +4,7 @@
 
 #include "core/portable_math.hpp"
 #include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf::theory {
 namespace {
@@ -102,13 +102,13 @@ ShearWave shear_wave(double eta, double e, double num_parcels, double num_waves_
 }
 
 // Waves beyond this one are gone within a tenth of the time between collisions for any N from 100 on.
-constexpr int kMostWaves = 12;
+constexpr int kMaxWaves = 12;
 
 // Share of the energy that shear waves hold in excess and keep from one collision to the next.
 double excess_share(double eta, double e, double num_parcels, double cooled) {
   double sum = 0.0;
-  for (int x = -kMostWaves; x <= kMostWaves; ++x) {
-    for (int y = -kMostWaves; y <= kMostWaves; ++y) {
+  for (int x = -kMaxWaves; x <= kMaxWaves; ++x) {
+    for (int y = -kMaxWaves; y <= kMaxWaves; ++y) {
       const double waves2 = x * x + y * y;
       if (waves2 == 0.0) continue;
       sum += shear_wave_excess(eta, e, num_parcels, waves2, cooled) *

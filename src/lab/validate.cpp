@@ -27,14 +27,14 @@ std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowS
     rows.push_back(row);
     add(row);
   };
-  for (const Rung& rung : validation_rungs(plan)) rung.measure(both);
+  for (const ValidationCase& rung : validation_rungs(plan)) rung.measure(both);
   return rows;
 }
 
-std::vector<Rung> validation_rungs(const ValidationPlan& plan) {
-  std::vector<Rung> all;
+std::vector<ValidationCase> validation_rungs(const ValidationPlan& plan) {
+  std::vector<ValidationCase> all;
   for (const auto rungs_of : {pair_rungs, gas_rungs, relaxation_rungs, ball_rungs}) {
-    for (Rung& rung : rungs_of(plan)) all.push_back(std::move(rung));
+    for (ValidationCase& rung : rungs_of(plan)) all.push_back(std::move(rung));
   }
   return all;
 }

@@ -41,17 +41,17 @@ struct ValidationPlan {
 using RowSink = std::function<void(const ValidationRow&)>;
 
 // One measurement: a row, or some that come of the same run.
-struct Rung {
+struct ValidationCase {
   std::string key;  // names it among all
   std::function<void(const RowSink& add)> measure;
 };
 
-std::vector<Rung> pair_rungs(const ValidationPlan& plan);
-std::vector<Rung> gas_rungs(const ValidationPlan& plan);
-std::vector<Rung> relaxation_rungs(const ValidationPlan& plan);
-std::vector<Rung> ball_rungs(const ValidationPlan& plan);
+std::vector<ValidationCase> pair_rungs(const ValidationPlan& plan);
+std::vector<ValidationCase> gas_rungs(const ValidationPlan& plan);
+std::vector<ValidationCase> relaxation_rungs(const ValidationPlan& plan);
+std::vector<ValidationCase> ball_rungs(const ValidationPlan& plan);
 // The whole ladder, from the bottom.
-std::vector<Rung> validation_rungs(const ValidationPlan& plan);
+std::vector<ValidationCase> validation_rungs(const ValidationPlan& plan);
 
 std::vector<ValidationRow> run_validation(const ValidationPlan& plan, const RowSink& add);
 

@@ -9,7 +9,7 @@
 #include "lab/free_stream.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/samples.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 #include "model/ball.hpp"
@@ -59,7 +59,7 @@ Force measure_force(const FreeStream& stream, Method method, const ValidationPla
   const double end_s = (1.0 - 2.0 * kContact) / (2.0 * stream.speed_mps + 5.0 * stream.thermal_mps);
   const std::uint32_t steps = method == Method::exact ? 12 : 48;
   std::vector<StepTotals> totals(static_cast<std::size_t>(runs));
-  side_by_side(runs, plan.threads, [&](int k) {
+  parallel_for(runs, plan.threads, [&](int k) {
     SceneRun run(stream_settings(stream, method, num), 1);
     start_stream(run, stream, static_cast<std::uint64_t>(k) + 1);
     totals[static_cast<std::size_t>(k)] = run.advance(steps, end_s / steps).totals;
@@ -182,7 +182,7 @@ void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
   const auto runs = static_cast<int>(plan.amount(64, 16));
   const auto looks = static_cast<int>(plan.amount(8000, 6000));
   std::vector<BallEnergy> found(static_cast<std::size_t>(runs));
-  side_by_side(runs, plan.threads,
+  parallel_for(runs, plan.threads,
                [&](int k) { found[static_cast<std::size_t>(k)] = measure_ball_energy(k + 1, looks); });
   Mean share;
   for (const BallEnergy& run : found) share.add(run.mean_j / run.kT_j);
@@ -198,8 +198,8 @@ void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
 
 }  // namespace
 
-std::vector<Rung> ball_rungs(const ValidationPlan& plan) {
-  std::vector<Rung> rungs;
+std::vector<ValidationCase> ball_rungs(const ValidationPlan& plan) {
+  std::vector<ValidationCase> rungs;
   for (const double speed_ratio : {0.5, 2.0, 5.0}) {
     for (const Method method : {Method::exact, Method::impulse}) {
       rungs.push_back({fmt::format("ball/{}/{}", method_name(method), speed_ratio),

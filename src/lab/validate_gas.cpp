@@ -7,7 +7,7 @@
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/samples.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -58,7 +58,7 @@ std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& 
 Equilibrium measure_equilibrium(const Settings& settings, const GasLength& length, unsigned threads) {
   const Clock::time_point start = Clock::now();
   std::vector<std::vector<GasBlock>> runs(static_cast<std::size_t>(length.num_runs));
-  side_by_side(length.num_runs, threads, [&](int k) {
+  parallel_for(length.num_runs, threads, [&](int k) {
     Settings s = settings;
     s.seed = k + 1;
     runs[static_cast<std::size_t>(k)] = measure_blocks(s, length);
@@ -128,8 +128,8 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
 
 }  // namespace
 
-std::vector<Rung> gas_rungs(const ValidationPlan& plan) {
-  std::vector<Rung> rungs;
+std::vector<ValidationCase> gas_rungs(const ValidationPlan& plan) {
+  std::vector<ValidationCase> rungs;
   for (const double eta : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65}) {
     for (const Method method : {Method::exact, Method::impulse}) {
       rungs.push_back({fmt::format("density/{}/{}", method_name(method), eta),

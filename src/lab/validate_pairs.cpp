@@ -149,8 +149,8 @@ void add_heavy_ball(const RowSink& add) {
 
 }  // namespace
 
-std::vector<Rung> pair_rungs(const ValidationPlan& plan) {
-  std::vector<Rung> rungs = {{"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
+std::vector<ValidationCase> pair_rungs(const ValidationPlan& plan) {
+  std::vector<ValidationCase> rungs = {{"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
                              {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
   for (const double step_diameters : {0.1, 0.5, 2.0}) {
     for (const Method method : {Method::exact, Method::impulse}) {

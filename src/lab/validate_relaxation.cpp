@@ -7,7 +7,7 @@
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/samples.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -68,7 +68,7 @@ void add_excess(const ValidationPlan& plan, const RowSink& add) {
   const Clock::time_point start = Clock::now();
   const auto num_runs = static_cast<int>(plan.amount(64, 6));
   std::vector<std::array<double, 3>> runs(static_cast<std::size_t>(num_runs));
-  side_by_side(num_runs, plan.threads,
+  parallel_for(num_runs, plan.threads,
                [&](int k) { runs[static_cast<std::size_t>(k)] = relaxing_excess(k + 1); });
   for (std::size_t k = 0; k < 3; ++k) {
     Mean found;
@@ -110,7 +110,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   const Clock::time_point start = Clock::now();
   const auto num_seeds = static_cast<int>(plan.amount(4096, 512));
   std::vector<double> ratios(static_cast<std::size_t>(num_seeds));
-  side_by_side(num_seeds, plan.threads,
+  parallel_for(num_seeds, plan.threads,
                [&](int k) { ratios[static_cast<std::size_t>(k)] = cooled(method, k + 1); });
   Mean ratio;
   for (const double one : ratios) ratio.add(one);
@@ -128,7 +128,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
 
 }  // namespace
 
-std::vector<Rung> relaxation_rungs(const ValidationPlan& plan) {
+std::vector<ValidationCase> relaxation_rungs(const ValidationPlan& plan) {
   return {{"excess", [plan](const RowSink& add) { add_excess(plan, add); }},
           {"cooling/exact", [plan](const RowSink& add) { add_cooling(plan, Method::exact, add); }},
           {"cooling/impulse", [plan](const RowSink& add) { add_cooling(plan, Method::impulse, add); }}};

@@ -11,7 +11,7 @@ using nlohmann::json;
 
 std::vector<LabPoint> plan(const LabContext& context) {
   std::vector<LabPoint> points;
-  for (Rung& rung : validation_rungs({context.quick})) {
+  for (ValidationCase& rung : validation_rungs({context.quick})) {
     points.push_back({rung.key, [measure = std::move(rung.measure)] {
                         json rows = json::array();
                         measure([&rows](const ValidationRow& row) { rows.push_back(to_json(row)); });

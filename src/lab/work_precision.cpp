@@ -7,7 +7,7 @@
 
 #include "lab/flight_case.hpp"
 #include "lab/path_case.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
@@ -21,7 +21,7 @@ using nlohmann::json;
 struct Sizes {
   std::int64_t gas_parcels, flight_parcels;
   double gas_collisions;  // per parcel
-  double most_work;       // parcel-steps of a point
+  double max_work;       // parcel-steps of a point
 };
 
 Sizes sizes_for(const LabContext& context, const LabDevice& device) {
@@ -55,7 +55,7 @@ json gas_point(const LabContext& context, const LabDevice& device, const GasCase
   const Sizes sizes = sizes_for(context, device);
   const double work = static_cast<double>(gas.num_parcels) / (theory_rate(gas.area_fraction) * steps.dt);
   // At least 20: the statistical error of the shortest steps is what the bound costs.
-  steps.collisions = cools ? 20.0 : std::clamp(sizes.most_work / work, 20.0, sizes.gas_collisions);
+  steps.collisions = cools ? 20.0 : std::clamp(sizes.max_work / work, 20.0, sizes.gas_collisions);
   steps.warmup = cools ? 0.0 : 2.0;
   json row = measure_gas(gas, steps, device.make());
   row["group"] = "gas";
@@ -81,7 +81,7 @@ std::vector<FlightResult> fly_all(const LabDevice& device, const Settings& setti
   };
   const std::unique_ptr<Backend> backend = device.make();
   for (int k = 0; k < num_timed; ++k) fly(k, *backend);
-  side_by_side(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
+  parallel_for(num_seeds - num_timed, 0, [&](int k) { fly(num_timed + k, *make_cpu_backend(1)); });
   for (int k = num_timed; k < num_seeds; ++k) flights[static_cast<std::size_t>(k)].wall_ns = INFINITY;
   return flights;
 }

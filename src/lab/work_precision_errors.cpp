@@ -12,7 +12,7 @@
 #include "core/portable_math.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
-#include "lab/work_precision_words.hpp"
+#include "lab/work_precision_summary.hpp"
 
 namespace pf {
 namespace {
@@ -225,7 +225,7 @@ void conclude_work_precision(json& result) {
     points[k]["errors"] = errors_of(measured[k], measured, truths);
   for (const char* error : {"rate", "pressure", "energy", "path", "drag"}) mark_front(points, error);
   result["orders"] = orders(measured);
-  result["words"] = words_of_work_precision(result);
+  result["words"] = work_precision_summary(result);
 }
 
 }  // namespace pf

@@ -4,44 +4,19 @@
 
 #include <cstdint>
 
-#include "model/physics.hpp"
+#include "model/parcel.hpp"
+#include "model/tally.hpp"
 
 namespace pf {
-
-struct Parcel {
-  Vec2i position;
-  Vec2f velocity;
-  std::uint32_t id = 0;
-};
-
-// Constants of a step, derived once per frame on the host.
-struct StepConstants {
-  Physics physics;
-  double dt_s = 0.0;
-  double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
-  double contact_distance2 = 0.0;  // (2 r)^2, position units squared
-  double contact_distance = 0.0;   // 2 r, position units
-  float filter_distance2 = 0.0F;   // a little above contact_distance2: the cheap first test, in float
-  std::int32_t contact_reach = 0;  // contact distance, rounded up
-  double ball_contact_m = 0.0;     // R + r
-  double per_velocity_unit = 0.0;  // counts of a velocity sum per m/s (a power of two)
-  double velocity_unit_mps = 0.0;
-  double per_impulse_unit = 0.0;  // counts of a ball sum per m/s of parcel velocity change
-  double impulse_unit_kg_mps = 0.0;
-  double per_impulse_count = 0.0;   // counts of the sum over pair impulses per m/s
-  double spring_rate_per_s2 = 0.0;  // k / m of the spring-dashpot
-  double damping_rate_per_s = 0.0;  // gamma / m
-};
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
 
 // A pair's impulse over parcel mass, as counts of the tallied sum. 2^25 counts are the most that one contact
 // can add, so that the contacts of a warp add up in 32 bits.
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
-  constexpr double kMost = 33554432.0;
+  constexpr double kMax = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;
-  return static_cast<std::int32_t>(
-      round_to_int64(counts > kMost ? kMost : (counts < -kMost ? -kMost : counts)));
+  return static_cast<std::int32_t>(round_to_int64(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts)));
 }
 
 // Sums of a parcel's contacts in one step.
@@ -77,7 +52,7 @@ PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, Contact
 // Overlapping pairs are pushed apart by half the overlap each, and nothing else: what `exact` does to a state
 // that another method left.
 struct PushOutContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     const double overlap = c.contact_distance - pair.distance;
@@ -92,7 +67,7 @@ struct PushOutContact {
 // are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
 // v_rel,n' = -e v_rel,n for impulse_scale 1.
 struct ImpulseContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     PushOutContact::respond(c, self, other, pair, sums, tally);
@@ -113,7 +88,7 @@ struct ImpulseContact {
 // and Strack 1979), semi-implicit: the velocity changes first, the position moves with the new one. A contact
 // is counted in the step in which the pair comes to overlap.
 struct SpringContact {
-  template <class Tally>
+  template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     const double unit_m = c.physics.world.unit_m;
@@ -134,7 +109,7 @@ struct SpringContact {
 };
 
 // Adds the pair's contact, if they touch, to self's sums. offset: other - self, nearest image.
-template <class Contact, class Tally>
+template <class Contact, EventTally Tally>
 PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const Parcel& other, Vec2i offset,
                               ContactSums& sums, Tally& tally) {
   const PairGeometry pair = pair_geometry(offset, self.id, other.id);

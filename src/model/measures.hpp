@@ -24,9 +24,9 @@ struct StepTotals {
   std::uint64_t num_sorts = 0;
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
-  std::uint64_t num_redone_steps = 0;  // discarded and repeated with a wider bound and half the length
-  std::uint64_t event_hash = 0;        // of the list of events
-  Vec2d ball_impulse_kg_mps;           // what parcels did to the ball, also when it is held
+  std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
+  std::uint64_t event_hash = 0;         // of the list of events
+  Vec2d ball_impulse_kg_mps;            // what parcels did to the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;
 
   StepTotals& operator+=(const StepTotals& o) {
@@ -44,7 +44,7 @@ struct StepTotals {
     max_speed_mps = o.max_speed_mps;
     num_sorts += o.num_sorts;
     num_rounds += o.num_rounds;
-    num_redone_steps += o.num_redone_steps;
+    num_retried_steps += o.num_retried_steps;
     event_hash += o.event_hash;
     ball_impulse_kg_mps += o.ball_impulse_kg_mps;
     ball_torque_impulse_kg_m2ps += o.ball_torque_impulse_kg_m2ps;
@@ -65,24 +65,12 @@ struct Measures {
 
 // Adds the ball's share to what was summed over the parcels.
 inline void add_ball(const BallConstants& ball, const BallState& state, Measures& measures) {
-  if (!ball.present) return;
+  if (!ball.exists) return;
   const double speed2 = dot(state.velocity_mps, state.velocity_mps);
   measures.ball_energy_j =
       0.5 * ball.mass_kg * speed2 + 0.5 * ball.inertia_kg_m2 * state.spin_radps * state.spin_radps;
   measures.momentum_kg_mps += state.velocity_mps * ball.mass_kg;
   measures.momentum_scale_kg_mps += ball.mass_kg * std::sqrt(speed2);
-}
-
-// Contact value of the pair distribution of hard discs, Henderson 1975: within 0.03 % at area fraction 0.3.
-inline double contact_value(double area_fraction) {
-  const double free = 1.0 - area_fraction;
-  return (1.0 - 7.0 * area_fraction / 16.0) / (free * free);
-}
-
-// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r) with
-// c = sqrt(kT/m), speed per component (docs/physics.md, 'Collision rate').
-inline double enskog_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
-  return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
 }
 
 // One parcel's term of the state hash; the hash of a state is the sum over parcels, modulo 2^64, so that it

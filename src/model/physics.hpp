@@ -13,6 +13,9 @@ enum class Air : std::uint8_t { vacuum, drag, parcels };
 
 enum class Method : std::uint8_t { impulse, spring, exact };
 
+// How partners of contacts are searched.
+enum class Neighbors : std::uint8_t { grid, all_pairs };
+
 struct ParcelConstants {
   std::uint32_t num = 0;
   double radius_m = 0.0;
@@ -24,7 +27,7 @@ struct ParcelConstants {
 };
 
 struct BallConstants {
-  bool present = true;
+  bool exists = true;
   bool held = false;  // neither moves nor turns; impulses on it are still summed
   double mass_kg = 0.026;
   double radius_m = 0.185;

@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "model/ball.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/spring.hpp"
 
 namespace pf {
@@ -43,7 +44,7 @@ ParcelConstants derive_parcels(const Settings& s, double area_m2) {
 
 BallConstants derive_ball(const Settings& s) {
   BallConstants ball;
-  ball.present = s.ball_present;
+  ball.exists = s.ball_present;
   ball.held = s.ball_held;
   ball.mass_kg = s.ball_mass_kg;
   ball.radius_m = s.ball_radius_m;
@@ -103,7 +104,7 @@ void check_sizes(const Settings& s, const Physics& physics) {
                       physics.parcels.radius_m, fraction));
     }
   }
-  if (!physics.ball.present) return;
+  if (!physics.ball.exists) return;
   const double margin = world.boundary == Boundary::walls ? s.ball_radius_m : 0.0;
   if (std::fabs(s.ball_x_m) > 0.5 * width - margin || std::fabs(s.ball_y_m) > 0.5 * height - margin) {
     throw UserError(
@@ -121,7 +122,7 @@ void check_sizes(const Settings& s, const Physics& physics) {
 // What an ordinary fast parcel does in a step: a few thermal speeds, or thrown off the ball.
 double fastest_expected_mps(const Settings& s, const Physics& physics, const BallState& ball) {
   const double thermal = 2.5 * s.parcel_speed_mps + norm(s.flow_x_mps, s.flow_y_mps);
-  if (!physics.ball.present) return thermal;
+  if (!physics.ball.exists) return thermal;
   const double thrown = 2.0 * norm(ball.velocity_mps.x, ball.velocity_mps.y) +
                         std::fabs(ball.spin_radps) * physics.ball.radius_m + s.parcel_speed_mps;
   return std::max(thermal, thrown);
@@ -146,7 +147,7 @@ void check_exact(const Settings& s, const Physics& physics) {
   if (s.method != Method::exact || s.boundary != Boundary::periodic || physics.parcels.num == 0) return;
   const double radius_m = physics.parcels.radius_m;
   const double widest_m =
-      (physics.ball.present ? std::max(physics.ball.radius_m, radius_m) : radius_m) + radius_m;
+      (physics.ball.exists ? std::max(physics.ball.radius_m, radius_m) : radius_m) + radius_m;
   const double narrower_m = 2.0 * std::min(physics.world.half.x, physics.world.half.y) * physics.world.unit_m;
   if (narrower_m > 2.05 * widest_m) return;
   throw UserError(

@@ -1,5 +1,6 @@
 // The table of settings: one row each, by section of the scene file. Ranges refuse nonsense and what would
 // overflow; whether a combination can run is checked by derive_physics.
+#include "model/methods.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -92,7 +93,7 @@ std::vector<Field> ball_fields() {
 std::vector<Field> run_fields() {
   return {
       {"run", "method", "", "collision method", 0, 0,
-       choice<&Settings::method>({"impulse", "spring", "exact"})},
+       choice<&Settings::method>(method_names())},
       {"run", "neighbors", "", "search for partners: sorted cells, or every pair (a slow check)", 0, 0,
        choice<&Settings::neighbors>({"grid", "all-pairs"})},
       {"run", "dt_s", "s", "time step; 0: from displacement_per_step", 0, 1e3, &Settings::dt_s},

@@ -8,7 +8,6 @@
 #include <variant>
 #include <vector>
 
-#include "backend/backend.hpp"
 #include "model/physics.hpp"
 
 namespace pf {

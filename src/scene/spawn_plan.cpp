@@ -149,7 +149,7 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
   const Request q{2.0 * physics.world.half.x * unit,
                   2.0 * physics.world.half.y * unit,
                   2.0 * physics.parcels.radius_m + rounding,
-                  physics.ball.present ? physics.ball.radius_m + physics.parcels.radius_m + rounding : 0.0,
+                  physics.ball.exists ? physics.ball.radius_m + physics.parcels.radius_m + rounding : 0.0,
                   ball.position_m,
                   physics.world.boundary == Boundary::periodic,
                   plan_.num_parcels};
@@ -160,7 +160,7 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
                     "without overlap; lower "
                     "air.area_fraction (now {:.3f}) or raise air.num_parcels",
                     plan_.num_parcels, 2.0 * physics.parcels.radius_m, q.width, q.height,
-                    physics.ball.present ? " beside the ball" : "", area_fraction_of(physics)));
+                    physics.ball.exists ? " beside the ball" : "", area_fraction_of(physics)));
   }
   plan_.num_rows = l.num_rows;
   plan_.num_columns = l.num_columns;

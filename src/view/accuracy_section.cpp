@@ -8,15 +8,16 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
 namespace {
 
-constexpr std::array<const char*, 3> kMethodNames = {"impulse", "spring", "exact"};
 // In the order of Method, as in the lab's figures (Okabe and Ito 2008).
 constexpr Rgb kMethodColors[] = {{0.20F, 0.60F, 0.86F}, {0.90F, 0.45F, 0.10F}, {0.10F, 0.74F, 0.56F}};
+static_assert(std::size(kMethodColors) == kMethods.size());
 
 ImU32 method_color(std::size_t method, Theme theme) {
   Rgb color = kMethodColors[method];
@@ -67,14 +68,14 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
 // A rectangle of the screen with logarithmic axes; an error of 0 is at its lower edge.
 struct Axes {
   ImVec2 low, high;  // corners: left top, right bottom
-  double least_cost, most_cost, least_error, most_error;
+  double min_cost, max_cost, min_error, max_error;
 
   ImVec2 place(const WorkPrecisionPoint& point) const {
     const auto share = [](double value, double least, double most) {
       return static_cast<float>(std::clamp(std::log(value / least) / std::log(most / least), 0.0, 1.0));
     };
-    return {low.x + (high.x - low.x) * share(point.ns_per_disc_time, least_cost, most_cost),
-            high.y - (high.y - low.y) * share(point.error, least_error, most_error)};
+    return {low.x + (high.x - low.x) * share(point.ns_per_disc_time, min_cost, max_cost),
+            high.y - (high.y - low.y) * share(point.error, min_error, max_error)};
   }
 };
 
@@ -82,32 +83,32 @@ std::optional<Axes> axes_of(const WorkPrecision& picture, ImVec2 low, ImVec2 hig
   Axes axes{low, high, 1e300, 0.0, 1e300, 0.0};
   for (const auto& points : picture.methods) {
     for (const WorkPrecisionPoint& point : points) {
-      axes.least_cost = std::min(axes.least_cost, point.ns_per_disc_time);
-      axes.most_cost = std::max(axes.most_cost, point.ns_per_disc_time);
-      if (point.error > 0.0) axes.least_error = std::min(axes.least_error, point.error);
-      axes.most_error = std::max(axes.most_error, point.error);
+      axes.min_cost = std::min(axes.min_cost, point.ns_per_disc_time);
+      axes.max_cost = std::max(axes.max_cost, point.ns_per_disc_time);
+      if (point.error > 0.0) axes.min_error = std::min(axes.min_error, point.error);
+      axes.max_error = std::max(axes.max_error, point.error);
     }
   }
-  axes.least_cost *= 0.8;
-  axes.most_cost *= 1.25;
-  axes.least_error *= 0.7;
-  axes.most_error *= 1.4;
-  const bool is_plane = axes.most_cost > axes.least_cost && axes.most_error > axes.least_error;
-  return is_plane && axes.least_error > 0.0 ? std::optional(axes) : std::nullopt;
+  axes.min_cost *= 0.8;
+  axes.max_cost *= 1.25;
+  axes.min_error *= 0.7;
+  axes.max_error *= 1.4;
+  const bool is_plane = axes.max_cost > axes.min_cost && axes.max_error > axes.min_error;
+  return is_plane && axes.min_error > 0.0 ? std::optional(axes) : std::nullopt;
 }
 
 void draw_decades(ImDrawList* list, const Axes& axes, const OverlayColors& colors) {
   const float size = 0.8F * ImGui::GetFontSize();
   for (double error = 1e-6; error < 10.0; error *= 10.0) {
-    if (error < axes.least_error || error > axes.most_error) continue;
-    const ImVec2 at = axes.place({axes.least_cost, error});
+    if (error < axes.min_error || error > axes.max_error) continue;
+    const ImVec2 at = axes.place({axes.min_cost, error});
     list->AddLine(at, ImVec2(axes.high.x, at.y), colors.edge);
     list->AddText(ImGui::GetFont(), size, ImVec2(at.x + 3.0F, at.y - size), colors.dim,
                   fmt::format("{:g} %", 100.0 * error).c_str());
   }
   for (double cost = 1.0; cost < 1e9; cost *= 10.0) {
-    if (cost < axes.least_cost || cost > axes.most_cost) continue;
-    const ImVec2 at = axes.place({cost, axes.least_error});
+    if (cost < axes.min_cost || cost > axes.max_cost) continue;
+    const ImVec2 at = axes.place({cost, axes.min_error});
     list->AddLine(ImVec2(at.x, axes.low.y), at, colors.edge);
   }
 }
@@ -129,10 +130,10 @@ void draw_methods(ImDrawList* list, const Axes& axes, const WorkPrecision& pictu
 void draw_names(ImDrawList* list, const Axes& axes, Theme theme) {
   const float size = 0.85F * ImGui::GetFontSize();
   float right = axes.high.x - 4.0F;
-  for (std::size_t k = kMethodNames.size(); k-- > 0;) {
-    right -= text_width(kMethodNames[k], 0.85F);
+  for (std::size_t k = kMethods.size(); k-- > 0;) {
+    right -= text_width(kMethods[k].name, 0.85F);
     list->AddText(ImGui::GetFont(), size, ImVec2(right, axes.low.y + 2.0F), method_color(k, theme),
-                  kMethodNames[k]);
+                  kMethods[k].name);
     right -= size;
   }
 }
@@ -188,7 +189,7 @@ void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
     rows.edited() = choice.settings;
     rows.mark_changed();
     note_ = fmt::format("{}: {} within {}{:.2g} %",
-                        kMethodNames[static_cast<std::size_t>(choice.settings.method)], choice.of,
+                        method_name(choice.settings.method), choice.of,
                         choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
     if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
   } catch (const UserError& error) {

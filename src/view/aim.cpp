@@ -10,7 +10,7 @@ namespace {
 constexpr double kMpsPerPx = 0.25;
 constexpr double kFastest_mps = 60.0;  // up to which that does; faster scenes have a stronger sling
 constexpr double kRadpsPerPx = 0.5;
-constexpr double kLeast_px = 3.0;  // of a pull: a hand is not quite still when it clicks
+constexpr double kMin_px = 3.0;  // of a pull: a hand is not quite still when it clicks
 
 }  // namespace
 
@@ -20,7 +20,7 @@ void Aim::begin(const BallLaunch& present, double scale) {
   pulled_ = false;
   mps_per_px_ = kMpsPerPx * std::max(1.0, speed_mps / kFastest_mps) / scale;
   radps_per_px_ = kRadpsPerPx / scale;
-  least_px_ = kLeast_px * scale;
+  min_px_ = kMin_px * scale;
   pull_px_ = {};
   spin_px_ = 0.0;
   present_ = launch_ = present;
@@ -33,10 +33,10 @@ void Aim::drag(Vec2d moved_px, bool spin) {
   } else {
     pull_px_ += moved_px;
   }
-  const bool is_pulled = std::sqrt(dot(pull_px_, pull_px_)) >= least_px_;
+  const bool is_pulled = std::sqrt(dot(pull_px_, pull_px_)) >= min_px_;
   launch_.velocity_mps = is_pulled ? pull_px_ * -mps_per_px_ : present_.velocity_mps;
   launch_.spin_radps =
-      std::fabs(spin_px_) >= least_px_ ? present_.spin_radps + radps_per_px_ * spin_px_ : present_.spin_radps;
+      std::fabs(spin_px_) >= min_px_ ? present_.spin_radps + radps_per_px_ * spin_px_ : present_.spin_radps;
   pulled_ = is_pulled || launch_.spin_radps != present_.spin_radps;
 }
 

@@ -25,7 +25,7 @@ class Aim {
   bool pulled_ = false;
   double mps_per_px_ = 0.25;
   double radps_per_px_ = 0.5;
-  double least_px_ = 3.0;
+  double min_px_ = 3.0;
   Vec2d pull_px_;
   double spin_px_ = 0.0;
   BallLaunch present_, launch_;

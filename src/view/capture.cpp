@@ -89,8 +89,8 @@ std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size) {
   return rgba;
 }
 
-FrameReader::FrameReader(SizePx size, std::size_t most_held, Receiver receiver)
-    : size_(size), receiver_(std::move(receiver)), slots_(most_held + kMostInFlight) {
+FrameReader::FrameReader(SizePx size, std::size_t max_held, Receiver receiver)
+    : size_(size), receiver_(std::move(receiver)), slots_(max_held + kMaxInFlight) {
   const auto bytes = static_cast<GLsizeiptr>(bytes_of(size));
   const GLbitfield access = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
   for (Slot& slot : slots_) {
@@ -103,7 +103,7 @@ FrameReader::FrameReader(SizePx size, std::size_t most_held, Receiver receiver)
 }
 
 void FrameReader::read(GLuint framebuffer) {
-  if (in_flight_.size() == kMostInFlight) hand_on_oldest();
+  if (in_flight_.size() == kMaxInFlight) hand_on_oldest();
   Slot& slot = free_slot();
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, slot.buffer.get());

@@ -37,13 +37,13 @@ class FrameReader {
 
   // most_held: frames that the receiver may keep at a time. Takes all its memory here: most_held + 3 frames.
   // Throws DeviceError if there is none.
-  FrameReader(SizePx size, std::size_t most_held, Receiver receiver);
+  FrameReader(SizePx size, std::size_t max_held, Receiver receiver);
 
   void read(GLuint framebuffer);  // of the size given; may hand on an older frame
   void finish();                  // hands on all that is left, in order
 
  private:
-  static constexpr std::size_t kMostInFlight = 3;
+  static constexpr std::size_t kMaxInFlight = 3;
 
   struct Slot {
     GlBuffer buffer;

@@ -13,8 +13,8 @@
 namespace pf {
 namespace {
 
-constexpr const char* kForgetting = "/dev/null";
-constexpr std::size_t kMostHeld = 8;  // frames not yet written; 66 MB at 1080p
+constexpr const char* kNullDevice = "/dev/null";
+constexpr std::size_t kMaxHeld = 8;  // frames not yet written; 66 MB at 1080p
 
 // yuv420p halves both sides of the picture.
 SizePx even(SizePx size) { return {size.width & ~1, size.height & ~1}; }
@@ -42,14 +42,14 @@ Film::Film(const FilmRequest& request, const std::function<void(const std::strin
   figures_.rate_hz = request.rate_hz;
   std::unique_ptr<FrameSink> sink = make_sink(request, announce);
   figures_.encoder = sink->name();
-  reader_.emplace(figures_.size, kMostHeld, [this](HeldFrame frame) { hand_on(std::move(frame)); });
-  writer_ = std::make_unique<FilmWriter>(std::move(sink), kMostHeld);
+  reader_.emplace(figures_.size, kMaxHeld, [this](HeldFrame frame) { hand_on(std::move(frame)); });
+  writer_ = std::make_unique<FilmWriter>(std::move(sink), kMaxHeld);
 }
 
 std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
                                            const std::function<void(const std::string&)>& announce) {
   const SizePx size = figures_.size;
-  const bool is_raw = request.file.extension() == ".rgb" || request.file == kForgetting;
+  const bool is_raw = request.file.extension() == ".rgb" || request.file == kNullDevice;
   if (is_raw) return std::make_unique<RawFrames>(request.file, size.width);
   const bool frames_asked = is_frame_pattern(request.file);
   if (!frames_asked && ffmpeg_available())

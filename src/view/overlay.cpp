@@ -16,7 +16,7 @@ constexpr float kPadding_px = 12.0F;
 constexpr float kStatusWidth_px = 292.0F;
 constexpr float kPhasesWidth_px = 330.0F;
 constexpr float kLegendWidth_px = 140.0F;
-constexpr float kLeastPlot_px = 50.0F;
+constexpr float kMinPlot_px = 50.0F;
 constexpr float kTermsRow_px = 21.0F;  // the line above the strip
 constexpr float kGap_px = 22.0F;
 constexpr std::uint64_t kFramesPerText = 6;
@@ -125,7 +125,7 @@ Columns columns_of(const OverlayPlace& place) {
   at.legend = right - kLegendWidth_px * s;
   if (at.has_legend) right = at.legend - kGap_px * s;
   at.plot_width = right - at.plot;
-  at.has_plot = at.plot_width > kLeastPlot_px * s;
+  at.has_plot = at.plot_width > kMinPlot_px * s;
   return at;
 }
 
@@ -254,8 +254,8 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   std::string events = grouped(totals.num_collisions) + " collisions";
   if (frame.settings->method == Method::exact) {
     events += fmt::format(", {} rounds, {} redone", frame.frame_totals.num_rounds,
-                          frame.frame_totals.num_redone_steps);
-  } else if (frame.physics->ball.present) {
+                          frame.frame_totals.num_retried_steps);
+  } else if (frame.physics->ball.exists) {
     events += ", " + grouped(totals.num_ball_hits) + " ball hits";
   }
   texts_.add(x, y + 4.15F * row, colors_.dim, fitting(events, width));
@@ -319,7 +319,7 @@ void Overlay::write_legend(const FrameView& frame, float x, float y, float scale
   const std::string middle = fmt::format("{:.3g}", 0.5 * top_mps);
   texts_.add(x + 0.5F * (width - text_width(middle)), y + 2.2F * row, colors_.text, middle);
   texts_.add_right(x + width, y + 2.2F * row, colors_.text, fmt::format("{:.3g}+", top_mps));
-  if (!frame.physics->ball.present) return;
+  if (!frame.physics->ball.exists) return;
   const Vec2d v = frame.ball.velocity_mps;
   texts_.add(x, y + 3.9F * row, colors_.dim, "ball");
   texts_.add_right(x + width, y + 3.9F * row, colors_.text, fmt::format("{:.2f} m/s", std::sqrt(dot(v, v))));

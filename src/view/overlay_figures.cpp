@@ -34,7 +34,7 @@ void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView
                        const DrawTimes& drawing) {
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
   kept_[num_added_ % kNumKept] = {times, drawing, frame_ms, steps * frame.num_parcels,
-                                  frame.least_bytes_moved};
+                                  frame.min_bytes_moved};
   ++num_added_;
 }
 
@@ -65,7 +65,7 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
     if (kept_[i].particle_steps == 0.0) continue;  // it stood still
     seconds += 1e-3 * compute_ms(kept_[i].times);
     particle_steps += kept_[i].particle_steps;
-    bytes += kept_[i].least_bytes;
+    bytes += kept_[i].min_bytes;
   }
   if (seconds > 0.0) figures.particle_steps_per_s = particle_steps / seconds;
   if (seconds > 0.0 && copy_bytes_per_s > 0.0) figures.copy_share = bytes / seconds / copy_bytes_per_s;
@@ -109,7 +109,7 @@ void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, dou
   fmt::format_to(out, ",{},{},{},{},{},{:.6g},{:.4f},{},{},{},{},{},{}", frame.num_parcels,
                  name("run.method"), name("run.neighbors"), frame.dt_s, totals.num_steps,
                  figures.particle_steps_per_s, figures.copy_share, frame.memory_bytes, target,
-                 totals.num_collisions, totals.num_ball_hits, totals.num_rounds, totals.num_redone_steps);
+                 totals.num_collisions, totals.num_ball_hits, totals.num_rounds, totals.num_retried_steps);
   for (const double ms :
        {drawing.host_draw_ms, drawing.gpu_draw_ms, drawing.host_panel_ms, drawing.gpu_panel_ms}) {
     line.push_back(',');

@@ -46,7 +46,7 @@ class FrameHistory {
     DrawTimes drawing;
     double frame_ms = 0.0;
     double particle_steps = 0.0;
-    double least_bytes = 0.0;
+    double min_bytes = 0.0;
   };
   std::array<Kept, kNumKept> kept_{};
   std::size_t num_added_ = 0;

@@ -275,9 +275,9 @@ void Panel::edit_look(ViewSwitches& switches) {
   choose("##colours", kColorMapNames, switches.look.color_map, "Colours", rows_.controls());
   rows_.begin_row("Text size", "+ and -: text, panel and overlay. Takes effect when you let go.");
   if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) ui_scale_ = switches.ui_scale;
-  ImGui::SliderScalar("##scale", ImGuiDataType_Double, &ui_scale_, &kLeastUiScale, &kMostUiScale, "%.2f");
+  ImGui::SliderScalar("##scale", ImGuiDataType_Double, &ui_scale_, &kMinUiScale, &kMaxUiScale, "%.2f");
   if (ImGui::IsItemDeactivatedAfterEdit())
-    switches.ui_scale = std::clamp(ui_scale_, kLeastUiScale, kMostUiScale);
+    switches.ui_scale = std::clamp(ui_scale_, kMinUiScale, kMaxUiScale);
   rows_.end_row("Text size", "+ and -");
 }
 

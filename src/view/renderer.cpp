@@ -103,7 +103,7 @@ void Renderer::draw_flight(const FrameView& frame, const Camera& camera, const V
   set_view(camera, viewport);
   bind_for_blending(viewport);
   if (look_.paths) draw_paths(frame, camera, viewport.scale);
-  if (frame.physics->ball.present) draw_ball(frame, camera);
+  if (frame.physics->ball.exists) draw_ball(frame, camera);
 }
 
 void Renderer::bind_for_blending(const Viewport& viewport) {
@@ -261,8 +261,8 @@ void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camer
 }
 
 void Renderer::draw_ball(const FrameView& frame, const Camera& camera) {
-  constexpr double kLeastRadius_px = 3.0;
-  const double radius_px = std::max(frame.physics->ball.radius_m / camera.metres_per_px, kLeastRadius_px);
+  constexpr double kMinRadius_px = 3.0;
+  const double radius_px = std::max(frame.physics->ball.radius_m / camera.metres_per_px, kMinRadius_px);
   set_uniform(ball_, "ball_m", to_float(frame.ball.position_m));
   set_uniform(ball_, "radius_px", static_cast<float>(radius_px));
   set_uniform(ball_, "angle", static_cast<float>(std::remainder(frame.ball.angle_rad, 2.0 * kPi)));

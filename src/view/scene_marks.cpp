@@ -136,7 +136,7 @@ void SceneMarks::show(const FrameView& frame, const Camera& camera, const Overla
   const OverlayColors& colors = overlay_colors(look.theme);
   float y = kTop_px * place.scale;
   OverlayPlace beside = place;
-  if (look.paths && frame.physics->ball.present) {
+  if (look.paths && frame.physics->ball.exists) {
     // Notices stand beside the legend, or below one that is too wide.
     const ImVec2 legend = show_flights(frame, place, look);
     if (legend.x < 0.6F * place.width_px)
@@ -149,10 +149,10 @@ void SceneMarks::show(const FrameView& frame, const Camera& camera, const Overla
 }
 
 float SceneMarks::reserved_px(const FrameView& frame, const Look& look, float scale, float height_px) {
-  if (!look.paths || !frame.physics->ball.present) return 0.0F;
+  if (!look.paths || !frame.physics->ball.exists) return 0.0F;
   constexpr float kNumRows = 4.0F;  // with the heads
-  constexpr float kMostShare = 0.2F;
-  return std::min((kTop_px + kNumRows * kRow_px + 1.4F * kPad_px) * scale, kMostShare * height_px);
+  constexpr float kMaxShare = 0.2F;
+  return std::min((kTop_px + kNumRows * kRow_px + 1.4F * kPad_px) * scale, kMaxShare * height_px);
 }
 
 void SceneMarks::write_rows(const FrameView& frame) {

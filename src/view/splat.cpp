@@ -10,7 +10,7 @@ constexpr std::uint32_t kGroup = 256;        // local_size_x of splat.comp
 constexpr std::uint32_t kChunk = 1U << 23U;  // parcels per dispatch: 64 MiB, which every GL can bind
 
 // Far below the 8191 that a pixel can count: the air in front of the ball is denser than the average.
-constexpr double kMostPerPixel = 500.0;
+constexpr double kMaxPerPixel = 500.0;
 
 void bind_chunk(GLuint index, GLuint buffer, GLintptr offset, std::size_t item, std::uint32_t first,
                 std::uint32_t count) {
@@ -38,7 +38,7 @@ void Splat::resize(SizePx size) {
 void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style,
                  SizePx size) {
   resize(size);
-  const auto one_in = static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMostPerPixel)));
+  const auto one_in = static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMaxPerPixel)));
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
   glProgramUniform1f(count_.get(), glGetUniformLocation(count_.get(), "per_color_mps"), style.per_color_mps);

@@ -132,10 +132,10 @@ int Stage::finish() {
                    accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
   record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
-  const bool gave_up =
+  const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if (gave_up && hooks_.announce) hooks_.announce(simulation_.view().message);
-  return gave_up || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
+  if (unresolvable && hooks_.announce) hooks_.announce(simulation_.view().message);
+  return unresolvable || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 
 // A log's inputs instead of a person's; the last frame before a still shortened so that it ends there.

@@ -10,7 +10,7 @@ namespace {
 // Steps of 2^(1/4) from 1, within what the flag takes.
 double scaled_text(double scale, int steps) {
   const double place = std::round(4.0 * std::log2(scale)) + steps;
-  return std::clamp(std::exp2(0.25 * place), kLeastUiScale, kMostUiScale);
+  return std::clamp(std::exp2(0.25 * place), kMinUiScale, kMaxUiScale);
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ Commands Stage::handle_input() {
 void Stage::aim(const InputFrame& input, Commands& commands) {
   const FrameView& view = simulation_.view();
   const Settings& settings = *view.settings;
-  if (!aim_.active() && input.pressed_left && view.physics->ball.present && is_at_ball(input.pointer_px))
+  if (!aim_.active() && input.pressed_left && view.physics->ball.exists && is_at_ball(input.pointer_px))
     aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
@@ -64,9 +64,9 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
 
 bool Stage::is_at_ball(Vec2d pointer_px) const {
   const FrameView& view = simulation_.view();
-  constexpr double kLeastReach_px = 14.0;
+  constexpr double kMinReach_px = 14.0;
   const double reach_m =
-      std::max(view.physics->ball.radius_m, kLeastReach_px * scale_ * camera_.metres_per_px);
+      std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
   const Vec2d pointer_m = camera_.to_world(pointer_px);
   const auto is_near = [&](Vec2d place_m) {
     const Vec2d away = pointer_m - place_m;
@@ -118,7 +118,7 @@ void Stage::follow_camera(const InputFrame& input) {
 
 void Stage::write_panel_map() {
   if (hooks_.panel_map.empty()) return;
-  if (simulation_.view().physics->ball.present) {
+  if (simulation_.view().physics->ball.exists) {
     const Vec2d start_px =
         (initial_ball(simulation_.settings()).position_m - camera_.center_m) * (1.0 / camera_.metres_per_px) +
         camera_.anchor_px;

@@ -8,10 +8,10 @@
 #include <set>
 
 #include "backend/cell_sort.hpp"
-#include "backend/disc_search.hpp"
-#include "backend/positions_at.hpp"
+#include "backend/exact/broad_phase.hpp"
+#include "backend/exact/positions_at.hpp"
 #include "core/random.hpp"
-#include "model/exact_plan.hpp"
+#include "model/exact/step_plan.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -24,7 +24,7 @@ using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 struct Gas {
   SceneRun run;
   ExactConstants c;
-  ParcelArrays lines;  // anchored where they were sorted
+  ParcelArrays trajectories;  // anchored where they were sorted
   std::vector<Vec2i> present;
   std::vector<std::uint32_t> owner, cell_start;
   BoundingDiscs discs;
@@ -36,7 +36,7 @@ struct Gas {
     const auto num = static_cast<std::uint32_t>(snapshot.position.size());
     ParcelArrays parcels;
     parcels.resize(num);
-    lines.resize(num);
+    trajectories.resize(num);
     std::copy(snapshot.position.begin(), snapshot.position.end(), parcels.position.begin());
     std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels.velocity.begin());
     for (std::uint32_t i = 0; i < num; ++i) parcels.id[i] = i;
@@ -45,49 +45,49 @@ struct Gas {
     CellSort cell_sort;
     PhaseTimes times;
     space.grid = choose_grid(run.physics.world, num, cell_width / run.physics.world.unit_m, 20.0);
-    cell_sort.sort(team, space.grid, parcels.position.data(), parcels, lines, cell_start, times);
+    cell_sort.sort(team, space.grid, parcels.position.data(), parcels, trajectories, cell_start, times);
 
-    for (std::uint32_t i = 7; num >= 40 && i < num; i += 31) lines.position[i] = {kRetired, 0};
+    for (std::uint32_t i = 7; num >= 40 && i < num; i += 31) trajectories.position[i] = {kRetired, 0};
     for (std::uint32_t i = 11; num >= 40 && i < num; i += 37)
-      lines.velocity[i].x = std::numeric_limits<float>::quiet_NaN();
+      trajectories.velocity[i].x = std::numeric_limits<float>::quiet_NaN();
     float fastest2 = 0.0F;
     for (std::uint32_t i = 0; i < num; ++i) {
-      if (is_live(i)) fastest2 = std::max(fastest2, dot(lines.velocity[i], lines.velocity[i]));
+      if (is_live(i)) fastest2 = std::max(fastest2, dot(trajectories.velocity[i], trajectories.velocity[i]));
     }
     const double fastest_mps = std::sqrt(static_cast<double>(fastest2));
-    const double ticks_per_diameter = c.step.contact_distance / (fastest_mps * c.units_per_tick);
+    const double ticks_per_diameter = c.run.contact_distance / (fastest_mps * c.plan.units_per_tick);
     const auto age = static_cast<std::uint32_t>(0.6 * ticks_per_diameter);
-    const std::int64_t travel = static_cast<std::int64_t>(0.6 * c.step.contact_distance) + 2;
-    c.begin = 4000000000U;  // soon to wrap around
-    c.max_speed_mps = kSpeedMargin * fastest_mps;
-    c.length = std::min(static_cast<std::uint32_t>(1.5 * ticks_per_diameter), longest_step(c, travel));
+    const std::int64_t max_displacement = static_cast<std::int64_t>(0.6 * c.run.contact_distance) + 2;
+    c.plan.start = 4000000000U;  // soon to wrap around
+    c.plan.max_speed_mps = kSpeedMargin * fastest_mps;
+    c.plan.length = std::min(static_cast<std::uint32_t>(1.5 * ticks_per_diameter), max_step_ticks(c, max_displacement));
     space.all_pairs = needs_all_pairs(c);
-    lines.tick.assign(num, c.begin - age);
+    trajectories.tick.assign(num, c.plan.start - age);
     present.resize(num + kSearchPadding);
-    positions_at(c, lines.position.data(), lines.velocity.data(), lines.tick.data(), 0, 0, num,
+    positions_at(c, trajectories.position.data(), trajectories.velocity.data(), trajectories.tick.data(), 0, 0, num,
                  present.data());
     discs.resize(num);
-    set_discs(present.data(), lines.velocity.data(), units_in_step(), half_contact(), 0, num, discs);
-    owner.assign(num + kSearchPadding, kNone);  // every third is owned
-    for (std::uint32_t i = 0; i < num; i += 3) owner[i] = is_live(i) ? 0 : kNone;
+    set_discs(present.data(), trajectories.velocity.data(), units_in_step(), half_contact(), 0, num, discs);
+    owner.assign(num + kSearchPadding, kInvalidIndex);  // every third is owned
+    for (std::uint32_t i = 0; i < num; i += 3) owner[i] = is_live(i) ? 0 : kInvalidIndex;
     space.x = discs.x.data();
     space.y = discs.y.data();
     space.radius = discs.radius.data();
     space.owner = owner.data();
     space.cell_start = cell_start.data();
     space.num_parcels = num;
-    set_reaches(c, fastest_mps, travel, space);
+    set_reaches(c, fastest_mps, max_displacement, space);
   }
 
-  float units_in_step() const { return static_cast<float>(c.units_per_tick * c.length); }
-  float half_contact() const { return static_cast<float>(0.5 * c.step.contact_distance); }
-  Line line(std::uint32_t i) const { return {lines.position[i], lines.velocity[i], lines.tick[i]}; }
+  float units_in_step() const { return static_cast<float>(c.plan.units_per_tick * c.plan.length); }
+  float half_contact() const { return static_cast<float>(0.5 * c.run.contact_distance); }
+  Trajectory trajectory(std::uint32_t i) const { return {trajectories.position[i], trajectories.velocity[i], trajectories.tick[i]}; }
   bool is_live(std::uint32_t i) const {
-    return !is_retired(lines.position[i]) && dot(lines.velocity[i], lines.velocity[i]) < kFiniteSpeed2;
+    return !is_retired(trajectories.position[i]) && dot(trajectories.velocity[i], trajectories.velocity[i]) < kMaxFiniteSpeed2;
   }
   // On a line that is turned by a right angle.
   Mover mover(std::uint32_t i) const {
-    return {i, bounding_disc(present[i], perpendicular(lines.velocity[i]) * units_in_step(), half_contact())};
+    return {i, bounding_disc(present[i], perpendicular(trajectories.velocity[i]) * units_in_step(), half_contact())};
   }
 };
 
@@ -117,19 +117,19 @@ Pairs overlaps(const Gas& gas, const DiscSearch& search, std::uint32_t at_a_time
   return all;
 }
 
-Reached sorted(Reached reached) {
-  std::sort(reached.overlapping.begin(), reached.overlapping.end());
-  std::sort(reached.owned.begin(), reached.owned.end());
-  return reached;
+Candidates sorted(Candidates candidates) {
+  std::sort(candidates.overlapping.begin(), candidates.overlapping.end());
+  std::sort(candidates.owned.begin(), candidates.owned.end());
+  return candidates;
 }
 
-void expect_same(const Reached& a, const Reached& b, std::uint32_t i) {
+void expect_same(const Candidates& a, const Candidates& b, std::uint32_t i) {
   EXPECT_EQ(sorted(a).overlapping, sorted(b).overlapping) << "of " << i;
   EXPECT_EQ(sorted(a).owned, sorted(b).owned) << "of " << i;
 }
 
 // Of two that share a box, which holds more than a parcel's own: other owned parcels within reach, too.
-void expect_as_much(const Gas& gas, const Mover& mover, const Reached& both, const Reached& alone) {
+void expect_as_much(const Gas& gas, const Mover& mover, const Candidates& both, const Candidates& alone) {
   EXPECT_EQ(sorted(both).overlapping, sorted(alone).overlapping) << "of " << mover.index;
   const std::vector<std::uint32_t> owned = sorted(both).owned, owned_alone = sorted(alone).owned;
   EXPECT_TRUE(std::includes(owned.begin(), owned.end(), owned_alone.begin(), owned_alone.end()))
@@ -141,7 +141,7 @@ void expect_as_much(const Gas& gas, const Mover& mover, const Reached& both, con
   for (const std::uint32_t j : owned) {
     const double x = nearest(gas.discs.x[j] - static_cast<double>(mover.disc.x), world.half.x);
     const double y = nearest(gas.discs.y[j] - static_cast<double>(mover.disc.y), world.half.y);
-    EXPECT_NE(gas.owner[j], kNone);
+    EXPECT_NE(gas.owner[j], kInvalidIndex);
     EXPECT_LE(std::hypot(x, y), 1.001 * (mover.disc.radius + gas.space.owned_radius)) << j;
   }
 }
@@ -155,7 +155,7 @@ TEST(Discs, FastestFindsWhatThePlainLoopsFind) {
       for (const bool all_pairs : {gas.space.all_pairs, true}) {
         gas.space.all_pairs = all_pairs;
         EXPECT_EQ(overlaps(gas, fastest, 100), overlaps(gas, plain, 64));
-        Reached one, other, two[2];
+        Candidates one, other, two[2];
         for (std::uint32_t i = 0; i < gas.space.num_parcels; i += all_pairs ? 97 : 1) {
           const std::uint32_t next = std::min(i + 1, gas.space.num_parcels - 1);
           if (!gas.is_live(i) || !gas.is_live(next)) continue;
@@ -178,20 +178,20 @@ void expect_all_meetings(const Case& in) {
   SCOPED_TRACE(name(in, kBoundary));
   const Gas gas(in.n, in.area_fraction, kBoundary, in.cell_width);
   const Pairs found = overlaps(gas, choose_disc_search(kBoundary), 256);
-  Reached reached;
+  Candidates candidates;
   int num_meetings = 0, num_reached = 0;
   for (std::uint32_t i = 0; i < gas.space.num_parcels; ++i) {
     if (!gas.is_live(i)) continue;
-    choose_disc_search(kBoundary).reach(gas.space, gas.mover(i), reached);
-    const std::set<std::uint32_t> of_mover(reached.overlapping.begin(), reached.overlapping.end());
-    const Line turned{gas.present[i], perpendicular(gas.lines.velocity[i]), gas.c.begin};
+    choose_disc_search(kBoundary).reach(gas.space, gas.mover(i), candidates);
+    const std::set<std::uint32_t> of_mover(candidates.overlapping.begin(), candidates.overlapping.end());
+    const Trajectory turned{gas.present[i], perpendicular(gas.trajectories.velocity[i]), gas.c.plan.start};
     for (std::uint32_t j = 0; j < gas.space.num_parcels; ++j) {
       if (!gas.is_live(j)) continue;
-      if (j > i && meeting<kBoundary>(gas.c, gas.line(i), gas.line(j)) != kNoTick) {
+      if (j > i && collision_tick<kBoundary>(gas.c, gas.trajectory(i), gas.trajectory(j)) != kNoTick) {
         ++num_meetings;
         EXPECT_TRUE(found.contains({i, j})) << i << ", " << j;
       }
-      if (j != i && meeting<kBoundary>(gas.c, turned, gas.line(j)) != kNoTick) {
+      if (j != i && collision_tick<kBoundary>(gas.c, turned, gas.trajectory(j)) != kNoTick) {
         ++num_reached;
         EXPECT_TRUE(of_mover.contains(j)) << i << ", turned, and " << j;
       }
@@ -216,22 +216,22 @@ TEST(Discs, OfAllThatMeetOverlap) {
 TEST(Discs, OwnedParcelsAreReachedWhereverTheyGo) {
   for (const Boundary boundary : kBoundaries) {
     const Gas gas(3000, 0.2, boundary, 2.8);
-    const double path = gas.c.max_speed_mps * gas.c.units_per_tick * gas.c.length;
-    Reached reached;
+    const double path = gas.c.plan.max_speed_mps * gas.c.plan.units_per_tick * gas.c.plan.length;
+    Candidates candidates;
     for (std::uint32_t i = 0; i < gas.space.num_parcels; i += 3) {
       if (!gas.is_live(i)) continue;
       const double angle = 0.1 * i;
-      const Vec2d way{std::cos(angle) * (path + gas.c.step.contact_distance - 4.0),
-                      std::sin(angle) * (path + gas.c.step.contact_distance - 4.0)};
+      const Vec2d way{std::cos(angle) * (path + gas.c.run.contact_distance - 4.0),
+                      std::sin(angle) * (path + gas.c.run.contact_distance - 4.0)};
       const Vec2i there{static_cast<std::int32_t>(gas.present[i].x + way.x),
                         static_cast<std::int32_t>(gas.present[i].y + way.y)};
-      if (std::abs(there.x) > gas.c.step.physics.world.half.x ||
-          std::abs(there.y) > gas.c.step.physics.world.half.y)
+      if (std::abs(there.x) > gas.c.run.physics.world.half.x ||
+          std::abs(there.y) > gas.c.run.physics.world.half.y)
         continue;
-      choose_disc_search(boundary).reach(gas.space, {kNone, bounding_disc(there, {}, gas.half_contact())},
-                                         reached);
-      std::vector<std::uint32_t> all = reached.overlapping;
-      all.insert(all.end(), reached.owned.begin(), reached.owned.end());
+      choose_disc_search(boundary).reach(gas.space, {kInvalidIndex, bounding_disc(there, {}, gas.half_contact())},
+                                         candidates);
+      std::vector<std::uint32_t> all = candidates.overlapping;
+      all.insert(all.end(), candidates.owned.begin(), candidates.owned.end());
       EXPECT_NE(std::find(all.begin(), all.end(), i), all.end()) << i;
     }
   }
@@ -256,7 +256,7 @@ TEST(Discs, AreTheSameSetTogetherAsOneByOne) {
       float largest2 = 0.0F;
       for (int i = begin; i < end; ++i) {
         const float speed2 = dot(velocity[i], velocity[i]);
-        const bool counts = !is_retired(present[i]) && speed2 < kFiniteSpeed2;
+        const bool counts = !is_retired(present[i]) && speed2 < kMaxFiniteSpeed2;
         EXPECT_EQ(std::isnan(discs.radius[i]), !counts) << i;
         if (!counts) continue;
         const Disc one = bounding_disc(present[i], velocity[i] * 1e3F, 1e6F);
@@ -281,8 +281,8 @@ void expect_positions(const World& world) {
   Settings settings = gas(3000, 0.2, kBoundary);
   SceneRun run(settings);
   ExactConstants c = make_exact_constants(run.physics, 0.0);
-  c.step.physics.world.half = world.half;
-  c.begin = 5;
+  c.run.physics.world.half = world.half;
+  c.plan.start = 5;
   constexpr std::size_t kNum = 3001;
   std::vector<Vec2i> anchor(kNum), position(kNum);
   std::vector<Vec2f> velocity(kNum);
@@ -303,18 +303,18 @@ void expect_positions(const World& world) {
       velocity[i] = {1e-3F * static_cast<float>(next() % 32001) - 16.0F,
                      1e-3F * static_cast<float>(next() % 32001) - 16.0F};
       if (i % 83 == 5) velocity[i].y = std::numeric_limits<float>::infinity();
-      tick[i] = c.begin - static_cast<std::uint32_t>(age * static_cast<double>(next() % 1000) / 1000.0);
+      tick[i] = c.plan.start - static_cast<std::uint32_t>(age * static_cast<double>(next() % 1000) / 1000.0);
     }
     for (const std::int32_t at : {0, 70000}) {
       std::fill(position.begin(), position.end(), Vec2i{});
       positions_at(c, anchor.data(), velocity.data(), tick.data(), at, 1, kNum, position.data());
       EXPECT_EQ(position[0], Vec2i{});
       for (std::size_t i = 1; i < kNum; ++i) {
-        const bool is_finite = dot(velocity[i], velocity[i]) < kFiniteSpeed2;
+        const bool is_finite = dot(velocity[i], velocity[i]) < kMaxFiniteSpeed2;
         const Vec2i one =
             is_finite ? position_at<kBoundary>(c, {anchor[i], velocity[i], tick[i]}, at) : anchor[i];
         ASSERT_EQ(position[i], one) << i << ", age " << age << ", boundary " << static_cast<int>(kBoundary);
-        if (std::abs(static_cast<std::int64_t>(one.x)) >= world.half.x - wall_radius(c.step)) ++num_at_edge;
+        if (std::abs(static_cast<std::int64_t>(one.x)) >= world.half.x - wall_radius(c.run)) ++num_at_edge;
       }
     }
   }

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "backend/candidate_search.hpp"
+#include "backend/neighbour_search.hpp"
 #include "backend/cell_sort.hpp"
 #include "support/scene_support.hpp"
 
@@ -16,8 +16,8 @@ std::vector<std::vector<std::uint32_t>> finds_of(const SearchSpace& space, Searc
   SearchScratch scratch;
   for (std::uint32_t i = 0; i < space.num_parcels; ++i) {
     search(space, i, scratch);
-    std::sort(scratch.finds.begin(), scratch.finds.end());
-    all.push_back(scratch.finds);
+    std::sort(scratch.candidates.begin(), scratch.candidates.end());
+    all.push_back(scratch.candidates);
   }
   return all;
 }

@@ -1,8 +1,8 @@
 // The CUDA backend against the golden hashes, which the CPU wrote.
 #include <gtest/gtest.h>
 
-#include "cuda_backend.hpp"
-#include "cuda_devices.hpp"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/cuda_devices.hpp"
 #include "support/golden_hashes.hpp"
 
 namespace pf::test {

@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "cuda_backend.hpp"
-#include "cuda_devices.hpp"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/cuda_devices.hpp"
 #include "support/scene_support.hpp"
 #include "support/snapshot_checks.hpp"
 

@@ -1,8 +1,8 @@
 // A log of a flight on one backend, flown again on the other: the same states.
 #include <gtest/gtest.h>
 
-#include "cuda_backend.hpp"
-#include "cuda_devices.hpp"
+#include "cuda/cuda_backend.hpp"
+#include "cuda/cuda_devices.hpp"
 #include "support/logged_flight.hpp"
 #include "unit/temporary_folder.hpp"
 

@@ -27,7 +27,7 @@ inline std::vector<ReferenceParcel> random_gas(const Physics& physics, const Bal
   std::vector<ReferenceParcel> parcels;
   while (parcels.size() < physics.parcels.num) {
     const Vec2d at{(2.0 * unit() - 1.0) * (half.x - margin), (2.0 * unit() - 1.0) * (half.y - margin)};
-    bool free = !physics.ball.present ||
+    bool free = !physics.ball.exists ||
                 far_enough(at, ball.position_m, physics.ball.radius_m + physics.parcels.radius_m);
     for (const ReferenceParcel& other : parcels) {
       free = free && far_enough(at, other.position_m, 2.0 * physics.parcels.radius_m);

@@ -15,7 +15,7 @@ Physics box(double side_m, Boundary boundary, std::uint32_t num, double restitut
   Physics physics;
   physics.world = make_world(side_m, side_m, boundary);
   physics.parcels = {num, 0.5, 1.0, 1.0, restitution, 1.0, true};
-  physics.ball.present = false;
+  physics.ball.exists = false;
   return physics;
 }
 

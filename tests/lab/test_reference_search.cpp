@@ -72,7 +72,7 @@ struct PlainSearch {
       const ReferenceParcel& p = parcels[i];
       if (p.retired) continue;
       consider_edges(p.position_m, p.velocity_mps, physics.parcels.radius_m, i, true);
-      if (physics.ball.present) {
+      if (physics.ball.exists) {
         consider_contact(p.position_m - ball.position_m, p.velocity_mps - ball.velocity_mps,
                          physics.ball.radius_m + physics.parcels.radius_m, Kind::ball, i, 0);
       }
@@ -83,7 +83,7 @@ struct PlainSearch {
                          2.0 * physics.parcels.radius_m, Kind::pair, i, j);
       }
     }
-    if (physics.ball.present && !options.ball_frozen) {
+    if (physics.ball.exists && !options.ball_frozen) {
       consider_edges(ball.position_m, ball.velocity_mps, physics.ball.radius_m, num, false);
     }
   }
@@ -155,7 +155,7 @@ Physics case_physics(const Case& c) {
   const double room = c.num * 0.25 * kPi / c.area_fraction + kPi * c.ball_radius * c.ball_radius;
   physics.world = make_world(std::sqrt(1.2 * room), std::sqrt(room / 1.2), c.boundary);
   physics.parcels = {c.num, 0.5, 1.0, 1.0, c.restitution, 1.0, true};
-  physics.ball.present = c.ball_radius > 0.0;
+  physics.ball.exists = c.ball_radius > 0.0;
   physics.ball.held = c.held;
   physics.ball.mass_kg = c.ball_mass;
   physics.ball.radius_m = c.ball_radius;

@@ -15,7 +15,7 @@
 #include "lab/mean_error.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
-#include "lab/side_by_side.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/study_files.hpp"
 #include "lab/theory.hpp"
@@ -232,16 +232,16 @@ TEST(Lab, ResumingKeepsTheSeriesOfAnotherMachine) {
 TEST(Lab, SideBySideIsOnceEachAndPassesOnWhatIsThrown) {
   for (const unsigned threads : {1U, 3U}) {
     std::vector<std::atomic<int>> calls(50);
-    side_by_side(50, threads, [&](int k) { ++calls[static_cast<std::size_t>(k)]; });
+    parallel_for(50, threads, [&](int k) { ++calls[static_cast<std::size_t>(k)]; });
     for (const auto& num : calls) EXPECT_EQ(num, 1);
     std::atomic<int> num_begun = 0;
     const auto stumble = [&](int) {
       ++num_begun;
       throw std::runtime_error("no");
     };
-    EXPECT_THROW(side_by_side(50, threads, stumble), std::runtime_error);
+    EXPECT_THROW(parallel_for(50, threads, stumble), std::runtime_error);
     EXPECT_LE(num_begun, static_cast<int>(threads)) << "nothing begins after it";
-    side_by_side(0, threads, stumble);
+    parallel_for(0, threads, stumble);
   }
 }
 
@@ -249,7 +249,7 @@ TEST(Lab, SideBySideIsOnceEachAndPassesOnWhatIsThrown) {
 TEST(Lab, AYardstickIsTheSameOnAnyNumberOfThreads) {
   std::vector<double> measured;
   for (const unsigned threads : {1U, 3U}) {
-    for (const Rung& rung : gas_rungs({true, threads})) {
+    for (const ValidationCase& rung : gas_rungs({true, threads})) {
       if (rung.key != "density/exact/0.2") continue;
       rung.measure([&](const ValidationRow& row) { measured.push_back(row.measured); });
     }

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "model/exact.hpp"
+#include "model/exact/trajectory.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {

@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "model/measures.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/world.hpp"
 
 namespace pf {
@@ -76,7 +76,7 @@ TEST(Measures, TheBallHasEnergyOfItsFlightAndOfItsSpin) {
   EXPECT_DOUBLE_EQ(sum.ball_energy_j, 0.5 * 2.0 * 25.0 + 0.5 * 0.5 * 36.0);
   EXPECT_EQ(sum.momentum_kg_mps, (Vec2d{7.0, -7.0}));
   EXPECT_EQ(sum.momentum_scale_kg_mps, 10.0);
-  ball.present = false;
+  ball.exists = false;
   add_ball(ball, {{7.0, 7.0}, {3.0, -4.0}, 6.0, 0.0}, sum);
   EXPECT_EQ(sum.momentum_kg_mps, (Vec2d{7.0, -7.0}));
 }

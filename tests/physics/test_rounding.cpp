@@ -6,7 +6,7 @@
 
 #include "backend/backend.hpp"
 #include "backend/cpu_tally.hpp"
-#include "model/step.hpp"
+#include "model/time_step.hpp"
 
 namespace pf {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "backend/backend.hpp"
 #include "backend/cpu_tally.hpp"
-#include "model/step.hpp"
+#include "model/time_step.hpp"
 
 namespace pf {
 namespace {
@@ -14,7 +14,7 @@ Physics pair_physics(double restitution) {
   Physics physics;
   physics.world = make_world(8.0, 8.0, Boundary::periodic);
   physics.parcels = {2, 0.5, 1.0, 1.0, restitution, 1.0, true};
-  physics.ball.present = false;
+  physics.ball.exists = false;
   physics.reference_speed_mps = 4.0;
   return physics;
 }

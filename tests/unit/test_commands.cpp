@@ -56,7 +56,7 @@ TEST_F(SimulationCommands, SceneReplacesEverything) {
   expected.seconds = 0.0;  // the length of this run, which has none
   EXPECT_EQ(simulation_.settings(), expected);
   EXPECT_EQ(view().num_parcels, 20000U);
-  EXPECT_FALSE(view().physics->ball.present);
+  EXPECT_FALSE(view().physics->ball.exists);
   advance(1);
   EXPECT_DOUBLE_EQ(view().simulated_s, 0.035);
 }

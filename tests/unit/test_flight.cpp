@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "app/moments.hpp"
+#include "app/checkpoints.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf {
@@ -83,15 +83,15 @@ TEST(Ghost, OnlyOfWhatTheSettingsAreNot) {
   EXPECT_TRUE(ghosts_of(s).empty());
 }
 
-Moment moment_at(double shown_s, std::size_t num_parcels) {
-  Moment moment;
+Checkpoint moment_at(double shown_s, std::size_t num_parcels) {
+  Checkpoint moment;
   moment.shown_s = shown_s;
   moment.parcels.position.resize(num_parcels);
   return moment;
 }
 
-TEST(Moments, ASecondApartAndEightAtMost) {
-  Moments moments;
+TEST(Checkpoints, ASecondApartAndEightAtMost) {
+  Checkpoints moments;
   for (double t = 0.0; t < 20.0; t += 0.25) {
     if (moments.is_due(t, 10)) moments.keep(moment_at(t, 10));
   }
@@ -99,8 +99,8 @@ TEST(Moments, ASecondApartAndEightAtMost) {
   EXPECT_EQ(moments.back_from(19.75)->shown_s, 19.0);
 }
 
-TEST(Moments, EachJumpGoesFurtherBackDownToTheOldest) {
-  Moments moments;
+TEST(Checkpoints, EachJumpGoesFurtherBackDownToTheOldest) {
+  Checkpoints moments;
   for (double t : {0.0, 1.0, 2.0}) moments.keep(moment_at(t, 10));
   EXPECT_EQ(moments.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
   EXPECT_EQ(moments.back_from(1.0)->shown_s, 0.0);
@@ -109,15 +109,15 @@ TEST(Moments, EachJumpGoesFurtherBackDownToTheOldest) {
   EXPECT_EQ(moments.back_from(3.0), nullptr);
 }
 
-TEST(Moments, MemoryBoundsThem) {
-  const Moments moments(3 * Moments::bytes_of(1000) + 1);
+TEST(Checkpoints, MemoryBoundsThem) {
+  const Checkpoints moments(3 * Checkpoints::bytes_of(1000) + 1);
   EXPECT_EQ(moments.most(1000), 3U);
   EXPECT_EQ(moments.most(4000), 0U);
   EXPECT_FALSE(moments.is_due(0.0, 4000));
   // A gigabyte holds 8 moments of up to 7.8 million parcels and one of 62 million.
-  EXPECT_EQ(Moments().most(7'800'000), 8U);
-  EXPECT_EQ(Moments().most(62'000'000), 1U);
-  EXPECT_EQ(Moments().most(63'000'000), 0U);
+  EXPECT_EQ(Checkpoints().most(7'800'000), 8U);
+  EXPECT_EQ(Checkpoints().most(62'000'000), 1U);
+  EXPECT_EQ(Checkpoints().most(63'000'000), 0U);
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "core/error.hpp"
-#include "model/missed.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/spring.hpp"
 #include "support/scene_support.hpp"
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 #include "temporary_folder.hpp"
 
@@ -30,7 +31,7 @@ class ToldBackend : public Backend {
   void restore(const ParcelSnapshot&) override {}
   void submit(const StepRequest&) override {}
   StepReport collect() override { return {}; }
-  double least_bytes_moved(const StepTotals&) const override { return 0.0; }
+  double min_bytes_moved(const StepTotals&) const override { return 0.0; }
   double measure_copy_bandwidth(std::size_t) override { return 0.0; }
   void draw(const DrawBuffers&) override {}
   ParcelSnapshot snapshot() override { return {}; }
@@ -226,7 +227,7 @@ TEST_F(Report, BallIsReported) {
   EXPECT_EQ(ball["hits"], 3);
   EXPECT_EQ(ball["impulse_x_kg_mps"], 0.5);
   EXPECT_EQ(ball["impulse_y_kg_mps"], -0.5);
-  physics_.ball.present = false;
+  physics_.ball.exists = false;
   EXPECT_TRUE(finish()["ball"].is_null());
 }
 

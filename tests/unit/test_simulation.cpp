@@ -42,7 +42,7 @@ class LosingBackend final : public Backend {
   Measures measure() override { return real_->measure(); }
   std::uint64_t state_hash() override { return real_->state_hash(); }
   std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
-  double least_bytes_moved(const StepTotals& t) const override { return real_->least_bytes_moved(t); }
+  double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
   double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
 
  private:

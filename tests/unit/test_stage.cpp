@@ -77,7 +77,7 @@ struct Frames {
     view.old_flights = &old_flights;
     view.num_parcels = 1000;
     view.frame_totals.num_steps = 4;
-    view.least_bytes_moved = 1e5;
+    view.min_bytes_moved = 1e5;
     view.memory_bytes = 4321;
   }
 };
@@ -110,7 +110,7 @@ TEST(OverlayFigures, RateAndShareOfCopying) {
   FrameHistory history;
   for (int i = 0; i < 10; ++i) history.add(computing(2.0), 16.0, frames.view);
   frames.view.frame_totals = {};
-  frames.view.least_bytes_moved = 0.0;
+  frames.view.min_bytes_moved = 0.0;
   for (int i = 0; i < 10; ++i) history.add(computing(5.0), 16.0, frames.view);
   const OverlayFigures figures = history.figures(2.5e8);
   EXPECT_DOUBLE_EQ(figures.particle_steps_per_s, 2e6);

@@ -1,0 +1,191 @@
+#include "cuda/gl/gl_interop.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "cuda/device_buffer.cuh"
+#include "view/gl.hpp"
+#include "view/host_draw_target.hpp"
+#include "cuda/stream.hpp"
+// After glad, which stands in for GL/gl.h.
+#include <cuda_gl_interop.h>
+
+namespace pf {
+namespace {
+
+std::size_t with_slack(std::size_t num_parcels) { return (num_parcels + num_parcels / 8 + 63) / 64 * 64; }
+
+GlBuffer make_storage(std::size_t bytes, GLbitfield access) {
+  GlBuffer buffer = make_buffer();
+  glNamedBufferStorage(buffer.get(), static_cast<GLsizeiptr>(bytes), nullptr, access);
+  return buffer;
+}
+
+// Two GL buffers registered with CUDA: mapped in one call, pointers fetched after each map.
+class InteropDrawTarget final : public GlDrawTarget {
+ public:
+  explicit InteropDrawTarget(std::string reason) : reason_(std::move(reason)) {}
+  ~InteropDrawTarget() override { unregister(); }
+
+  DrawTargetKind kind() const override { return DrawTargetKind::interop; }
+  std::string reason() const override { return reason_; }
+
+  void reserve(std::size_t num_parcels) override {
+    if (num_parcels <= capacity_ && capacity_ > 0) return;
+    unregister();
+    capacity_ = with_slack(num_parcels);
+    has_content_ = false;
+    position_ = make_storage(capacity_ * sizeof(Vec2f), 0);
+    speed_ = make_storage(capacity_ * sizeof(float), 0);
+    const unsigned flags = cudaGraphicsRegisterFlagsWriteDiscard;
+    PF_CUDA(cudaGraphicsGLRegisterBuffer(&resources_[0], position_.get(), flags));
+    PF_CUDA(cudaGraphicsGLRegisterBuffer(&resources_[1], speed_.get(), flags));
+  }
+
+  DrawBuffers map() override {
+    glFlush();  // the stream is about to wait for GL's work, which must be on its way
+    PF_CUDA(cudaGraphicsMapResources(2, resources_.data(), work_stream()));
+    DrawBuffers out;
+    std::size_t bytes = 0;
+    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.position_m), &bytes,
+                                                 resources_[0]));
+    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.speed_mps), &bytes,
+                                                 resources_[1]));
+    out.capacity = capacity_;
+    out.on_device = true;
+    return out;
+  }
+
+  void unmap() override {
+    PF_CUDA(cudaGraphicsUnmapResources(2, resources_.data(), work_stream()));
+    has_content_ = true;
+  }
+
+  ParcelBuffers buffers() const override {
+    if (!has_content_) return {};
+    return {position_.get(), 0, speed_.get(), 0};
+  }
+  void frame_drawn() override {}  // mapping waits for GL on the device
+
+ private:
+  void unregister() {
+    for (cudaGraphicsResource_t& resource : resources_) {
+      if (resource != nullptr) cudaGraphicsUnregisterResource(resource);
+      resource = nullptr;
+    }
+  }
+
+  std::string reason_;
+  GlBuffer position_, speed_;
+  std::array<cudaGraphicsResource_t, 2> resources_{};
+  std::size_t capacity_ = 0;
+  bool has_content_ = false;
+};
+
+// Page-locked host memory that a copy from the device lands in before GL takes it.
+class StagedDrawTarget final : public GlDrawTarget {
+ public:
+  explicit StagedDrawTarget(std::string reason) : reason_(std::move(reason)) {}
+  ~StagedDrawTarget() override { cudaFreeHost(staging_); }
+
+  DrawTargetKind kind() const override { return DrawTargetKind::staged; }
+  std::string reason() const override { return reason_; }
+
+  void reserve(std::size_t num_parcels) override {
+    if (num_parcels <= capacity_ && capacity_ > 0) return;
+    capacity_ = with_slack(num_parcels);
+    has_content_ = false;
+    device_position_ = DeviceBuffer<Vec2f>(capacity_);
+    device_speed_ = DeviceBuffer<float>(capacity_);
+    cudaFreeHost(staging_);
+    PF_CUDA(cudaMallocHost(&staging_, bytes()));
+    gl_ = make_storage(bytes(), GL_DYNAMIC_STORAGE_BIT);
+  }
+
+  DrawBuffers map() override { return {device_position_.data(), device_speed_.data(), capacity_, true}; }
+
+  void unmap() override {
+    const cudaStream_t stream = work_stream();
+    const std::size_t positions = capacity_ * sizeof(Vec2f);
+    PF_CUDA(cudaMemcpyAsync(staging_, device_position_.data(), positions, cudaMemcpyDeviceToHost, stream));
+    PF_CUDA(cudaMemcpyAsync(staging_ + positions, device_speed_.data(), capacity_ * sizeof(float),
+                            cudaMemcpyDeviceToHost, stream));
+    PF_CUDA(cudaStreamSynchronize(stream));
+    glNamedBufferSubData(gl_.get(), 0, static_cast<GLsizeiptr>(bytes()), staging_);
+    has_content_ = true;
+  }
+
+  ParcelBuffers buffers() const override {
+    if (!has_content_) return {};
+    return {gl_.get(), 0, gl_.get(), static_cast<GLintptr>(capacity_ * sizeof(Vec2f))};
+  }
+  void frame_drawn() override {}
+
+ private:
+  std::size_t bytes() const { return capacity_ * (sizeof(Vec2f) + sizeof(float)); }
+
+  std::string reason_;
+  DeviceBuffer<Vec2f> device_position_;
+  DeviceBuffer<float> device_speed_;
+  std::byte* staging_ = nullptr;
+  GlBuffer gl_;
+  std::size_t capacity_ = 0;
+  bool has_content_ = false;
+};
+
+constexpr std::size_t kProbeParcels = 64;
+
+// Throws DeviceError if the current GL context and the current CUDA device cannot share buffers.
+void check_interop() {
+  unsigned count = 0;
+  std::array<int, 16> devices{};
+  const cudaError_t result = cudaGLGetDevices(&count, devices.data(), devices.size(), cudaGLDeviceListAll);
+  if (result != cudaSuccess || count == 0) {
+    cudaGetLastError();
+    throw DeviceError(std::string("GL runs on no CUDA device (") + cudaGetErrorString(result) + ")");
+  }
+  int current = 0;
+  PF_CUDA(cudaGetDevice(&current));
+  if (std::find(devices.begin(), devices.begin() + count, current) == devices.begin() + count)
+    throw DeviceError("GL runs on another GPU");
+  InteropDrawTarget("probe").reserve(kProbeParcels);
+}
+
+// What a check throws, or empty.
+template <class Check>
+std::string obstacle_of(Check check) {
+  try {
+    check();
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+int cuda_device_of_gl(int egl_cuda_device) {
+  unsigned count = 0;
+  std::array<int, 16> devices{};
+  if (cudaGLGetDevices(&count, devices.data(), devices.size(), cudaGLDeviceListAll) == cudaSuccess &&
+      count > 0) {
+    return devices[0];
+  }
+  cudaGetLastError();
+  return egl_cuda_device < 0 ? 0 : egl_cuda_device;
+}
+
+std::unique_ptr<GlDrawTarget> make_cuda_draw_target(const std::string& kind) {
+  if (kind == "host") return std::make_unique<HostDrawTarget>("asked for");
+  if (kind == "staged") return std::make_unique<StagedDrawTarget>("asked for");
+  const std::string no_interop = obstacle_of([] { check_interop(); });
+  if (no_interop.empty()) {
+    return std::make_unique<InteropDrawTarget>(kind == "interop" ? "asked for" : "GL and CUDA share the GPU");
+  }
+  if (kind == "interop") throw DeviceError("--draw-target interop: " + no_interop + "; try auto or staged");
+  const std::string no_staging = obstacle_of([] { StagedDrawTarget("probe").reserve(kProbeParcels); });
+  if (no_staging.empty()) return std::make_unique<StagedDrawTarget>(no_interop);
+  return std::make_unique<HostDrawTarget>(no_interop + "; " + no_staging);
+}
+
+}  // namespace pf

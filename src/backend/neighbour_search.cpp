@@ -1,0 +1,151 @@
+#include "backend/neighbour_search.hpp"
+
+#include <algorithm>
+
+#include "backend/avx2.hpp"
+#include "model/for_boundary.hpp"
+
+namespace pf {
+namespace {
+
+template <Boundary kBoundary>
+void list_ranges(const SearchSpace& space, Vec2i here, CandidateRanges& ranges) {
+  if (space.all_pairs) return ranges.list_all(space.num_parcels);
+  ranges.list<kBoundary>(space.grid, space.cell_start, here, space.reach, space.num_parcels);
+}
+
+// The test of one parcel against the others, one at a time.
+template <Boundary kBoundary>
+void search_plainly(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
+  const Vec2i here = space.position[i];
+  list_ranges<kBoundary>(space, here, scratch.ranges);
+  scratch.candidates.clear();
+  for (int r = 0; r < scratch.ranges.num; ++r) {
+    for (std::uint32_t j = scratch.ranges.at[r].first; j < scratch.ranges.at[r].last; ++j) {
+      const Vec2i offset = separation<kBoundary>(space.world, here, space.position[j]);
+      const float x = static_cast<float>(offset.x);
+      const float y = static_cast<float>(offset.y);
+      if (j != i && x * x + y * y < space.filter_distance2) scratch.candidates.push_back(j);
+    }
+  }
+}
+
+#if defined(__x86_64__)
+
+// Nearest image of eight differences, lanes alternating x and y.
+template <Boundary kBoundary>
+__attribute__((PF_AVX2, always_inline)) inline __m256i nearest_image(__m256i d, __m256i half,
+                                                                     __m256i period) {
+  if constexpr (kBoundary == Boundary::periodic) {
+    const __m256i too_high = _mm256_cmpgt_epi32(d, _mm256_sub_epi32(half, _mm256_set1_epi32(1)));
+    const __m256i too_low = _mm256_cmpgt_epi32(_mm256_sub_epi32(_mm256_setzero_si256(), half), d);
+    d = _mm256_sub_epi32(d, _mm256_and_si256(too_high, period));
+    d = _mm256_add_epi32(d, _mm256_and_si256(too_low, period));
+  }
+  return d;
+}
+
+// The same, eight parcels first .. first + 7 at a time: a bit each of those below last, near, and not self.
+template <Boundary kBoundary>
+struct Filter {
+  const SearchSpace& space;
+  __m256i centre, half, period, self;
+
+  __attribute__((PF_AVX2, always_inline)) Filter(const SearchSpace& in, std::uint32_t i) : space(in) {
+    const int hx = in.world.half.x, hy = in.world.half.y;
+    centre = _mm256_set1_epi64x(bit_copy<long long>(in.position[i]));
+    half = _mm256_set_epi32(hy, hx, hy, hx, hy, hx, hy, hx);
+    period = _mm256_slli_epi32(half, 1);
+    self = _mm256_set1_epi32(static_cast<int>(i));
+  }
+
+  __attribute__((PF_AVX2, always_inline)) __m256 is_near(std::uint32_t first) const {
+    const auto* at = reinterpret_cast<const __m256i*>(space.position + first);
+    const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256(at), centre);
+    const __m256i b = _mm256_sub_epi32(_mm256_loadu_si256(at + 1), centre);
+    const Eight e(_mm256_cvtepi32_ps(nearest_image<kBoundary>(a, half, period)),
+                  _mm256_cvtepi32_ps(nearest_image<kBoundary>(b, half, period)));
+    const __m256 squared = _mm256_add_ps(_mm256_mul_ps(e.x, e.x), _mm256_mul_ps(e.y, e.y));
+    return _mm256_cmp_ps(squared, _mm256_set1_ps(space.filter_distance2), _CMP_LT_OQ);
+  }
+
+  __attribute__((PF_AVX2, always_inline)) unsigned wanted(std::uint32_t first, std::uint32_t last) const {
+    const __m256i order = _mm256_set_epi32(7, 6, 3, 2, 5, 4, 1, 0);
+    const __m256i index = _mm256_add_epi32(order, _mm256_set1_epi32(static_cast<int>(first)));
+    const __m256i inside = _mm256_cmpgt_epi32(_mm256_set1_epi32(static_cast<int>(last)), index);
+    const __m256i others = _mm256_andnot_si256(_mm256_cmpeq_epi32(index, self), inside);
+    return static_cast<unsigned>(
+        _mm256_movemask_ps(_mm256_and_ps(_mm256_castsi256_ps(others), is_near(first))));
+  }
+};
+
+// The order of Eight.
+constexpr std::uint32_t kOrder[8] = {0, 1, 4, 5, 2, 3, 6, 7};
+
+inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>& candidates) {
+  for (; mask != 0; mask &= mask - 1) candidates.push_back(first + kOrder[__builtin_ctz(mask)]);
+}
+
+// Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
+// many rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
+template <Boundary kBoundary>
+__attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
+  const Vec2i here = space.position[i];
+  if constexpr (kBoundary == Boundary::periodic) {
+    if (!space.all_pairs && is_far_from_edge(space.world, here, space.reach))
+      return search_avx2<Boundary::open>(space, i, scratch);
+  }
+  const Filter<kBoundary> filter(space, i);
+  scratch.candidates.clear();
+
+  const GridShape& grid = space.grid;
+  const CellSpan sx = cell_span<kBoundary>(here.x, space.reach, grid.half.x, grid.num_x, grid.factor_x);
+  const CellSpan sy = cell_span<kBoundary>(here.y, space.reach, grid.half.y, grid.num_y, grid.factor_y);
+  const bool whole = sx.second_first > sx.second_last && sy.second_first > sy.second_last;
+  if (!space.all_pairs && whole && sy.last - sy.first <= 2) {
+    std::uint32_t first[3], last[3];
+    unsigned mask[3];
+    for (int k = 0; k < 3; ++k) {
+      const std::int32_t row = std::min(sy.first + k, sy.last);
+      const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.num_x;
+      first[k] = starts[sx.first];
+      last[k] = sy.first + k <= sy.last ? starts[sx.last + 1] : first[k];
+      mask[k] = filter.wanted(first[k], last[k]);
+    }
+    const bool more = last[0] - first[0] > 8 || last[1] - first[1] > 8 || last[2] - first[2] > 8;
+    if (!more && (mask[0] | mask[1] | mask[2]) == 0) return;
+    for (int k = 0; k < 3; ++k) {
+      take(mask[k], first[k], scratch.candidates);
+      for (std::uint32_t j = first[k] + 8; j < last[k]; j += 8)
+        take(filter.wanted(j, last[k]), j, scratch.candidates);
+    }
+    return;
+  }
+  list_ranges<kBoundary>(space, here, scratch.ranges);
+  for (int r = 0; r < scratch.ranges.num; ++r) {
+    const auto [first, last] = scratch.ranges.at[r];
+    for (std::uint32_t j = first; j < last; j += 8) take(filter.wanted(j, last), j, scratch.candidates);
+  }
+}
+
+#endif
+
+template <Boundary kBoundary>
+Search fastest() {
+#if defined(__x86_64__)
+  if (has_avx2()) return search_avx2<kBoundary>;
+#endif
+  return search_plainly<kBoundary>;
+}
+
+}  // namespace
+
+Search plain_search(Boundary boundary) {
+  return for_boundary(boundary, []<Boundary kBoundary>() -> Search { return search_plainly<kBoundary>; });
+}
+
+Search choose_search(Boundary boundary) {
+  return for_boundary(boundary, []<Boundary kBoundary>() { return fastest<kBoundary>(); });
+}
+
+}  // namespace pf

@@ -1,0 +1,39 @@
+#include "lab/parallel_for.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace pf {
+
+void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work) {
+  const unsigned all = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned wanted =
+      std::min(num_threads == 0 ? all : num_threads, static_cast<unsigned>(std::max(num, 0)));
+  std::atomic<int> next{0};
+  std::mutex guard;
+  std::exception_ptr first;
+  const auto take = [&] {
+    for (int k = next++; k < num; k = next++) {
+      try {
+        work(k);
+      } catch (...) {
+        const std::lock_guard lock(guard);
+        if (!first) first = std::current_exception();
+        next = num;
+      }
+    }
+  };
+  if (wanted <= 1) {
+    take();
+  } else {
+    std::vector<std::jthread> threads;
+    for (unsigned t = 0; t < wanted; ++t) threads.emplace_back(take);
+  }
+  if (first) std::rethrow_exception(first);
+}
+
+}  // namespace pf

@@ -1,0 +1,153 @@
+// Method `exact`: when two bodies collide, and what a collision does to them. Text for host and device.
+#pragma once
+
+#include <cstdint>
+
+#include "model/ball.hpp"
+#include "model/contact.hpp"
+#include "model/exact/events.hpp"
+#include "model/time_of_impact.hpp"
+
+namespace pf {
+
+constexpr float kCollisionMargin = 1e-4F;
+
+// Conservative first test in float for two parcels on their trajectories: false only if they certainly do not
+// collide before the step's end. offset: between their positions at the step's start, position units. The
+// margins are a hundred times what the roundings can be.
+PF_HD inline bool may_collide(Vec2i offset, Vec2f relative_mps, float contact, float units_in_step_per_mps) {
+  constexpr float kMargin = kCollisionMargin;
+  const Vec2f e = {static_cast<float>(offset.x), static_cast<float>(offset.y)};
+  const Vec2f w = {relative_mps.x * units_in_step_per_mps, relative_mps.y * units_in_step_per_mps};
+  const float e2 = dot(e, e), w2 = dot(w, w), b = dot(e, w);
+  const float slack = kMargin * (e2 + w2);
+  if (b > slack) return false;
+  const float contact2 = contact * contact;
+  if (e2 - contact2 <= slack) return true;
+  const float m = cross(e, w);
+  if (m * m > contact2 * w2 * (1.0F + kMargin) + kMargin * e2 * w2) return false;
+  return e2 + 2.0F * b + w2 <= contact2 + slack || -b <= w2 + slack;
+}
+
+// Relative motion of two bodies from the later of their anchors on.
+struct RelativeMotion {
+  Vec2d offset;    // second - first at tick `from`, position units
+  Vec2d velocity;  // position units per tick
+  std::int32_t from = 0;
+};
+
+// Relative motion of nearest images: nearest at the step's start, or at `from` if that is later.
+template <Boundary kBoundary>
+PF_HD inline RelativeMotion nearest_image_motion(const World& world, Vec2d offset, Vec2d velocity,
+                                                 std::int32_t from) {
+  if constexpr (kBoundary == Boundary::periodic) {
+    const Vec2d to_start =
+        from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
+    offset = nearest_image<kBoundary>(world, offset + to_start) - to_start;
+  }
+  return {offset, velocity, from};
+}
+
+// Tick of the step at which two bodies are `contact` apart, position units; or kNoTick.
+PF_HD inline std::uint32_t contact_tick(const StepPlan& plan, const RelativeMotion& pair, double contact) {
+  const double longest = static_cast<double>(plan.length) - static_cast<double>(pair.from) + 1.0;
+  const double t = time_of_impact(pair.offset, pair.velocity, contact, longest);
+  return t < 0.0 ? kNoTick : event_tick(plan, pair.from, t);
+}
+
+// Tick at which two parcels collide, or kNoTick. Swapping them changes no bit: every term is odd in the pair.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Trajectory& a, const Trajectory& b) {
+  const std::int32_t time_a = anchor_time(c.plan, a);
+  const std::int32_t time_b = anchor_time(c.plan, b);
+  const std::int32_t from = time_a > time_b ? time_a : time_b;
+  const Vec2d va = to_double(a.velocity), vb = to_double(b.velocity);
+  Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
+  offset += displacement_units(c.plan, vb, static_cast<std::int64_t>(from) - time_b);
+  offset -= displacement_units(c.plan, va, static_cast<std::int64_t>(from) - time_a);
+  const RelativeMotion pair =
+      nearest_image_motion<kBoundary>(c.run.physics.world, offset, (vb - va) * c.plan.units_per_tick, from);
+  return contact_tick(c.plan, pair, c.run.contact_distance);
+}
+
+// Tick at which a parcel and the ball collide, or kNoTick.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const BallTrajectory& ball,
+                                               const Trajectory& parcel) {
+  const std::int32_t time = anchor_time(c.plan, parcel);
+  const std::int32_t from = time > ball.tick ? time : ball.tick;
+  const Vec2d v = to_double(parcel.velocity);
+  Vec2d offset = to_double(parcel.anchor) - ball.anchor_units;
+  offset += displacement_units(c.plan, v, static_cast<std::int64_t>(from) - time);
+  offset -= displacement_units(c.plan, ball.velocity_mps, static_cast<std::int64_t>(from) - ball.tick);
+  const RelativeMotion pair = nearest_image_motion<kBoundary>(
+      c.run.physics.world, offset, (v - ball.velocity_mps) * c.plan.units_per_tick, from);
+  return contact_tick(c.plan, pair, c.run.ball_contact);
+}
+
+// Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel
+// that it may touch in the step. closing_speed_mps: bound on the sum of both speeds. Position units.
+template <class Real>
+PF_HD inline Real search_radius(const ExactConstants& c, Real closing_speed_mps) {
+  constexpr Real kAboveRoundings = Real{1} + Real{1e-5};
+  const auto per_mps = static_cast<Real>(c.plan.units_per_tick * c.plan.length);
+  return (static_cast<Real>(c.run.contact_distance) + closing_speed_mps * per_mps) * kAboveRoundings +
+         static_cast<Real>(kRoundingMargin);
+}
+
+// Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e
+// of their stored centres: k = (1 + e_n) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised,
+// and all is double until the velocities are stored. elastic: no loss in this event (the TC model, Luding and
+// McNamara 1998).
+template <Boundary kBoundary, EventTally Tally>
+PF_HD inline void collide(const ExactConstants& c, Trajectory& first, Trajectory& second, bool elastic,
+                          Tally& tally) {
+  Vec2d e = nearest_image<kBoundary>(c.run.physics.world, to_double(second.anchor) - to_double(first.anchor));
+  if (e.x == 0.0 && e.y == 0.0) e = {1.0, 0.0};
+  const Vec2d v1 = to_double(first.velocity), v2 = to_double(second.velocity);
+  const double e2 = dot(e, e);
+  const double distance = sqrt(e2);
+  const double b = dot(e, v2 - v1);
+  const double restitution = elastic ? 1.0 : c.run.physics.parcels.restitution;
+  const double min_separation = c.plan.min_separation_speed_mps * distance;
+  const double separation_b = -restitution * b > min_separation ? -restitution * b : min_separation;
+  const double k = (b - separation_b) / (2.0 * e2);
+  first.velocity = to_float(v1 + e * k);
+  second.velocity = to_float(v2 - e * k);
+  tally.begin_contact();
+  tally.impulse(impulse_counts(c.run, -k * distance));
+  tally.overlap(static_cast<float>((c.run.contact_distance - distance) / c.run.contact_distance));
+}
+
+// Change of the ball by a collision, per parcel mass.
+struct BallReaction {
+  Vec2d velocity_mps;  // times parcel mass / ball mass
+  double spin_mps;     // times parcel mass * radius / inertia
+};
+
+// Collides a parcel that is anchored at the tick of its event with the ball; returns the ball's reaction.
+template <Boundary kBoundary, EventTally Tally>
+PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallTrajectory& ball,
+                                            std::uint32_t tick, Trajectory& parcel, Tally& tally) {
+  const Physics& physics = c.run.physics;
+  const std::int64_t ball_age = static_cast<std::int64_t>(tick) - ball.tick;
+  const Vec2d centre = ball.anchor_units + displacement_units(c.plan, ball.velocity_mps, ball_age);
+  const Vec2d offset = nearest_image<kBoundary>(physics.world, to_double(parcel.anchor) - centre);
+  const double distance = speed_of(offset);
+  const Vec2d normal = distance > 0.0 ? offset * (1.0 / distance) : Vec2d{1.0, 0.0};
+  const Vec2d relative = to_double(parcel.velocity) - ball.velocity_mps;
+  BallImpulse impulse = ball_impulse(physics.ball, physics.parcels, normal, relative, ball.spin_radps);
+  // Change of the relative velocity per change of the parcel's: a participant recoils.
+  const double recoil =
+      c.plan.ball == BallRole::participant ? 1.0 + physics.parcels.mass_kg / physics.ball.mass_kg : 1.0;
+  const double separation_mps = dot(relative + impulse.per_mass_mps * recoil, normal);
+  if (separation_mps < c.plan.min_separation_speed_mps)
+    impulse.per_mass_mps += normal * ((c.plan.min_separation_speed_mps - separation_mps) / recoil);
+  parcel.velocity = to_float(to_double(parcel.velocity) + impulse.per_mass_mps);
+  tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.run.per_impulse_unit),
+                  round_to_int64(-impulse.per_mass_mps.y * c.run.per_impulse_unit),
+                  round_to_int64(-impulse.tangential_mps * c.run.per_impulse_unit)});
+  return {-impulse.per_mass_mps, -impulse.tangential_mps};
+}
+
+}  // namespace pf

@@ -1,0 +1,108 @@
+// The methods: how parcels act on each other. A time-stepped method is a struct with a contact law and a row
+// in TimeStepMethods. Loops, kernels, options, panel and lab read these lists; none of them names a method's
+// law.
+#pragma once
+
+#include <array>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "model/contact.hpp"
+#include "model/for_boundary.hpp"
+
+namespace pf {
+
+struct ImpulseMethod {
+  static constexpr Method kMethod = Method::impulse;
+  static constexpr const char* kName = "impulse";
+  // Steps between two tests of a pair for contact. This method acts on the first half of the chord only, as
+  // if its steps were twice as long.
+  static constexpr double kStepsPerTest = 2.0;
+  using Contact = ImpulseContact;
+};
+
+struct SpringMethod {
+  static constexpr Method kMethod = Method::spring;
+  static constexpr const char* kName = "spring";
+  static constexpr double kStepsPerTest = 1.0;
+  using Contact = SpringContact;
+};
+
+// Event-driven; it misses no collision, whatever the step (model/exact).
+struct ExactMethod {
+  static constexpr Method kMethod = Method::exact;
+  static constexpr const char* kName = "exact";
+  static constexpr double kStepsPerTest = 0.0;
+};
+
+template <class... Methods>
+struct MethodList {};
+
+using TimeStepMethods = MethodList<ImpulseMethod, SpringMethod>;
+using AllMethods = MethodList<ImpulseMethod, SpringMethod, ExactMethod>;  // in the order of enum Method
+
+struct MethodRow {
+  Method method;
+  const char* name;  // in scene files, options and reports
+  double steps_per_test;
+};
+
+template <class... Methods>
+constexpr std::array<MethodRow, sizeof...(Methods)> rows_of(MethodList<Methods...>) {
+  return {MethodRow{Methods::kMethod, Methods::kName, Methods::kStepsPerTest}...};
+}
+
+constexpr auto kMethods = rows_of(AllMethods{});
+
+constexpr const MethodRow& row_of(Method method) { return kMethods[static_cast<std::size_t>(method)]; }
+
+constexpr const char* method_name(Method method) { return row_of(method).name; }
+
+constexpr bool rows_follow_enum() {
+  for (std::size_t k = 0; k < kMethods.size(); ++k) {
+    if (static_cast<std::size_t>(kMethods[k].method) != k) return false;
+  }
+  return true;
+}
+static_assert(rows_follow_enum());
+
+inline std::vector<std::string> method_names() {
+  std::vector<std::string> names;
+  for (const MethodRow& row : kMethods) names.emplace_back(row.name);
+  return names;
+}
+
+// Stands for the contact law where parcels do not act on each other: loops with it do not search.
+struct NoContact {};
+
+template <class Contact>
+constexpr bool has_contacts = !std::is_same_v<Contact, NoContact>;
+
+// Returns function.template operator()<M>() for the method M of the list; the last one stands for all others.
+template <class Function, class First, class... Rest>
+auto for_method(MethodList<First, Rest...>, Method method, const Function& function) {
+  if constexpr (sizeof...(Rest) == 0) {
+    return function.template operator()<First>();
+  } else {
+    return method == First::kMethod ? function.template operator()<First>()
+                                    : for_method(MethodList<Rest...>{}, method, function);
+  }
+}
+
+// Returns function.template operator()<Contact, kBall, kBoundary>() for a scene's terms in a time-stepped
+// method. A term that is off is compiled out: there is one instance for each combination.
+template <class Function>
+auto for_terms(const Physics& physics, Method method, const Function& function) {
+  return for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {
+    const auto with = [&]<class Contact>() {
+      return physics.ball.exists ? function.template operator()<Contact, true, kBoundary>()
+                                 : function.template operator()<Contact, false, kBoundary>();
+    };
+    if (!physics.parcels.contacts) return with.template operator()<NoContact>();
+    return for_method(TimeStepMethods{}, method,
+                      [&]<class M>() { return with.template operator()<typename M::Contact>(); });
+  });
+}
+
+}  // namespace pf

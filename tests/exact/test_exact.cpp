@@ -1,0 +1,331 @@
+// Method `exact` event for event: against the serial reference, and against itself however time, threads and
+// search are cut. PF_TEST_SCALE=10 in the environment makes the runs of gases that last ten times as long.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "backend/exact/timeline.hpp"
+#include "core/error.hpp"
+#include "exact/event_match.hpp"
+#include "exact/exact_support.hpp"
+#include "model/grid.hpp"
+
+namespace pf::test {
+namespace {
+
+// ---- the reference's events
+
+struct MatchCase {
+  const char* name;
+  Settings settings;
+  double collisions_per_window;  // and parcel
+  std::uint32_t steps_per_window;
+  int num_windows;
+};
+
+void PrintTo(const MatchCase& c, std::ostream* out) { *out << c.name; }
+
+Settings with_restitution(Settings s, double e) {
+  s.restitution = e;
+  return s;
+}
+
+// N parcels in `walls` about a ball of 5 parcel radii and 20 parcel masses that spins and rubs.
+Settings with_ball(Settings s, double mass_kg = 20.0, double speed_mps = 2.0) {
+  s.ball_present = true;
+  s.ball_radius_m = 2.5;
+  s.ball_mass_kg = mass_kg;
+  s.ball_x_m = s.ball_y_m = 0.0;
+  s.ball_vx_mps = speed_mps;
+  s.ball_spin_radps = 0.5 * speed_mps;
+  s.friction = 0.3;
+  s.magnus = false;
+  return s;
+}
+
+Settings court_like(std::int64_t n) {
+  Settings s = exact(court(n));
+  s.magnus = false;
+  s.ball_x_m = -3.0;
+  s.ball_mass_kg = 1e4 * s.areal_density_kg_m2 * s.width_m * s.height_m / static_cast<double>(n);
+  return s;
+}
+
+Settings with_clock(Settings s, double clock_s) {
+  s.contact_clock_s = clock_s;
+  return s;
+}
+
+// Neither cools down nor flies apart.
+bool lasts(const Settings& s) { return s.restitution == 1.0 && s.boundary != Boundary::open; }
+
+class Events : public testing::TestWithParam<MatchCase> {};
+
+TEST_P(Events, AreTheReferences) {
+  const MatchCase& c = GetParam();
+  SceneRun run(c.settings, 1);
+  MatchPlan plan;
+  plan.collisions_per_window = c.collisions_per_window;
+  plan.steps_per_window = c.steps_per_window;
+  plan.num_windows = c.num_windows * (lasts(c.settings) ? test_scale() : 1);
+  const MatchResult result = match_events(run, plan);
+  std::printf(
+      "%s: %llu events in %llu windows; parcels that differ: %llu near-ties, %llu grazing, %llu at the "
+      "window's end, %llu by these; times within %.1e diameters, ball within %.1e\n",
+      c.name, static_cast<unsigned long long>(result.num_events),
+      static_cast<unsigned long long>(result.num_windows),
+      static_cast<unsigned long long>(result.num_near_ties),
+      static_cast<unsigned long long>(result.num_grazing), static_cast<unsigned long long>(result.num_at_end),
+      static_cast<unsigned long long>(result.num_consequences), result.largest_shift,
+      result.largest_ball_difference);
+  EXPECT_EQ(result.num_unexplained, 0U) << result.first_unexplained;
+  EXPECT_GT(result.num_events, 0U);
+  EXPECT_LT(result.largest_ball_difference, 1e-4);  // as the times: 1e-7, grown by the collisions of a window
+  // Two events of a parcel are ordered by rounding, or a pair grazes so closely, once in 1e5 events; each
+  // such parcel takes a few along within its window.
+  EXPECT_LE(static_cast<double>(result.num_explained()), 6.0 + 1e-3 * static_cast<double>(result.num_events));
+}
+
+constexpr auto kPeriodic = Boundary::periodic;
+constexpr auto kWalls = Boundary::walls;
+constexpr auto kOpen = Boundary::open;
+
+INSTANTIATE_TEST_SUITE_P(
+    Gas, Events,
+    testing::Values(
+        MatchCase{"2_periodic", exact(gas(2, 0.05, kPeriodic)), 0.5, 1, 400},
+        MatchCase{"2_walls", exact(gas(2, 0.2, kWalls)), 0.5, 3, 200},
+        MatchCase{"10_dilute_walls", exact(gas(10, 0.05, kWalls)), 0.5, 1, 200},
+        MatchCase{"10_dense_walls", exact(gas(10, 0.6, kWalls)), 0.5, 2, 200},
+        MatchCase{"10_periodic", exact(gas(10, 0.2, kPeriodic)), 0.5, 1, 200},
+        MatchCase{"100_dilute_periodic", exact(gas(100, 0.05, kPeriodic)), 0.5, 1, 200},
+        MatchCase{"100_periodic", exact(gas(100, 0.2, kPeriodic)), 0.5, 5, 200},
+        MatchCase{"100_dense_periodic", exact(gas(100, 0.6, kPeriodic)), 0.5, 1, 200},
+        MatchCase{"100_inelastic_walls", with_restitution(exact(gas(100, 0.2, kWalls)), 0.9), 0.5, 1, 100},
+        MatchCase{"100_open", exact(gas(100, 0.2, kOpen)), 0.5, 1, 40},
+        MatchCase{"100_clock", with_clock(with_restitution(exact(gas(100, 0.6, kPeriodic)), 0.8), 0.02), 0.5,
+                  1, 100},
+        MatchCase{"2000_dilute_walls", exact(gas(2000, 0.05, kWalls)), 0.5, 3, 20},
+        MatchCase{"2000_dilute_inelastic", with_restitution(exact(gas(2000, 0.05, kPeriodic)), 0.9), 0.5, 3,
+                  20},
+        MatchCase{"2000_periodic", exact(gas(2000, 0.2, kPeriodic)), 0.5, 1, 40},
+        MatchCase{"2000_dense_periodic", exact(gas(2000, 0.6, kPeriodic)), 0.5, 1, 80},
+        MatchCase{"2000_dense_walls", with_restitution(exact(gas(2000, 0.6, kWalls)), 0.9), 0.5, 1, 40},
+        MatchCase{"2000_open", with_restitution(exact(gas(2000, 0.6, kOpen)), 0.9), 0.5, 1, 40},
+        MatchCase{"2000_densest_periodic", exact(gas(2000, 0.69, kPeriodic)), 0.5, 1, 40}),
+    [](const auto& param_info) { return std::string(param_info.param.name); });
+
+INSTANTIATE_TEST_SUITE_P(
+    Ball, Events,
+    testing::Values(
+        MatchCase{"100_walls", with_ball(exact(gas(100, 0.2, kWalls))), 0.5, 1, 200},
+        MatchCase{"100_light", with_ball(exact(gas(100, 0.2, kPeriodic)), 2.0), 0.5, 1, 200},
+        MatchCase{"100_inelastic_open", with_restitution(with_ball(exact(gas(100, 0.2, kOpen))), 0.9), 0.3, 1,
+                  40},
+        MatchCase{"100_fast", with_ball(exact(gas(100, 0.05, kWalls)), 1e4, 15.0), 0.3, 2, 100},
+        MatchCase{"100_frozen", with_ball(exact(gas(100, 0.1, kPeriodic)), 1e9, 3.0), 0.3, 1, 100},
+        MatchCase{"2000_walls", with_ball(exact(gas(2000, 0.6, kWalls))), 0.5, 1, 40},
+        MatchCase{"2000_fast_periodic", with_ball(exact(gas(2000, 0.2, kPeriodic)), 200.0, 15.0), 0.3, 1, 40},
+        MatchCase{"2000_court", court_like(2000), 0.3, 3, 30}),
+    [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// The comparison notices parcels that are wider by 1e-4 of their radius.
+TEST(EventMatch, NoticesAWrongRadius) {
+  SceneRun run(exact(gas(100, 0.2, kPeriodic)), 1);
+  MatchPlan plan;
+  plan.num_windows = 50;
+  plan.wrong_radius_m = 0.5 * (1.0 - 1e-4);
+  const MatchResult result = match_events(run, plan);
+  EXPECT_GT(result.largest_shift, 2e-5);
+  EXPECT_GT(result.num_unexplained, 0U);
+}
+
+// ---- the same events however the work is cut
+
+struct Hashes {
+  std::uint64_t events = 0, state = 0;
+  std::uint64_t num_collisions = 0;
+  bool operator==(const Hashes&) const = default;
+};
+
+void PrintTo(const Hashes& h, std::ostream* out) {
+  *out << h.num_collisions << " collisions, events " << h.events << ", state " << h.state;
+}
+
+// steps of dt_s, in requests of so many at a time (the last shorter).
+Hashes hashes_of(const Settings& s, double end_s, int steps, int per_request = INT32_MAX,
+                 unsigned threads = 1) {
+  SceneRun run(s, threads);
+  Hashes hashes;
+  for (int done = 0; done < steps; done += per_request) {
+    const int now = std::min(per_request, steps - done);
+    const StepTotals totals = run.advance(static_cast<std::uint32_t>(now), end_s / steps).totals;
+    hashes.events += totals.event_hash;
+    hashes.num_collisions += totals.num_collisions;
+  }
+  hashes.state = run.backend->state_hash();
+  return hashes;
+}
+
+struct CutCase {
+  const char* name;
+  Settings settings;
+};
+void PrintTo(const CutCase& c, std::ostream* out) { *out << c.name; }
+
+class Cut : public testing::TestWithParam<CutCase> {
+ protected:
+  const Settings& settings() const { return GetParam().settings; }
+  double end_s() const { return 3.5 * test_scale(); }
+};
+
+// Steps of 0.01, 0.035, 0.1 and 0.35 diameters per c.
+TEST_P(Cut, OfTimeIntoSteps) {
+  const Hashes expected = hashes_of(settings(), end_s(), 350 * test_scale());
+  EXPECT_GT(expected.num_collisions, 100U);
+  for (const int steps : {100, 35, 10})
+    EXPECT_EQ(hashes_of(settings(), end_s(), steps * test_scale()), expected) << steps << " steps";
+}
+
+TEST_P(Cut, OfStepsIntoRequests) {
+  const Hashes expected = hashes_of(settings(), end_s(), 50);
+  for (const int per_request : {1, 7, 49})
+    EXPECT_EQ(hashes_of(settings(), end_s(), 50, per_request), expected);
+}
+
+TEST_P(Cut, OfWorkAmongThreads) {
+  const Hashes expected = hashes_of(settings(), end_s(), 25);
+  for (const unsigned threads : {2U, 3U})
+    EXPECT_EQ(hashes_of(settings(), end_s(), 25, INT32_MAX, threads), expected) << threads << " threads";
+}
+
+TEST_P(Cut, OfSpaceIntoCells) {
+  Settings plain = settings();
+  plain.neighbors = Neighbors::all_pairs;
+  EXPECT_EQ(hashes_of(plain, 0.7, 10), hashes_of(settings(), 0.7, 10));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Exact, Cut,
+    testing::Values(CutCase{"periodic", exact(gas(1000, 0.2, kPeriodic))},
+                    CutCase{"dense_periodic", exact(gas(1000, 0.6, kPeriodic))},
+                    CutCase{"dense_walls", with_restitution(exact(gas(1000, 0.6, kWalls)), 0.9)},
+                    CutCase{"clock",
+                            with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02)},
+                    CutCase{"open", exact(gas(1000, 0.3, kOpen))},
+                    CutCase{"ball_walls", with_ball(exact(gas(1000, 0.3, kWalls)))},
+                    CutCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
+    [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// All equally fast, in steps so long that a parcel slowed by a collision leaves behind, out of its sight, one
+// that would have met it on its old line.
+TEST(Exact, EventsWithLinesThatWereLeftDoNotHappen) {
+  int num_differ = 0;
+  for (std::int64_t seed = 1; seed <= 300; ++seed) {
+    Settings settings = exact(gas(300, 0.003, Boundary::periodic));
+    settings.seed = seed;
+    settings.restitution = 0.2;
+    const auto hash = [&](std::uint32_t num_steps) {
+      SceneRun run(settings, 1);
+      ParcelSnapshot start = run.backend->snapshot();
+      for (Vec2f& v : start.velocity) v = v * (1.0F / std::sqrt(dot(v, v)));
+      run.backend->restore(start);
+      return run.advance(num_steps, 17.0 / num_steps).totals.event_hash;
+    };
+    num_differ += hash(1) != hash(64) ? 1 : 0;
+  }
+  EXPECT_EQ(num_differ, 0) << "of 300 gases";
+}
+
+// Ids are places in memory, and an event with a wall that one with a parcel comes before is hard to tell from
+// it.
+TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
+  constexpr int kSide = 20;
+  const Physics physics = SceneRun(gas(kSide * kSide, 0.28)).physics;
+  const World& world = physics.world;
+  const GridShape grid = choose_grid(world, kSide * kSide, 2.8 / world.unit_m);  // of method exact
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  int num_differ = 0;
+  for (int k = 0; k < 1500; ++k) {
+    std::vector<Vec2i> start;
+    for (int at = 0; at < kSide * kSide; ++at) {
+      const double x = (at % kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
+      const double y = (at / kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
+      start.push_back({static_cast<std::int32_t>(2.0 * x * world.half.x),
+                       static_cast<std::int32_t>(2.0 * y * world.half.y)});
+    }
+    std::stable_sort(start.begin(), start.end(),
+                     [&](Vec2i a, Vec2i b) { return cell_key(grid, a) < cell_key(grid, b); });
+    SortedParcels parcels;
+    parcels.resize(start.size());
+    for (std::uint32_t i = 0; i < start.size(); ++i) {
+      const double angle = kPi * any(random);
+      parcels.current.position[i] = start[i];
+      parcels.current.velocity[i] = to_float({std::cos(angle), std::sin(angle)});
+      parcels.current.id[i] = i;
+    }
+    const auto hash = [&](unsigned num_threads) {
+      SortedParcels now = parcels;
+      ThreadTeam team(num_threads);
+      ExactTimeline motion(team);
+      motion.enter(physics, 0.0, now);
+      StepRequest request;
+      request.method = Method::exact;
+      request.num_steps = 1;
+      request.dt_s = 0.7;
+      BallState ball;
+      StepReport report;
+      motion.advance(physics, request, now, ball, report);
+      return report.totals.event_hash;
+    };
+    num_differ += hash(1) != hash(2) ? 1 : 0;
+  }
+  EXPECT_EQ(num_differ, 0) << "of 1500 gases";
+}
+
+// A gas that has cooled to a thousandth of its speed is counted in coarser ticks, whatever the steps are: the
+// events of each are the same, and so is the state.
+TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
+  for (const double clock_s : {0.0, 0.02}) {
+    const Settings cooling = with_clock(with_restitution(exact(gas(200, 0.25, kPeriodic)), 0.6), clock_s);
+    const double end_s = 4e5;
+    SceneRun run(cooling, 1);
+    run.advance(1, end_s);
+    EXPECT_LT(run.backend->measure().parcel_energy_j / 200.0, 1e-6);
+    const Hashes expected = hashes_of(cooling, end_s, 1);
+    for (const int steps : {7, 1000})
+      EXPECT_EQ(hashes_of(cooling, end_s, steps), expected) << steps << " steps";
+    EXPECT_EQ(hashes_of(cooling, end_s, 30, 4, 2), expected);
+  }
+}
+
+TEST(Exact, RefusesMoreTimeThanItCanCount) {
+  SceneRun run(exact(gas(2, 0.01, kPeriodic)), 1);
+  EXPECT_THROW(run.advance(1, 1e18), UserError);
+  EXPECT_EQ(run.advance(1, 1e-3).totals.num_steps, 1U);  // and is as before
+}
+
+// A ball that is set in motion among parcels that are slow is as fast against finer ticks: nothing overlaps.
+TEST(Exact, ABallSetFromOutsideMakesTicksFinerAgain) {
+  Settings s = with_ball(exact(gas(200, 0.25, kPeriodic)), 20.0, 0.0);
+  s.restitution = 0.6;
+  s.friction = 0.0;
+  SceneRun run(s, 1);
+  run.advance(1, 4e5);
+  const double cold = run.backend->measure().energy_j();
+  EXPECT_LT(cold / 200.0, 1e-5);
+  BallState ball = run.ball;
+  ball.velocity_mps = {1.0, 0.3};
+  run.backend->set_ball(ball);
+  const StepTotals totals = run.advance(40, 0.5).totals;
+  EXPECT_GT(totals.num_ball_hits, 10U);
+  const double diameter_units = 2.0 * run.physics.parcels.radius_m / run.physics.world.unit_m;
+  EXPECT_LT(totals.max_overlap_diameters * diameter_units, 5.0);
+}
+
+}  // namespace
+}  // namespace pf::test
