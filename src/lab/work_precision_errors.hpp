@@ -10,7 +10,7 @@ namespace pf {
 // diameters; sigma: its statistical error; bound: an upper limit, value being |error| + 2 sigma, since the
 // error is below 2 sigma; front: no other point of the same group, device, area fraction and restitution is
 // both cheaper and more accurate. Adds result["orders"]: slope of parcel-path over dt by device, method
-// and area fraction; and result["words"] (work_precision_words.hpp). Yardsticks: Kolafa and Rottner 2006
+// and area fraction; and result["words"] (work_precision_summary.hpp). Yardsticks: Kolafa and Rottner 2006
 // where restitution is 1; else `exact` of the same case, shortest step.
 void conclude_work_precision(nlohmann::json& result);
 

@@ -13,7 +13,7 @@
 
 namespace pf {
 
-// Planned on the host by scene/spawn_plan.hpp. row_begin: num_rows + 1 entries, free sites before each row;
+// Planned on the host by scene/derive.hpp. row_begin: num_rows + 1 entries, free sites before each row;
 // row_blocked_first / row_blocked_count: num_rows entries, the run of sites that the ball blocks (with a
 // periodic world the run may wrap).
 struct SpawnPlan {
