@@ -1,4 +1,4 @@
-// What the tests of method `exact` share.
+// Shared by the tests of method `exact`.
 #pragma once
 
 #include <cstdlib>
@@ -13,7 +13,7 @@ inline Settings exact(Settings s) {
   return s;
 }
 
-// How much longer than in CI the tests are to run: PF_TEST_SCALE in the environment, 1 if not set.
+// Factor of the tests' length from PF_TEST_SCALE in the environment; 1, as in CI, if it is not set.
 inline int test_scale() {
   const char* text = std::getenv("PF_TEST_SCALE");
   return text == nullptr ? 1 : std::max(1, std::atoi(text));

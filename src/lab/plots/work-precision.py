@@ -233,31 +233,36 @@ def draw_method_errors(axes, study, error, places):
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
-# Where the name of a method stands in a panel of its own: beside its dot with the error nearest to that, in points.
-NAMES_ALONE = {"cpu": {"impulse": (0.2, (12, 4), "left"), "spring": (0.2, (12, 4), "left"), "exact": (0.0, (12, 1), "left")}}
+# In a panel of its own a method is named at its dot nearest to this error; 0: at its dot furthest right.
+NAMED_AT = {"impulse": 0.07, "spring": 0.2, "exact": 0.0}
+
+
+def name_alone(axes, rows, error):
+    for method, wanted in NAMED_AT.items():
+        mine = [(row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)) for row in rows
+                if row["method"] == method]
+        if not mine:
+            continue
+        at = min(mine, key=lambda dot: abs(np.log(dot[1] / wanted))) if wanted else max(mine)
+        axes.annotate(method, at, xytext=(10, 4), textcoords="offset points", color=COLOURS[method], fontsize=12,
+                      fontweight="bold", va="bottom" if not wanted else "baseline")
 
 
 def draw_panel_alone(study, error, eta, restitution):
     figure, axes = plt.subplots(figsize=(8.6, 4.7))
-    figure.subplots_adjust(left=0.095, right=0.975, top=0.80, bottom=0.175)
+    figure.subplots_adjust(left=0.095, right=0.975, top=0.775, bottom=0.175)
     draw_panel(axes, study, error, eta, restitution)
     share_limits([axes])
+    axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
     title = dict(ERRORS)[error]
     axes.set_ylabel(f"error of the {title}" if ":" not in title else f"error, {title}")
     axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
-    rows = rows_of(study, error, "cpu", eta, restitution)
-    for method, (height, offset, align) in NAMES_ALONE["cpu"].items():
-        mine = [row for row in rows if row["method"] == method]
-        if mine:
-            row = min(mine, key=lambda row: (abs(np.log(max(row["errors"][error]["value"], FLOOR) / max(height, FLOOR))),
-                                             -row["ns_per_disc_time"]))
-            axes.annotate(method, (row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)), xytext=offset,
-                          textcoords="offset points", color=COLOURS[method], fontsize=12, fontweight="bold", ha=align)
+    name_alone(axes, rows_of(study, error, "cpu", eta, restitution), error)
     name_devices(figure, study)
     figure.text(0.015, 0.965, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
-    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Down: more accurate. Left: cheaper. "
-                "Grey: no other dot beats these. Arrow: an upper bound.", fontsize=9.5, color=FAINT, va="top")
-    figure.text(0.015, 0.02, style.machine_text(study), fontsize=8, color=FAINT)
+    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Down: more accurate. Left: cheaper.\n"
+                "Grey: the dots that no other dot beats. Arrow: the error is at most that.", fontsize=9.5, color=FAINT, va="top")
+    figure.text(0.015, 0.02, style.machine_text(study), fontsize=7, color=FAINT)
     return figure
 
 
