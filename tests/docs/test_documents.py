@@ -429,7 +429,7 @@ FAULTS = [
     (options, "docs/using.md", "`--still` writes", "`--stills` writes"),
     (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clock`"),
     (drawings, "docs/drawings/merge.svg", "find_conflicts", "find_conflict"),
-    (drawings, "docs/exact.md", "C-D at tick 16. C leaves", "C-D at tick 17. C leaves"),
+    (drawings, "docs/exact.md", "collide at tick 58", "collide at tick 59"),
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),
     (spelling, "README.md", "parcels", "parcles"),
 ]
