@@ -19,6 +19,7 @@ plot_packages=(
 test_packages=(
   libgtest-dev python3:python3
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
+  codespell:codespell              # misspelt words
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy

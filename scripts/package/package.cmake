@@ -6,6 +6,7 @@ install(DIRECTORY shaders DESTINATION ${pf_data} COMPONENT program)
 install(DIRECTORY src/lab/plots DESTINATION ${pf_data} COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY assets/scenes assets/lab DESTINATION ${pf_data}/assets COMPONENT program)
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 install(FILES scripts/package/pickleflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
         COMPONENT program)

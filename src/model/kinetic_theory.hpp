@@ -14,7 +14,7 @@ inline double contact_value(double area_fraction) {
 }
 
 // Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r), c = sqrt(kT/m) the speed per
-// component (docs/physics.md).
+// component (docs/physics.md, 'Collision rate').
 inline double enskog_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
   return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
 }
