@@ -56,7 +56,7 @@ class CudaBackend final : public Backend {
     double impulse_unit_kg_mps = 0.0;
   };
 
-  // Method exact, in cuda_backend_exact.cpp.
+  // Method exact, in cuda/exact/requests.cpp.
   void submit_exact(const StepRequest& request);
   const ExactState& read_exact_state();  // waits
   void start_exact(const StepRequest& request);

@@ -101,7 +101,7 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   return report;
 }
 
-// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md). The
+// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md, 'Pressure'). The
 // sum here is of |J| / m, and kT / m = c^2.
 json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
                      double speed_mps) {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
@@ -213,8 +214,8 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
                   "restitution {:g}, the nearest of the table; vertical lines are powers of ten. The dot: "
                   "the current setting{}",
                   picture.of, picture.area_fraction, picture.restitution,
-                  picture.present ? fmt::format(", {:.3g} ns, {:.2g} %", picture.present->ns_per_disc_time,
-                                                100.0 * picture.present->error)
+                  picture.current ? fmt::format(", {:.3g} ns, {:.2g} %", picture.current->ns_per_disc_time,
+                                                100.0 * picture.current->error)
                                   : " has none"));
   const ImVec2 high(low.x + size.x, low.y + size.y);
   const OverlayColors& colors = overlay_colors(theme);
@@ -228,8 +229,8 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
   const std::string caption = fmt::format("error of {}; cost \xE2\x86\x92", picture.of);
   list->AddText(ImGui::GetFont(), 0.85F * font, ImVec2(low.x + 0.3F * font, high.y - font), colors.dim,
                 caption.c_str());
-  if (!picture.present) return;
-  const ImVec2 at = axes->place(*picture.present);
+  if (!picture.current) return;
+  const ImVec2 at = axes->place(*picture.current);
   list->AddCircleFilled(at, 0.42F * font, colors.plot);
   list->AddCircleFilled(at, 0.32F * font, colors.accent);
 }

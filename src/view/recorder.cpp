@@ -138,7 +138,7 @@ void Recorder::end(Simulation& simulation) {
 // Reports films that are written to their end, and the current one if it has failed.
 void Recorder::follow(Simulation& simulation) {
   if (running_ && !running_->film->failure().empty()) {
-    tell(fmt::format("recording stopped, the run goes on: {}", running_->film->failure()));
+    tell(fmt::format("recording stopped, the run continues: {}", running_->film->failure()));
     running_->failure_told = true;
     end(simulation);
   }

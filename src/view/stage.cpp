@@ -76,7 +76,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (!options.log.empty()) log_.open(options.log);
-  if (has_window || replay_) simulation_.keep_moments();  // a log may go back to them
+  if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
   if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
   recorder_.set_seen(context.size_px());
   recorder_.begin(simulation);

@@ -35,7 +35,7 @@ bool any_ball_segment(const StepContext& step, const Visit& visit) {
   });
 }
 
-// Whether a collision happens while both bodies are on their trajectories.
+// Returns whether a collision happens while both bodies are on their trajectories.
 bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= std::min(first_end, second_end);
 }

@@ -10,13 +10,14 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/cell_sort.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "backend/cpu_tally.hpp"
 #include "backend/exact/broad_phase.hpp"
 #include "backend/exact/event_queue.hpp"
 #include "backend/exact/event_record.hpp"
 #include "core/thread_team.hpp"
 #include "model/exact/step_plan.hpp"
+#include "model/tally.hpp"
 
 namespace pf {
 
@@ -80,6 +81,7 @@ struct ClusterTally {
     sum.num_ball_hits += num_ball_hits - 1;
   }
 };
+static_assert(EventTally<ClusterTally>);
 
 struct Cluster {
   std::uint32_t first_seed = 0, num_seeds = 0;      // in StepMemory::seeds

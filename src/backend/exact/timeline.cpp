@@ -158,7 +158,7 @@ void ExactTimeline::advance_step(const RunConstants& run, std::uint64_t until, c
   }
 }
 
-// Whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
+// Returns whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
 bool ExactTimeline::ball_needs_finer_ticks(const RunConstants& run) const {
   if (!ball_is_new_ || progress_.tick_exponent == 0 || !run.physics.ball.exists) return false;
   return surface_speed_mps(run.physics, progress_.ball) >
