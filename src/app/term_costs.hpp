@@ -121,6 +121,7 @@ class TermCosts {
   State state_ = State::settling;
   std::array<TermCost, kNumTerms> costs_;
   std::optional<Comparison> comparison_;
+  std::string failure_;
   bool is_requested_ = false;
   std::uint32_t num_settled_ = 0;
   std::vector<double> step_ms_;  // of the last frames
