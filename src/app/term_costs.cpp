@@ -56,11 +56,10 @@ double round_up(double value) {
 }  // namespace
 
 std::string cost_text(const TermCost& cost) {
-  const double two_errors = 2.0 * cost.error_ms;
   constexpr double kClockStep_ms = 1e-4;
-  if (std::fabs(cost.ms) <= two_errors)
-    return fmt::format("< {:g}", round_up(std::max(std::fabs(cost.ms) + two_errors, kClockStep_ms)));
-  const double digits = two_errors > 0.0 ? std::ceil(-std::log10(two_errors)) : 4.0;
+  const double margin_ms = std::max(3.0 * cost.error_ms, kClockStep_ms);
+  if (std::fabs(cost.ms) <= margin_ms) return fmt::format("< {:g}", round_up(std::fabs(cost.ms) + margin_ms));
+  const double digits = std::ceil(-std::log10(margin_ms));
   return fmt::format("{:.{}f}", cost.ms, std::clamp(static_cast<int>(digits), 1, 4));
 }
 
@@ -251,14 +250,18 @@ void TermCosts::compare(Term term) {
   if (c.differences_ms.size() == kNumPairs) finish(term);
 }
 
-// The median of the pairs' differences, with the standard error of a median from the median deviation
-// (1.2533 sigma / sqrt(n), sigma = 1.4826 MAD for a normal distribution).
+// Two pairs with the halves in either order are averaged, so that an advantage of going first cancels. The
+// cost is the median of these, with the standard error of a median from their median deviation (1.2533 sigma
+// / sqrt(n), sigma = 1.4826 MAD for a normal distribution).
 void TermCosts::finish(Term term) {
   Comparison& c = *comparison_;
+  std::vector<double> means_ms;
+  for (std::size_t i = 1; i < c.differences_ms.size(); i += 2)
+    means_ms.push_back(0.5 * (c.differences_ms[i - 1] + c.differences_ms[i]));
   TermCost& cost = costs_[static_cast<std::size_t>(term)];
-  cost.ms = median(c.differences_ms);
-  for (double& difference : c.differences_ms) difference = std::fabs(difference - cost.ms);
-  cost.error_ms = 1.2533 * 1.4826 * median(c.differences_ms) / std::sqrt(1.0 * kNumPairs);
+  cost.ms = median(means_ms);
+  for (double& mean : means_ms) mean = std::fabs(mean - cost.ms);
+  cost.error_ms = 1.2533 * 1.4826 * median(means_ms) / std::sqrt(static_cast<double>(means_ms.size()));
   cost.is_known = true;
   c.num_pairs = 0;
   ++c.next;

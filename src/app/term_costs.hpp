@@ -95,7 +95,7 @@ class TermCosts {
   static constexpr double kMaxFrame_ms = 100.0;  // slower ones, as after a pause, have no more than this
   static constexpr std::int64_t kMaxParcels = 20'000;  // a copy of more takes longer than the budget
   static constexpr std::uint32_t kSettlingFrames = 20;
-  static constexpr std::uint32_t kNumPairs = 24;
+  static constexpr std::uint32_t kNumPairs = 32;  // even
 
  private:
   struct Comparison {

@@ -10,7 +10,7 @@
 namespace pf::test {
 namespace {
 
-constexpr int kEnoughFrames = 260;  // settling, copies, four terms of 26 pairs
+constexpr int kEnoughFrames = 260;  // settling, copies, four terms of 34 pairs
 
 Settings court_by(Method method) {
   Settings settings = court(400);
@@ -168,16 +168,16 @@ TEST(TermCosts, SwitchingTwiceIsTheSettingsAgain) {
   }
 }
 
-// Twice the standard error decides between a figure and a bound.
+// Three standard errors decide between a figure and a bound.
 TEST(TermCosts, AreWrittenAsFarAsTheyAreKnown) {
   const auto text = [](double ms, double error_ms) {
     return cost_text({.applies = true, .is_on = true, .is_known = true, .ms = ms, .error_ms = error_ms});
   };
-  EXPECT_EQ(text(0.4123, 0.0004), "0.4123");
-  EXPECT_EQ(text(0.4123, 0.004), "0.412");
-  EXPECT_EQ(text(12.34, 0.3), "12.3");
-  EXPECT_EQ(text(0.002, 0.004), "< 0.01");
-  EXPECT_EQ(text(-0.002, 0.004), "< 0.01");
+  EXPECT_EQ(text(0.4123, 0.0003), "0.4123");
+  EXPECT_EQ(text(0.4123, 0.003), "0.412");
+  EXPECT_EQ(text(12.34, 0.1), "12.3");
+  EXPECT_EQ(text(0.002, 0.002), "< 0.01");
+  EXPECT_EQ(text(-0.002, 0.002), "< 0.01");
   EXPECT_EQ(text(-0.2, 0.01), "-0.20");
   EXPECT_EQ(text(0.0, 0.0), "< 0.0001");
 }
