@@ -175,4 +175,3 @@ def measured_terms(bench):
     check(set(terms) == {"parcels", "contacts", "friction", "Magnus"}, f"every term is there: {set(terms)}")
     known = [name for name, cost in terms.items() if cost is not None]
     check(len(known) == 4, f"E: the cost of each is known: {known}")
-    check(terms["parcels"]["ms"] > 3.0 * terms["parcels"]["error_ms"], f"parcels cost: {terms['parcels']}")
