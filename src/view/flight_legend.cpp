@@ -124,9 +124,9 @@ bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
 
 LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
   if (!is_shown(frame, look)) return {};
-  constexpr std::size_t kMinRows = 3;
-  const std::size_t num_rows = 1 + frame.old_flights->size() + num_ghosts(frame, look);
-  return {layout_width_ * scale, (height_of(std::max(num_rows, kMinRows)) + kMargin_px) * scale};
+  constexpr std::size_t kMinFlights = 3;
+  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look);
+  return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
 }
 
 void FlightLegend::write(const FrameView& frame, const Look&, float scale) {
