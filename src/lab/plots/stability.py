@@ -91,7 +91,7 @@ def points_of(study, name):
 
 
 def unseen_share(step):
-    """Mean over impact parameters of 1 - chord / step, for chords below the step."""
+    """Mean over impact parameters of 1 - chord / step, for chords below the step (docs/physics.md, 'Missed collisions')."""
     if step >= 2:
         return 1 - np.pi / (2 * step)
     phi = np.arcsin(step / 2)
