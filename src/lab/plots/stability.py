@@ -116,7 +116,7 @@ def draw_missed(axes, study):
                       mfc="white", mec=COLOURS[method], label=f"{method}: none (upper bounds)")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_ylim(bottom=3e-5)  # room for the arrows of upper bounds
+    axes.set_ylim(bottom=1e-6)  # room for the arrows of upper bounds, and for the legend below them
     axes.set_title("Collisions missed", loc="left")
     axes.set_xlabel("displacement per step, diameters")
 

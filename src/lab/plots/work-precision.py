@@ -3,7 +3,7 @@
 
 work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precision.svg/.png and
                             work-precision-order.svg/.png beside it
-work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel of it alone, larger, as FILE (.png or .svg):
+work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel alone, larger, as FILE (.png or .svg):
                             ERROR is rate, pressure, energy, path or drag, E the restitution
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
@@ -80,15 +80,15 @@ def share_limits(row_axes):
         axes.yaxis.set_major_locator(LogLocator(base=100.0 if high / low > 1e5 else 10.0, numticks=9))
 
 
-def add_legend(figure, study, loc="upper right", anchor=(0.99, 0.985)):
-    """Legend of methods and devices, above the panels."""
+def add_legend(figure, study, corner=(0.99, 0.985)):
+    """Legend of methods and devices, above the panels. corner: its upper right one, as shares of the figure."""
     handles = [Line2D([], [], ls="", marker=MARKS[method], ms=6, color=COLOURS[method], label=method) for method in METHODS]
     devices = list(dict.fromkeys(row["device"] for row in study["points"]))
     if len(devices) > 1:
         names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
         handles += [Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
                            mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices]
-    figure.legend(handles=handles, loc=loc, bbox_to_anchor=anchor, ncol=len(handles), frameon=False,
+    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=len(handles), frameon=False,
                   fontsize=10, handletextpad=0.2, columnspacing=1.2)
 
 
@@ -220,19 +220,18 @@ def draw_method_errors(axes, study, error, places):
 
 
 def draw_panel_alone(study, error, eta, restitution):
-    figure, axes = plt.subplots(figsize=(8.6, 5.0))
-    figure.subplots_adjust(left=0.095, right=0.975, top=0.745, bottom=0.165)
+    figure, axes = plt.subplots(figsize=(8.6, 4.7))
+    figure.subplots_adjust(left=0.095, right=0.975, top=0.735, bottom=0.175)
     draw_panel(axes, study, error, eta, restitution)
     share_limits([axes])
     axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
     title = dict(ERRORS)[error]
     axes.set_ylabel(f"error of the {title}" if ":" not in title else f"error, {title}")
     axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
-    add_legend(figure, study, "upper left", (0.005, 0.835))
-    figure.text(0.015, 0.975, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
-    figure.text(0.015, 0.905, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Lower is more accurate, further left is "
-                "cheaper.\nGrey: the front that no other dot beats. Hollow with arrow: upper bound.", fontsize=9.5,
-                color=FAINT, va="top")
+    add_legend(figure, study, (0.985, 0.82))
+    figure.text(0.015, 0.965, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Lower is more accurate, left is cheaper. "
+                "Grey: no other dot beats these. Arrow: upper bound.", fontsize=9, color=FAINT, va="top")
     figure.text(0.015, 0.02, style.machine_text(study), fontsize=7, color=FAINT)
     return figure
 
@@ -240,7 +239,7 @@ def draw_panel_alone(study, error, eta, restitution):
 def panel_alone(folder, error, eta, restitution, file):
     study = style.load(pathlib.Path(folder), "work-precision")
     if error not in dict(ERRORS) or not rows_of(study, error, "cpu", float(eta), float(restitution)):
-        sys.exit(f"{folder}: nothing of {error} at area fraction {eta}, e = {restitution}")
+        sys.exit(f"{folder} holds no {error} at area fraction {eta}, e = {restitution}")
     style.prepare("work-precision-panel")
     figure = draw_panel_alone(study, error, float(eta), float(restitution))
     figure.savefig(file, dpi=120, metadata={"Software": None} if file.endswith(".png") else {"Date": None})
