@@ -28,7 +28,7 @@ __global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* in
   to.velocity[i] = from.velocity[source];
   to.id[i] = from.id[source];
   if (from.tick != nullptr) to.tick[i] = from.tick[source];
-  if (from.clock != nullptr) to.clock[i] = from.clock[source];
+  if (from.last_contact_tick != nullptr) to.last_contact_tick[i] = from.last_contact_tick[source];
   const std::uint32_t key = keys[i];
   const std::uint32_t first = i == 0 ? 0 : keys[i - 1] + 1;
   for (std::uint32_t cell = first; cell <= key; ++cell) cell_start[cell] = i;

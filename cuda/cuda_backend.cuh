@@ -38,12 +38,12 @@ class CudaBackend final : public Backend {
     DeviceBuffer<Vec2i> position;
     DeviceBuffer<Vec2f> velocity;
     DeviceBuffer<std::uint32_t> id;
-    DeviceBuffer<std::uint32_t> tick, clock;  // method exact; see ParcelPointers
+    DeviceBuffer<std::uint32_t> tick, last_contact_tick;  // method exact; see ParcelPointers
     ParcelPointers pointers() const {
-      return {position.data(), velocity.data(), id.data(), tick.data(), clock.data()};
+      return {position.data(), velocity.data(), id.data(), tick.data(), last_contact_tick.data()};
     }
     std::size_t bytes() const {
-      return position.bytes() + velocity.bytes() + id.bytes() + tick.bytes() + clock.bytes();
+      return position.bytes() + velocity.bytes() + id.bytes() + tick.bytes() + last_contact_tick.bytes();
     }
   };
 

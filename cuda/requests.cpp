@@ -45,7 +45,7 @@ void CudaBackend::sort(const StepConstants& constants) {
   grid_ = grid;
   std::swap(current_, next_);
   keys_are_written_ = false;
-  PF_CUDA(cudaMemsetAsync(&state_.data()->travel, 0, sizeof(StepState::travel), stream_));
+  PF_CUDA(cudaMemsetAsync(&state_.data()->max_displacement, 0, sizeof(StepState::max_displacement), stream_));
   expected_displacement_ = 0;
   sorted_ = true;
 }
@@ -118,7 +118,7 @@ StepReport CudaBackend::collect() {
   if (submitted_.exact && host_exact_->unresolvable != 0)
     throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
   const StepState& state = *host_state_;
-  expected_displacement_ = submitted_.exact ? host_exact_->progress.travel : state.travel;
+  expected_displacement_ = submitted_.exact ? host_exact_->progress.max_displacement : state.max_displacement;
   const RequestTotals& sum = state.totals;
   report.ball = state.ball;
   report.totals.num_steps = submitted_.num_steps;

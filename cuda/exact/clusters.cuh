@@ -29,13 +29,6 @@ __device__ inline float filter_of(double distance) {
   return static_cast<float>(distance * distance * (1.0 + 1e-5));
 }
 
-template <Boundary kBoundary>
-__device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i present) {
-  const Vec2i from = separation<kBoundary>(world, state.ball_centre, present);
-  const long long x = from.x, y = from.y;
-  return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
-}
-
 __device__ inline void keep_collision(Event& best, std::uint32_t tick, std::uint32_t j,
                                     const std::uint32_t* id) {
   if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
@@ -125,17 +118,12 @@ __device__ __forceinline__ double load_early(const double* from) {
   return value;
 }
 
-// The constants of the step in hand: most are the launch's.
+// The constants of the step in hand.
 __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
-  const ExactConstants& plan = launch.state->plan;
-  ExactConstants c = launch.constants;
-  c.plan.start = load_early(&plan.begin);
-  c.plan.length = load_early(&plan.length);
-  c.plan.max_speed_mps = load_early(&plan.max_speed_mps);
-  c.plan.ball = plan.ball;
-  c.plan.units_per_tick = plan.units_per_tick;
-  c.plan.min_separation_speed_mps = plan.min_separation_speed_mps;
-  c.plan.contact_duration_ticks = plan.contact_duration_ticks;
+  ExactConstants c{launch.run, launch.state->plan};
+  c.plan.start = load_early(&launch.state->plan.start);
+  c.plan.length = load_early(&launch.state->plan.length);
+  c.plan.max_speed_mps = load_early(&launch.state->plan.max_speed_mps);
   return c;
 }
 

@@ -96,19 +96,12 @@ __device__ void commit(const ExactConstants& c, const ExactLaunch& launch, Exact
 }
 
 // Plans the step from now on: its length, the bound, the ball, and empty counters. One thread.
-__device__ inline void plan_next(const ExactConstants& constants, std::uint64_t until, ExactState& state) {
-  state.plan = with_tick_exponent(constants, state.progress.tick_exponent);
-  plan_step(state.progress, until, state.longest, state.plan);
-  const ExactConstants& c = state.plan;
+__device__ inline void plan_next(const RunConstants& run, std::uint64_t until, ExactState& state) {
+  state.plan = plan_step(run, state.progress, until, state.max_ticks);
+  const ExactConstants c{run, state.plan};
   state.ball = ball_in_step(c, state.progress);
-  if (c.plan.ball != BallRole::absent) {
-    const Vec2d centre =
-        state.ball.trajectory.anchor_units +
-        displacement_units(c, state.ball.trajectory.velocity_mps, -static_cast<std::int64_t>(state.ball.trajectory.tick));
-    state.ball_centre = {saturated_units(centre.x), saturated_units(centre.y)};
-    const double moved = c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length;
-    state.ball_reach = saturated(c.run.ball_contact + 2.0 * moved + kRoundingMargin);
-  }
+  if (c.plan.ball != BallRole::absent)
+    state.ball_neighbourhood = neighbourhood_of(c, state.ball.trajectory);
   state.list_overflow = 0;
   state.solve_failed = 0;
   state.too_fast_bits = 0;
@@ -144,13 +137,13 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
     const double at_begin = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
-    const ExactConstants plan = state.plan;
+    const ExactConstants c{launch.run, state.plan};
     ExactProgress progress = state.progress;
-    const ExactBall ball = plan.ball == BallRole::participant ? state.ball_now : state.ball;
-    end_step(plan, ball, hits, at_begin, fastest_after_mps(state), state.num_events, progress);
+    const ExactBall ball = c.plan.ball == BallRole::participant ? state.ball_now : state.ball;
+    advance_progress(c, ball, {hits, at_begin, fastest_after_mps(state), state.num_events}, progress);
     state.progress = progress;
     state.current_buffer ^= 1U;
-    state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
+    state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
     launch.step_state->ball = progress.ball;
   } else {
     state.num_retried += 1;
@@ -158,8 +151,8 @@ __device__ __noinline__ inline void finish_step_on_device(const ExactLaunch& lau
     if (needed > state.plan.max_speed_mps) {
       state.progress.raised_bound_mps = kSpeedMargin * needed;
     } else {
-      state.longest = state.plan.length / 2;
-      if (state.longest == 0) state.unresolvable = 1;
+      state.max_ticks = state.plan.length / 2;
+      if (state.max_ticks == 0) state.unresolvable = 1;
     }
   }
 }
@@ -188,11 +181,11 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   if (physics.ball.exists) fastest_mps = max(fastest_mps, surface_speed_mps(physics, state.progress.ball));
   const std::uint64_t now = state.progress.now;
   const std::uint32_t before = state.progress.tick_exponent;
-  const std::uint32_t tick_exponent = choose_tick_exponent(launch.constants, before, fastest_mps);
+  const std::uint32_t tick_exponent = choose_tick_exponent(launch.run.reference_ticks, before, fastest_mps);
   for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
     a.trajectories.position[i] = a.present[state.current_buffer][i];
     a.trajectories.tick[i] = static_cast<std::uint32_t>(now >> tick_exponent);
-    if (a.trajectories.last_contact_tick) a.trajectories.last_contact_tick[i] = contact_tick_in_units(a.trajectories.last_contact_tick[i], now, before, tick_exponent);
+    if (a.trajectories.last_contact_tick) a.trajectories.last_contact_tick[i] = rescaled_contact_tick(a.trajectories.last_contact_tick[i], now, before, tick_exponent);
   }
   sync();
   if (rank != 0) return;

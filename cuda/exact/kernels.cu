@@ -114,7 +114,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
     grid.sync();
     if (grid.thread_rank() == 0) {
       const std::uint64_t until = done ? launch.next_until : launch.until;
-      if (until > state.progress.now) plan_next(launch.constants, until, state);
+      if (until > state.progress.now) plan_next(launch.run, until, state);
     }
     if (done) return;
     grid.sync();
@@ -137,7 +137,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (state.to_commit == 0) {  // solve_kernel did all; planned anew, which changes nothing, if it had not
     if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
-      plan_next(launch.constants, launch.next_until, state);
+      plan_next(launch.run, launch.next_until, state);
     return;
   }
   const std::uint32_t slice = blockIdx.x;
@@ -160,7 +160,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;
-  if (launch.next_until > state.progress.now) plan_next(launch.constants, launch.next_until, state);
+  if (launch.next_until > state.progress.now) plan_next(launch.run, launch.next_until, state);
 }
 
 __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch) {
@@ -180,12 +180,12 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
   __syncthreads();
   if (launch.ball_was_set && state.progress.tick_exponent != 0 && launch.run.physics.ball.exists &&
       surface_speed_mps(launch.run.physics, state.progress.ball) >
-          tick_speed_mps(launch.constants, state.progress.tick_exponent))
+          tick_speed_mps(launch.run.reference_ticks, state.progress.tick_exponent))
     anchor_all(launch, threadIdx.x, blockDim.x, [] { __syncthreads(); });
   __syncthreads();
   if (threadIdx.x != 0) return;
-  state.longest = static_cast<std::uint32_t>(kAnchorPeriod);
-  if (launch.until > state.progress.now) plan_next(launch.constants, launch.until, state);
+  state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
+  if (launch.until > state.progress.now) plan_next(launch.run, launch.until, state);
 }
 
 __global__ void enter_kernel(const __grid_constant__ ExactLaunch launch, std::uint64_t now) {
@@ -218,7 +218,7 @@ __global__ void locate_kernel(const __grid_constant__ ExactLaunch launch) {
   ExactState& state = *launch.state;
   if (i == 0) state.progress.max_displacement = 0;
   if (i >= launch.space.num_parcels) return;
-  ExactConstants c = with_tick_exponent(launch.constants, state.progress.tick_exponent);
+  ExactConstants c{launch.run, {scaled(launch.run.reference_ticks, state.progress.tick_exponent)}};
   c.plan.start = static_cast<std::uint32_t>(state.progress.now >> state.progress.tick_exponent);
   launch.arrays.present[state.current_buffer][i] = position_at<kBoundary>(c, trajectory_of(launch.arrays, i), 0);
 }

@@ -98,7 +98,7 @@ void ExactMemory::complete(const Memory& memory, ExactLaunch& launch) const {
 }
 
 void ExactMemory::enter(const ExactLaunch& launch, cudaStream_t stream) {
-  now_ = static_cast<std::uint64_t>(std::llround(time_s_ / launch.constants.tick_s));
+  now_ = static_cast<std::uint64_t>(std::llround(time_s_ / launch.run.reference_ticks.tick_s));
   // Padding too, which the copy to the host reads.
   PF_CUDA(cudaMemsetAsync(state_.data(), 0, sizeof(ExactState), stream));
   launch_exact_enter(launch, now_, stream);

@@ -59,7 +59,7 @@ __device__ Event predict_first(const ExactConstants& c, const ExactLaunch& launc
     }
   }
   if (may_reach_edge<kBoundary>(c, at)) keep_edge_event<kBoundary>(c, here, best);
-  if (c.plan.ball == BallRole::frozen && is_near_ball<kBoundary>(c.run.physics.world, state, at))
+  if (c.plan.ball == BallRole::frozen && is_in<kBoundary>(state.ball_neighbourhood, c.run.physics.world, at))
     keep_earlier(best, {ball_collision_tick<kBoundary>(c, state.ball.trajectory, here), kBallPartner, kBallPartner});
   return best;
 }
@@ -106,7 +106,7 @@ __device__ void predict_one(const ExactConstants& c, const ExactLaunch& launch, 
     if (is_active) a.list_head[i] = kInvalidIndex;
     if (c.plan.ball == BallRole::participant) {
       const Vec2i at = a.present[state.current_buffer][i];
-      if (!is_retired(at) && is_near_ball<kBoundary>(c.run.physics.world, state, at)) {
+      if (!is_retired(at) && is_in<kBoundary>(state.ball_neighbourhood, c.run.physics.world, at)) {
         const std::uint32_t place = atomicAdd(&state.num_near_ball, 1U);
         if (place < a.near_ball.capacity) {
           a.near_ball.items[place] = i;

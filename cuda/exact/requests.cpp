@@ -55,9 +55,9 @@ void CudaBackend::make_room_for_exact(bool with_clock) {
 
 ExactLaunch CudaBackend::plan_exact(const StepRequest& request) const {
   ExactLaunch launch;
-  launch.constants = make_exact_constants(physics_, request.contact_clock_s);
+  launch.run = make_run_constants(physics_, request.contact_clock_s);
   launch.space = {physics_.world, grid_, cell_sort_.cell_start(), num_parcels_,
-                  request.neighbors == Neighbors::all_pairs || needs_all_pairs(launch.constants)};
+                  request.neighbors == Neighbors::all_pairs || needs_all_pairs(launch.run)};
   launch.step_state = state_.data();
   launch.slots = slots_.data();
   exact_.complete({current_.pointers(),
@@ -113,7 +113,7 @@ void CudaBackend::stop_exact() {
 }
 
 void CudaBackend::sort_exact(ExactLaunch& launch) {
-  const double contact = launch.constants.step.contact_distance;
+  const double contact = launch.run.contact_distance;
   grid_ = choose_grid(physics_.world, num_parcels_, kCellWidth * contact, kDeviceCellsPerParcel);
   launch.space.grid = grid_;
   timer_.mark_sort(stream_);
@@ -149,12 +149,13 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   if (exact_.active() && (request.contact_clock_s > 0.0) != (current_.last_contact_tick.capacity() > 0)) stop_exact();
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = plan_exact(request);
-  const ExactConstants& c = launch.constants;
-  const bool search = physics_.parcels.contacts && !needs_all_pairs(c) && num_parcels_ > 0;
-  const std::vector<std::uint64_t> ends = exact_.plan(request, c.plan.tick_s);
+  const RunConstants& run = launch.run;
+  const TickScale& ticks = run.reference_ticks;
+  const bool search = physics_.parcels.contacts && !needs_all_pairs(run) && num_parcels_ > 0;
+  const std::vector<std::uint64_t> ends = exact_.plan(request, ticks.tick_s);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  submitted_ = {request.num_steps, 0, true, c.run.per_impulse_count, c.run.impulse_unit_kg_mps};
-  const double moved = host_exact_->progress.fastest_mps * c.plan.units_per_tick * request.dt_s / c.plan.tick_s;
+  submitted_ = {request.num_steps, 0, true, run.per_impulse_count, run.impulse_unit_kg_mps};
+  const double moved = host_exact_->progress.fastest_mps * ticks.units_per_tick * request.dt_s / ticks.tick_s;
   launch.ball_was_set = ball_was_set_;
   ball_was_set_ = false;
 
@@ -162,7 +163,7 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   launch.until = ends.empty() ? 0 : ends.front();
   launch_exact_begin_request(launch, stream_);
   // Parcels that move too far in a step are sorted again on the way; the host waits for that then.
-  const double widest = (kWidestReach - 1.0) * c.run.contact_distance;
+  const double widest = (kWidestReach - 1.0) * run.contact_distance;
   const bool sorts_within = search && 2.0 * moved > widest;
   const double farthest = std::min(sorts_within ? 0.5 * widest : widest - 2.0 * moved, kFarthest);
   if (sorts_within) launch.farthest = static_cast<std::int64_t>(farthest);

@@ -162,7 +162,7 @@ class BlockSolver : BlockMembers<kBoundary> {
     ClusterMember& it = member(m);
     Trajectory now = it.trajectory;
     anchor_at<kBoundary>(c_, now, event.tick);
-    collide_with_edge(c_, event.partner, now);
+    apply_edge(c_, event.partner, now);
     if (event.partner == kExit) ++sum_.num_retired;
     set_trajectory(a_, counts_, state_, now, event.tick, it, sum_);
     it.last_contact_tick = c_.plan.start + event.tick;
@@ -235,7 +235,7 @@ class BlockSolver : BlockMembers<kBoundary> {
     sync();
     if (event.partner == i) return true;
     if (leads() && !is_retired(now.anchor) &&
-        is_near_ball<kBoundary>(c_.run.physics.world, state_, present_[i])) {
+        is_in<kBoundary>(state_.ball_neighbourhood, c_.run.physics.world, present_[i])) {
       const Event next{ball_collision_tick<kBoundary>(c_, state_.ball_now.trajectory, now), i, id(i)};
       if (next.tick != kNoTick && comes_before(next, event)) state_.ball_event = next;
     }
@@ -284,7 +284,7 @@ class BlockSolver : BlockMembers<kBoundary> {
   __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Trajectory& now, Event& best) const {
     if (may_reach_edge<kBoundary>(c_, present_[i])) keep_edge_event<kBoundary>(c_, now, best);
     if (c_.plan.ball == BallRole::absent || has_ball_ ||
-        !is_near_ball<kBoundary>(c_.run.physics.world, state_, present_[i]))
+        !is_in<kBoundary>(state_.ball_neighbourhood, c_.run.physics.world, present_[i]))
       return;
     keep_earlier(best, {ball_collision_tick<kBoundary>(c_, state_.ball.trajectory, now), kBallPartner, kBallPartner});
   }

@@ -17,7 +17,7 @@ __device__ void exchange(T& a, T& b) {
 // A parcel as it is before it meets another.
 struct PairedParcel {
   std::uint32_t index, id;
-  std::uint32_t place;  // among the members
+  std::uint32_t member_slot;  // among the members
   Trajectory trajectory;
   Vec2i at;  // at the step's begin
 };
@@ -61,7 +61,7 @@ __device__ bool is_left_alone(const ExactConstants& c, const ExactLaunch& launch
     const Trajectory there = trajectory_of(a, near[k]);
     if (!is_retired(there.anchor) && collision_tick<kBoundary>(c, now, there) != kNoTick) alone = false;
   }
-  if (c.plan.ball != BallRole::absent && is_near_ball<kBoundary>(world, state, it.at)) alone = false;
+  if (c.plan.ball != BallRole::absent && is_in<kBoundary>(state.ball_neighbourhood, world, it.at)) alone = false;
   if (may_reach_edge<kBoundary>(c, it.at)) {
     Event edge;
     keep_edge_event<kBoundary>(c, now, edge);

@@ -231,7 +231,7 @@ class WarpSolver {
       if (event.partner == kBallPartner) {
         collide_with_ball<kBoundary>(c_, state_.ball.trajectory, event.tick, now, sum_);
       } else {
-        collide_with_edge(c_, event.partner, now);
+        apply_edge(c_, event.partner, now);
       }
     }
     if (event.partner == kExit) ++sum_.num_retired;
@@ -347,7 +347,7 @@ class WarpSolver {
   __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Trajectory& now, Event& best) const {
     const Vec2i at = present_[i];
     if (may_reach_edge<kBoundary>(c_, at)) keep_edge_event<kBoundary>(c_, now, best);
-    if (c_.plan.ball == BallRole::absent || !is_near_ball<kBoundary>(c_.run.physics.world, state_, at)) return;
+    if (c_.plan.ball == BallRole::absent || !is_in<kBoundary>(state_.ball_neighbourhood, c_.run.physics.world, at)) return;
     keep_earlier(best, {ball_collision_tick<kBoundary>(c_, state_.ball.trajectory, now), kBallPartner, kBallPartner});
   }
 

@@ -6,13 +6,13 @@
 #pragma once
 
 #include "backend/draw_buffers.hpp"
+#include "core/index.hpp"
 #include "model/exact/step_plan.hpp"
 #include "cuda/neighbour_search.cuh"
 #include "cuda/time_step/state.cuh"
 
 namespace pf {
 
-constexpr std::uint32_t kInvalidIndex = 0xFFFFFFFFU;
 constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;  // a cluster is called by a parcel of it, or this
 
 // A parcel of a cluster, as far as it is solved.
@@ -96,7 +96,7 @@ struct ExactArrays {
   std::uint32_t* event_tick = nullptr;  // along the lines of the begin
   std::uint32_t* event_partner = nullptr;
   std::uint32_t* owner = nullptr;      // cluster, or kNone
-  std::uint32_t* place = nullptr;      // of an owned parcel among the members
+  std::uint32_t* member_slot = nullptr;      // of an owned parcel among the members
   std::uint32_t* list_head = nullptr;  // of a cluster's first members
   SlicedList active;                // parcels with an event before the end
   std::uint32_t num_slices = 0;      // blocks of the cooperative kernel
@@ -118,11 +118,10 @@ struct ExactArrays {
 // Lives on the device.
 struct ExactState {
   ExactProgress progress;
-  ExactConstants plan;  // of the step in hand
+  StepPlan plan;  // of the step in hand
   ExactBall ball;       // at the begin, then at the end
-  Vec2i ball_centre;    // at the step's begin
-  std::int32_t ball_reach = 0;
-  std::uint32_t longest = 0;  // ticks that the step may take
+  BallNeighbourhood ball_neighbourhood;
+  std::uint32_t max_ticks = 0;  // ticks that the step may take
   std::uint32_t current_buffer = 0;
   std::uint32_t list_overflow = 0;       // a list was full before solve_kernel: all its blocks know it
   std::uint32_t solve_failed = 0;         // a list was full in solve_kernel, or a cluster had too many events
@@ -149,7 +148,7 @@ struct ExactState {
 };
 
 struct ExactLaunch {
-  ExactConstants constants;
+  RunConstants run;
   DeviceSearch space;
   ExactArrays arrays;
   ExactState* state = nullptr;

@@ -52,7 +52,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     if (!is_retired(self.position)) {
       ContactSums sums;
       if constexpr (kContacts) {
-        const long long reach = c.contact_reach + state.travel;
+        const long long reach = c.contact_reach + state.max_displacement;
         sums = sum_contacts<Contact, kBoundary>(
             launch, self, i, static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide), tally);
       }
@@ -93,7 +93,7 @@ __global__ void __launch_bounds__(kNumSlots)
   if (threadIdx.x != 0) return;
   add_to_totals(sum, *state);
   state->last_displacement = static_cast<std::int32_t>(sum.max_displacement);
-  state->travel += state->last_displacement;
+  state->max_displacement += state->last_displacement;
   if (c.physics.ball.exists) {
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};

@@ -15,7 +15,7 @@ struct ParcelPointers {
   Vec2f* velocity = nullptr;
   std::uint32_t* id = nullptr;
   std::uint32_t* tick = nullptr;   // method exact only, else null
-  std::uint32_t* clock = nullptr;  // of the TC model, else null
+  std::uint32_t* last_contact_tick = nullptr;  // of the TC model, else null
 };
 
 // Keys and indices of a sort to come, n entries each; null: none is.
@@ -64,7 +64,7 @@ struct StepState {
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
   std::int32_t last_displacement = 0;  // largest displacement along an axis in the last step, position units
-  long long travel = 0;          // since the sort, summed over steps
+  long long max_displacement = 0;  // since the sort, summed over steps
   RequestTotals totals{};
 };
 

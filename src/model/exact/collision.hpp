@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "model/ball.hpp"
+#include "model/contact.hpp"
 #include "model/exact/events.hpp"
 #include "model/time_of_impact.hpp"
 
