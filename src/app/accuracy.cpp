@@ -300,7 +300,8 @@ WorkPrecision work_precision(const json& table, const Settings& scene, const std
     std::vector<Entry> entries = ladder(rows, at, method.name, of);
     std::erase_if(entries, [](const Entry& e) { return !(e.cost > 0.0); });  // no logarithm
     for (const Entry& entry : entries)
-      picture.methods[k].push_back({entry.cost, entry.error, entry.is_bound});
+      picture.methods[static_cast<std::size_t>(method.method)].push_back(
+          {entry.cost, entry.error, entry.is_bound});
     if (method.method == scene.method) picture.present = between(entries, displacement);
   }
   return picture;

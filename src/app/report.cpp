@@ -10,6 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -119,7 +120,7 @@ json compressibility(const ParcelConstants& parcels, const StepTotals& totals, d
 
 json ball_report(const BallConstants& constants, const BallState& ball, const StepTotals& totals,
                  double distance_m) {
-  if (!constants.present) return nullptr;
+  if (!constants.exists) return nullptr;
   return {{"x_m", number(ball.position_m.x)},
           {"y_m", number(ball.position_m.y)},
           {"vx_mps", number(ball.velocity_mps.x)},

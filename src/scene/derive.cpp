@@ -7,6 +7,7 @@
 
 #include "core/error.hpp"
 #include "model/ball.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/spring.hpp"
 
 namespace pf {

@@ -11,6 +11,7 @@
 #include "bench/plain_stepper.hpp"
 #include "core/timing.hpp"
 #include "lab/machine_load.hpp"
+#include "model/kinetic_theory.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "backend/cpu_tally.hpp"
-#include "model/exact/trajectory.hpp"
+#include "model/exact/collision.hpp"
 #include "model/spring.hpp"
 #include "support/scene_support.hpp"
 
@@ -75,7 +75,8 @@ struct Collision {
 Collision collision(double restitution, bool elastic, int k, Vec2d v1, Vec2d v2) {
   Settings s = two_discs(Method::exact, restitution);
   SceneRun run(s, 1);
-  const ExactConstants c = make_exact_constants(run.physics, 0.01);
+  const RunConstants constants = make_run_constants(run.physics, 0.01);
+  const ExactConstants c{constants, {constants.reference_ticks}};
   const Vec2i at = to_units(run.physics.world, direction(k) * 0.9999);
   Trajectory first{{0, 0}, to_float(v1), 0}, second{at, to_float(v2), 0};
   CpuTally tally;
@@ -127,15 +128,17 @@ TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
       s.ball_mass_kg = mass_kg;
       s.ball_x_m = s.ball_y_m = s.ball_vx_mps = s.ball_spin_radps = s.friction = 0.0;
       SceneRun run(s, 1);
-      ExactConstants c = make_exact_constants(run.physics, 0.0);
-      c.ball = BallRole::participant;
+      const RunConstants constants = make_run_constants(run.physics, 0.0);
+      ExactConstants c{constants, {constants.reference_ticks}};
+      c.plan.ball = BallRole::participant;
       const Vec2d n = direction(4);
       Trajectory line{to_units(run.physics.world, n * 1.5), to_float(n * -2.0 + perpendicular(n)), 0};
       CpuTally tally;
       const BallReaction kick = collide_with_ball<Boundary::periodic>(c, {}, 0, line, tally);
       const Vec2d ball_mps = kick.velocity_mps * (1.0 / mass_kg);
       const Vec2d after = to_double(line.velocity) - ball_mps;
-      EXPECT_NEAR(dot(after, n), std::fmax(restitution * 2.0, c.min_separation_speed_mps), 2.5e-7) << mass_kg;
+      EXPECT_NEAR(dot(after, n), std::fmax(restitution * 2.0, c.plan.min_separation_speed_mps), 2.5e-7)
+          << mass_kg;
       EXPECT_NEAR(cross(n, after), 1.0, 2.5e-7);
       const Vec2d momentum = to_double(line.velocity) + kick.velocity_mps;
       EXPECT_NEAR(dot(momentum, n), -2.0, 2.5e-7) << "what the parcel loses the ball takes";

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "model/kinetic_theory.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 #include "temporary_folder.hpp"
 
