@@ -73,8 +73,8 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
 
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
   to.tick.resize(from.tick.size());
-  to.clock.resize(from.clock.size());
-  const bool has_tick = !from.tick.empty(), has_clock = !from.clock.empty();
+  to.last_contact_tick.resize(from.last_contact_tick.size());
+  const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty();
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* places = offsets_.data() + thread * num_keys_;
@@ -85,7 +85,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.velocity[place] = from.velocity[i];
       to.id[place] = from.id[i];
       if (has_tick) to.tick[place] = from.tick[i];
-      if (has_clock) to.clock[place] = from.clock[i];
+      if (has_contacts) to.last_contact_tick[place] = from.last_contact_tick[i];
     }
   });
 }

@@ -18,14 +18,14 @@ struct ParcelArrays {
   std::vector<std::uint32_t> id;
   // Method `exact` only, else empty: position is where a parcel's last event was, tick when.
   std::vector<std::uint32_t> tick;
-  std::vector<std::uint32_t> clock;  // of the TC model: tick of its last contact with parcel or wall
+  std::vector<std::uint32_t> last_contact_tick;  // with a parcel or a wall, for the TC model; else empty
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
     velocity.resize(n + kSearchPadding);
     id.resize(n);
     tick.clear();
-    clock.clear();
+    last_contact_tick.clear();
   }
 };
 

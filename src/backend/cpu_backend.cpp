@@ -133,7 +133,7 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
 void CpuBackend::submit(const StepRequest& request) {
   StepReport report;
   if (request.method == Method::exact) {
-    const bool has_clocks = !parcels_.current.clock.empty();
+    const bool has_clocks = !parcels_.current.last_contact_tick.empty();
     if (exact_.active() && has_clocks != (request.contact_clock_s > 0.0)) stop_exact();
     if (!exact_.active()) start_exact(request);
     exact_.advance(physics_, request, parcels_, ball_, report);

@@ -49,7 +49,7 @@ class CpuBackend final : public Backend {
 
   std::size_t size() const { return parcels_.size(); }
   const std::vector<Vec2i>& present() const {
-    return exact_.active() ? exact_.present() : parcels_.current.position;
+    return exact_.active() ? exact_.positions() : parcels_.current.position;
   }
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);

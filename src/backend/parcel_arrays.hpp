@@ -36,7 +36,7 @@ struct SortedParcels {
   std::uint64_t memory_bytes() const {
     const auto of = [](const ParcelArrays& a) {
       return sizeof(Vec2i) * a.position.capacity() + sizeof(Vec2f) * a.velocity.capacity() +
-             4 * (a.id.capacity() + a.tick.capacity() + a.clock.capacity());
+             4 * (a.id.capacity() + a.tick.capacity() + a.last_contact_tick.capacity());
     };
     return of(current) + of(next) + 4 * cell_start.capacity() + cell_sort.memory_bytes();
   }

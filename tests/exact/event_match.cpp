@@ -10,20 +10,20 @@
 namespace pf::test {
 namespace {
 
-// Smaller differences than this, in parcel diameters, can come from positions rounded to units of 1e-7
-// diameters and a few collisions after that.
+// Differences up to this, in parcel diameters, can come from positions rounded to units of 1e-7 diameters and
+// a few collisions after that.
 constexpr double kTolerance = 1e-5;
 
-struct Meet {
+struct PartnerEvent {
   double time_s;
-  std::uint32_t partner;  // parcel id or one of the partner codes of model/exact.hpp
+  std::uint32_t partner;  // parcel id or one of the partner codes of model/exact/events.hpp
 };
-using MeetLists = std::vector<std::vector<Meet>>;  // by parcel, the ball's last
+using PartnerLists = std::vector<std::vector<PartnerEvent>>;  // one for each parcel, then the ball's
 
-MeetLists lists_of(std::vector<EventRecord> events, std::uint32_t num, double tick_s) {
+PartnerLists lists_of(std::vector<EventRecord> events, std::uint32_t num, double tick_s) {
   std::stable_sort(events.begin(), events.end(),
                    [](const EventRecord& a, const EventRecord& b) { return a.tick < b.tick; });
-  MeetLists lists(num + 1);
+  PartnerLists lists(num + 1);
   for (const EventRecord& event : events) {
     const double time_s = static_cast<double>(event.tick) * tick_s;
     if (event.first < num) lists[event.first].push_back({time_s, event.second});
@@ -33,8 +33,8 @@ MeetLists lists_of(std::vector<EventRecord> events, std::uint32_t num, double ti
   return lists;
 }
 
-MeetLists lists_of(const std::vector<ReferenceEvent>& events, std::uint32_t num, double start_s) {
-  MeetLists lists(num + 1);
+PartnerLists lists_of(const std::vector<ReferenceEvent>& events, std::uint32_t num, double start_s) {
+  PartnerLists lists(num + 1);
   for (const ReferenceEvent& event : events) {
     using Kind = ReferenceEvent::Kind;
     const double time_s = start_s + event.time_s;
@@ -50,7 +50,7 @@ MeetLists lists_of(const std::vector<ReferenceEvent>& events, std::uint32_t num,
   return lists;
 }
 
-// A window's start, from which the reference can be run again up to any time.
+// State at a window's start; the reference can run from it up to any time, more than once.
 struct Window {
   const SceneRun& run;
   Physics physics;  // the reference's
@@ -66,7 +66,8 @@ struct Window {
     return {physics, parcels, ball, options};
   }
 
-  // Whether the two pass each other within the tolerance of touching; times of the window.
+  // Returns whether the closest approach of the two equals the contact distance within the tolerance. time_s:
+  // of the run.
   bool grazes(std::uint32_t i, std::uint32_t partner, double time_s) const {
     const auto num = static_cast<std::uint32_t>(parcels.size());
     const bool with_ball = i == num || partner == kBallPartner;
@@ -93,13 +94,14 @@ struct Window {
 struct Difference {
   std::uint32_t body;
   double time_s;
-  const Meet* exact;  // null: none left
-  const Meet* reference;
+  const PartnerEvent* exact;  // null: no more events
+  const PartnerEvent* reference;
 };
 
 class Comparison {
  public:
-  Comparison(const Window& window, const MeetLists& exact, const MeetLists& reference, MatchResult& result)
+  Comparison(const Window& window, const PartnerLists& exact, const PartnerLists& reference,
+             MatchResult& result)
       : window_(window), result_(result), tainted_(exact.size()) {
     const Physics& physics = window.run.physics;
     unit_s_ = 2.0 * physics.parcels.radius_m / physics.reference_speed_mps;
@@ -110,14 +112,15 @@ class Comparison {
   }
 
  private:
-  void find_difference(std::uint32_t i, const std::vector<Meet>& exact, const std::vector<Meet>& reference) {
+  void find_difference(std::uint32_t i, const std::vector<PartnerEvent>& exact,
+                       const std::vector<PartnerEvent>& reference) {
     const std::size_t longer = std::max(exact.size(), reference.size());
     for (std::size_t k = 0; k < longer; ++k) {
-      const Meet* a = k < exact.size() ? &exact[k] : nullptr;
-      const Meet* b = k < reference.size() ? &reference[k] : nullptr;
+      const PartnerEvent* a = k < exact.size() ? &exact[k] : nullptr;
+      const PartnerEvent* b = k < reference.size() ? &reference[k] : nullptr;
       const double shift = a && b ? std::fabs(a->time_s - b->time_s) / unit_s_ : 0.0;
       if (a && b && a->partner == b->partner && shift < 1e-2) {
-        result_.largest_shift = std::max(result_.largest_shift, shift);
+        result_.max_shift = std::max(result_.max_shift, shift);
         continue;
       }
       const double time_s = std::min(a ? a->time_s : b->time_s, b ? b->time_s : a->time_s);
@@ -126,9 +129,9 @@ class Comparison {
     }
   }
 
-  bool is_tainted(const Meet* meet) const {
-    if (meet == nullptr) return false;
-    const std::size_t body = body_of(meet->partner);
+  bool is_tainted(const PartnerEvent* event) const {
+    if (event == nullptr) return false;
+    const std::size_t body = body_of(event->partner);
     return body < tainted_.size() && tainted_[body];
   }
   std::size_t body_of(std::uint32_t partner) const {
@@ -162,10 +165,10 @@ class Comparison {
     std::ostringstream text;
     text.precision(12);
     text << "window " << window_.start_s << " to " << window_.end_s << ", body " << d.body;
-    const auto add = [&](const char* who, const Meet* meet) {
-      text << ", " << who << ": ";
-      if (meet)
-        text << meet->partner << " at " << meet->time_s;
+    const auto add = [&](const char* source, const PartnerEvent* event) {
+      text << ", " << source << ": ";
+      if (event)
+        text << event->partner << " at " << event->time_s;
       else
         text << "none";
     };
@@ -181,16 +184,17 @@ class Comparison {
   double unit_s_ = 1.0;
 };
 
-// The contact clocks that the reference needs: of parcels and walls, not of the ball.
-void note_clocks(const MeetLists& lists, std::vector<double>& last_s) {
+// Keeps the times of the last contacts with parcels and walls, not with the ball, for the reference's TC
+// model.
+void keep_contact_times(const PartnerLists& lists, std::vector<double>& last_s) {
   for (std::size_t i = 0; i < last_s.size(); ++i) {
-    for (const Meet& meet : lists[i]) {
-      if (meet.partner != kBallPartner) last_s[i] = meet.time_s;
+    for (const PartnerEvent& event : lists[i]) {
+      if (event.partner != kBallPartner) last_s[i] = event.time_s;
     }
   }
 }
 
-// Of a parcel: collisions by Enskog at the present temperature, and its share of those with the ball.
+// Events of a parcel: Enskog's collisions at the current temperature, and its share of the ball's hits.
 double events_per_s(const Physics& physics, const Measures& now, const BallState& ball) {
   const ParcelConstants& parcels = physics.parcels;
   const double c = std::sqrt(now.parcel_energy_j / (parcels.mass_kg * parcels.num));
@@ -219,15 +223,15 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
   const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
   std::vector<double> last_s(num, -1e30);
   BallState ball = run.ball;
-  double asked_s = 0.0;
+  double requested_s = 0.0;
   for (int k = 0; k < plan.num_windows; ++k) {
     const Measures before = run.backend->measure();
     if (before.num_live == 0) break;
     const double window_s = plan.collisions_per_window / events_per_s(physics, before, ball);
     Window window{run, physics, {}, ball, 0.0, 0.0};
-    window.start_s = std::round(asked_s / tick_s) * tick_s;
-    asked_s += window_s;
-    window.end_s = std::round(asked_s / tick_s) * tick_s;
+    window.start_s = std::round(requested_s / tick_s) * tick_s;
+    requested_s += window_s;
+    window.end_s = std::round(requested_s / tick_s) * tick_s;
     if (plan.wrong_radius_m > 0.0) window.physics.parcels.radius_m = plan.wrong_radius_m;
     window.parcels = reference_parcels(physics.world, run.backend->snapshot());
     for (std::uint32_t i = 0; i < num; ++i) window.parcels[i].last_event_s = last_s[i] - window.start_s;
@@ -241,15 +245,15 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
     std::vector<ReferenceEvent> expected;
     reference.run_until(window.end_s - window.start_s, &expected);
 
-    const MeetLists exact_lists = lists_of(events, num, tick_s);
+    const PartnerLists exact_lists = lists_of(events, num, tick_s);
     const std::uint64_t differed = result.num_differences();
     Comparison(window, exact_lists, lists_of(expected, num, window.start_s), result);
     if (physics.ball.exists && result.num_differences() == differed) {
       reference.apply_ball_impulses();
       const double off = ball_difference(physics, reference.ball(), ball);
-      result.largest_ball_difference = std::max(result.largest_ball_difference, off);
+      result.max_ball_difference = std::max(result.max_ball_difference, off);
     }
-    note_clocks(exact_lists, last_s);
+    keep_contact_times(exact_lists, last_s);
     result.num_events += expected.size();
     ++result.num_windows;
   }

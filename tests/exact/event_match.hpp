@@ -1,10 +1,10 @@
-// Whom each parcel meets, in which order: method `exact` against the lab's reference.
+// Compares method `exact` with the lab's reference: the partners of each parcel, in order.
 //
-// A chaotic gas makes any two codes part within ten collisions (PHYSICS 9), so the reference starts anew from
-// the state of `exact` at the begin of each of many short windows. A parcel whose partners then differ must
-// have a reason: two events of it closer in time than rounding can order; a pair that passes so closely at
-// one contact distance that rounding decides whether it touches; the window's end; or it met a parcel for
-// which such a reason was found earlier in the window.
+// In a chaotic gas any two codes diverge within ten collisions, so the reference starts anew from the state
+// of `exact` in each of many short windows. If a parcel's partners differ, there must be a reason: two of its
+// events are closer in time than rounding can order; a pair passes so nearly at one contact distance that
+// rounding decides whether it touches; the window ends; or it collided with a parcel that had such a reason
+// earlier in the window.
 #pragma once
 
 #include <cstdint>
@@ -16,25 +16,24 @@
 namespace pf::test {
 
 struct MatchPlan {
-  double collisions_per_window = 0.5;  // of a parcel, at the present temperature
+  double collisions_per_window = 0.5;  // per parcel, at the current temperature
   std::uint32_t steps_per_window = 1;
   int num_windows = 1;
-  // What the reference has instead of the scene's, to see the comparison fail; 0: the scene's.
-  double wrong_radius_m = 0.0;
+  double wrong_radius_m = 0.0;  // radius in the reference, to see the comparison fail; 0: the scene's
 };
 
 struct MatchResult {
   std::uint64_t num_events = 0;   // of the reference
   std::uint64_t num_windows = 0;  // that had parcels left
-  // Parcels and windows in which the lists of partners differ, by reason.
+  // Lists of partners (one per parcel and window) that differ, by reason.
   std::uint64_t num_near_ties = 0;
   std::uint64_t num_grazing = 0;
   std::uint64_t num_at_end = 0;
   std::uint64_t num_consequences = 0;
   std::uint64_t num_unexplained = 0;
-  double largest_shift = 0.0;  // of the time of an event that both have, times speed over parcel diameter
-  // Velocity of the ball, or of its rim, at the end of a window without differences, over reference speed.
-  double largest_ball_difference = 0.0;
+  double max_shift = 0.0;  // difference in time of an event that both have, times speed over parcel diameter
+  // Difference in velocity of the ball, or of its rim, over reference speed; in windows without differences.
+  double max_ball_difference = 0.0;
   std::string first_unexplained;
 
   std::uint64_t num_differences() const { return num_explained() + num_unexplained; }

@@ -1,5 +1,6 @@
-// Method `exact` event for event: against the serial reference, and against itself however time, threads and
-// search are cut. PF_TEST_SCALE=10 in the environment makes the runs of gases that last ten times as long.
+// Method `exact` event for event: against the serial reference, and against itself for other steps, requests,
+// threads and searches. PF_TEST_SCALE=10 in the environment makes runs of gases in equilibrium ten times as
+// long.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,12 +17,12 @@
 namespace pf::test {
 namespace {
 
-// ---- the reference's events
+// ---- comparison with the reference
 
 struct MatchCase {
   const char* name;
   Settings settings;
-  double collisions_per_window;  // and parcel
+  double collisions_per_window;  // per parcel
   std::uint32_t steps_per_window;
   int num_windows;
 };
@@ -33,7 +34,7 @@ Settings with_restitution(Settings s, double e) {
   return s;
 }
 
-// N parcels in `walls` about a ball of 5 parcel radii and 20 parcel masses that spins and rubs.
+// Adds a ball of 5 parcel radii that spins and has friction.
 Settings with_ball(Settings s, double mass_kg = 20.0, double speed_mps = 2.0) {
   s.ball_present = true;
   s.ball_radius_m = 2.5;
@@ -59,38 +60,35 @@ Settings with_clock(Settings s, double clock_s) {
   return s;
 }
 
-// Neither cools down nor flies apart.
-bool lasts(const Settings& s) { return s.restitution == 1.0 && s.boundary != Boundary::open; }
+// Returns whether the gas neither cools nor disperses.
+bool stays_in_equilibrium(const Settings& s) { return s.restitution == 1.0 && s.boundary != Boundary::open; }
 
 class Events : public testing::TestWithParam<MatchCase> {};
 
-TEST_P(Events, AreTheReferences) {
+TEST_P(Events, MatchTheReference) {
   const MatchCase& c = GetParam();
   SceneRun run(c.settings, 1);
   MatchPlan plan;
   plan.collisions_per_window = c.collisions_per_window;
   plan.steps_per_window = c.steps_per_window;
-  plan.num_windows = c.num_windows * (lasts(c.settings) ? test_scale() : 1);
+  plan.num_windows = c.num_windows * (stays_in_equilibrium(c.settings) ? test_scale() : 1);
   const MatchResult result = match_events(run, plan);
   std::printf(
-      "%s: %llu events in %llu windows; parcels that differ: %llu near-ties, %llu grazing, %llu at the "
-      "window's end, %llu by these; times within %.1e diameters, ball within %.1e\n",
+      "%s: %llu events in %llu windows; lists that differ: %llu near-ties, %llu grazing, %llu at the "
+      "window's end, %llu as a consequence; times within %.1e diameters, ball within %.1e\n",
       c.name, static_cast<unsigned long long>(result.num_events),
       static_cast<unsigned long long>(result.num_windows),
       static_cast<unsigned long long>(result.num_near_ties),
       static_cast<unsigned long long>(result.num_grazing), static_cast<unsigned long long>(result.num_at_end),
-      static_cast<unsigned long long>(result.num_consequences), result.largest_shift,
-      result.largest_ball_difference);
+      static_cast<unsigned long long>(result.num_consequences), result.max_shift, result.max_ball_difference);
   EXPECT_EQ(result.num_unexplained, 0U) << result.first_unexplained;
   EXPECT_GT(result.num_events, 0U);
-  EXPECT_LT(result.largest_ball_difference, 1e-4);  // as the times: 1e-7, grown by the collisions of a window
-  // Two events of a parcel are ordered by rounding, or a pair grazes so closely, once in 1e5 events; each
-  // such parcel takes a few along within its window.
+  EXPECT_LT(result.max_ball_difference, 1e-4);  // as the times: 1e-7, grown by the collisions of a window
+  // Rounding decides the order of two events, or whether a pair touches, once in 1e5 events. Each such parcel
+  // affects a few others within its window.
   EXPECT_LE(static_cast<double>(result.num_explained()), 6.0 + 1e-3 * static_cast<double>(result.num_events));
 }
 
-constexpr auto kPeriodic = Boundary::periodic;
-constexpr auto kWalls = Boundary::walls;
 constexpr auto kOpen = Boundary::open;
 
 INSTANTIATE_TEST_SUITE_P(
@@ -132,18 +130,18 @@ INSTANTIATE_TEST_SUITE_P(
         MatchCase{"2000_court", court_like(2000), 0.3, 3, 30}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
-// The comparison notices parcels that are wider by 1e-4 of their radius.
-TEST(EventMatch, NoticesAWrongRadius) {
+// The radius is too small by 1e-4 of it.
+TEST(EventMatch, DetectsAWrongRadius) {
   SceneRun run(exact(gas(100, 0.2, kPeriodic)), 1);
   MatchPlan plan;
   plan.num_windows = 50;
   plan.wrong_radius_m = 0.5 * (1.0 - 1e-4);
   const MatchResult result = match_events(run, plan);
-  EXPECT_GT(result.largest_shift, 2e-5);
+  EXPECT_GT(result.max_shift, 2e-5);
   EXPECT_GT(result.num_unexplained, 0U);
 }
 
-// ---- the same events however the work is cut
+// ---- the same events for other steps, requests, threads and searches
 
 struct Hashes {
   std::uint64_t events = 0, state = 0;
@@ -155,7 +153,7 @@ void PrintTo(const Hashes& h, std::ostream* out) {
   *out << h.num_collisions << " collisions, events " << h.events << ", state " << h.state;
 }
 
-// steps of dt_s, in requests of so many at a time (the last shorter).
+// Runs to end_s in `steps` equal steps, per_request of them at a time (fewer in the last request).
 Hashes hashes_of(const Settings& s, double end_s, int steps, int per_request = INT32_MAX,
                  unsigned threads = 1) {
   SceneRun run(s, threads);
@@ -170,59 +168,59 @@ Hashes hashes_of(const Settings& s, double end_s, int steps, int per_request = I
   return hashes;
 }
 
-struct CutCase {
+struct InvarianceCase {
   const char* name;
   Settings settings;
 };
-void PrintTo(const CutCase& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const InvarianceCase& c, std::ostream* out) { *out << c.name; }
 
-class Cut : public testing::TestWithParam<CutCase> {
+class SameEvents : public testing::TestWithParam<InvarianceCase> {
  protected:
   const Settings& settings() const { return GetParam().settings; }
   double end_s() const { return 3.5 * test_scale(); }
 };
 
 // Steps of 0.01, 0.035, 0.1 and 0.35 diameters per c.
-TEST_P(Cut, OfTimeIntoSteps) {
+TEST_P(SameEvents, ForAnyStepLength) {
   const Hashes expected = hashes_of(settings(), end_s(), 350 * test_scale());
   EXPECT_GT(expected.num_collisions, 100U);
   for (const int steps : {100, 35, 10})
     EXPECT_EQ(hashes_of(settings(), end_s(), steps * test_scale()), expected) << steps << " steps";
 }
 
-TEST_P(Cut, OfStepsIntoRequests) {
+TEST_P(SameEvents, ForAnyRequests) {
   const Hashes expected = hashes_of(settings(), end_s(), 50);
   for (const int per_request : {1, 7, 49})
     EXPECT_EQ(hashes_of(settings(), end_s(), 50, per_request), expected);
 }
 
-TEST_P(Cut, OfWorkAmongThreads) {
+TEST_P(SameEvents, ForAnyNumberOfThreads) {
   const Hashes expected = hashes_of(settings(), end_s(), 25);
   for (const unsigned threads : {2U, 3U})
     EXPECT_EQ(hashes_of(settings(), end_s(), 25, INT32_MAX, threads), expected) << threads << " threads";
 }
 
-TEST_P(Cut, OfSpaceIntoCells) {
+TEST_P(SameEvents, ForAnyNeighbourSearch) {
   Settings plain = settings();
   plain.neighbors = Neighbors::all_pairs;
   EXPECT_EQ(hashes_of(plain, 0.7, 10), hashes_of(settings(), 0.7, 10));
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    Exact, Cut,
-    testing::Values(CutCase{"periodic", exact(gas(1000, 0.2, kPeriodic))},
-                    CutCase{"dense_periodic", exact(gas(1000, 0.6, kPeriodic))},
-                    CutCase{"dense_walls", with_restitution(exact(gas(1000, 0.6, kWalls)), 0.9)},
-                    CutCase{"clock",
-                            with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02)},
-                    CutCase{"open", exact(gas(1000, 0.3, kOpen))},
-                    CutCase{"ball_walls", with_ball(exact(gas(1000, 0.3, kWalls)))},
-                    CutCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
+    Exact, SameEvents,
+    testing::Values(InvarianceCase{"periodic", exact(gas(1000, 0.2, kPeriodic))},
+                    InvarianceCase{"dense_periodic", exact(gas(1000, 0.6, kPeriodic))},
+                    InvarianceCase{"dense_walls", with_restitution(exact(gas(1000, 0.6, kWalls)), 0.9)},
+                    InvarianceCase{"clock",
+                                   with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02)},
+                    InvarianceCase{"open", exact(gas(1000, 0.3, kOpen))},
+                    InvarianceCase{"ball_walls", with_ball(exact(gas(1000, 0.3, kWalls)))},
+                    InvarianceCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
-// All equally fast, in steps so long that a parcel slowed by a collision leaves behind, out of its sight, one
-// that would have met it on its old line.
-TEST(Exact, EventsWithLinesThatWereLeftDoNotHappen) {
+// All parcels start with equal speeds. Steps are so long that a collision can slow a parcel and leave one far
+// behind, out of its search box, that would have collided with it on its old trajectory.
+TEST(Exact, StalePredictionsAreDiscarded) {
   int num_differ = 0;
   for (std::int64_t seed = 1; seed <= 300; ++seed) {
     Settings settings = exact(gas(300, 0.003, Boundary::periodic));
@@ -240,21 +238,21 @@ TEST(Exact, EventsWithLinesThatWereLeftDoNotHappen) {
   EXPECT_EQ(num_differ, 0) << "of 300 gases";
 }
 
-// Ids are places in memory, and an event with a wall that one with a parcel comes before is hard to tell from
-// it.
-TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
+// Where ids equal indices in memory, a collision is hard to tell from a later event with a wall that it
+// replaces.
+TEST(Exact, ThreadsAgreeWhereIdsEqualIndices) {
   constexpr int kSide = 20;
   const Physics physics = SceneRun(gas(kSide * kSide, 0.28)).physics;
   const World& world = physics.world;
-  const GridShape grid = choose_grid(world, kSide * kSide, 2.8 / world.unit_m);  // of method exact
+  const GridShape grid = choose_grid(world, kSide * kSide, 2.8 / world.unit_m);  // as method exact
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> any(-1.0, 1.0);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   int num_differ = 0;
   for (int k = 0; k < 1500; ++k) {
     std::vector<Vec2i> start;
-    for (int at = 0; at < kSide * kSide; ++at) {
-      const double x = (at % kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
-      const double y = (at / kSide + 0.5 + 0.18 * any(random)) / kSide - 0.5;
+    for (int site = 0; site < kSide * kSide; ++site) {
+      const double x = (site % kSide + 0.5 + 0.18 * uniform(random)) / kSide - 0.5;
+      const double y = (site / kSide + 0.5 + 0.18 * uniform(random)) / kSide - 0.5;
       start.push_back({static_cast<std::int32_t>(2.0 * x * world.half.x),
                        static_cast<std::int32_t>(2.0 * y * world.half.y)});
     }
@@ -263,7 +261,7 @@ TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
     SortedParcels parcels;
     parcels.resize(start.size());
     for (std::uint32_t i = 0; i < start.size(); ++i) {
-      const double angle = kPi * any(random);
+      const double angle = kPi * uniform(random);
       parcels.current.position[i] = start[i];
       parcels.current.velocity[i] = to_float({std::cos(angle), std::sin(angle)});
       parcels.current.id[i] = i;
@@ -271,15 +269,15 @@ TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
     const auto hash = [&](unsigned num_threads) {
       SortedParcels now = parcels;
       ThreadTeam team(num_threads);
-      ExactTimeline motion(team);
-      motion.enter(physics, 0.0, now);
+      ExactTimeline timeline(team);
+      timeline.enter(physics, 0.0, now);
       StepRequest request;
       request.method = Method::exact;
       request.num_steps = 1;
       request.dt_s = 0.7;
       BallState ball;
       StepReport report;
-      motion.advance(physics, request, now, ball, report);
+      timeline.advance(physics, request, now, ball, report);
       return report.totals.event_hash;
     };
     num_differ += hash(1) != hash(2) ? 1 : 0;
@@ -287,9 +285,9 @@ TEST(Exact, ThreadsAgreeWhereIdsArePlaces) {
   EXPECT_EQ(num_differ, 0) << "of 1500 gases";
 }
 
-// A gas that has cooled to a thousandth of its speed is counted in coarser ticks, whatever the steps are: the
-// events of each are the same, and so is the state.
-TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
+// A gas that has cooled to a thousandth of its speed has longer ticks. Events and state are the same for all
+// steps.
+TEST(Exact, TicksGrowAsTheGasCoolsForAnyStepLength) {
   for (const double clock_s : {0.0, 0.02}) {
     const Settings cooling = with_clock(with_restitution(exact(gas(200, 0.25, kPeriodic)), 0.6), clock_s);
     const double end_s = 4e5;
@@ -303,14 +301,14 @@ TEST(Exact, TicksGrowCoarserWithTheGasWhateverTheSteps) {
   }
 }
 
-TEST(Exact, RefusesMoreTimeThanItCanCount) {
+TEST(Exact, RejectsTimesBeyondTheLimit) {
   SceneRun run(exact(gas(2, 0.01, kPeriodic)), 1);
   EXPECT_THROW(run.advance(1, 1e18), UserError);
-  EXPECT_EQ(run.advance(1, 1e-3).totals.num_steps, 1U);  // and is as before
+  EXPECT_EQ(run.advance(1, 1e-3).totals.num_steps, 1U);  // the run goes on
 }
 
-// A ball that is set in motion among parcels that are slow is as fast against finer ticks: nothing overlaps.
-TEST(Exact, ABallSetFromOutsideMakesTicksFinerAgain) {
+// A ball that is set in motion in a cold gas makes ticks shorter again: nothing overlaps.
+TEST(Exact, ABallSetInMotionShortensTicks) {
   Settings s = with_ball(exact(gas(200, 0.25, kPeriodic)), 20.0, 0.0);
   s.restitution = 0.6;
   s.friction = 0.0;

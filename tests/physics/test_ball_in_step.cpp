@@ -1,5 +1,5 @@
-// The ball within a step: what it flies over it hits, along the chord of its arc, and among parcels that it
-// does not meet it flies as it does alone.
+// The ball within a step: it hits all parcels along the chord of its arc, and flies as it does alone if it
+// hits none.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -25,12 +25,12 @@ Settings ball_among(std::int64_t num_parcels, Method method) {
   return s;
 }
 
-// Parcels at rest.
-StepReport fly_among(SceneRun& run, const std::vector<Vec2d>& places_m, std::uint32_t num_steps,
+// Flies among parcels at rest.
+StepReport fly_among(SceneRun& run, const std::vector<Vec2d>& positions_m, std::uint32_t num_steps,
                      double dt_s) {
   ParcelSnapshot state;
-  for (const Vec2d& place : places_m) {
-    state.position.push_back(to_units(run.physics.world, place));
+  for (const Vec2d& position_m : positions_m) {
+    state.position.push_back(to_units(run.physics.world, position_m));
     state.velocity.push_back({0.0F, 0.0F});
   }
   run.backend->restore(state);
@@ -39,8 +39,9 @@ StepReport fly_among(SceneRun& run, const std::vector<Vec2d>& places_m, std::uin
 
 class BallInStep : public testing::TestWithParam<Method> {};
 
-// 2 m in one step, eight contact distances: the near one and the far one, not those beside and behind.
-TEST_P(BallInStep, HitsAllThatItFliesOver) {
+// The ball flies 2 m in one step, eight contact distances. It hits the near parcel and the far one in its
+// path, not those beside it and behind it.
+TEST_P(BallInStep, HitsEveryParcelInItsPath) {
   SceneRun run(ball_among(4, GetParam()), 1);
   const StepReport report = fly_among(run, {{0.4, 0.1}, {1.9, -0.2}, {1.0, 0.26}, {-0.3, 0.0}}, 1, 2.0);
   EXPECT_EQ(report.totals.num_ball_hits, 2U);
@@ -51,10 +52,10 @@ TEST_P(BallInStep, HitsAllThatItFliesOver) {
   EXPECT_EQ(v[3], (Vec2f{}));
 }
 
-// 0.75 m from the centre of a held ball, 0.5 m from its surface, a parcel comes in at 3.75 m/s and leaves at
-// half of that: after 4/15 s it is 0.25 m from the surface, whatever the steps. Velocities are rounded to
-// float (1.2e-7 m/s for 0.13 s: 2e-8 m), places to units of 4e-9 m in each step, ticks to 1e-9 s.
-TEST_P(BallInStep, AParcelMovesUpToItAndBackForTheRestOfTheStep) {
+// A parcel 0.75 m from the centre of a held ball, 0.5 m from its surface, comes in at 3.75 m/s and leaves at
+// half of that. After 4/15 s it is 0.25 m from the surface, whatever the steps. Velocities are rounded to
+// float (1.2e-7 m/s for 0.13 s: 2e-8 m), positions to units of 4e-9 m in each step, ticks to 1e-9 s.
+TEST_P(BallInStep, AParcelMovesUpToTheBallAndBackWithinTheStep) {
   for (const std::uint32_t num_steps : {1U, 2U, 5U}) {
     Settings s = ball_among(2, GetParam());
     s.ball_held = true;
@@ -72,8 +73,9 @@ TEST_P(BallInStep, AParcelMovesUpToItAndBackForTheRestOfTheStep) {
 }
 
 // A parcel hits a ball at rest off its centre, at n = (0.8, 0.6). Velocity and spin of the ball follow from
-// what the parcel lost, whether hits of so light a parcel are events that turn its flight or are applied at
-// the step's end: M V = -m dv, I w = -R n x m dv. The parcel's velocity is rounded to float, 1e-7 of 3 m/s.
+// the parcel's loss: M V = -m dv, I w = -R n x m dv. This holds both for hits that are events and for hits of
+// light parcels, which are applied at the step's end. The parcel's velocity is rounded to float, 1e-7 of 3
+// m/s.
 TEST_P(BallInStep, TheBallTakesMomentumAndSpinFromAHit) {
   for (const double mass_kg : {1e-9, 1e-3}) {
     Settings s = ball_among(2, GetParam());
@@ -96,10 +98,10 @@ TEST_P(BallInStep, TheBallTakesMomentumAndSpinFromAHit) {
   }
 }
 
-// Turning by 1 rad in a step it flies from the origin to (sin 1, 1 - cos 1) m = (0.84, 0.46) m. On the chord,
-// and further from the tangent than it reaches (0.41 m), lies one parcel; on the tangent, and further from
-// the chord (0.34 m), another.
-TEST(BallOnItsArc, MeetsWhatLiesOnTheChordOfItsArc) {
+// The ball turns by 1 rad in a step and flies from the origin to (sin 1, 1 - cos 1) m = (0.84, 0.46) m. One
+// parcel lies on the chord, out of reach of the tangent (0.41 m); another on the tangent, out of reach of the
+// chord (0.34 m).
+TEST(BallOnItsArc, HitsParcelsOnTheChordOfItsArc) {
   Settings s = ball_among(2, Method::impulse);
   s.ball_spin_radps = 1.0;
   s.k_magnus = 1.0;
@@ -111,8 +113,8 @@ TEST(BallOnItsArc, MeetsWhatLiesOnTheChordOfItsArc) {
   EXPECT_EQ(v[1], (Vec2f{}));
 }
 
-// A circle of 1 m about (0, 1) m: where it is after t, which way it flies, how far it has turned. Method
-// exact keeps lines in position units of 4e-9 m without rounding them; ticks round t by 5e-10 s at most.
+// The ball flies on a circle of 1 m about (0, 1) m. Position, velocity and angle follow from the time. Method
+// exact does not round the ball's trajectory; ticks round the time by 5e-10 s at most.
 TEST_P(BallInStep, CurvesAsItDoesAlone) {
   for (const double spin : {1.0, -2.0}) {
     Settings s = ball_among(2, GetParam());

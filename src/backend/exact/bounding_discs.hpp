@@ -1,8 +1,8 @@
-// The broad phase of method `exact` on the CPU. A parcel's bounding disc holds its path through the step with
-// half the contact distance around it; two parcels can meet only if their discs overlap.
+// Bounding discs for the broad phase of method `exact` on the CPU. A parcel's disc holds its path through the
+// step with half the contact distance around it. Two parcels can collide only if their discs overlap.
 //
-// Discs are floats, and wider than they must be by more than the roundings. Which overlap is found by
-// disc_search.hpp; whether two parcels whose discs do meet is the model's to say.
+// Discs are floats, and wider than necessary by more than the roundings. broad_phase.hpp finds discs that
+// overlap; the model decides whether their parcels collide.
 #pragma once
 
 #include <cmath>
@@ -15,18 +15,17 @@
 namespace pf {
 
 struct Disc {
-  float x, y, radius;  // position units; no disc overlaps one whose radius is not a number
+  float x, y, radius;  // position units; a disc whose radius is NaN overlaps nothing
 };
 
-// By how much a disc is wider than it must be: a coordinate is below 2^31 and rounded twice, an offset once
-// more.
+// Margins of a disc's radius. A coordinate is below 2^31 and rounded twice, an offset once more.
 constexpr float kDiscMargin = 512.0F;
 constexpr float kDiscRelative = 1.0F + 1e-5F;
 
-// Of a parcel that moves along `path` from `begin`, position units.
-inline Disc bounding_disc(Vec2i begin, Vec2f path, float half_contact) {
+// Disc of a parcel that moves along `path` from `start`, position units.
+inline Disc bounding_disc(Vec2i start, Vec2f path, float half_contact) {
   const float length = std::sqrt(path.x * path.x + path.y * path.y);
-  return {static_cast<float>(begin.x) + 0.5F * path.x, static_cast<float>(begin.y) + 0.5F * path.y,
+  return {static_cast<float>(start.x) + 0.5F * path.x, static_cast<float>(start.y) + 0.5F * path.y,
           (half_contact + 0.5F * length) * kDiscRelative + kDiscMargin};
 }
 
@@ -44,15 +43,22 @@ struct BoundingDiscs {
   std::uint64_t memory_bytes() const { return 3 * sizeof(float) * x.capacity(); }
 };
 
-struct Speeds {
-  float largest2 = 0.0F;  // (m/s)^2, of those that are finite
+// Straight paths of parcels through a step.
+struct StepPaths {
+  const Vec2i* start;  // positions at the step's start
+  const Vec2f* velocity;
+  float units_per_mps;  // position units covered in the step at 1 m/s
+  float half_contact;   // position units
+};
+
+// Speeds of parcels that have not retired.
+struct SpeedBounds {
+  float max2 = 0.0F;  // (m/s)^2, largest of the finite ones
   bool all_finite = true;
 };
 
-// Sets discs begin .. end - 1, of parcels that move by `velocity` times path_per_mps from where they are at
-// present. That of one that has retired or has no finite speed overlaps nothing. Returns the speeds of those
-// that have not retired.
-Speeds set_discs(const Vec2i* present, const Vec2f* velocity, float path_per_mps, float half_contact,
-                 std::size_t begin, std::size_t end, BoundingDiscs& discs);
+// Sets discs begin .. end - 1 and returns bounds on the speeds. A parcel that has retired or has no finite
+// speed gets a disc that overlaps nothing.
+SpeedBounds set_discs(const StepPaths& paths, std::size_t begin, std::size_t end, BoundingDiscs& discs);
 
 }  // namespace pf

@@ -11,7 +11,7 @@
 namespace pf {
 namespace {
 
-// One disc against others, one at a time.
+// Tests one disc against others, one at a time.
 template <bool kImages>
 struct PlainTest {
   const DiscSpace& space;
@@ -30,7 +30,7 @@ struct PlainTest {
   }
   static bool is_within(float distance2, float radius) { return distance2 <= radius * radius; }
   bool overlaps(std::uint32_t j) const { return is_within(distance2(j), disc.radius + space.radius[j]); }
-  // Others may take parcels at the same time.
+  // Reads atomically: other threads may claim parcels meanwhile.
   bool is_owned(std::uint32_t j) const {
     return std::atomic_ref<std::uint32_t>(const_cast<std::uint32_t&>(space.owner[j])).load() != kInvalidIndex;
   }
@@ -40,8 +40,8 @@ struct PlainTest {
 };
 
 template <Boundary kBoundary>
-void overlaps_plainly(const DiscSpace& space, std::uint32_t begin, std::uint32_t end, DiscPairs& pairs) {
-  pairs.found.clear();
+void find_pairs_plainly(const DiscSpace& space, std::uint32_t begin, std::uint32_t end, DiscPairs& pairs) {
+  pairs.candidates.clear();
   for (std::uint32_t i = begin; i < end; ++i) {
     const PlainTest<kBoundary == Boundary::periodic> test{space, disc_at(space, i)};
     if (std::isnan(test.disc.radius)) continue;
@@ -49,14 +49,14 @@ void overlaps_plainly(const DiscSpace& space, std::uint32_t begin, std::uint32_t
     for (int r = 0; r < pairs.ranges.num; ++r) {
       const auto [first, last] = pairs.ranges.at[r];
       for (std::uint32_t j = std::max(first, i + 1); j < last; ++j) {
-        if (test.overlaps(j)) pairs.found.push_back({i, j});
+        if (test.overlaps(j)) pairs.candidates.push_back({i, j});
       }
     }
   }
 }
 
 template <Boundary kBoundary>
-void reach_plainly(const DiscSpace& space, const Mover& mover, Candidates& candidates) {
+void find_candidates_plainly(const DiscSpace& space, const Mover& mover, Candidates& candidates) {
   const PlainTest<kBoundary == Boundary::periodic> test{space, mover.disc};
   candidates.overlapping.clear();
   candidates.owned.clear();
@@ -74,17 +74,20 @@ void reach_plainly(const DiscSpace& space, const Mover& mover, Candidates& candi
 }
 
 template <Boundary kBoundary>
-void reach_of_two_plainly(const DiscSpace& space, const Mover (&movers)[2], Candidates (&candidates)[2]) {
-  for (int k = 0; k < 2; ++k) reach_plainly<kBoundary>(space, movers[k], candidates[k]);
+void find_candidates_of_two_plainly(const DiscSpace& space, const Mover (&movers)[2],
+                                    Candidates (&candidates)[2]) {
+  for (int k = 0; k < 2; ++k) find_candidates_plainly<kBoundary>(space, movers[k], candidates[k]);
 }
 
 }  // namespace
 
-void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement, DiscSpace& space) {
-  // A disc's centre is half a path away from where the parcel is at the begin, and that is where it was
-  // sorted to but for the travel since. An owned parcel may become as fast as anything.
+void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement,
+                 DiscSpace& space) {
+  // A disc's centre is half a path away from the parcel's position at the step's start. That position differs
+  // from the sorted one by at most max_displacement. An owned parcel may reach any speed up to the bound.
   const double half_path = 0.5 * fastest_mps * c.plan.units_per_tick * c.plan.length;
-  const double longest_path = std::max(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length, 2.0 * half_path);
+  const double longest_path =
+      std::max(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length, 2.0 * half_path);
   const double around = 0.5 * c.run.contact_distance * kDiscRelative + 2.0 * kDiscMargin;
   const auto since_sort = static_cast<double>(max_displacement);
   space.world = c.run.physics.world;
@@ -95,7 +98,8 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_d
 
 DiscSearch plain_disc_search(Boundary boundary) {
   return for_boundary(boundary, []<Boundary kBoundary>() {
-    return DiscSearch{overlaps_plainly<kBoundary>, reach_plainly<kBoundary>, reach_of_two_plainly<kBoundary>};
+    return DiscSearch{find_pairs_plainly<kBoundary>, find_candidates_plainly<kBoundary>,
+                      find_candidates_of_two_plainly<kBoundary>};
   });
 }
 

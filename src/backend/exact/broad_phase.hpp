@@ -1,4 +1,5 @@
-// Which bounding discs overlap, and whom a parcel on a new line may meet, with what the processor has.
+// The broad phase of method `exact` on the CPU: pairs of bounding discs that overlap, and the candidates for
+// collisions with a parcel on a new trajectory.
 #pragma once
 
 #include <algorithm>
@@ -10,72 +11,72 @@
 
 namespace pf {
 
-// The discs of parcels sorted into cells, and what is known of all of them.
+// Discs of parcels sorted into cells, and bounds that hold for all of them.
 struct DiscSpace {
   const float* x = nullptr;  // num_parcels + kSearchPadding each
   const float* y = nullptr;
   const float* radius = nullptr;
-  const std::uint32_t* owner = nullptr;  // kNone: the parcel keeps to its disc
+  const std::uint32_t* owner = nullptr;  // cluster; kInvalidIndex: the parcel's path stays within its disc
   const std::uint32_t* cell_start = nullptr;
   GridShape grid;
   World world;
   std::uint32_t num_parcels = 0;
   bool all_pairs = false;
-  // Half sides of boxes, less a disc's radius, that hold what it overlaps where that was sorted to: of
-  // others' discs, and of owned parcels wherever they may go in the step.
+  // A search box extends this far beyond a disc's radius. It holds the sorted positions of all parcels whose
+  // discs overlap it (reach), and of all owned ones that may touch it in the step (reach_owned).
   std::int32_t reach = 0;
   std::int32_t reach_owned = 0;
-  float owned_radius = 0.0F;  // around the centre of an owned parcel's disc, of all that it may touch
+  float owned_radius = 0.0F;  // around the centre of an owned parcel's disc: holds all that it may touch
 };
 
-// As the reach of a box must be for its sides to stay within 32 bits.
+// Limits the reach of a search box, so that its sides stay within 32 bits.
 inline std::int32_t saturated_reach(double units) {
   return static_cast<std::int32_t>(std::min(units, kMaxReach));
 }
 
-// Sets world, reaches and owned_radius of a space of discs in a step. fastest_mps: bound on the parcels'
-// speeds at its begin; travel: bound on how far along an axis anything has come since it was sorted, position
-// units.
-void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement, DiscSpace& space);
+// Sets world, reaches and owned_radius for a step. fastest_mps: bound on the parcels' speeds at its start.
+// max_displacement: bound on displacements along an axis since the sort, position units.
+void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement,
+                 DiscSpace& space);
 
 struct IndexPair {
   std::uint32_t first, second;
 };
 
-// The pairs found and working memory of their search; one per thread.
+// Result of a search for pairs, and its working memory; one per thread.
 struct DiscPairs {
   CandidateRanges ranges;
-  std::vector<IndexPair> found;
+  std::vector<IndexPair> candidates;
 };
 
-// A parcel on another line than that of its disc in the space.
+// A parcel on another trajectory than that of its disc in the space.
 struct Mover {
   std::uint32_t index;
   Disc disc;
 };
 
-// Whom one may meet from now on.
+// Parcels that a mover may collide with, and the working memory of their search.
 struct Candidates {
   CandidateRanges ranges;
   std::vector<std::uint32_t> overlapping;  // their discs overlap
-  std::vector<std::uint32_t> owned;        // theirs do not, but they are owned and may touch it all the same
+  std::vector<std::uint32_t> owned;        // their discs do not, but clusters own them and they may touch it
 };
 
 struct DiscSearch {
-  // Fills pairs.found with all (i, j), begin <= i < end, j > i, whose discs overlap.
-  void (*overlaps)(const DiscSpace& space, std::uint32_t begin, std::uint32_t end, DiscPairs& pairs);
-  // Fills reached with whom the mover may meet, itself not among them.
-  void (*reach)(const DiscSpace& space, const Mover& mover, Candidates& candidates);
-  // The same of two that are near each other, for both; perhaps with more of the owned ones, as they share a
-  // box.
-  void (*reach_of_two)(const DiscSpace& space, const Mover (&movers)[2], Candidates (&candidates)[2]);
+  // Sets pairs.candidates to all (i, j), begin <= i < end, j > i, whose discs overlap.
+  void (*find_pairs)(const DiscSpace& space, std::uint32_t begin, std::uint32_t end, DiscPairs& pairs);
+  // Sets candidates to the parcels that the mover may collide with, itself excluded.
+  void (*find_candidates)(const DiscSpace& space, const Mover& mover, Candidates& candidates);
+  // The same for two movers near each other. They share a search box, so `owned` may hold a few more.
+  void (*find_candidates_of_two)(const DiscSpace& space, const Mover (&movers)[2],
+                                 Candidates (&candidates)[2]);
 };
 
-// The fastest that this processor runs.
+// The fastest search that this processor runs.
 DiscSearch choose_disc_search(Boundary boundary);
 // Plain loops, which the others are tested against.
 DiscSearch plain_disc_search(Boundary boundary);
-// Of x86-64 processors that have AVX2.
+// For x86-64 processors that have AVX2.
 DiscSearch avx2_disc_search(Boundary boundary);
 
 }  // namespace pf

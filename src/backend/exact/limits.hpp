@@ -1,4 +1,4 @@
-// What method `exact` refuses.
+// Requests that method `exact` refuses.
 #pragma once
 
 #include <string>
@@ -10,16 +10,15 @@ namespace pf {
 // Throws UserError if end_s, seconds since the reset, is more than 2^62 ticks of tick_s.
 inline void check_is_countable(double end_s, double tick_s) {
   if (end_s / tick_s < 0x1p62) return;
-  throw UserError(
-      "exact counts time in ticks of " + std::to_string(tick_s * 1e9) +
-      " ns, at most 2^62 of them, which these steps would exceed; take shorter ones, or start anew");
+  throw UserError("exact counts time in ticks of " + std::to_string(tick_s * 1e9) +
+                  " ns, at most 2^62 of them; these steps would exceed that. Take shorter steps, or reset.");
 }
 
-// A step of one tick has more events than can be worked off. Nothing of it was done.
+// Throws UserError: a step of one tick has more events than can be solved in order. The state is unchanged.
 [[noreturn]] inline void throw_unresolvable(double tick_s) {
   throw UserError(
       "exact: more parcels touch within a tick of " + std::to_string(tick_s * 1e9) +
-      " ns than can be resolved in order; start from fewer, a lower area fraction or another method");
+      " ns than can be resolved in order; start with fewer parcels, a lower area fraction or another method");
 }
 
 }  // namespace pf

@@ -6,36 +6,32 @@
 namespace pf {
 namespace {
 
-struct Lines {
-  const Vec2i* anchor;
-  const Vec2f* velocity;
-  const std::uint32_t* tick;
-};
-
 template <Boundary kBoundary>
-void evaluate_plainly(const ExactConstants& c, const Lines& trajectories, std::int32_t tick, std::size_t begin,
-                      std::size_t end, Vec2i* position) {
+void evaluate_plainly(const ExactConstants& c, const TrajectoryArrays& trajectories, std::int32_t tick,
+                      std::size_t begin, std::size_t end, Vec2i* position) {
   for (std::size_t i = begin; i < end; ++i) {
     const Vec2f velocity = trajectories.velocity[i];
-    position[i] = dot(velocity, velocity) < kMaxFiniteSpeed2
-                      ? position_at<kBoundary>(c, {trajectories.anchor[i], velocity, trajectories.tick[i]}, tick)
-                      : trajectories.anchor[i];
+    position[i] =
+        dot(velocity, velocity) < kMaxFiniteSpeed2
+            ? position_at<kBoundary>(c, {trajectories.anchor[i], velocity, trajectories.tick[i]}, tick)
+            : trajectories.anchor[i];
   }
 }
 
 #if defined(__x86_64__)
 
-// Four at a time; any that retired, comes to an edge, has no finite speed, or goes so far that 32 bits might
-// not hold it, is left to the plain loop.
+// Evaluates four parcels at a time. The plain loop takes a group in which a parcel has retired, reaches an
+// edge, has no finite speed, or moves so far that 32 bits might not hold the displacement.
 template <Boundary kBoundary>
-__attribute__((PF_AVX2)) void evaluate_avx2(const ExactConstants& c, const Lines& trajectories, std::int32_t tick,
-                                            std::size_t begin, std::size_t end, Vec2i* position) {
+__attribute__((PF_AVX2)) void evaluate_avx2(const ExactConstants& c, const TrajectoryArrays& trajectories,
+                                            std::int32_t tick, std::size_t begin, std::size_t end,
+                                            Vec2i* position) {
   const World& world = c.run.physics.world;
-  const std::int32_t inside = kBoundary == Boundary::walls ? wall_radius(c.run) : 0;
-  const int hx = world.half.x - inside, hy = world.half.y - inside;
-  const int past = kBoundary == Boundary::periodic ? 1 : 0;  // the edge of higher coordinate is the other's
+  const std::int32_t margin = kBoundary == Boundary::walls ? wall_radius(c.run) : 0;
+  const int hx = world.half.x - margin, hy = world.half.y - margin;
+  const int excluded = kBoundary == Boundary::periodic ? 1 : 0;  // the upper edge is the lower one's image
   const __m256i high =
-      _mm256_sub_epi32(_mm256_set_epi32(hy, hx, hy, hx, hy, hx, hy, hx), _mm256_set1_epi32(past));
+      _mm256_sub_epi32(_mm256_set_epi32(hy, hx, hy, hx, hy, hx, hy, hx), _mm256_set1_epi32(excluded));
   const __m256i low = _mm256_set_epi32(-hy, -hx, -hy, -hx, -hy, -hx, -hy, -hx);
   const __m128i at_tick = _mm_set1_epi32(static_cast<int>(c.plan.start + static_cast<std::uint32_t>(tick)));
   const __m256d units_per_tick = _mm256_set1_pd(c.plan.units_per_tick);
@@ -52,7 +48,7 @@ __attribute__((PF_AVX2)) void evaluate_avx2(const ExactConstants& c, const Lines
     const __m256i moved = _mm256_set_m128i(_mm256_cvtpd_epi32(second), _mm256_cvtpd_epi32(first));
     const __m256i anchor = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(trajectories.anchor + i));
     const __m256i there = _mm256_add_epi32(anchor, moved);
-    // -2^29 <= moved < 2^29: then a retired parcel, at -2^31, is outside, too
+    // In range is -2^29 <= moved < 2^29. A retired parcel, at -2^31, then lies outside the edges as well.
     const __m256i far = _mm256_srli_epi32(_mm256_add_epi32(moved, _mm256_set1_epi32(1 << 29)), 30);
     const __m256i outside = _mm256_or_si256(_mm256_cmpgt_epi32(there, high), _mm256_cmpgt_epi32(low, there));
     if (_mm256_testz_si256(_mm256_or_si256(far, outside), _mm256_set1_epi32(-1)) == 0)
@@ -66,8 +62,8 @@ __attribute__((PF_AVX2)) void evaluate_avx2(const ExactConstants& c, const Lines
 #endif
 
 template <Boundary kBoundary>
-void evaluate(const ExactConstants& c, const Lines& trajectories, std::int32_t tick, std::size_t begin,
-              std::size_t end, Vec2i* position) {
+void evaluate(const ExactConstants& c, const TrajectoryArrays& trajectories, std::int32_t tick,
+              std::size_t begin, std::size_t end, Vec2i* position) {
 #if defined(__x86_64__)
   if (has_avx2()) return evaluate_avx2<kBoundary>(c, trajectories, tick, begin, end, position);
 #endif
@@ -76,12 +72,11 @@ void evaluate(const ExactConstants& c, const Lines& trajectories, std::int32_t t
 
 }  // namespace
 
-void positions_at(const ExactConstants& c, const Vec2i* anchor, const Vec2f* velocity,
-                  const std::uint32_t* anchor_tick, std::int32_t tick, std::size_t begin, std::size_t end,
-                  Vec2i* position) {
-  const Lines trajectories{anchor, velocity, anchor_tick};
-  for_boundary(c.run.physics.world.boundary,
-               [&]<Boundary kBoundary>() { evaluate<kBoundary>(c, trajectories, tick, begin, end, position); });
+void positions_at(const ExactConstants& c, const TrajectoryArrays& trajectories, std::int32_t tick,
+                  std::size_t begin, std::size_t end, Vec2i* position) {
+  for_boundary(c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    evaluate<kBoundary>(c, trajectories, tick, begin, end, position);
+  });
 }
 
 }  // namespace pf

@@ -1,5 +1,5 @@
-// Where many parcels are on their lines at one tick: position_at of model/exact.hpp, with what the processor
-// has, to the last bit. One without a finite speed stays at its anchor.
+// Positions of many parcels on their trajectories at one tick: position_at of model/exact/trajectory.hpp,
+// vectorised, with the same bits. A parcel without a finite speed stays at its anchor.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,15 @@
 
 namespace pf {
 
-// Sets position[begin .. end - 1] to where the lines are at a tick of the step. anchor, velocity and
-// anchor_tick: as in Line.
-void positions_at(const ExactConstants& c, const Vec2i* anchor, const Vec2f* velocity,
-                  const std::uint32_t* anchor_tick, std::int32_t tick, std::size_t begin, std::size_t end,
-                  Vec2i* position);
+// Trajectories as arrays; the fields are those of Trajectory.
+struct TrajectoryArrays {
+  const Vec2i* anchor;
+  const Vec2f* velocity;
+  const std::uint32_t* tick;
+};
+
+// Sets position[begin .. end - 1] to the positions at a tick of the step.
+void positions_at(const ExactConstants& c, const TrajectoryArrays& trajectories, std::int32_t tick,
+                  std::size_t begin, std::size_t end, Vec2i* position);
 
 }  // namespace pf

@@ -1,28 +1,33 @@
 // Method `exact` on the CPU: one step.
 //
-// Every parcel predicts its earliest event. Parcels whose events hang together form a cluster; clusters are
-// solved side by side, each by one thread in the order of time, as if nothing else happened
-// (exact_cluster_solver.hpp). Clusters that run into each other, or whose new lines would have met, are
-// solved again as one, until the lines of all fit together: then they are the only ones that can be
-// (docs/exact.md).
+// Every parcel predicts its earliest event. Parcels whose events depend on each other form a cluster. Each
+// cluster is solved by one thread in the order of time, as if nothing else happened. Clusters that run into
+// each other, or whose new trajectories would collide, are merged and solved again, until all trajectories
+// are consistent. Then they are the only consistent ones (docs/exact.md).
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "backend/exact/step_state.hpp"
-#include "core/thread_team.hpp"
+#include "core/timing.hpp"
 
 namespace pf {
 
+// State that a step changes. It stays as it is if the step does not finish.
+struct StepTarget {
+  ParcelArrays& trajectories;  // sorted, positions are anchors
+  ExactBall& ball;
+  Vec2i* end_position;               // n; receives the positions at the step's end
+  std::vector<EventRecord>* events;  // receives the events; null: they are not recorded
+};
+
 struct StepOutcome {
-  bool finished = false;          // else nothing has changed and the step must be repeated with other bounds
-  double fastest_mps = 0.0;       // largest speed of a parcel that an event led to
+  bool finished = false;          // false: nothing has changed; repeat with a wider bound or a shorter step
   double needed_bound_mps = 0.0;  // largest speed of anything; above the assumed bound if that was the reason
-  double fastest_at_start_mps = 0.0;  // largest speed of a parcel at the begin
-  std::uint32_t num_rounds = 0;       // solving, and again what had to be merged
-  std::uint64_t num_events = 0;
-  std::uint64_t event_hash = 0;  // sum of event_hash
+  std::uint32_t num_rounds = 0;   // times that clusters were solved: the first round and one after each merge
+  StepResult result;
+  std::uint64_t event_hash = 0;  // sum of event_hash over events
   CpuTally tally;
 };
 
@@ -30,36 +35,13 @@ class ExactStepper {
  public:
   explicit ExactStepper(ThreadTeam& team) : team_(team) {}
 
-  // lines: sorted, positions are anchors. at_end: receives the positions at the step's end, n entries.
-  StepOutcome step(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball, Vec2i* end_position,
-                    std::vector<EventRecord>* events);
-  std::uint64_t memory_bytes() const;
+  // times: the stages' times are added to predict, solve, reconcile and commit.
+  StepOutcome step(const StepInput& input, const StepTarget& target, PhaseTimes& times);
+  std::uint64_t memory_bytes() const { return memory_.memory_bytes(); }
 
  private:
-  template <Boundary kBoundary>
-  struct Prediction;  // exact_prediction.hpp
-  template <Boundary kBoundary>
-  struct Phases;
-  template <Boundary kBoundary>
-  StepOutcome run(const StepInput& problem, ParcelArrays& trajectories, ExactBall& ball, Vec2i* end_position,
-                   std::vector<EventRecord>* events);
-
-  void prepare(std::size_t num_parcels);
-
   ThreadTeam& team_;
-  std::vector<WorkerState> workers_;
-  BoundingDiscs discs_;                   // n
-  std::vector<std::uint64_t> event_key_;  // n each; kNoEvent between steps
-  std::vector<std::uint32_t> event_partner_;
-  std::vector<std::uint32_t> owner_;   // n + kSearchPadding; kNone between steps
-  std::vector<std::uint32_t> member_slot_;   // while clusters are formed: towards a parcel of the same cluster
-  std::vector<std::uint32_t> active_;  // parcels with an event before the end
-  std::vector<std::uint32_t> near_ball_;
-  std::vector<std::uint32_t> seeds_;
-  std::vector<Cluster> clusters_;
-  std::vector<std::uint32_t> todo_;  // clusters to solve
-  BallMember ball_member_;
-  std::uint32_t ball_owner_ = kInvalidIndex;
+  StepMemory memory_;
 };
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Method `exact` on the CPU from step to step: the time, the parcels' present positions, and when to sort.
+// Method `exact` on the CPU from step to step: the time, the parcels' positions, sorting and anchoring.
 #pragma once
 
 #include <cstdint>
@@ -14,21 +14,22 @@ class ExactTimeline {
  public:
   explicit ExactTimeline(ThreadTeam& team) : team_(team), stepper_(team) {}
 
-  // Whether the positions of the parcels are anchors of lines, and present() is where they are.
+  // While active, the parcels' stored positions are anchors of trajectories, and positions() has the current
+  // ones.
   bool active() const { return active_; }
-  const std::vector<Vec2i>& present() const { return present_; }
+  const std::vector<Vec2i>& positions() const { return position_; }
 
   void reset_time();
-  // The ball was set from outside: its line starts there.
+  // The ball was set from outside; its trajectory starts anew.
   void forget_ball() {
     progress_.ball_trajectory_holds = false;
     ball_is_new_ = true;
   }
-  // Anchors every parcel where it is now.
+  // Becomes active: anchors every parcel at its position. contact_clock_s: see StepRequest.
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
-  // Positions become the present ones.
+  // Stops being active: the stored positions become the current ones.
   void leave(SortedParcels& parcels);
-  // Advances by the whole request. The ball's state is that at its end afterwards.
+  // Advances by the whole request. ball: state at its start, then at its end.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
                StepReport& report);
 
@@ -39,17 +40,22 @@ class ExactTimeline {
   void locate(const ExactConstants& c, const SortedParcels& parcels);
   double fastest_parcel_mps(const SortedParcels& parcels) const;
   double fastest_mps(const Physics& physics, const SortedParcels& parcels) const;
-  void anchor_all(const ExactConstants& base, SortedParcels& parcels);
-  void one_step(const ExactConstants& base, std::uint64_t until, const StepRequest& request,
-                SortedParcels& parcels, StepReport& report);
+  bool ball_needs_finer_ticks(const RunConstants& run) const;
+  void anchor_all(const RunConstants& run, SortedParcels& parcels);
+  void advance_step(const RunConstants& run, std::uint64_t until, const StepRequest& request,
+                    SortedParcels& parcels, StepReport& report);
+  StepInput step_input(const ExactConstants& c, Neighbors neighbors, const SortedParcels& parcels) const;
+  std::uint32_t plan_retry(const StepPlan& failed, const StepOutcome& outcome, std::uint32_t max_ticks);
+  void finish_step(const ExactConstants& c, const ExactBall& ball, const StepOutcome& outcome,
+                   StepReport& report);
 
   ThreadTeam& team_;
   ExactStepper stepper_;
   bool active_ = false;
   bool ball_is_new_ = false;
-  double time_s_ = 0.0;  // what was asked for since the reset: progress_.now is its nearest tick
+  double time_s_ = 0.0;  // requested since the reset; progress_.now is the nearest tick
   ExactProgress progress_;
-  std::vector<Vec2i> present_;  // n + kSearchPadding: leave() hands it on
+  std::vector<Vec2i> position_;  // n + kSearchPadding; leave() moves it to the parcels
   std::vector<Vec2i> end_position_;
 };
 
