@@ -29,7 +29,7 @@ __device__ inline PairedParcel paired_parcel(const StepContext& step, std::uint3
 
 __device__ inline bool is_elastic(const StepContext& step, std::uint32_t i, std::uint32_t tick) {
   return step.c.plan.contact_duration_ticks != 0 &&
-         step.in_contact_time(tick, step.memory.trajectories.last_contact_tick[i]);
+         step.is_in_contact(tick, step.memory.trajectories.last_contact_tick[i]);
 }
 
 template <Boundary kBoundary>
