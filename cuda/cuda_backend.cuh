@@ -38,7 +38,7 @@ class CudaBackend final : public Backend {
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
-  // What collect() must know of the request.
+  // Values of the request that collect() needs.
   struct Submitted {
     std::uint32_t num_steps = 0;
     std::uint64_t num_sorts = 0;

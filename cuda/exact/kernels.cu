@@ -35,7 +35,7 @@ dim3 slice_parts(const StepMemory& memory) {
 }
 __device__ SlicePart part_of_block() { return {blockIdx.x, blockIdx.y, gridDim.y}; }
 
-// Whether there is nothing to do: a tick of a high exponent led beyond `until`.
+// Returns whether there is nothing to do: a tick of a high exponent led beyond `until`.
 __device__ bool is_over(const ExactLaunch& launch) {
   return launch.state->progress.now >= launch.until || launch.state->unresolvable != 0;
 }
@@ -180,7 +180,7 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
   }
 }
 
-// Whether this block is the last one of the grid to come here. All threads of the block call it.
+// Returns whether this block is the last one of the grid to call it. All threads of the block call it.
 __device__ bool is_last_block(std::uint32_t& num_arrived, bool& shared) {
   if (threadIdx.x == 0) {
     __threadfence();

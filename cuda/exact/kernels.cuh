@@ -1,4 +1,4 @@
-// Method `exact` on the device: what the host launches.
+// Method `exact` on the device: the kernels' argument, and the functions that launch them.
 #pragma once
 
 #include "backend/draw_buffers.hpp"
@@ -31,13 +31,14 @@ void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t str
 // Zeroes the request's totals, takes the ball from step_state, plans the first step.
 void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream);
 
-// The stages of one step, in this order. The last one leaves it at `until`; or, with sort_displacement,
-// perhaps on its way there, and then the same step is launched again.
+// The stages of one step, in this order. They take it to `until`. With sort_displacement they may stop on the
+// way; then parcels are sorted and the stages are launched again.
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream);
 void launch_solve(const ExactLaunch& launch, cudaStream_t stream);  // clusters, pairs, solving, reconciling
 void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
 
-// A sort: keys and indices by the parcels' positions; and, after the gather, their positions anew.
+// The first and the last kernel of a sort: keys and indices by the parcels' positions; and, after the gather,
+// positions at the current tick. The latter also sets the displacement since the sort to 0.
 void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream);
 // out[i] = position of parcel i.

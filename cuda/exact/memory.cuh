@@ -39,8 +39,8 @@ class ExactMemory {
   void reserve(std::uint32_t num_parcels);
   std::uint32_t reserved() const { return reserved_; }
   std::size_t bytes() const;
-  // Of the lists: members and clusters, active parcels and representatives, segments, pairs of neighbours,
-  // parcels near the ball; and the ticks of current and next.
+  // Members and clusters, active parcels and representatives, segments, pairs of neighbours, parcels near the
+  // ball; and the ticks of current and next.
   static constexpr double kBytesPerParcel = 44.0 + 2.0 + 2.0 + 2.0 + 1.0 + 8.0;
 
   // The table above.
@@ -56,7 +56,7 @@ class ExactMemory {
 
   std::uint32_t reserved_ = 0;  // parcels
   std::uint32_t num_slices_ = 0;
-  // Of a slice.
+  // Items in a slice.
   std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0,
                 neighbour_pair_capacity_ = 0;
   DeviceBuffer<std::uint32_t> active_, representatives_, near_ball_, todo_;

@@ -36,7 +36,7 @@ __device__ bool any_ball_segment(const StepContext& step, Visit visit) {
   return false;
 }
 
-// Whether a collision happens while both bodies are on their trajectories.
+// Returns whether a collision happens while both bodies are on their trajectories.
 __device__ inline bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= (first_end < second_end ? first_end : second_end);
 }

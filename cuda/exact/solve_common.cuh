@@ -1,4 +1,4 @@
-// Method `exact` on the device: what the solvers of a warp and of a block share.
+// Method `exact` on the device: functions that the solvers of a warp and of a block share.
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
@@ -15,7 +15,7 @@ struct BlockCounts {
   std::uint32_t alone;
 };
 
-// Notes two clusters that must be solved as one. They may be the same: then it needs a whole block.
+// Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.
 __device__ inline void add_conflict(const StepContext& step, const BlockCounts& counts, std::uint32_t p,
                                     std::uint32_t q) {
   const std::uint32_t k = atomicAdd(&step.state.num_conflicts[counts.alone], 1U);
@@ -103,8 +103,7 @@ __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCou
   tally.fastest2 = fmaxf(tally.fastest2, speed2);
 }
 
-// Filter of a search around a member: candidates that it may collide with in the step, whatever its cluster
-// does.
+// Search around a member for the parcels that it may collide with in the step.
 struct MemberSearch {
   Vec2i position, start;  // of the parcel, and of its trajectory traced back, at the step's start
   Vec2f velocity;
@@ -120,7 +119,7 @@ struct MemberSearch {
             static_cast<float>(radius * radius)};
   }
 
-  // Whether a parcel at that position may come near the member at all.
+  // Returns whether the parcel at that position may come near the member at all.
   template <Boundary kBoundary>
   __device__ __forceinline__ bool holds(const World& world, Vec2i other) const {
     const Vec2i offset = separation<kBoundary>(world, position, other);
@@ -128,7 +127,7 @@ struct MemberSearch {
     return x * x + y * y < radius2;
   }
 
-  // Whether a parcel that stays on its start trajectory may collide with it.
+  // Returns whether a parcel that stays on its start trajectory may collide with the member.
   template <Boundary kBoundary>
   __device__ __forceinline__ bool may_hit(const StepContext& step, Vec2i other, Vec2f other_velocity) const {
     return may_collide(separation<kBoundary>(step.launch.space.world, start, other),

@@ -56,9 +56,9 @@ __device__ CollidedPair collide_pair(const StepContext& step, std::uint32_t repr
   return pair;
 }
 
-// Whether nothing but its partner can change the events of a pair's parcel, as long as all other parcels stay
-// on their start trajectories. Calls note(j) for the parcels near it that have events themselves. kLanes
-// threads share the work.
+// Returns whether nothing but its partner can change the events of a pair's parcel, as long as all other
+// parcels stay on their start trajectories. Calls note(j) for the parcels near it that have events
+// themselves. kLanes threads share the work.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes, class Note>
 __device__ bool is_undisturbed(const StepContext& step, const PairedParcel& it, std::uint32_t partner,
                                NearList<kExactBlock>::Space& near_space, Note note) {
@@ -140,9 +140,9 @@ __device__ inline void publish_cluster(const StepContext& step, const CollidedPa
   step.memory.clusters[slot] = cluster;
 }
 
-// Solves the pair of a representative by 2 * kLanes threads, one half for each parcel, and publishes the
-// result; or makes both parcels members of a cluster that solve_kernel solves. Whole warps call it; threads
-// without a pair repeat another one's, with is_real false. Returns the square of the largest speed.
+// Solves the pair of a representative by 2 * kLanes threads, one half for each parcel. Publishes the result,
+// or leaves the pair to solve_kernel as a cluster. Whole warps call it; threads without a pair repeat another
+// pair with is_real = false. Returns the square of the largest speed, (m/s)^2, in some of the threads.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes>
 __device__ float solve_pair(const StepContext& step, std::uint32_t slice, std::uint32_t representative,
                             bool is_real, NearList<kExactBlock>::Space& near_space) {
@@ -155,8 +155,8 @@ __device__ float solve_pair(const StepContext& step, std::uint32_t slice, std::u
   const PairedParcel& other = lane < kLanes ? pair.second : pair.first;
   const bool undisturbed =
       is_undisturbed<kBoundary, kReadOnly, kLanes>(step, mine, other.index, near_space, [&](std::uint32_t j) {
-        // One side notes a pair of neighbours: each lies within the search circle of the other, if that is
-        // in a pair too; a larger cluster notes its own.
+        // A colliding pair of neighbours lies in both search circles. If both are in pairs, the one with the
+        // lower index notes it; a larger cluster notes its own neighbours.
         if (j >= mine.index && is_real) note_neighbour_pair(step, slice, mine.index, j);
       });
   const unsigned solved = __ballot_sync(kWholeWarp, undisturbed && !pair.collides_again && is_real);

@@ -68,8 +68,8 @@ struct StepContext {
     return is_in<kBoundary>(state.ball_neighbourhood, world(), position);
   }
 
-  // Whether an event at `tick` follows the parcel's last contact so soon that it loses no energy (the TC
-  // model).
+  // Returns whether an event at `tick` follows the parcel's last contact so soon that it loses no energy (the
+  // TC model).
   __device__ bool is_in_contact(std::uint32_t tick, std::uint32_t last_contact_tick) const {
     return c.plan.contact_duration_ticks != 0 &&
            c.plan.start + tick - last_contact_tick <= c.plan.contact_duration_ticks;

@@ -20,8 +20,8 @@
 
 namespace pf::cuda {
 
-// Clusters are named by one of their parcels, their representative; the one that owns the ball at first, by
-// this.
+// A cluster's name is the index of one of its parcels, the representative. The cluster that starts with the
+// ball has this name.
 constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;
 
 // A parcel of a cluster.
@@ -91,8 +91,7 @@ struct Cluster {
   ClusterTally tally;
 };
 
-// Items that blocks of solve_kernel find, in one slice for each. A step that finds more than `capacity` items
-// for a slice is retried with half the length.
+// A list in slices. If a slice overflows, the step is retried with half the length.
 struct SlicedList {
   std::uint32_t* items = nullptr;  // num_slices x capacity
   std::uint32_t capacity = 0;
