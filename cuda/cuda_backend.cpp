@@ -89,14 +89,14 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   physics_ = physics;
   num_parcels_ = plan.num_parcels;
   if (num_parcels_ > 0) {
-    const auto row_begin = upload(plan.row_begin, plan.num_rows + 1, stream_);
+    const auto row_start = upload(plan.row_start, plan.num_rows + 1, stream_);
     const auto first = upload(plan.row_blocked_first, plan.num_rows, stream_);
     const auto count = upload(plan.row_blocked_count, plan.num_rows, stream_);
     SpawnPlan on_device = plan;
-    on_device.row_begin = row_begin.data();
+    on_device.row_start = row_start.data();
     on_device.row_blocked_first = first.data();
     on_device.row_blocked_count = count.data();
-    launch_spawn(on_device, plan.row_begin[plan.num_rows], current_.pointers(), stream_);
+    launch_spawn(on_device, plan.row_start[plan.num_rows], current_.pointers(), stream_);
     PF_CUDA(cudaStreamSynchronize(stream_));
   }
   StepState state;

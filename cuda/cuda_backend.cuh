@@ -56,7 +56,7 @@ class CudaBackend final : public Backend {
     double sort_displacement = 0.0;   // since the sort; beyond it parcels are sorted again, position units
   };
 
-  // Method `exact`, in exact/requests.cpp.
+  // Method `exact`, in cuda/exact/requests.cpp.
   void submit_exact(const StepRequest& request);
   const cuda::ExactState& read_exact_state();  // waits
   void start_exact(const StepRequest& request);

@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/cell_sort.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "backend/cpu_tally.hpp"
 #include "backend/exact/broad_phase.hpp"
 #include "backend/exact/event_queue.hpp"
