@@ -31,7 +31,7 @@ const std::vector<std::string> kSettings = {"run.substeps=1", "world.boundary=wa
 json definitions() {
   return {
       {"frame", "wall time from the end of one frame to the end of the next; means over the timed frames"},
-      {"physics", "phases sort, grid, collide_integrate and ball; on a GPU measured by its own events"},
+      {"physics", "the phases of a step; on a GPU measured by its own events"},
       {"render", "phases map, unmap, draw and present"},
       {"overhead",
        "the frame less physics and render: overlay, input, the loop itself; 0 where a GPU works beside the "

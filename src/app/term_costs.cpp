@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/memory.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
 #include "scene/derive.hpp"
@@ -149,8 +150,9 @@ void TermCosts::follow(const FrameView& frame, Backend& backend) {
   state_ = State::measuring;
   try {
     measure(frame, backend);
-  } catch (const std::exception&) {  // no memory for a copy, no room for its parcels, or a lost device
+  } catch (const std::exception& error) {  // no memory for a copy, no room for its parcels, or a lost device
     comparison_.reset();
+    failure_ = error.what();
     state_ = State::failed;
   }
 }
@@ -171,7 +173,8 @@ void TermCosts::add_times(const FrameView& frame) {
   if (step_ms_.size() < kTimedFrames) step_ms_.push_back(0.0);
   step_ms_[num_frames_++ % step_ms_.size()] =
       frame.times.step_ms() / static_cast<double>(frame.frame_totals.num_steps);
-  frame_ms_ += (milliseconds_since(last_frame_) - frame_ms_) / static_cast<double>(step_ms_.size());
+  const double frame_ms = std::min(milliseconds_since(last_frame_), kMaxFrame_ms);
+  frame_ms_ += (frame_ms - frame_ms_) / static_cast<double>(step_ms_.size());
   last_frame_ = Clock::now();
 }
 
@@ -202,8 +205,12 @@ void TermCosts::measure(const FrameView& frame, Backend& backend) {
 }
 
 void TermCosts::begin(const FrameView& frame, Backend& backend) {
+  const Settings& s = *frame.settings;
+  if (frame.backend == "cpu" && s.air == Air::parcels)
+    check_memory(s.num_parcels, 2 * cpu_backend_bytes(s.num_parcels, s.threads, s.method),
+                 available_memory_bytes());
   comparison_.emplace();
-  comparison_->origin = {*frame.settings, frame.ball, backend.snapshot(), frame.dt_s};
+  comparison_->origin = {s, frame.ball, backend.snapshot(), frame.dt_s};
 }
 
 void TermCosts::advance() {
@@ -260,7 +267,7 @@ void TermCosts::finish(Term term) {
 std::string TermCosts::text() const {
   if (step_ms_.empty()) return "";
   std::string line = fmt::format("{:.3f} ms a step", step_ms());
-  if (state_ == State::failed) return line + "; its terms cannot be measured here";
+  if (state_ == State::failed) return line + "; its terms cannot be measured: " + failure_;
   if (state_ == State::on_request)
     return line + "; press E to measure its terms (the picture stops for a moment)";
   const char* before = "; ";

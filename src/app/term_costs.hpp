@@ -90,8 +90,9 @@ class TermCosts {
   // One line for the overlay; empty before the first step.
   std::string text() const;
 
-  static constexpr double kShare = 0.1;                // of a frame's time, for a pair of steps
-  static constexpr double kMinFrame_ms = 16.0;         // faster frames have as much time
+  static constexpr double kShare = 0.1;          // of a frame's time, for a pair of steps
+  static constexpr double kMinFrame_ms = 16.0;   // faster frames have as much time
+  static constexpr double kMaxFrame_ms = 100.0;  // slower ones, as after a pause, have no more than this
   static constexpr std::int64_t kMaxParcels = 20'000;  // a copy of more takes longer than the budget
   static constexpr std::uint32_t kSettlingFrames = 20;
   static constexpr std::uint32_t kNumPairs = 24;
@@ -120,6 +121,7 @@ class TermCosts {
   State state_ = State::settling;
   std::array<TermCost, kNumTerms> costs_;
   std::optional<Comparison> comparison_;
+  std::string failure_;
   bool is_requested_ = false;
   std::uint32_t num_settled_ = 0;
   std::vector<double> step_ms_;  // of the last frames

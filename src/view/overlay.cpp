@@ -162,8 +162,9 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
                        fmt::format("{:.1f} % of copying", 100.0 * figures_.copy_share));
     }
   }
-  const std::string memory = fmt::format("{}B {}", short_number(static_cast<double>(frame.memory_bytes)),
-                                         frame.backend == "cuda" ? "GPU" : "RAM");
+  const std::string memory =
+      fmt::format("{}{} {}", short_number(static_cast<double>(frame.memory_bytes)),
+                  frame.memory_bytes < 1000 ? " B" : "B", frame.backend == "cuda" ? "GPU" : "RAM");
   texts_.add_right(x + width, y + 6.05F * row, colors_.dim, memory);
   texts_.add(x, y + 6.05F * row, colors_.dim,
              fitting(info_.draw_target, width - text_width(memory) - 10.0F * scale));

@@ -1,4 +1,4 @@
-// What the window does that needs no window: aiming, the figures of the overlay, the legend of flights.
+// Parts of the window that need no window: aiming, the overlay's figures and colours, the legend of flights.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@
 namespace pf {
 namespace {
 
-const BallLaunch kPresent = {{15.0, 0.0}, 25.0};
+const BallLaunch kCurrent = {{15.0, 0.0}, 25.0};
 
 TEST(Aim, PullingBackLaunchesTheOtherWay) {
   Aim aim;
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({-40.0, 0.0}, false);
   aim.drag({-20.0, -30.0}, false);
   const auto launch = aim.release();
@@ -34,9 +34,9 @@ TEST(Aim, PullingBackLaunchesTheOtherWay) {
 
 TEST(Aim, WithShiftThePullIsSpin) {
   Aim aim;
-  aim.begin(kPresent, 2.0);
+  aim.begin(kCurrent, 2.0);
   aim.drag({5.0, 100.0}, true);
-  EXPECT_EQ(aim.launch().velocity_mps, kPresent.velocity_mps);
+  EXPECT_EQ(aim.launch().velocity_mps, kCurrent.velocity_mps);
   EXPECT_DOUBLE_EQ(aim.launch().spin_radps, 50.0);  // 50 layout pixels up
   aim.drag({0.0, -300.0}, true);
   EXPECT_DOUBLE_EQ(aim.release()->spin_radps, -25.0);
@@ -44,10 +44,10 @@ TEST(Aim, WithShiftThePullIsSpin) {
 
 TEST(Aim, AClickLaunchesNothing) {
   Aim aim;
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({1.0, -2.0}, false);
   EXPECT_FALSE(aim.release());
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({-50.0, 0.0}, false);
   aim.cancel();
   EXPECT_FALSE(aim.release());
@@ -94,7 +94,7 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
   Frames frames;
   FrameHistory history;
   for (int i = 0; i < 500; ++i)
-    history.add(computing(99.0), 99.0, frames.view);  // pushed out by what follows
+    history.add(computing(99.0), 99.0, frames.view);  // pushed out by the next 120
   for (int i = 1; i <= 120; ++i) history.add(computing(i), 2.0 * i, frames.view);
   const OverlayFigures figures = history.figures(0.0);
   const auto phase = static_cast<std::size_t>(Phase::collide_integrate);
@@ -106,7 +106,7 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
 }
 
 // Method exact spends its step in phases of its own.
-TEST(OverlayFigures, EveryPhaseOfAStepCountsAsItsTime) {
+TEST(OverlayFigures, StepTimeIncludesEveryPhaseOfAStep) {
   PhaseTimes times;
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) times.ms[phase] = std::exp2(phase);
   EXPECT_EQ(times.step_ms(), std::exp2(kNumStepPhases) - 1.0);
@@ -118,7 +118,7 @@ TEST(OverlayFigures, EveryPhaseOfAStepCountsAsItsTime) {
   EXPECT_DOUBLE_EQ(history.figures(0.0).particle_steps_per_s, 2e6);
 }
 
-TEST(OverlayPhases, AMethodShowsItsOwnAndAllOfThemAreShownBySome) {
+TEST(OverlayPhases, EveryPhaseHasARow) {
   std::vector<Phase> shown(picture_phases().begin(), picture_phases().end());
   for (const Method method : {Method::impulse, Method::exact}) {
     EXPECT_LE(step_phases(method).size(), 6U) << "rows of the overlay";
@@ -132,7 +132,7 @@ using Matrix = std::array<std::array<double, 3>, 3>;
 
 double linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
 
-// CIELAB (CIE 1976, white D65) of a colour as an eye with this matrix of linear RGB sees it.
+// CIELAB (CIE 1976, white D65) of a colour. eye: matrix of linear RGB that simulates a vision.
 std::array<double, 3> lab_of(const PhaseStyle& style, const Matrix& eye) {
   std::array<double, 3> rgb{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -147,7 +147,7 @@ std::array<double, 3> lab_of(const PhaseStyle& style, const Matrix& eye) {
 }
 
 // Full dichromacy (Machado, Oliveira and Fernandes 2009).
-TEST(OverlayPhases, ColoursAreToldApartByColourBlindEyes) {
+TEST(OverlayPhases, ColoursDifferForColourBlindEyes) {
   const Matrix eyes[] = {
       {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
       {{{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}},
@@ -199,7 +199,7 @@ TEST(LegendPlace, StandsBesideACourtInWindowsOfAnyShape) {
   }
 }
 
-TEST(LegendPlace, StandsAtTheSideOfASquareWorldWhichKeepsItsSize) {
+TEST(LegendPlace, StandsAtTheSideOfASquareWorld) {
   WorldInWindow window;
   window.settings = test::court(100);
   window.settings.width_m = window.settings.height_m = 6.1;
@@ -209,7 +209,7 @@ TEST(LegendPlace, StandsAtTheSideOfASquareWorldWhichKeepsItsSize) {
   EXPECT_EQ(window.overlap(), 0.0);
 }
 
-// A world that a person has zoomed into fills everything but the lower left.
+// After zooming in, the world covers all but the left of the free region.
 TEST(LegendPlace, TakesTheCornerWithLeastOfTheWorld) {
   const WorldInWindow window;
   const ViewRegion world = {700.0, 200.0, 2000.0, 2000.0};
@@ -222,7 +222,7 @@ TEST(LegendPlace, TakesTheCornerWithLeastOfTheWorld) {
 }
 
 // 4 steps of 1000 parcels in 2 ms are 2 million parcel-steps a second; 1e5 bytes in 2 ms are 5e7 a second, a
-// fifth of the copy's. Frames that stand still do not count.
+// fifth of the copy's. Frames without steps do not count.
 TEST(OverlayFigures, RateAndShareOfCopying) {
   Frames frames;
   FrameHistory history;

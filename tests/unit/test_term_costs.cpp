@@ -131,6 +131,8 @@ TEST(TermCosts, WithoutMemoryForACopyTheRunGoesOn) {
       TermCosts([](const std::string&, std::int64_t) -> std::unique_ptr<Backend> { throw std::bad_alloc(); });
   run.frames_on_request(5);
   EXPECT_EQ(run.costs.state(), TermCosts::State::failed);
+  EXPECT_NE(run.costs.text().find("cannot be measured: std::bad_alloc"), std::string::npos)
+      << run.costs.text();
   EXPECT_GT(run.simulation.view().totals.num_steps, 0U);
 }
 
