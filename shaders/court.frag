@@ -1,5 +1,5 @@
 // A pickleball court from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft apart
-// (docs/physics.md). It is drawn once per view and kept as a picture.
+// (docs/physics.md, 'Court and ball'). It is drawn once per view and kept as a picture.
 out vec4 color;
 
 const float kFoot = 0.3048;

@@ -24,7 +24,7 @@ double scaled_bessel_i(int n, double x) {
 }
 
 // Drag coefficient of the incident momentum: two thirds are of its normal part, one third of its tangential
-// part (Schaaf and Chambre form).
+// part (docs/physics.md, 'Drag on the ball').
 double incident_momentum(double s) {
   const double x = 0.5 * s * s;
   const double bessel = (s * s + 1.5) * scaled_bessel_i(0, x) + (s * s + 0.5) * scaled_bessel_i(1, x);

@@ -74,7 +74,8 @@ Equilibrium measure_equilibrium(const Settings& settings, const GasLength& lengt
   return result;
 }
 
-// Collisions per parcel until equilibrium: order relaxes slowly near freezing.
+// Collisions per parcel until equilibrium: order relaxes slowly near freezing (docs/physics.md, 'Measuring
+// rate and pressure').
 double equilibration(double area_fraction) { return area_fraction >= 0.6 ? 500.0 : 50.0; }
 
 GasLength gas_length(const ValidationPlan& plan, double equilibrate, double num_events) {

@@ -165,9 +165,9 @@ Physics case_physics(const Case& c) {
 }
 
 // Rounding makes two runs diverge. Per collision of a parcel the difference grows by twice its free path over
-// the diameter: by 5 on average at area fraction 0.05, the largest, and by 100 in rare chains. Therefore the
-// search restarts from the reference's state after every event per parcel (2 collisions). Rounding of times
-// up to 300 is 1e-13.
+// the diameter: by 10 on average at area fraction 0.05, the largest, and by 100 in rare chains
+// (docs/physics.md, 'How long two runs can be compared'). Therefore the search restarts from the reference's
+// state after every event per parcel (2 collisions). Rounding of times up to 300 is 1e-13.
 TEST_P(AgainstPlainSearch, AgreesEventForEvent) {
   const Case& c = GetParam();
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {

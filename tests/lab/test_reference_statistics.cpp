@@ -16,7 +16,7 @@ class Equilibrium : public testing::TestWithParam<double> {};
 
 // The rate and the sum of impulses over M collisions have an error of 1/sqrt(M) if collisions are
 // independent; at N = 4,096 up to 1.4 times that was measured. The test allows 4 of these. Temperature is K /
-// (N - 1), since the momentum is zero.
+// (N - 1), since the momentum is zero (docs/physics.md, 'Measuring rate and pressure').
 TEST_P(Equilibrium, RateAndPressureAgreeWithKolafaAndRottner) {
   const double eta = GetParam();
   const double num = 1000.0;

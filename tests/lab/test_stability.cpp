@@ -95,7 +95,7 @@ TEST(Stability, ContactClockPreventsCollapse) {
 }
 
 // At N = 10^7 and area fraction 0.1 the half side is 4,431 diameters. There a float has an ulp of 2^-11
-// diameters; a position unit, 2 * 4431 / 2^31, is less than a hundredth of it.
+// diameters; a position unit, 2 * 4431 / 2^31, is less than a hundredth of it (docs/physics.md, 'Positions').
 TEST(Stability, PositionUnitsAreFinerThanFloats) {
   EXPECT_DOUBLE_EQ(float_position_step(1e7), 0x1p-11);
   EXPECT_NEAR(unit_position_step(1e7), 8862.3 * 0x1p-31, 1e-9);

@@ -62,7 +62,7 @@ TEST(Theory, ViscosityAgreesWithEnskog) {
 
 // At the number of parcels from which clusters form the longest wave neither decays nor grows, and its excess
 // equals the cooling. That number is 242 at area fraction 0.2 and e = 0.9; without the Sonine correction it
-// is 0.5 % less.
+// is 0.5 % less (docs/physics.md, 'Cooling').
 TEST(Theory, ShearWavesGrowBeyondTheOnsetOfClusters) {
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 242.0, 1.0, 1.0), 1.0, 0.005);
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 200.0, 1.0, 50.0), 1.0 / (242.0 / 200.0 - 1.0), 0.2)

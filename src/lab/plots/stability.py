@@ -91,7 +91,7 @@ def points_of(study, name):
 
 
 def unseen_share(step):
-    """Mean over impact parameters of 1 - chord / step, for chords below the step."""
+    """Mean over impact parameters of 1 - chord / step, for chords below the step (docs/physics.md, 'Missed collisions')."""
     if step >= 2:
         return 1 - np.pi / (2 * step)
     phi = np.arcsin(step / 2)
@@ -107,7 +107,8 @@ def draw_missed(axes, study):
         at = [(row["step"], row["missed"], row["sigma"]) for row in rows if row["missed"] > 2 * row["sigma"]]
         if at:
             x, y, sigma = zip(*at)
-            axes.errorbar(x, y, sigma, fmt=MARKS[method], ms=5.5, color=COLOURS[method], zorder=4)
+            axes.errorbar(x, y, sigma, fmt=MARKS[method], ms=5.5, color=COLOURS[method], zorder=4,
+                          label=None if method == "impulse" else method)
         bounds = [row for row in rows if row["missed"] <= 2 * row["sigma"]]
         for row in bounds:
             style.arrow_down(axes, row["step"], 2.5 * row["sigma"], COLOURS[method])
@@ -116,7 +117,7 @@ def draw_missed(axes, study):
                       mfc="white", mec=COLOURS[method], label=f"{method}: none (upper bounds)")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_ylim(bottom=3e-5)  # room for the arrows of upper bounds
+    axes.set_ylim(bottom=1e-6)  # room for the arrows of upper bounds, and for the legend below them
     axes.set_title("Collisions missed", loc="left")
     axes.set_xlabel("displacement per step, diameters")
 
@@ -176,7 +177,7 @@ def draw_collapse(axes, study):
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
     axes.set_xlabel("contact duration times collision rate")
-    axes.set_title("Collapse (red): time stops at % of the run", loc="left")
+    axes.set_title("Collapse (red), and % of the run reached", loc="left")
 
 
 def draw_positions(axes, study):

@@ -3,7 +3,7 @@
 
 work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precision.svg/.png and
                             work-precision-order.svg/.png beside it
-work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel of it alone, larger, as FILE (.png or .svg):
+work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel alone, larger, as FILE (.png or .svg):
                             ERROR is rate, pressure, energy, path or drag, E the restitution
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
@@ -11,7 +11,7 @@ import pathlib
 import sys
 
 import style
-from style import COLOURS, FAINT, INK, MARKS, METHODS, np, plt
+from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
@@ -80,15 +80,15 @@ def share_limits(row_axes):
         axes.yaxis.set_major_locator(LogLocator(base=100.0 if high / low > 1e5 else 10.0, numticks=9))
 
 
-def add_legend(figure, study):
-    """Legend of methods and devices, above the panels."""
+def add_legend(figure, study, corner=(0.99, 0.985)):
+    """Legend of methods and devices, above the panels. corner: its upper right one, as shares of the figure."""
     handles = [Line2D([], [], ls="", marker=MARKS[method], ms=6, color=COLOURS[method], label=method) for method in METHODS]
     devices = list(dict.fromkeys(row["device"] for row in study["points"]))
     if len(devices) > 1:
         names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
         handles += [Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
                            mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices]
-    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=(0.99, 0.985), ncol=len(handles), frameon=False,
+    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=len(handles), frameon=False,
                   fontsize=10, handletextpad=0.2, columnspacing=1.2)
 
 
@@ -144,8 +144,10 @@ def draw_orders(study):
             if chosen:
                 draw_order(axes, study, sorted(chosen, key=lambda row: row["dt"]), method)
         style.tidy(axes)
-        axes.legend(loc="lower left", bbox_to_anchor=(-0.03, 0.985), ncol=len(METHODS), frameon=False, fontsize=9.5,
-                    labelcolor="linecolor", handletextpad=0.2, columnspacing=1.0)
+        legend = axes.legend(loc="lower left", bbox_to_anchor=(-0.03, 0.985), ncol=len(METHODS), frameon=False, fontsize=9.5,
+                             handletextpad=0.2, columnspacing=1.0)
+        for text in legend.get_texts():  # labelcolor="linecolor" fails with error bars before matplotlib 3.7
+            text.set_color(COLOURS[text.get_text().split()[0]])
         axes.set_title(f"area fraction {eta:g}", loc="left", color=INK, pad=26)
         axes.set_xlabel("time step, d/c")
         for axis in (axes.xaxis, axes.yaxis):
@@ -217,35 +219,19 @@ def draw_method_errors(axes, study, error, places):
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
-# In a panel of its own a method is named at its dot nearest to this error; 0: at its dot furthest right.
-NAMED_AT = {"impulse": 0.07, "spring": 0.2, "exact": 0.0}
-
-
-def name_alone(axes, rows, error):
-    for method, wanted in NAMED_AT.items():
-        mine = [(row["ns_per_disc_time"], max(row["errors"][error]["value"], FLOOR)) for row in rows
-                if row["method"] == method]
-        if not mine:
-            continue
-        at = min(mine, key=lambda dot: abs(np.log(dot[1] / wanted))) if wanted else max(mine)
-        axes.annotate(method, at, xytext=(10, 4), textcoords="offset points", color=COLOURS[method], fontsize=12,
-                      fontweight="bold", va="bottom" if not wanted else "baseline")
-
-
 def draw_panel_alone(study, error, eta, restitution):
     figure, axes = plt.subplots(figsize=(8.6, 4.7))
-    figure.subplots_adjust(left=0.095, right=0.975, top=0.775, bottom=0.175)
+    figure.subplots_adjust(left=0.095, right=0.975, top=0.735, bottom=0.175)
     draw_panel(axes, study, error, eta, restitution)
     share_limits([axes])
     axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
     title = dict(ERRORS)[error]
     axes.set_ylabel(f"error of the {title}" if ":" not in title else f"error, {title}")
     axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
-    name_alone(axes, rows_of(study, error, "cpu", eta, restitution), error)
-    name_devices(figure, study)
-    figure.text(0.015, 0.965, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
-    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Down: more accurate. Left: cheaper.\n"
-                "Grey: the dots that no other dot beats. Arrow: the error is at most that.", fontsize=9.5, color=FAINT, va="top")
+    add_legend(figure, study, (0.985, 0.82))
+    figure.text(0.015, 0.965, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Lower is more accurate, left is cheaper. "
+                "Grey: no other dot beats these. Arrow: upper bound.", fontsize=9, color=FAINT, va="top")
     figure.text(0.015, 0.02, style.machine_text(study), fontsize=7, color=FAINT)
     return figure
 
@@ -253,7 +239,7 @@ def draw_panel_alone(study, error, eta, restitution):
 def panel_alone(folder, error, eta, restitution, file):
     study = style.load(pathlib.Path(folder), "work-precision")
     if error not in dict(ERRORS) or not rows_of(study, error, "cpu", float(eta), float(restitution)):
-        sys.exit(f"{folder}: nothing of {error} at area fraction {eta}, e = {restitution}")
+        sys.exit(f"{folder} holds no {error} at area fraction {eta}, e = {restitution}")
     style.prepare("work-precision-panel")
     figure = draw_panel_alone(study, error, float(eta), float(restitution))
     figure.savefig(file, dpi=120, metadata={"Software": None} if file.endswith(".png") else {"Date": None})
