@@ -22,7 +22,7 @@
 //
 // A sort starts with launch_write_keys, which reads the positions at the step's start. The gather then reads
 // `current` and writes `next`, and the two change places. The sort ends with launch_locate, which computes
-// the positions anew. Nothing else in the table outlives a step.
+// the positions anew. Besides trajectories and positions, nothing in the table outlives a step.
 #pragma once
 
 #include "cuda/cell_sort.cuh"
