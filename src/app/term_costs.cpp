@@ -208,7 +208,7 @@ void TermCosts::begin(const FrameView& frame, Backend& backend) {
   if (frame.backend == "cpu" && s.air == Air::parcels)
     check_memory(s.num_parcels, 2 * cpu_backend_bytes(s.num_parcels, s.threads, s.method),
                  available_memory_bytes());
-  comparison_.emplace();
+  comparison_ = std::make_unique<Comparison>();
   comparison_->origin = {s, frame.ball, backend.snapshot(), frame.dt_s};
 }
 
