@@ -1,5 +1,5 @@
-// Rows of the panel that edit one setting each: label, widget, tooltip. Text, unit and range come from the
-// table of settings.
+// Rows of the panel that edit one setting each: label, widget, tooltip. Help, unit and allowed range come
+// from the table of settings.
 #pragma once
 
 #include <initializer_list>
