@@ -63,7 +63,7 @@ class SettingRows {
 // Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// Of the last widget.
+// For the last widget.
 void tooltip(const std::string& text);
 
 }  // namespace pf
