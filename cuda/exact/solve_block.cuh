@@ -124,8 +124,8 @@ class BlockSolver {
     Trajectory first = one.trajectory, second = two.trajectory;
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
-    const bool elastic =
-        step_.is_in_contact(tick, one.last_contact_tick) || step_.is_in_contact(tick, two.last_contact_tick);
+    const bool elastic = is_in_contact(c_.plan, tick, one.last_contact_tick) ||
+                         is_in_contact(c_.plan, tick, two.last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, members_.tally);
     set_member_trajectory(first, tick, one);
     set_member_trajectory(second, tick, two);
