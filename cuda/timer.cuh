@@ -3,9 +3,9 @@
 
 #include <cuda_runtime.h>
 
+#include <nvtx3/nvToolsExt.h>
 #include <cstddef>
 #include <cstdint>
-#include <nvtx3/nvtx3.hpp>
 #include <vector>
 
 #include "core/timing.hpp"
@@ -15,10 +15,10 @@ namespace pf {
 // A range in a profiler's timeline, named like the phase.
 class PhaseRange {
  public:
-  explicit PhaseRange(Phase phase) : range_(kPhaseNames[static_cast<std::size_t>(phase)]) {}
-
- private:
-  nvtx3::scoped_range range_;
+  explicit PhaseRange(Phase phase) { nvtxRangePushA(kPhaseNames[static_cast<std::size_t>(phase)]); }
+  ~PhaseRange() { nvtxRangePop(); }
+  PhaseRange(const PhaseRange&) = delete;
+  PhaseRange& operator=(const PhaseRange&) = delete;
 };
 
 // CUDA events of a fixed number, made once and recorded in order. Beyond that number none is recorded.
