@@ -2,8 +2,8 @@
 #pragma once
 
 #include <cuda_runtime.h>
-
 #include <nvtx3/nvToolsExt.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <vector>
