@@ -68,6 +68,7 @@ void CpuBackend::set_physics(const Physics& physics) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
   if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
+  exact_.forget_predictions();
   physics_ = physics;
 }
 
@@ -234,18 +235,20 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
 }
 
 void CpuBackend::draw(const DrawBuffers& buffers) {
+  const std::vector<Vec2i>& position = present();
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
     for (std::size_t i = begin; i < end; ++i) {
-      draw_parcel(buffers, physics_.world, i, present()[i], parcels_.current.velocity[i]);
+      draw_parcel(buffers, physics_.world, i, position[i], parcels_.current.velocity[i]);
     }
   });
 }
 
 ParcelSnapshot CpuBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_};
+  const std::vector<Vec2i>& position = present();
   for (std::size_t i = 0; i < size(); ++i) {
-    snapshot.position[parcels_.current.id[i]] = present()[i];
+    snapshot.position[parcels_.current.id[i]] = position[i];
     snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
   }
   return snapshot;
@@ -266,7 +269,7 @@ Measures CpuBackend::measure() {
         sum.parcel_energy_j += 0.5 * mass * dot(v, v);
         sum.momentum_kg_mps += v * mass;
         sum.momentum_scale_kg_mps += mass * std::sqrt(dot(v, v));
-        sum.num_live += is_retired(present()[i]) ? 0 : 1;
+        sum.num_live += is_retired(parcels_.current.position[i]) ? 0 : 1;
       }
       chunks[chunk] = sum;
     }
@@ -284,8 +287,9 @@ Measures CpuBackend::measure() {
 
 std::uint64_t CpuBackend::state_hash() {
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
+  const std::vector<Vec2i>& position = present();
   for (std::size_t i = 0; i < size(); ++i) {
-    hash += parcel_hash(parcels_.current.id[i], present()[i], parcels_.current.velocity[i]);
+    hash += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
   }
   return hash;
 }

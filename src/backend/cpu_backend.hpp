@@ -48,8 +48,8 @@ class CpuBackend final : public Backend {
   void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
 
   std::size_t size() const { return parcels_.size(); }
-  const std::vector<Vec2i>& present() const {
-    return exact_.active() ? exact_.positions() : parcels_.current.position;
+  const std::vector<Vec2i>& present() {
+    return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);

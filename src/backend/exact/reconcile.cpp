@@ -10,15 +10,15 @@
 namespace pf {
 namespace {
 
-// Calls visit(trajectory, end) for the trajectories that events of the step led a parcel to, latest first,
-// until it returns true. Returns whether it did. end: tick of the step.
+// Calls visit(trajectory, end) for the trajectories that events of the window led a parcel to, latest first,
+// until it returns true. Returns whether it did. end: tick of the window.
 template <class Visit>
-bool any_segment(const StepContext& step, std::uint32_t i, const Visit& visit) {
-  const StepMemory& memory = step.memory;
+bool any_segment(const WindowContext& window, std::uint32_t i, const Visit& visit) {
+  const EpochMemory& memory = window.memory;
   const WorkerState& worker = memory.workers[memory.clusters[memory.owner[i]].thread];
   const Member& member = worker.members[memory.member_slot[i]];
   if (!member.has_changed) return false;
-  if (!is_retired(member.trajectory.anchor) && visit(member.trajectory, step.c.plan.length)) return true;
+  if (!is_retired(member.trajectory.anchor) && visit(member.trajectory, window.end - 1)) return true;
   for (std::uint32_t s = member.last_segment; s != kInvalidIndex; s = worker.segments[s].previous) {
     if (visit(worker.segments[s].trajectory, worker.segments[s].end)) return true;
   }
@@ -27,9 +27,9 @@ bool any_segment(const StepContext& step, std::uint32_t i, const Visit& visit) {
 
 // The same for the ball.
 template <class Visit>
-bool any_ball_segment(const StepContext& step, const Visit& visit) {
-  const BallMember& ball = step.memory.ball;
-  if (visit(ball.now.trajectory, step.c.plan.length)) return true;
+bool any_ball_segment(const WindowContext& window, const Visit& visit) {
+  const BallMember& ball = window.memory.solved_ball;
+  if (visit(ball.now.trajectory, window.end - 1)) return true;
   return std::any_of(ball.segments.begin(), ball.segments.end(), [&](const BallTrajectorySegment& segment) {
     return visit(segment.trajectory, segment.end);
   });
@@ -41,53 +41,55 @@ bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t s
 }
 
 template <Boundary kBoundary>
-bool trajectories_collide(const StepContext& step, std::uint32_t i, std::uint32_t j) {
-  return any_segment(step, i, [&](const Trajectory& a, std::uint32_t a_end) {
-    return any_segment(step, j, [&](const Trajectory& b, std::uint32_t b_end) {
-      return happens_before(collision_tick<kBoundary>(step.c, a, b), a_end, b_end);
+bool trajectories_collide(const WindowContext& window, std::uint32_t i, std::uint32_t j) {
+  return any_segment(window, i, [&](const Trajectory& a, std::uint32_t a_end) {
+    return any_segment(window, j, [&](const Trajectory& b, std::uint32_t b_end) {
+      return happens_before(collision_tick<kBoundary>(window.c, a, b), a_end, b_end);
     });
   });
 }
 
 template <Boundary kBoundary>
-bool collides_with_ball(const StepContext& step, std::uint32_t i) {
-  return any_segment(step, i, [&](const Trajectory& parcel, std::uint32_t parcel_end) {
-    return any_ball_segment(step, [&](const BallTrajectory& ball, std::uint32_t ball_end) {
-      return happens_before(ball_collision_tick<kBoundary>(step.c, ball, parcel), parcel_end, ball_end);
+bool collides_with_ball(const WindowContext& window, std::uint32_t i) {
+  return any_segment(window, i, [&](const Trajectory& parcel, std::uint32_t parcel_end) {
+    return any_ball_segment(window, [&](const BallTrajectory& ball, std::uint32_t ball_end) {
+      return happens_before(ball_collision_tick<kBoundary>(window.c, ball, parcel), parcel_end, ball_end);
     });
   });
 }
 
 template <Boundary kBoundary>
-void find_parcel_conflicts(StepContext& step) {
-  const StepMemory& memory = step.memory;
+void find_parcel_conflicts(WindowContext& window) {
+  const EpochMemory& memory = window.memory;
   std::size_t num_pairs = 0;
   for (const WorkerState& worker : memory.workers) num_pairs += worker.neighbour_pairs.size();
-  for_each_worker(step, num_pairs, [&](WorkerState& worker) {
+  for_each_worker(window, num_pairs, [&](WorkerState& worker) {
     for (const auto& [i, j] : worker.neighbour_pairs) {
       const std::uint32_t a = memory.owner[i], b = memory.owner[j];
-      if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(step, i, j))
+      if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(window, i, j))
         worker.conflicts.push_back({a, b});
     }
+    worker.compared_pairs.insert(worker.compared_pairs.end(), worker.neighbour_pairs.begin(),
+                                 worker.neighbour_pairs.end());
     worker.neighbour_pairs.clear();
   });
 }
 
 template <Boundary kBoundary>
-void find_ball_conflicts(StepContext& step) {
-  const StepMemory& memory = step.memory;
+void find_ball_conflicts(WindowContext& window) {
+  const EpochMemory& memory = window.memory;
   const std::uint32_t ball_owner = memory.ball_owner;
-  if (ball_owner == kInvalidIndex || !memory.ball.has_changed || !memory.clusters[ball_owner].is_solved)
+  if (ball_owner == kInvalidIndex || !memory.solved_ball.has_changed || !memory.clusters[ball_owner].is_solved)
     return;
-  for_each_item(step, memory.near_ball.size(), [&](WorkerState& worker, std::size_t k) {
+  for_each_item(window, memory.near_ball.size(), [&](WorkerState& worker, std::size_t k) {
     const std::uint32_t i = memory.near_ball[k], owner = memory.owner[i];
     if (owner == kInvalidIndex || owner == ball_owner || !memory.clusters[owner].is_solved) return;
-    if (collides_with_ball<kBoundary>(step, i)) worker.conflicts.push_back({ball_owner, owner});
+    if (collides_with_ball<kBoundary>(window, i)) worker.conflicts.push_back({ball_owner, owner});
   });
 }
 
 // Joins the clusters of every conflict in the trees of `parent`. Returns these clusters in ascending order.
-std::vector<std::uint32_t> union_conflicting(StepMemory& memory, std::vector<std::uint32_t>& parent) {
+std::vector<std::uint32_t> union_conflicting(EpochMemory& memory, std::vector<std::uint32_t>& parent) {
   std::vector<std::uint32_t> involved;
   for (WorkerState& worker : memory.workers) {
     for (const auto& [a, b] : worker.conflicts) {
@@ -104,7 +106,7 @@ std::vector<std::uint32_t> union_conflicting(StepMemory& memory, std::vector<std
 
 // Moves the members of cluster k to its representative, as seeds. Called for the clusters of a set in
 // ascending order, so that the representative comes first.
-void reassign_members(StepMemory& memory, std::uint32_t representative, std::uint32_t k) {
+void reassign_members(EpochMemory& memory, std::uint32_t representative, std::uint32_t k) {
   Cluster& into = memory.clusters[representative];
   Cluster& from = memory.clusters[k];
   const WorkerState& worker = memory.workers[from.thread];
@@ -127,22 +129,22 @@ void reassign_members(StepMemory& memory, std::uint32_t representative, std::uin
   from.is_merged = true;
 }
 
-bool has_conflicts(const StepMemory& memory) {
+bool has_conflicts(const EpochMemory& memory) {
   return std::any_of(memory.workers.begin(), memory.workers.end(),
                      [](const WorkerState& worker) { return !worker.conflicts.empty(); });
 }
 
 }  // namespace
 
-void find_conflicts(StepContext& step) {
-  for_boundary(step.c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
-    find_parcel_conflicts<kBoundary>(step);
-    find_ball_conflicts<kBoundary>(step);
+void find_conflicts(WindowContext& window) {
+  for_boundary(window.c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    find_parcel_conflicts<kBoundary>(window);
+    find_ball_conflicts<kBoundary>(window);
   });
 }
 
-void merge(StepContext& step) {
-  StepMemory& memory = step.memory;
+void merge(WindowContext& window) {
+  EpochMemory& memory = window.memory;
   if (!has_conflicts(memory)) return memory.todo.clear();
   std::vector<std::uint32_t>& parent = memory.todo;  // has no other use at the moment
   parent.resize(memory.clusters.size());

@@ -1,26 +1,26 @@
-// Method `exact` on the CPU: solves one cluster. It applies the cluster's events to the step's end in the
+// Method `exact` on the CPU: solves one cluster. It applies the cluster's events to the window's end in the
 // order of time, as if all other parcels kept their start trajectories. If an event is with a parcel of
 // another cluster, the two clusters conflict and the solver stops.
 #pragma once
 
 #include <algorithm>
 
-#include "backend/exact/step_state.hpp"
+#include "backend/exact/window.hpp"
 
 namespace pf {
 
 template <Boundary kBoundary>
 class ClusterSolver {
  public:
-  // index: of the cluster in the step's clusters. Discards its earlier solution.
-  ClusterSolver(StepContext& step, std::uint32_t thread, std::uint32_t index)
-      : step_(step),
-        c_(step.c),
-        memory_(step.memory),
-        worker_(step.memory.workers[thread]),
+  // index: of the cluster in the window's clusters. Discards its earlier solution.
+  ClusterSolver(WindowContext& window, std::uint32_t thread, std::uint32_t index)
+      : window_(window),
+        c_(window.c),
+        memory_(window.memory),
+        worker_(window.memory.workers[thread]),
         index_(index),
-        cluster_(step.memory.clusters[index]) {
-    cluster_.restart(thread, worker_.members.size(), worker_.events.size());
+        cluster_(window.memory.clusters[index]) {
+    cluster_.restart(thread, worker_.members.size(), worker_.events.size(), worker_.notes.size());
   }
 
   // Sets cluster.is_solved, or appends the other cluster to worker.conflicts.
@@ -34,6 +34,7 @@ class ClusterSolver {
     if (cluster_.has_ball) add_ball();
     cluster_.is_solved = process_events();
     cluster_.num_members = static_cast<std::uint32_t>(worker_.members.size()) - cluster_.first_member;
+    cluster_.num_notes = static_cast<std::uint32_t>(worker_.notes.size()) - cluster_.first_note;
     if (!cluster_.is_solved) worker_.neighbour_pairs.resize(num_neighbour_pairs);
   }
 
@@ -42,16 +43,16 @@ class ClusterSolver {
 
   // m: a slot among the worker's members. i, j: indices of parcels.
   Member& member(std::uint32_t m) { return worker_.members[m]; }
-  std::uint32_t id(std::uint32_t i) const { return step_.trajectories.id[i]; }
-  BallMember& ball() { return memory_.ball; }
+  std::uint32_t id(std::uint32_t i) const { return window_.trajectories.id[i]; }
+  BallMember& ball() { return memory_.solved_ball; }
 
   std::uint32_t add_member(std::uint32_t i) {
     const auto m = static_cast<std::uint32_t>(worker_.members.size());
     Member added;
     added.index = i;
-    added.trajectory = step_.start_trajectory(i);
-    added.event = step_.start_event(i);
-    const std::vector<std::uint32_t>& last_contact_tick = step_.trajectories.last_contact_tick;
+    added.trajectory = window_.start_trajectory(i);
+    added.event = memory_.calendar.event(i);
+    const std::vector<std::uint32_t>& last_contact_tick = window_.trajectories.last_contact_tick;
     added.last_contact_tick = last_contact_tick.empty() ? 0U : last_contact_tick[i];
     worker_.members.push_back(added);
     memory_.member_slot[i] = m;
@@ -61,8 +62,8 @@ class ClusterSolver {
   // Returns the parcel's slot among the members; a free parcel becomes one. Returns kInvalidIndex and records
   // a conflict if another cluster owns it.
   std::uint32_t join(std::uint32_t i) {
-    if (step_.owner_of(i) == index_) return memory_.member_slot[i];
-    const std::uint32_t owner = step_.claim(i, index_);
+    if (window_.owner_of(i) == index_) return memory_.member_slot[i];
+    const std::uint32_t owner = window_.claim(i, index_);
     if (owner == index_) return add_member(i);
     worker_.conflicts.push_back({index_, owner});
     return kInvalidIndex;
@@ -72,7 +73,7 @@ class ClusterSolver {
 
   void push(std::uint32_t m) {
     const Member& it = member(m);
-    worker_.queue.push(m, it.version, id(it.index), it.event);
+    if (it.event.tick < window_.end) worker_.queue.push(m, it.version, id(it.index), it.event);
   }
 
   void set_event(std::uint32_t m, const Event& event) {
@@ -81,20 +82,25 @@ class ClusterSolver {
     push(m);
   }
 
+  void push_ball() {
+    if (ball().event.tick < window_.end)
+      worker_.queue.push(kBallMember, ball().version, kBallPartner, ball().event);
+  }
+
   void set_ball_event(const Event& event) {
     ++ball().version;
     ball().event = event;
-    worker_.queue.push(kBallMember, ball().version, kBallPartner, event);
+    push_ball();
   }
 
-  // Returns false at a conflict. With too many events it stops as if it had finished; the step is then
+  // Returns false at a conflict. With too many events it stops as if it had finished; the window is then
   // discarded.
   bool process_events() {
     while (!worker_.queue.empty()) {
       const EventQueue::Entry next = worker_.queue.pop();
       const bool is_ball = next.member == kBallMember;
       if (next.version != (is_ball ? ball().version : member(next.member).version)) continue;
-      if (cluster_.num_events == step_.input.max_events) return true;
+      if (cluster_.num_events == window_.input.max_events) return true;
       if (!(is_ball ? apply_ball_event() : apply_event(next.member))) return false;
     }
     return true;
@@ -104,11 +110,11 @@ class ClusterSolver {
 
   void record_event(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
     const std::uint64_t at =
-        step_.input.start_tick + (static_cast<std::uint64_t>(tick) << step_.input.tick_exponent);
+        window_.input.start_tick + (static_cast<std::uint64_t>(tick) << window_.input.tick_exponent);
     const std::uint32_t low = std::min(first, second), high = std::max(first, second);
     cluster_.event_hash += event_hash(at, low, high);
     ++cluster_.num_events;
-    if (step_.records_events) worker_.events.push_back({at, low, high});
+    if (window_.records_events) worker_.events.push_back({at, low, high});
   }
 
   // Whether an event of m at `tick` follows its last contact so soon that it loses no energy (the TC model).
@@ -142,11 +148,11 @@ class ClusterSolver {
     }
     if (event.partner != kBallPartner) {
       apply_edge_event(m, event);
-    } else if (step_.has_participant()) {
+    } else if (window_.has_participant()) {
       worker_.conflicts.push_back({index_, memory_.ball_owner});
       return false;
     } else {
-      apply_ball_hit(m, event.tick, step_.ball.trajectory);
+      apply_ball_hit(m, event.tick, memory_.ball.trajectory);
       predict_changed(m);
     }
     return true;
@@ -173,7 +179,7 @@ class ClusterSolver {
     set_trajectory(b, second, tick);
     member(a).last_contact_tick = member(b).last_contact_tick = c_.plan.start + tick;
     record_event(tick, id(member(a).index), id(member(b).index));
-    step_.search.find_candidates_of_two(step_.space, {mover(a), mover(b)}, worker_.candidates);
+    window_.search.find_candidates_of_two(window_.space, {mover(a), mover(b)}, worker_.candidates);
     predict_changed(a, b, worker_.candidates[0]);
     predict_changed(b, a, worker_.candidates[1]);
   }
@@ -205,6 +211,10 @@ class ClusterSolver {
     if (is_parcel(event.partner)) {
       m = join(event.partner);
       if (m == kInvalidIndex) return false;
+      if (is_ball_event_stale(member(m))) {
+        predict_ball();
+        return true;
+      }
       reaction = apply_ball_hit(m, event.tick, ball().now.trajectory);
     } else {
       record_event(event.tick, event.partner, kBallPartner);
@@ -218,12 +228,19 @@ class ClusterSolver {
   // ---- the ball as a member
 
   void add_ball() {
-    ball().now = step_.ball;
-    ball().has_changed = false;
-    ball().fastest_mps = 0.0;
-    ball().segments.clear();
-    ball().version = 0;
-    predict_ball();
+    BallMember& it = ball();
+    it.now = memory_.ball;
+    it.event = memory_.ball_event;
+    it.version = 0;
+    it.has_changed = false;
+    it.fastest_mps = 0.0;
+    it.segments.clear();
+    push_ball();
+  }
+
+  bool is_ball_event_stale(const Member& partner) {
+    return is_retired(partner.trajectory.anchor) ||
+           window_.ball_tick<kBoundary>(ball().now.trajectory, partner.trajectory) != ball().event.tick;
   }
 
   void set_ball_trajectory(const Event& event, const BallReaction& reaction) {
@@ -236,8 +253,8 @@ class ClusterSolver {
   }
 
   Trajectory current_trajectory(std::uint32_t i) {
-    return step_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
-                                       : step_.start_trajectory(i);
+    return window_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
+                                       : window_.start_trajectory(i);
   }
 
   void predict_ball() {
@@ -246,31 +263,34 @@ class ClusterSolver {
     for (const std::uint32_t i : memory_.near_ball) {
       const Trajectory parcel = current_trajectory(i);
       if (is_retired(parcel.anchor)) continue;
-      keep_earlier(best, {ball_collision_tick<kBoundary>(c_, trajectory, parcel), i, id(i)});
+      keep_earlier(best, {window_.ball_tick<kBoundary>(trajectory, parcel), i, id(i)});
     }
-    keep_ball_edge_event<kBoundary>(c_, trajectory, best);
+    Event edge;
+    keep_ball_edge_event<kBoundary>(c_, trajectory, edge);
+    if (edge.tick < window_.ball_end) keep_earlier(best, edge);
     set_ball_event(best);
   }
 
-  // Updates the ball's event for a member on a new trajectory.
+  // Updates the ball's event for a member on a new trajectory. If the event was with the old one, that is
+  // found when it is due.
   void update_ball_event(const Member& changed) {
-    if (ball().event.partner == changed.index) return predict_ball();
-    if (is_retired(changed.trajectory.anchor) || !step_.is_near_ball<kBoundary>(changed.index)) return;
-    const std::uint32_t tick = ball_collision_tick<kBoundary>(c_, ball().now.trajectory, changed.trajectory);
+    if (is_retired(changed.trajectory.anchor) || !window_.is_near_ball<kBoundary>(changed.index)) return;
+    const std::uint32_t tick = window_.ball_tick<kBoundary>(ball().now.trajectory, changed.trajectory);
     const Event now{tick, changed.index, id(changed.index)};
     if (now.tick != kNoTick && comes_before(now, ball().event)) set_ball_event(now);
   }
 
   // ---- predictions
 
-  Mover mover(std::uint32_t m) { return step_.make_mover(member(m).index, member(m).trajectory); }
+  Mover mover(std::uint32_t m) { return window_.make_mover<kBoundary>(member(m).index, member(m).trajectory); }
 
   void keep_edge_and_ball(const Member& it, Event& best) const {
-    if (may_reach_edge<kBoundary>(c_, step_.input.position[it.index]))
+    if (may_reach_edge<kBoundary>(c_, window_.input.position[it.index]))
       keep_edge_event<kBoundary>(c_, it.trajectory, best);
     if (c_.plan.ball == BallRole::absent || cluster_.has_ball) return;
-    if (!step_.is_near_ball<kBoundary>(it.index)) return;
-    const std::uint32_t tick = ball_collision_tick<kBoundary>(c_, step_.ball.trajectory, it.trajectory);
+    if (!window_.is_near_ball<kBoundary>(it.index)) return;
+    const std::uint32_t tick = window_.ball_tick<kBoundary>(memory_.ball.trajectory, it.trajectory);
+    if (window_.has_participant() && tick >= window_.end) return;  // that is an event of the ball
     keep_earlier(best, {tick, kBallPartner, kBallPartner});
   }
 
@@ -280,27 +300,31 @@ class ClusterSolver {
       if (cluster_.has_ball) update_ball_event(member(m));
       return;
     }
-    step_.find_candidates(mover(m), worker_.candidates[0]);
+    window_.find_candidates(mover(m), worker_.candidates[0]);
     predict_changed(m, kInvalidIndex, worker_.candidates[0]);
   }
 
   // Predicts the next event of a member on a new trajectory, and updates members that it collides with before
-  // their own events. `partner` has changed as well and is predicted separately. Members whose event was with
-  // the old trajectory find out when it is due.
+  // their own events. `partner` has changed as well and is predicted separately. Parcels whose event was with
+  // the old trajectory find out when it is due. Parcels outside the cluster are updated at the commit.
   void predict_changed(std::uint32_t m, std::uint32_t partner, const Candidates& candidates) {
     const Member it = member(m);
     Event best;
     for (const std::uint32_t j : candidates.overlapping) {
-      const std::uint32_t owner = step_.owner_of(j);
+      const std::uint32_t owner = window_.owner_of(j);
       if (owner == index_) {
         predict_between(it, j, partner, best);
         continue;
       }
       if (owner != kInvalidIndex) worker_.neighbour_pairs.push_back({it.index, j});
-      keep_earlier(best, {collision_tick<kBoundary>(c_, it.trajectory, step_.start_trajectory(j)), j, id(j)});
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, window_.start_trajectory(j));
+      if (tick == kNoTick) continue;
+      keep_earlier(best, {tick, j, id(j)});
+      if (event_key(tick, id(it.index)) < memory_.calendar.key(j))
+        worker_.notes.push_back({j, m, it.trajectory.tick, tick});
     }
     for (const std::uint32_t j : candidates.owned) {
-      if (step_.owner_of(j) == index_)
+      if (window_.owner_of(j) == index_)
         predict_between(it, j, partner, best);
       else
         worker_.neighbour_pairs.push_back({it.index, j});
@@ -324,7 +348,7 @@ class ClusterSolver {
   // Predicts the next event of a member on its old trajectory.
   void repredict(std::uint32_t m) {
     const Member it = member(m);
-    step_.find_candidates(mover(m), worker_.candidates[0]);
+    window_.find_candidates(mover(m), worker_.candidates[0]);
     Event best;
     const auto keep_collision = [&](std::uint32_t j, const Trajectory& other) {
       if (is_retired(other.anchor)) return;
@@ -332,15 +356,15 @@ class ClusterSolver {
     };
     for (const std::uint32_t j : worker_.candidates[0].overlapping) keep_collision(j, current_trajectory(j));
     for (const std::uint32_t j : worker_.candidates[0].owned) {
-      if (step_.owner_of(j) == index_) keep_collision(j, member(memory_.member_slot[j]).trajectory);
+      if (window_.owner_of(j) == index_) keep_collision(j, member(memory_.member_slot[j]).trajectory);
     }
     keep_edge_and_ball(it, best);
     set_event(m, best);
   }
 
-  StepContext& step_;
+  WindowContext& window_;
   const ExactConstants& c_;
-  StepMemory& memory_;
+  EpochMemory& memory_;
   WorkerState& worker_;
   std::uint32_t index_;
   Cluster& cluster_;
