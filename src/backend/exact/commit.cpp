@@ -43,14 +43,22 @@ void store_members(WindowContext& window) {
   memory.ball_event = memory.solved_ball.event;
 }
 
-// Parcels outside a cluster that will collide with its members earlier than they knew.
+bool has_changed(const EpochMemory& memory, std::uint32_t i) {
+  const std::uint32_t owner = memory.owner[i];
+  if (owner == kInvalidIndex) return false;
+  return memory.workers[memory.clusters[owner].thread].members[memory.member_slot[i]].has_changed;
+}
+
+// Parcels outside a cluster that will collide with its members earlier than they knew. A neighbour that has
+// changed since then has another event: if it took the note's, which is stale, both of the pair would have the
+// same stale event, which must not be (is_valid in refresh.cpp).
 void apply_notes(WindowContext& window, const Cluster& cluster) {
   EpochMemory& memory = window.memory;
   const WorkerState& solver = memory.workers[cluster.thread];
   for (std::uint32_t k = cluster.first_note; k < cluster.first_note + cluster.num_notes; ++k) {
     const NeighbourNote& note = solver.notes[k];
     const Member& member = solver.members[note.member];
-    if (member.trajectory.tick != note.anchor_tick) continue;
+    if (member.trajectory.tick != note.anchor_tick || has_changed(memory, note.neighbour)) continue;
     memory.calendar.lower(note.neighbour, note.tick, window.trajectories.id[member.index]);
   }
 }
@@ -75,17 +83,15 @@ void update_pair(WindowContext& window, std::uint32_t i, std::uint32_t j) {
   window.memory.calendar.lower(j, tick, id[i]);
 }
 
-// Updates the kept events of parcels that a new trajectory of another cluster concerns, and frees the members.
+// Updates the kept events of parcels that a new trajectory of another cluster concerns.
 template <Boundary kBoundary>
 void update_neighbours(WindowContext& window) {
   EpochMemory& memory = window.memory;
   for_each_cluster(window, [&](WorkerState& worker, const Cluster& cluster, const Member* members) {
     apply_notes(window, cluster);
     const bool ball_is_elsewhere = window.has_participant() && !cluster.has_ball;
-    for (std::uint32_t m = 0; m < cluster.num_members; ++m) {
-      if (ball_is_elsewhere) update_ball_event<kBoundary>(window, members[m], worker.ball_event);
-      memory.owner[members[m].index] = kInvalidIndex;
-    }
+    for (std::uint32_t m = 0; ball_is_elsewhere && m < cluster.num_members; ++m)
+      update_ball_event<kBoundary>(window, members[m], worker.ball_event);
   });
   std::size_t num_pairs = 0;
   for (const WorkerState& worker : memory.workers) num_pairs += worker.compared_pairs.size();
@@ -98,6 +104,13 @@ void update_neighbours(WindowContext& window) {
   }
 }
 
+void release_members(WindowContext& window) {
+  for_each_cluster(window, [&](WorkerState&, const Cluster& cluster, const Member* members) {
+    for (std::uint32_t m = 0; m < cluster.num_members; ++m)
+      window.memory.owner[members[m].index] = kInvalidIndex;
+  });
+}
+
 }  // namespace
 
 void commit(WindowContext& window) {
@@ -105,15 +118,12 @@ void commit(WindowContext& window) {
     store_members<kBoundary>(window);
     update_neighbours<kBoundary>(window);
   });
+  release_members(window);
 }
 
 void discard(WindowContext& window) {
-  EpochMemory& memory = window.memory;
-  for_each_cluster(window, [&](WorkerState&, const Cluster& cluster, const Member* members) {
-    for (std::uint32_t m = 0; m < cluster.num_members; ++m)
-      memory.owner[members[m].index] = kInvalidIndex;
-  });
-  for (const std::uint32_t i : memory.due) memory.calendar.restore(i);
+  release_members(window);
+  for (const std::uint32_t i : window.memory.due) window.memory.calendar.restore(i);
 }
 
 }  // namespace pf

@@ -354,9 +354,17 @@ class ClusterSolver {
       if (is_retired(other.anchor)) return;
       keep_earlier(best, {collision_tick<kBoundary>(c_, it.trajectory, other), j, id(j)});
     };
-    for (const std::uint32_t j : worker_.candidates[0].overlapping) keep_collision(j, current_trajectory(j));
+    const auto note_other = [&](std::uint32_t j) {
+      const std::uint32_t owner = window_.owner_of(j);
+      if (owner != index_ && owner != kInvalidIndex) worker_.neighbour_pairs.push_back({it.index, j});
+      return owner == index_;
+    };
+    for (const std::uint32_t j : worker_.candidates[0].overlapping) {
+      const bool is_member = note_other(j);
+      keep_collision(j, is_member ? member(memory_.member_slot[j]).trajectory : window_.start_trajectory(j));
+    }
     for (const std::uint32_t j : worker_.candidates[0].owned) {
-      if (window_.owner_of(j) == index_) keep_collision(j, member(memory_.member_slot[j]).trajectory);
+      if (note_other(j)) keep_collision(j, member(memory_.member_slot[j]).trajectory);
     }
     keep_edge_and_ball(it, best);
     set_event(m, best);
