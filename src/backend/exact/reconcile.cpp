@@ -10,52 +10,84 @@
 namespace pf {
 namespace {
 
-// Calls visit(trajectory, end) for the trajectories that events of the window led a parcel to, latest first,
-// until it returns true. Returns whether it did. end: tick of the window.
-template <class Visit>
-bool any_segment(const WindowContext& window, std::uint32_t i, const Visit& visit) {
-  const EpochMemory& memory = window.memory;
-  const WorkerState& worker = memory.workers[memory.clusters[memory.owner[i]].thread];
-  const Member& member = worker.members[memory.member_slot[i]];
-  if (!member.has_changed) return false;
-  if (!is_retired(member.trajectory.anchor) && visit(member.trajectory, window.end - 1)) return true;
-  for (std::uint32_t s = member.last_segment; s != kInvalidIndex; s = worker.segments[s].previous) {
-    if (visit(worker.segments[s].trajectory, worker.segments[s].end)) return true;
+// The trajectories that events of the window led a parcel to, latest first.
+class SegmentCursor {
+ public:
+  SegmentCursor(const WindowContext& window, std::uint32_t i)
+      : worker_(&window.memory.workers[window.memory.clusters[window.memory.owner[i]].thread]) {
+    const Member& member = worker_->members[window.memory.member_slot[i]];
+    if (!member.has_changed) return;
+    current_ = &member.trajectory;
+    end_ = window.end - 1;
+    next_ = member.last_segment;
+    if (is_retired(current_->anchor)) advance();
   }
-  return false;
-}
 
-// The same for the ball.
-template <class Visit>
-bool any_ball_segment(const WindowContext& window, const Visit& visit) {
-  const BallMember& ball = window.memory.solved_ball;
-  if (visit(ball.now.trajectory, window.end - 1)) return true;
-  return std::any_of(ball.segments.begin(), ball.segments.end(), [&](const BallTrajectorySegment& segment) {
-    return visit(segment.trajectory, segment.end);
-  });
-}
+  bool is_valid() const { return current_ != nullptr; }
+  const Trajectory& trajectory() const { return *current_; }
+  std::uint32_t begin(const WindowContext& window) const {
+    return static_cast<std::uint32_t>(anchor_time(window.c.plan, *current_));
+  }
+  std::uint32_t end() const { return end_; }  // tick
+
+  void advance() {
+    current_ = nullptr;
+    if (next_ == kInvalidIndex) return;
+    const TrajectorySegment& segment = worker_->segments[next_];
+    current_ = &segment.trajectory;
+    end_ = segment.end;
+    next_ = segment.previous;
+  }
+
+ private:
+  const WorkerState* worker_;
+  const Trajectory* current_ = nullptr;  // null: there are no more
+  std::uint32_t end_ = 0;
+  std::uint32_t next_ = kInvalidIndex;
+};
 
 // Whether a collision happens while both bodies are on their trajectories.
 bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= std::min(first_end, second_end);
 }
 
+// Only trajectories that last at a common tick are compared.
 template <Boundary kBoundary>
 bool trajectories_collide(const WindowContext& window, std::uint32_t i, std::uint32_t j) {
-  return any_segment(window, i, [&](const Trajectory& a, std::uint32_t a_end) {
-    return any_segment(window, j, [&](const Trajectory& b, std::uint32_t b_end) {
-      return happens_before(collision_tick<kBoundary>(window.c, a, b), a_end, b_end);
-    });
-  });
+  SegmentCursor latest_b(window, j);  // of those that begin before a's end
+  for (SegmentCursor a(window, i); a.is_valid(); a.advance()) {
+    while (latest_b.is_valid() && latest_b.begin(window) > a.end()) latest_b.advance();
+    for (SegmentCursor b = latest_b; b.is_valid() && b.end() >= a.begin(window); b.advance()) {
+      const std::uint32_t tick = collision_tick<kBoundary>(window.c, a.trajectory(), b.trajectory());
+      if (happens_before(tick, a.end(), b.end())) return true;
+    }
+  }
+  return false;
+}
+
+template <Boundary kBoundary>
+bool collides_with_ball(const WindowContext& window, const BallTrajectory& ball, std::uint32_t ball_end,
+                        std::uint32_t i) {
+  for (SegmentCursor a(window, i); a.is_valid(); a.advance()) {
+    if (ball.tick > static_cast<std::int32_t>(a.end()) || ball_end < a.begin(window)) continue;
+    if (happens_before(window.ball_tick<kBoundary>(ball, a.trajectory()), a.end(), ball_end)) return true;
+  }
+  return false;
 }
 
 template <Boundary kBoundary>
 bool collides_with_ball(const WindowContext& window, std::uint32_t i) {
-  return any_segment(window, i, [&](const Trajectory& parcel, std::uint32_t parcel_end) {
-    return any_ball_segment(window, [&](const BallTrajectory& ball, std::uint32_t ball_end) {
-      return happens_before(ball_collision_tick<kBoundary>(window.c, ball, parcel), parcel_end, ball_end);
-    });
-  });
+  const BallMember& ball = window.memory.solved_ball;
+  return collides_with_ball<kBoundary>(window, ball.now.trajectory, window.end - 1, i) ||
+         std::any_of(ball.segments.begin(), ball.segments.end(), [&](const BallTrajectorySegment& segment) {
+           return collides_with_ball<kBoundary>(window, segment.trajectory, segment.end, i);
+         });
+}
+
+// A pair is found again after each of its events.
+void keep_different(std::vector<IndexPair>& pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
 template <Boundary kBoundary>
@@ -64,6 +96,7 @@ void find_parcel_conflicts(WindowContext& window) {
   std::size_t num_pairs = 0;
   for (const WorkerState& worker : memory.workers) num_pairs += worker.neighbour_pairs.size();
   for_each_worker(window, num_pairs, [&](WorkerState& worker) {
+    keep_different(worker.neighbour_pairs);
     for (const auto& [i, j] : worker.neighbour_pairs) {
       const std::uint32_t a = memory.owner[i], b = memory.owner[j];
       if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(window, i, j))

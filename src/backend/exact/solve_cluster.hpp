@@ -100,7 +100,10 @@ class ClusterSolver {
       const EventQueue::Entry next = worker_.queue.pop();
       const bool is_ball = next.member == kBallMember;
       if (next.version != (is_ball ? ball().version : member(next.member).version)) continue;
-      if (cluster_.num_events == window_.input.max_events) return true;
+      if (cluster_.num_events == window_.max_events) {
+        cluster_.stopped_at = next.tick;
+        return true;
+      }
       if (!(is_ball ? apply_ball_event() : apply_event(next.member))) return false;
     }
     return true;

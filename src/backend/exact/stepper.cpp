@@ -10,6 +10,10 @@
 #include "backend/exact/refresh.hpp"
 #include "backend/exact/solve.hpp"
 
+#ifdef PF_STATS
+unsigned long long pf_stats[16];
+#endif
+
 namespace pf {
 namespace {
 
@@ -52,11 +56,10 @@ std::uint64_t num_solved_events(const EpochMemory& memory) {
 
 // Sums up the solved clusters. Returns whether all stayed within the window's bounds.
 bool sum_up(const WindowContext& window, WindowOutcome& outcome) {
-  bool is_within = true;
   StepResult& result = outcome.result;
   for (const Cluster& cluster : window.memory.clusters) {
     if (cluster.is_merged) continue;
-    is_within = is_within && cluster.num_events < window.input.max_events;
+    outcome.stopped_at = std::min(outcome.stopped_at, cluster.stopped_at);
     result.num_events += cluster.num_events;
     outcome.largest_cluster = std::max(outcome.largest_cluster, cluster.num_events);
     result.fastest_after_mps = std::max(result.fastest_after_mps, std::sqrt(cluster.fastest2));
@@ -65,7 +68,7 @@ bool sum_up(const WindowContext& window, WindowOutcome& outcome) {
   outcome.needed_bound_mps = result.fastest_after_mps;
   if (window.has_participant())
     outcome.needed_bound_mps = std::max(outcome.needed_bound_mps, window.memory.solved_ball.fastest_mps);
-  return is_within && outcome.needed_bound_mps <= window.c.plan.max_speed_mps;
+  return outcome.stopped_at == kNoTick && outcome.needed_bound_mps <= window.c.plan.max_speed_mps;
 }
 
 void append_events(const EpochMemory& memory, std::vector<EventRecord>& events) {
@@ -94,6 +97,7 @@ WindowContext ExactStepper::context(const EpochInput& input, const ExactConstant
           .begin = request.begin,
           .end = request.end,
           .ball_end = request.ball_end,
+          .max_events = request.max_events,
           .records_events = request.events != nullptr,
           .team = team_,
           .memory = memory_,
@@ -109,8 +113,11 @@ CpuTally ExactStepper::begin_epoch(const EpochInput& input, const ExactConstants
   memory_.prepare_window();
   ball_neighbourhood_ = neighbourhood_of(constants, ball);
   space_ = disc_space(input, constants, memory_, trajectories.id.size());
-  WindowContext window = context(input, constants, {0, constants.plan.length, 0, nullptr}, trajectories);
+  WindowContext window = context(input, constants, {0, constants.plan.length, 0, 0, nullptr}, trajectories);
   predict_epoch(window);
+#ifdef PF_STATS
+  ++pf_stats[1];
+#endif
   CpuTally tally;
   for (const WorkerState& worker : memory_.workers) tally.add(worker.tally);
   timer.add_to(Phase::predict);
@@ -151,6 +158,14 @@ WindowOutcome ExactStepper::solve_window(const EpochInput& input, const ExactCon
   else
     discard(window);
   timer.add_to(Phase::commit);
+#ifdef PF_STATS
+  ++pf_stats[0];
+  pf_stats[2] += memory_.due.size();
+  pf_stats[3] += memory_.due.size() - memory_.active.size();
+  pf_stats[4] += outcome.num_solved;
+  pf_stats[5] = std::max<unsigned long long>(pf_stats[5], outcome.largest_cluster);
+  for (const WorkerState& w : memory_.workers) pf_stats[6] += w.notes.size(), pf_stats[7] += w.compared_pairs.size();
+#endif
   return outcome;
 }
 

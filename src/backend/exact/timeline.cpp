@@ -146,7 +146,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
 // ---- the ball's chords
 
 void ExactTimeline::begin_chord(std::uint64_t until, SortedParcels& parcels, StepReport& report) {
-  chord_.emplace(Chord{plan_chord(run_, epoch_->constants.plan, progress_, until)});
+  chord_.emplace(Chord{plan_chord(run_, epoch_->constants.plan, progress_, until), 0, {}});
   const ExactConstants c{run_, chord_->plan};
   ExactBall ball = ball_in_step(c, progress_);
   ball.trajectory.tick += static_cast<std::int32_t>(epoch_->done);
@@ -172,7 +172,7 @@ void ExactTimeline::end_chord() {
 // ---- windows
 
 WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest& request) const {
-  WindowRequest window{epoch_->done, end, 0, request.events};
+  WindowRequest window{epoch_->done, end, 0, window_length_.max_cluster_events(end - epoch_->done), request.events};
   if (!chord_) return window;
   const std::uint32_t epoch_end = epoch_->constants.plan.length;
   const std::uint32_t chord_left = chord_->plan.length - chord_->done;
@@ -207,7 +207,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
     return epoch_.reset();
   }
   if (length == 1) throw_unresolvable(plan.tick_s);
-  window_length_.shorten(length);
+  window_length_.shorten(std::max(1U, outcome.stopped_at - epoch_->done));
 }
 
 // Advances by one window, or retries it.

@@ -94,6 +94,7 @@ struct Cluster {
   bool has_ball = false;
   bool is_solved = false;  // false: it ran into another cluster
   bool is_merged = false;  // became part of a cluster with a lower index
+  std::uint32_t stopped_at = kNoTick;  // tick of the event that would have been one too many
   double fastest2 = 0.0;   // largest squared speed after an event
   std::uint64_t event_hash = 0;
   ClusterTally tally;
@@ -107,6 +108,7 @@ struct Cluster {
     first_note = static_cast<std::uint32_t>(num_worker_notes);
     num_members = num_events = num_notes = 0;
     is_solved = false;
+    stopped_at = kNoTick;
     fastest2 = 0.0;
     event_hash = 0;
     tally = {};
@@ -154,7 +156,6 @@ struct EpochInput {
   double fastest_mps = 0.0;           // bound on the parcels' speeds at the epoch's start
   std::uint64_t start_tick = 0;       // since the reset, ticks of the reference speed
   std::uint32_t tick_exponent = 0;    // a tick of the epoch lasts 2^tick_exponent of these
-  std::uint32_t max_events = 100000;  // of a cluster
 };
 
 // Working memory of epochs and windows. n: number of parcels.
@@ -188,6 +189,7 @@ struct WindowContext {
   std::uint32_t begin = 0;      // ticks
   std::uint32_t end = 0;        // the first tick after the window
   std::uint32_t ball_end = 0;   // the ball's trajectory is not known from this tick on
+  std::uint32_t max_events = 0;  // of a cluster
   bool records_events = false;
   ThreadTeam& team;
   EpochMemory& memory;

@@ -24,6 +24,7 @@ class WindowLength {
 
   // Length of the next window, which may be at most `limit` long. Equal parts of it.
   std::uint32_t choose(std::uint32_t limit) const {
+    limit = std::min(limit, most_);
     if (draw) return std::clamp(draw(limit), 1U, limit);
     const double parts = limit / ticks_;
     const auto num = static_cast<std::uint32_t>(parts) + (parts > 1.0 ? 1U : 0U);
@@ -32,18 +33,38 @@ class WindowLength {
 
   // A window of `length` ticks was solved.
   void learn(std::uint32_t length, const WindowOutcome& outcome) {
+    most_ = UINT32_MAX;
     const auto events = static_cast<double>(outcome.result.num_events);
-    const double longer = wanted_events_ / (events + 1.0);
-    ticks_ = std::max(1.0, length * std::min(longer, 16.0));
+    const double largest = std::max(kClusterEvents, kClusterShare * events);
+    const double crowded = outcome.largest_cluster / largest;
+    const double wasted = static_cast<double>(outcome.num_solved) / (kWaste * events + kClusterEvents);
+    const double too_long = std::max(crowded, wasted);
+    double longer = wanted_events_ / (events + 1.0);
+    if (too_long > 1.0) longer = std::min(longer, std::max(1.0 / too_long, kShortest));
+    else if (too_long > 0.5) longer = std::min(longer, 1.0);
+    const bool is_crowd = events < 0.5 * wanted_events_ && outcome.largest_cluster > 4;
+    ticks_ = std::max(1.0, length * std::min(longer, is_crowd ? kSlowGrowth : kFastGrowth));
   }
-  // A window of `length` ticks had too many events.
-  void shorten(std::uint32_t length) { ticks_ = std::max(1.0, 0.5 * length); }
+  // A window did not finish. Only its first `length` ticks are tried next.
+  void shorten(std::uint32_t length) {
+    most_ = length;
+    ticks_ = length;
+  }
+
+  // Most events of a cluster in a window of `length` ticks. The shortest window may have many: the rest of its
+  // tick cannot be put off.
+  std::uint32_t max_cluster_events(std::uint32_t length) const {
+    return length == 1 ? 100000U : std::max(256U, static_cast<std::uint32_t>(wanted_events_ / 8.0));
+  }
 
  private:
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
+  static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0;
+  static constexpr double kWaste = 1.5, kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
 
   double wanted_events_ = 1.0;
   double ticks_ = 1.0;
+  std::uint32_t most_ = UINT32_MAX;
 };
 
 }  // namespace pf
