@@ -222,7 +222,7 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
   const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
   std::vector<double> last_s(num, -1e30);
   BallState ball = run.ball;
-  double requested_s = 0.0;
+  double requested_s = plan.flown_s;
   for (int k = 0; k < plan.num_windows; ++k) {
     const Measures before = run.backend->measure();
     if (before.num_live == 0) break;
