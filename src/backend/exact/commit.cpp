@@ -59,7 +59,7 @@ void apply_notes(WindowContext& window, const Cluster& cluster) {
     const NeighbourNote& note = solver.notes[k];
     const Member& member = solver.members[note.member];
     if (member.trajectory.tick != note.anchor_tick || has_changed(memory, note.neighbour)) continue;
-    memory.calendar.lower(note.neighbour, note.tick, window.trajectories.id[member.index]);
+    memory.calendar.lower(note.neighbour, note.tick, member.index);
   }
 }
 
@@ -78,9 +78,8 @@ void update_pair(WindowContext& window, std::uint32_t i, std::uint32_t j) {
   if (is_retired(a.anchor) || is_retired(b.anchor)) return;
   const std::uint32_t tick = collision_tick<kBoundary>(window.c, a, b);
   if (tick == kNoTick) return;
-  const std::vector<std::uint32_t>& id = window.trajectories.id;
-  window.memory.calendar.lower(i, tick, id[j]);
-  window.memory.calendar.lower(j, tick, id[i]);
+  window.memory.calendar.lower(i, tick, j);
+  window.memory.calendar.lower(j, tick, i);
 }
 
 // Updates the kept events of parcels that a new trajectory of another cluster concerns.

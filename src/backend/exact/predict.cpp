@@ -41,7 +41,7 @@ void look_ahead(WindowContext& window, WorkerState& worker, std::size_t begin, s
   if (!speeds.all_finite) report_invalid(window, worker, begin, end);
   for (std::size_t i = begin; i < end; ++i) {
     const auto k = static_cast<std::uint32_t>(i);
-    window.memory.calendar.add(k, parcels.id[i]);
+    window.memory.calendar.clear(k);
     if constexpr (kBoundary != Boundary::periodic) predict_edge<kBoundary>(window, k);
   }
 }
@@ -52,7 +52,6 @@ void predict_collisions(WindowContext& window, WorkerState& worker, std::uint32_
   const ExactConstants& c = window.c;
   const Vec2i* position = window.input.position;
   const Vec2f* velocity = window.trajectories.velocity.data();
-  const std::uint32_t* id = window.trajectories.id.data();
   const float contact = static_cast<float>(c.run.contact_distance), units_per_mps = window.units_in_epoch();
   Calendar& calendar = window.memory.calendar;
   window.search.find_pairs(window.space, begin, end, worker.pairs);
@@ -62,8 +61,8 @@ void predict_collisions(WindowContext& window, WorkerState& worker, std::uint32_
     const std::uint32_t tick =
         collision_tick<kBoundary>(c, window.start_trajectory(i), window.start_trajectory(j));
     if (tick == kNoTick) continue;
-    calendar.lower(i, tick, id[j]);
-    calendar.lower(j, tick, id[i]);
+    calendar.lower(i, tick, j);
+    calendar.lower(j, tick, i);
   }
 }
 
@@ -90,7 +89,7 @@ void list_near_ball(WindowContext& window) {
 
 template <Boundary kBoundary>
 void predict_epoch(WindowContext& window) {
-  window.memory.calendar.reset(window.num_parcels());
+  window.memory.calendar.reset(window.trajectories.id);
   for_each_chunk(window, [&](WorkerState& worker, std::size_t begin, std::size_t end) {
     look_ahead<kBoundary>(window, worker, begin, end);
   });

@@ -42,9 +42,9 @@ bool is_valid(const WindowContext& window, std::uint32_t i) {
   const Event event = calendar.event(i);
   if (!is_parcel(event.partner)) return true;
   // Both would keep a collision that is to come, or an earlier event.
-  const std::uint64_t of_partner = calendar.key(event.partner);
-  const std::uint64_t mutual = event_key(event.tick, window.trajectories.id[i]);
-  if (of_partner >= mutual) return of_partner == mutual;
+  const Event of_partner = calendar.event(event.partner);
+  if (of_partner.tick == event.tick && of_partner.partner == i) return true;
+  if (of_partner.tick > event.tick) return false;
   const Trajectory partner = window.start_trajectory(event.partner);
   return !is_retired(partner.anchor) &&
          collision_tick<kBoundary>(window.c, window.start_trajectory(i), partner) == event.tick;
@@ -96,9 +96,9 @@ void check_kept(const WindowContext& window) {
       if (is_retired(b.anchor) || !is_finite_speed(b)) continue;
       const std::uint32_t tick = collision_tick<kBoundary>(window.c, a, b);
       if (tick == kNoTick) continue;
-      if (calendar.key(i) > event_key(tick, window.trajectories.id[j])) {
-        std::printf("window %u %u: kept of %u is %u with id %u, but %u with %u; anchors %d %d\n", window.begin, window.end, i,
-                    tick_of(calendar.key(i)), static_cast<std::uint32_t>(calendar.key(i)), tick, j,
+      if (calendar.would_lower(i, tick, j)) {
+        std::printf("window %u %u: kept of %u is %u with %u, but %u with %u; anchors %d %d\n", window.begin, window.end, i,
+                    calendar.tick(i), calendar.event(i).partner, tick, j,
                     anchor_time(window.c.plan, a), anchor_time(window.c.plan, b));
       }
       if (tick < window.begin) std::printf("late: window %u %u, tick %u of %u %u anchors %d %d\n", window.begin, window.end, tick, i, j, anchor_time(window.c.plan, a), anchor_time(window.c.plan, b));
@@ -123,7 +123,7 @@ void refresh(WindowContext& window) {
   });
   memory.active.clear();
   for (const std::uint32_t i : memory.due) {
-    if (tick_of(memory.calendar.key(i)) < window.end) memory.active.push_back(i);
+    if (memory.calendar.tick(i) < window.end) memory.active.push_back(i);
   }
   refresh_ball<kBoundary>(window);
 }

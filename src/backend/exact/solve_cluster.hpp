@@ -323,7 +323,7 @@ class ClusterSolver {
       const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, window_.start_trajectory(j));
       if (tick == kNoTick) continue;
       keep_earlier(best, {tick, j, id(j)});
-      if (event_key(tick, id(it.index)) < memory_.calendar.key(j))
+      if (memory_.calendar.would_lower(j, tick, it.index))
         worker_.notes.push_back({j, m, it.trajectory.tick, tick});
     }
     for (const std::uint32_t j : candidates.owned) {

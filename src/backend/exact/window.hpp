@@ -188,7 +188,7 @@ struct WindowContext {
   ParcelArrays& trajectories;   // sorted, positions are anchors; only commit writes them
   std::uint32_t begin = 0;      // ticks
   std::uint32_t end = 0;        // the first tick after the window
-  std::uint32_t ball_end = 0;   // the ball's trajectory is not known from this tick on
+  std::uint32_t ball_end = 0;    // the ball's trajectory is not known from this tick on
   std::uint32_t max_events = 0;  // of a cluster
   bool records_events = false;
   ThreadTeam& team;
