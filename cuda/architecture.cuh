@@ -1,14 +1,14 @@
-// What differs from one GPU architecture to the next, from Turing (7.5) on.
+// Differences between GPU architectures, from Turing (7.5) on.
 #pragma once
 
 #include <cstdint>
 
 namespace pf {
 
-// How many threads a multiprocessor holds (CUDA C++ Programming Guide, technical specifications per compute
+// Threads that a multiprocessor holds (CUDA C++ Programming Guide, technical specifications per compute
 // capability).
 #if !defined(__CUDA_ARCH__)
-constexpr unsigned kThreadsPerSm = 2048;  // the host's pass: launch bounds mean nothing there
+constexpr unsigned kThreadsPerSm = 2048;  // the host's pass, which ignores launch bounds
 #elif __CUDA_ARCH__ == 750
 constexpr unsigned kThreadsPerSm = 1024;
 #elif (__CUDA_ARCH__ > 800 && __CUDA_ARCH__ < 900) || __CUDA_ARCH__ >= 1100
@@ -17,13 +17,14 @@ constexpr unsigned kThreadsPerSm = 1536;
 constexpr unsigned kThreadsPerSm = 2048;
 #endif
 
-// wanted blocks of `block` threads, or as many as fit: launch bounds that cannot be met would be ignored.
+// `wanted` blocks of `block` threads, or as many as fit: the compiler ignores launch bounds that cannot be
+// met.
 constexpr unsigned blocks_per_sm(unsigned wanted, unsigned block) {
   return wanted * block <= kThreadsPerSm ? wanted : kThreadsPerSm / block;
 }
 
-// Over the 32 threads of a warp, all of which must call it; every one gets the result. One instruction from
-// Ampere (8.0) on, five exchanges before.
+// Reductions over the 32 threads of a warp. All of them must call these, and all get the result. From Ampere
+// (8.0) on each is one instruction, before that five exchanges.
 template <class Combine>
 __device__ inline std::uint32_t exchange_in_warp(std::uint32_t value, Combine combine) {
   for (int lane = 16; lane > 0; lane /= 2) value = combine(value, __shfl_xor_sync(0xFFFFFFFFU, value, lane));

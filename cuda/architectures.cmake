@@ -1,15 +1,15 @@
-# Which GPUs the CUDA backend is built for, and whether the toolkit will do. Included before CUDA is enabled.
+# Chooses the GPUs that the CUDA backend is built for, and checks the toolkit. Included before CUDA is enabled.
 
 set(PF_OLDEST_TOOLKIT 12.0)  # the first whose nvcc compiles C++20
 
-# Sets `version` to that of the toolkit which nvcc belongs to, as 13.0.
+# Sets `version` to that of nvcc's toolkit, as 13.0.
 function(pf_toolkit_version nvcc version)
   execute_process(COMMAND ${nvcc} --version OUTPUT_VARIABLE text ERROR_QUIET)
   string(REGEX MATCH "release ([0-9]+\\.[0-9]+)" matched "${text}")
   set(${version} "${CMAKE_MATCH_1}" PARENT_SCOPE)
 endfunction()
 
-# Sets `result` to the architectures that nvcc compiles for, as 75;80;90, oldest first.
+# Sets `result` to the architectures that nvcc compiles for, oldest first, as 75;80;90.
 function(pf_known_architectures nvcc result)
   execute_process(COMMAND ${nvcc} --list-gpu-arch OUTPUT_VARIABLE listed ERROR_QUIET)
   string(REGEX MATCHALL "compute_[0-9]+" listed "${listed}")
@@ -19,7 +19,7 @@ function(pf_known_architectures nvcc result)
   set(${result} "${listed}" PARENT_SCOPE)
 endfunction()
 
-# Sets `result` to the architectures of the GPUs in this machine, none twice.
+# Sets `result` to the architectures of the GPUs in this machine, each once.
 function(pf_present_architectures result)
   execute_process(COMMAND nvidia-smi --query-gpu=compute_cap --format=csv,noheader
                   OUTPUT_VARIABLE present ERROR_QUIET)
@@ -29,9 +29,9 @@ function(pf_present_architectures result)
   set(${result} "${present}" PARENT_SCOPE)
 endfunction()
 
-# Sets `result` to what CMAKE_CUDA_ARCHITECTURES shall be and `why` to a few words on it: the GPUs in this machine;
-# where there is none that will do, the first of each generation that the toolkit knows, and PTX of the last one for
-# what comes. A GPU that the toolkit does not know gets PTX of the one before it, which the driver compiles.
+# Sets `result` to a value for CMAKE_CUDA_ARCHITECTURES and `why` to its reason. It names the GPUs in this machine. If
+# the toolkit can serve none of them, it names the first of each generation that the toolkit knows, and PTX of the last
+# one for later GPUs. A GPU that the toolkit does not know gets PTX of the one before it, which the driver compiles.
 function(pf_choose_architectures nvcc result why)
   pf_known_architectures(${nvcc} known)
   pf_present_architectures(present)
@@ -77,7 +77,7 @@ function(pf_first_of_each_generation known result)
   set(${result} "${chosen};${newest}-virtual" PARENT_SCOPE)
 endfunction()
 
-# Sets PF_HAVE_CUDA, CMAKE_CUDA_COMPILER and CMAKE_CUDA_ARCHITECTURES in the caller, and `reason` to why it is so.
+# Sets PF_HAVE_CUDA, CMAKE_CUDA_COMPILER and CMAKE_CUDA_ARCHITECTURES in the caller, and `reason` to the reason.
 function(pf_find_cuda reason)
   find_program(PF_NVCC nvcc PATHS /usr/local/cuda/bin)
   set(nvcc ${PF_NVCC})

@@ -3,40 +3,47 @@
 #include <algorithm>
 #include <cub/device/device_radix_sort.cuh>
 
+#include "cuda/check.cuh"
+
 namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
 
-__global__ void key_kernel(const GridShape grid, const Vec2i* position, std::uint32_t n, std::uint32_t* keys,
-                           std::uint32_t* indices) {
+struct CellStarts {
+  std::uint32_t* start;  // num_keys + 1 entries
+  std::uint32_t num_keys;
+};
+
+__global__ void key_kernel(const GridShape grid, const Vec2i* position, std::uint32_t n,
+                           const SortKeys keys) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
-  keys[i] = cell_key(grid, position[i]);
-  indices[i] = i;
+  keys.key[i] = cell_key(grid, position[i]);
+  keys.index[i] = i;
 }
 
-// Parcel i of the new order; the first parcel of each cell writes the start of that cell and of the empty
-// cells before it, the last one those after it.
-__global__ void gather_kernel(const std::uint32_t* keys, const std::uint32_t* indices,
-                              const ParcelPointers from, const ParcelPointers to, std::uint32_t n,
-                              std::uint32_t num_keys, std::uint32_t* cell_start) {
+// Copies parcel i of the new order. The first parcel of each cell writes the start of that cell and of the
+// empty cells before it; the last parcel those of the cells after it.
+__global__ void gather_kernel(const SortKeys sorted, const ParcelPointers from, const ParcelPointers to,
+                              std::uint32_t n, const CellStarts cells) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
-  const std::uint32_t source = indices[i];
+  const std::uint32_t source = sorted.index[i];
   to.position[i] = from.position[source];
   to.velocity[i] = from.velocity[source];
   to.id[i] = from.id[source];
   if (from.tick != nullptr) to.tick[i] = from.tick[source];
-  if (from.clock != nullptr) to.clock[i] = from.clock[source];
-  const std::uint32_t key = keys[i];
-  const std::uint32_t first = i == 0 ? 0 : keys[i - 1] + 1;
-  for (std::uint32_t cell = first; cell <= key; ++cell) cell_start[cell] = i;
+  if (from.last_contact_tick != nullptr) to.last_contact_tick[i] = from.last_contact_tick[source];
+  const std::uint32_t key = sorted.key[i];
+  const std::uint32_t first = i == 0 ? 0 : sorted.key[i - 1] + 1;
+  for (std::uint32_t cell = first; cell <= key; ++cell) cells.start[cell] = i;
   if (i + 1 == n) {
-    for (std::uint32_t cell = key + 1; cell <= num_keys; ++cell) cell_start[cell] = n;
+    for (std::uint32_t cell = key + 1; cell <= cells.num_keys; ++cell) cells.start[cell] = n;
   }
 }
 
+// Bits of the largest key.
 int bits_of(std::uint32_t largest) {
   int bits = 1;
   while (bits < 32 && (largest >> bits) != 0) ++bits;
@@ -72,7 +79,7 @@ std::size_t DeviceCellSort::bytes() const {
 
 void DeviceCellSort::write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t n,
                                 cudaStream_t stream) {
-  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, keys_[0].data(), indices_[0].data());
+  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, keys_to_write());
   PF_LAUNCHED("key_kernel");
 }
 
@@ -87,8 +94,9 @@ void DeviceCellSort::sort_keys(const GridShape& grid, std::uint32_t n, cudaStrea
 
 void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
                             std::uint32_t n, cudaStream_t stream) {
-  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys_[sorted_].data(), indices_[sorted_].data(), from,
-                                                      to, n, grid.num_cells() + 1, cell_start_.data());
+  const SortKeys sorted{keys_[sorted_].data(), indices_[sorted_].data()};
+  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(sorted, from, to, n,
+                                                      {cell_start_.data(), grid.num_cells() + 1});
   PF_LAUNCHED("gather_kernel");
 }
 

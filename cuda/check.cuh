@@ -1,4 +1,4 @@
-// Every CUDA call's result is looked at: a failure becomes a DeviceError with call, file and line.
+// Checks of CUDA calls: a failure becomes a DeviceError with call, file and line.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -11,7 +11,7 @@ namespace pf {
 
 inline void check_cuda(cudaError_t result, const char* call, const char* file, int line) {
   if (result == cudaSuccess) return;
-  cudaGetLastError();  // a failed call must not surface again at the next one
+  cudaGetLastError();  // clears the error, so that the next check does not report it again
   throw DeviceError(std::string(call) + ": " + cudaGetErrorString(result) + " (" + cudaGetErrorName(result) +
                     ") at " + file + ":" + std::to_string(line));
 }

@@ -9,11 +9,11 @@
 namespace pf {
 namespace {
 
-// State twice, and what is drawn.
+// The state twice, and the drawn values.
 constexpr double kBytesPerParcel =
     2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + sizeof(Vec2f) + sizeof(float);
 
-// Slack for a slider that grows N, without going over 80 bytes a parcel.
+// Slack for a slider that raises N, within 80 bytes a parcel.
 std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 40ULL; }
 
 template <class T>
@@ -58,7 +58,7 @@ StepState CudaBackend::read_state() {
   return *host_state_;
 }
 
-// Keeps what is there if it is enough and not wasteful; says what is missing before anything is allocated.
+// Keeps the arrays if they are large enough and not wasteful. Throws UserError before anything is freed.
 void CudaBackend::make_room(std::uint32_t num_parcels) {
   if (num_parcels <= capacity_ && (capacity_ < 65536 || num_parcels > capacity_ / 4)) return;
   const std::uint64_t wanted = with_slack(num_parcels);
@@ -77,11 +77,8 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   draw_position_ = {};
   draw_speed_ = {};
   capacity_ = 0;
-  for (Parcels* parcels : {&current_, &next_}) {
-    parcels->position = DeviceBuffer<Vec2i>(capacity);
-    parcels->velocity = DeviceBuffer<Vec2f>(capacity);
-    parcels->id = DeviceBuffer<std::uint32_t>(capacity);
-  }
+  current_ = DeviceParcels(capacity);
+  next_ = DeviceParcels(capacity);
   cell_sort_ = DeviceCellSort(capacity);
   capacity_ = capacity;
 }
@@ -92,14 +89,14 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   physics_ = physics;
   num_parcels_ = plan.num_parcels;
   if (num_parcels_ > 0) {
-    const auto row_begin = upload(plan.row_begin, plan.num_rows + 1, stream_);
+    const auto row_start = upload(plan.row_start, plan.num_rows + 1, stream_);
     const auto first = upload(plan.row_blocked_first, plan.num_rows, stream_);
     const auto count = upload(plan.row_blocked_count, plan.num_rows, stream_);
     SpawnPlan on_device = plan;
-    on_device.row_begin = row_begin.data();
+    on_device.row_start = row_start.data();
     on_device.row_blocked_first = first.data();
     on_device.row_blocked_count = count.data();
-    launch_spawn(on_device, plan.row_begin[plan.num_rows], current_.pointers(), stream_);
+    launch_spawn(on_device, plan.row_start[plan.num_rows], current_.pointers(), stream_);
     PF_CUDA(cudaStreamSynchronize(stream_));
   }
   StepState state;
@@ -128,7 +125,7 @@ void CudaBackend::set_ball(const BallState& ball) {
 void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   const auto n = static_cast<std::uint32_t>(snapshot.position.size());
   make_room(n);
-  exact_.forget();
+  exact_.leave();
   num_parcels_ = n;
   PF_CUDA(cudaMemcpyAsync(current_.position.data(), snapshot.position.data(), n * sizeof(Vec2i),
                           cudaMemcpyHostToDevice, stream_));
@@ -157,12 +154,12 @@ void CudaBackend::copy_to_host(const DrawBuffers& from, const DrawBuffers& to) {
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaMemcpyAsync(to.speed_mps, from.speed_mps, num_parcels_ * sizeof(float), cudaMemcpyDeviceToHost,
                           stream_));
-  PF_CUDA(cudaStreamSynchronize(stream_));  // what draws from host memory knows nothing of the stream
+  PF_CUDA(cudaStreamSynchronize(stream_));  // the reader of host memory does not wait for the stream
 }
 
 void CudaBackend::draw(const DrawBuffers& buffers) {
   const DrawBuffers on_device = device_draw_buffers(buffers);
-  launch_draw(physics_.world, present_parcels(), num_parcels_, on_device, stream_);
+  launch_draw(physics_.world, current_parcels(), num_parcels_, on_device, stream_);
   copy_to_host(on_device, buffers);
 }
 
@@ -172,7 +169,7 @@ ParcelSnapshot CudaBackend::snapshot() {
   if (num_parcels_ == 0) return snapshot;
   const DeviceBuffer<Vec2i> position(num_parcels_);
   const DeviceBuffer<Vec2f> velocity(num_parcels_);
-  launch_scatter_by_id(present_parcels(), num_parcels_, position.data(), velocity.data(), stream_);
+  launch_scatter_by_id(current_parcels(), num_parcels_, position.data(), velocity.data(), stream_);
   PF_CUDA(cudaMemcpyAsync(snapshot.position.data(), position.data(), num_parcels_ * sizeof(Vec2i),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaMemcpyAsync(snapshot.velocity.data(), velocity.data(), num_parcels_ * sizeof(Vec2f),
@@ -185,7 +182,7 @@ std::vector<MeasurePart> CudaBackend::measure_parts() {
   std::vector<MeasurePart> parts((num_parcels_ + kMeasureBlock - 1) / kMeasureBlock);
   if (parts.empty()) return parts;
   const DeviceBuffer<MeasurePart> on_device(parts.size());
-  launch_measure(present_parcels(), num_parcels_, on_device.data(), stream_);
+  launch_measure(current_parcels(), num_parcels_, on_device.data(), stream_);
   PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
@@ -213,13 +210,13 @@ std::uint64_t CudaBackend::state_hash() {
 
 std::uint64_t CudaBackend::memory_bytes() const {
   if (capacity_ == 0) return 0;
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + exact_.bytes() + draw_position_.bytes() +
-         draw_speed_.bytes();
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + exact_memory_.bytes() +
+         draw_position_.bytes() + draw_speed_.bytes();
 }
 
 double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
-  constexpr double kGather = kStep + sizeof(std::uint32_t);  // the same, and the ids written
+  constexpr double kGather = kStep + sizeof(std::uint32_t);  // ids are written too
   const double n = num_parcels_;
   const double per_sort = n * (kGather + cell_sort_.min_bytes_per_parcel(grid_)) + 4.0 * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;

@@ -1,3 +1,5 @@
+// The CUDA backend's class. Requests of the time-stepped methods are in requests.cpp, those of method `exact`
+// in exact/requests.cpp.
 #pragma once
 
 #include <vector>
@@ -6,9 +8,11 @@
 #include "cuda/cuda_backend.hpp"
 #include "cuda/device_buffer.cuh"
 #include "cuda/exact/memory.cuh"
-#include "cuda/timer.cuh"
+#include "cuda/exact/timeline.hpp"
+#include "cuda/parcel_arrays.cuh"
 #include "cuda/setup_kernels.cuh"
 #include "cuda/time_step/kernel.cuh"
+#include "cuda/timer.cuh"
 
 namespace pf {
 
@@ -34,20 +38,7 @@ class CudaBackend final : public Backend {
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
-  struct Parcels {
-    DeviceBuffer<Vec2i> position;
-    DeviceBuffer<Vec2f> velocity;
-    DeviceBuffer<std::uint32_t> id;
-    DeviceBuffer<std::uint32_t> tick, clock;  // method exact; see ParcelPointers
-    ParcelPointers pointers() const {
-      return {position.data(), velocity.data(), id.data(), tick.data(), clock.data()};
-    }
-    std::size_t bytes() const {
-      return position.bytes() + velocity.bytes() + id.bytes() + tick.bytes() + clock.bytes();
-    }
-  };
-
-  // What collect() needs to know of the request.
+  // Values of the request that collect() needs.
   struct Submitted {
     std::uint32_t num_steps = 0;
     std::uint64_t num_sorts = 0;
@@ -56,49 +47,68 @@ class CudaBackend final : public Backend {
     double impulse_unit_kg_mps = 0.0;
   };
 
-  // Method exact, in cuda_backend_exact.cpp.
+  // When the steps of a request of method `exact` end, and when they need a sort.
+  struct ExactRequest {
+    std::vector<std::uint64_t> ends;  // ticks of the reference speed
+    bool searches = false;            // else nothing is ever sorted
+    bool sorts_within = false;        // steps may stop on their way for a sort
+    double displacement = 0.0;        // expected in a step, position units
+    double sort_displacement = 0.0;   // since the sort; beyond it parcels are sorted again, position units
+  };
+
+  // Method `exact`, in cuda/exact/requests.cpp.
   void submit_exact(const StepRequest& request);
-  const ExactState& read_exact_state();  // waits
+  const cuda::ExactState& read_exact_state();  // waits
   void start_exact(const StepRequest& request);
   void stop_exact();
   void push_out(const StepRequest& request);
-  void make_room_for_exact(bool with_clock);
-  void sort_exact(ExactLaunch& launch);
-  ExactLaunch plan_exact(const StepRequest& request) const;
-  ParcelPointers present_parcels() const;
+  void make_room_for_exact(bool with_contact_ticks);
+  void check_room_for_exact(bool with_contact_ticks) const;
+  cuda::ExactLaunch exact_launch(const StepRequest& request) const;
+  cuda::StepMemory lay_out_exact() const;
+  ExactRequest plan_exact(const RunConstants& run, const StepRequest& request);
+  void step_exact(const ExactRequest& plan, cuda::ExactLaunch& launch);
+  bool exact_sort_is_due(const ExactRequest& plan) const;
+  void sort_exact(cuda::ExactLaunch& launch);
+  void launch_exact_stages(const cuda::ExactLaunch& launch);
+  ParcelPointers current_parcels() const;
+
+  using LaunchStep = void (*)(const StepLaunch&, cudaStream_t);
 
   void make_room(std::uint32_t num_parcels);
   void sort(const StepConstants& constants);
   StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
-  void step(StepLaunch& launch, bool sort_follows);
+  void step(StepLaunch& launch, LaunchStep launch_parcels, bool sort_follows);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
   std::vector<MeasurePart> measure_parts();
   StepState read_state();
   void write_state(const StepState& state);
+  StepTotals collected_totals() const;
 
   std::string device_name_;
   cudaStream_t stream_{};
   Physics physics_;
   std::uint32_t num_parcels_ = 0;
   std::uint32_t capacity_ = 0;
-  Parcels current_;  // sorted by cell at the last sort
-  Parcels next_;
+  DeviceParcels current_;  // in the order of the last sort
+  DeviceParcels next_;     // where the next sort gathers to
   DeviceCellSort cell_sort_;
-  DeviceBuffer<Vec2f> draw_position_;  // only for draw targets in host memory
+  DeviceBuffer<Vec2f> draw_position_;  // for draw targets in host memory only
   DeviceBuffer<float> draw_speed_;
   DeviceBuffer<StepState> state_{1};
   DeviceBuffer<TallySlot> slots_{kNumSlots};
   PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;
-  ExactMemory exact_;
-  std::uint32_t steps_since_sort_ = 0;  // of exact
-  PinnedValue<ExactState> host_exact_;  // as of the last collected request
+  cuda::ExactTimeline exact_;
+  cuda::ExactMemory exact_memory_;
+  PinnedValue<cuda::ExactState> host_exact_;  // as of the last collected request
+  std::uint32_t exact_steps_since_sort_ = 0;
   bool ball_was_set_ = false;
   bool sorted_ = false;
-  bool keys_are_written_ = false;  // of the present positions in grid_
+  bool keys_are_written_ = false;  // of the current positions in grid_
   Submitted submitted_;
   std::int64_t expected_displacement_ = 0;  // since the sort: known up to the last request, then estimated
 };

@@ -1,5 +1,5 @@
-// The CUDA backend: state on the device from start to end. Only the ball, the tallies and, where GL memory
-// cannot be mapped, the drawn positions cross to the host.
+// The CUDA backend. Its state stays on the device. Only the ball, the tallies and, where GL memory cannot be
+// mapped, the drawn positions cross to the host.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 
 namespace pf {
 
-// Throws DeviceError if the device cannot be used (cuda_devices.hpp says why).
+// Throws DeviceError with the reason if the device cannot be used.
 std::unique_ptr<Backend> make_cuda_backend(int device);
 
 }  // namespace pf

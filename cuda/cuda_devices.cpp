@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
-#include "cuda/check.cuh"
 #include "core/text.hpp"
+#include "cuda/check.cuh"
 #include "cuda/setup_kernels.cuh"
 
 namespace pf {
@@ -22,7 +22,7 @@ std::string dotted(const std::string& architecture) {
   return number.size() < 2 ? number : number.substr(0, number.size() - 1) + "." + number.back();
 }
 
-// PF_ARCHITECTURES, "75-real 80-real 90-virtual", as "7.5, 8.0 and PTX of 9.0".
+// PF_ARCHITECTURES in words: "75-real 80-real 90-virtual" becomes "7.5, 8.0 and PTX of 9.0".
 std::string built_for() {
   std::istringstream in(PF_ARCHITECTURES);
   std::string text;
@@ -44,7 +44,7 @@ std::size_t number_of(const std::string& limit, std::size_t start) {
   throw UserError(fmt::format("{}: {} takes a whole number above 0", kLimitsVariable, in_quotes(limit)));
 }
 
-// A version as CUDA counts it, 12040, as "12.4".
+// A CUDA version, as 12040 for "12.4".
 std::string version_text(int version) { return fmt::format("{}.{}", version / 1000, version % 1000 / 10); }
 
 std::string driver_obstacle(cudaError_t result) {
@@ -96,7 +96,7 @@ DeviceLimits device_limits() {
     } else if (limit.starts_with(kMemory)) {
       limits.memory_bytes = number_of(limit, kMemory.size()) * 1'000'000;
     } else {
-      throw UserError(fmt::format("{}: {} is no limit; known: multiprocessors=N, memory_mb=N",
+      throw UserError(fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N",
                                   kLimitsVariable, in_quotes(limit)));
     }
   }

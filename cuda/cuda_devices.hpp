@@ -1,4 +1,4 @@
-// Which CUDA devices the program can compute on, and how much of one a backend may use.
+// The CUDA devices that the program can compute on, and how much of a device a backend may use.
 #pragma once
 
 #include <cstddef>
@@ -7,27 +7,27 @@
 
 namespace pf {
 
-// Devices that CUDA sees; 0 without a driver or a device. why: what CUDA said, when there is none.
+// Devices that CUDA sees; 0 without a driver or a device. why: receives the reason if there is none.
 int num_cuda_devices(std::string* why = nullptr);
 
-// Why the program cannot compute on the device, in one line with a way out; empty if it can. The device
-// becomes the current one.
+// The reason why the program cannot compute on the device, with a remedy, in one line; empty if it can. The
+// device becomes the current one.
 std::string cuda_device_obstacle(int device);
 
-// What of a device a backend uses: all of it, unless the environment variable PICKLEFLIGHT_DEVICE_LIMITS says
-// less, as "multiprocessors=4 memory_mb=500". That is how tests stand in for a smaller GPU.
+// Limits of a backend's use of a device. There are none, unless the environment variable
+// PICKLEFLIGHT_DEVICE_LIMITS sets some, as "multiprocessors=4 memory_mb=500"; tests use it for smaller GPUs.
 struct DeviceLimits {
   std::uint32_t num_multiprocessors = UINT32_MAX;
   std::size_t memory_bytes = SIZE_MAX;  // of all allocations together
 };
 
-// Throws UserError if the variable holds anything else.
+// Throws UserError if the variable has another format.
 DeviceLimits device_limits();
 
-// Multiprocessors of the current device that may be used.
+// Multiprocessors of the current device within the limits.
 std::uint32_t usable_multiprocessors();
 
-// Bytes of the current device's memory that are still free to be used.
+// Free bytes of the current device's memory within the limits.
 std::size_t usable_memory_bytes();
 
 }  // namespace pf

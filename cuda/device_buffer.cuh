@@ -1,4 +1,4 @@
-// Device memory with one owner, and page-locked host memory for what crosses over.
+// Owners of device memory, and of page-locked host memory for copies to and from it.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 namespace pf {
 
-// Uninitialised array on the current device; move-only. capacity() elements of T.
+// Uninitialised array of capacity() elements on the current device; move-only.
 template <class T>
 class DeviceBuffer {
  public:

@@ -1,4 +1,4 @@
-// What a kernel writes of a parcel for the renderer.
+// A parcel's entries in the renderer's buffers.
 #pragma once
 
 #include "backend/draw_buffers.hpp"

@@ -1,6 +1,10 @@
-// Which parcels may be near one: the loop over the cells that its search box covers.
+// Search for the parcels near a position: loops over the cells that a search box covers.
 #pragma once
 
+#if defined(__CUDACC__)
+#include "cuda/architecture.cuh"
+#endif
+#include "core/index.hpp"
 #include "model/grid.hpp"
 
 namespace pf {
@@ -16,33 +20,38 @@ struct DeviceSearch {
 
 #if defined(__CUDACC__)
 
-// Calls found(j, offset) for every parcel j but i within the distance whose square is filter_distance2 of
-// here. position: one for each parcel, in the order of the sort. kReadOnly: nothing writes it while the
-// kernel runs.
-// reach: that of the search box; from kHalfSide on, more than a box can hold, it is the whole world.
-// kLanes threads in a row may share one search: each sees its share of the candidates.
-template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Found>
-__device__ void search(const DeviceSearch& space, const Vec2i* position, Vec2i here, std::uint32_t i,
-                       std::int32_t reach, float filter_distance2, Found found) {
+struct SearchCircle {
+  Vec2i centre;
+  std::uint32_t self;  // parcel that is left out, or kInvalidIndex
+  std::int32_t reach;  // half side of the search box; from kHalfSide on the box is the whole world
+  float radius2;       // square of the circle's radius, position units
+};
+
+// Calls visit(j) for every parcel within the circle. position: num_parcels entries, in the order of the sort.
+// kReadOnly: no thread writes them while the kernel runs. kLanes consecutive threads may share one search;
+// each sees its share of the parcels.
+template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
+__device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
+                       Visit visit) {
   const unsigned lane = threadIdx.x % kLanes;
-  const auto visit = [&](std::uint32_t first, std::uint32_t last) {
+  const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
     for (std::uint32_t j = first + lane; j < last; j += kLanes) {
       const int2* from = reinterpret_cast<const int2*>(position) + j;
       const int2 there = kReadOnly ? __ldg(from) : *from;
-      const Vec2i offset = separation<kBoundary>(space.world, here, {there.x, there.y});
+      const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
       const float x = static_cast<float>(offset.x);
       const float y = static_cast<float>(offset.y);
-      if (x * x + y * y < filter_distance2 && j != i) found(j, offset);
+      if (x * x + y * y < circle.radius2 && j != circle.self) visit(j);
     }
   };
-  if (space.all_pairs || reach >= kHalfSide) {
-    visit(0, space.num_parcels);
+  if (space.all_pairs || circle.reach >= kHalfSide) {
+    visit_range(0, space.num_parcels);
   } else {
-    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, here, reach, visit);
+    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach, visit_range);
   }
 }
 
-// The cells of a search box by rows, for threads that share out their ranges of sorted parcels.
+// The cells of a search box by rows, for threads that share its ranges of sorted parcels among them.
 struct SearchBox {
   CellSpan x, y;
   unsigned num_ranges;
@@ -81,8 +90,39 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
   return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
 }
 
-// Finds of one thread's search, in its block's shared memory, kBlock threads wide: a warp works through them
-// together after the search instead of one by one inside it.
+// Calls visit(j) for every candidate of a box. Each half of a warp has a box of its own, or one without
+// ranges; its lanes share the candidates. Whole warps call it.
+template <class Visit>
+__device__ __forceinline__ void visit_box_by_half_warp(const DeviceSearch& space, const SearchBox& box,
+                                                       Visit visit) {
+  constexpr unsigned kHalf = 16, kWarp = 0xFFFFFFFFU;
+  const unsigned half_lane = threadIdx.x % kHalf;
+  const auto from_half = [](auto value, unsigned lane) { return __shfl_sync(kWarp, value, lane, kHalf); };
+  const unsigned max_ranges = warp_max(box.num_ranges);
+  for (unsigned base_range = 0; base_range < max_ranges; base_range += kHalf) {
+    const CandidateRange range = range_of(space, box, base_range + half_lane);
+    std::uint32_t end = range.count;  // of the range, if all of them are laid end to end
+    for (unsigned offset = 1; offset < kHalf; offset *= 2) {
+      const std::uint32_t before = __shfl_up_sync(kWarp, end, offset, kHalf);
+      if (half_lane >= offset) end += before;
+    }
+    const std::uint32_t num_candidates = warp_max(from_half(end, kHalf - 1));
+    const unsigned num_ranges = min(max_ranges - base_range, kHalf);
+    for (std::uint32_t base = 0; base < num_candidates; base += kHalf) {
+      const std::uint32_t k = base + half_lane;
+      std::uint32_t j = kInvalidIndex;
+      for (unsigned r = 0; r < num_ranges; ++r) {
+        const std::uint32_t r_end = from_half(end, r), r_count = from_half(range.count, r);
+        const std::uint32_t r_first = from_half(range.first, r);
+        if (k < r_end && k + r_count >= r_end) j = r_first + (k + r_count - r_end);
+      }
+      if (j != kInvalidIndex) visit(j);
+    }
+  }
+}
+
+// Results of one thread's search, in its block's shared memory, kBlock threads wide: a warp works through
+// them together after the search instead of one by one inside it.
 template <unsigned kBlock>
 struct NearList {
   static constexpr unsigned kMax = 12;
@@ -91,14 +131,14 @@ struct NearList {
   Space& space;
   unsigned num = 0;
 
-  // All are counted, the first kMost kept.
+  // All are counted; the first kMax are kept.
   __device__ void push(std::uint32_t j) {
     if (num < kMax) space[num][threadIdx.x] = j;
     ++num;
   }
   __device__ bool holds_all() const { return num <= kMax; }
   __device__ std::uint32_t operator[](unsigned k) const { return space[k][threadIdx.x]; }
-  // Keeps those that the predicate is true for.
+  // Keeps the parcels for which the predicate is true.
   template <class Predicate>
   __device__ void keep_if(Predicate predicate) {
     unsigned kept = 0;
@@ -110,8 +150,7 @@ struct NearList {
   }
 };
 
-// Up to four finds kept in registers, so that a warp's few are worked through together after its search
-// instead of one by one inside it.
+// The same for up to four results, in registers.
 struct FindList {
   static constexpr unsigned kMax = 4;
   std::uint32_t j0 = 0, j1 = 0, j2 = 0, j3 = 0;

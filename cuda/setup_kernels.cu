@@ -1,6 +1,8 @@
-#include "cuda/check.cuh"
-#include "model/measures.hpp"
 #include "cuda/setup_kernels.cuh"
+
+#include "cuda/check.cuh"
+#include "cuda/draw_parcel.cuh"
+#include "model/measures.hpp"
 
 namespace pf {
 namespace {
@@ -22,11 +24,7 @@ __global__ void draw_kernel(const World world, const ParcelPointers parcels, std
                             const DrawBuffers draw) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
-  const Vec2i position = parcels.position[i];
-  const Vec2f v = parcels.velocity[i];
-  draw.position_m[i] =
-      is_retired(position) ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position));
-  draw.speed_mps[i] = sqrtf(v.x * v.x + v.y * v.y);
+  draw_parcel(draw, world, i, parcels.position[i], parcels.velocity[i]);
 }
 
 __global__ void scatter_by_id_kernel(const ParcelPointers parcels, std::uint32_t n, Vec2i* position,

@@ -1,20 +1,21 @@
-// What a kernel counts, from thread to warp to block to the slots in global memory. Integers and extremes
-// only, so that the order does not matter.
+// Tallies of kernels, added up from threads to warps, blocks, and the slots in global memory. They are
+// integers and extremes only, so that order does not matter.
 #pragma once
 
 #include "cuda/architecture.cuh"
 #include "cuda/time_step/state.cuh"
+#include "model/tally.hpp"
 
 namespace pf {
 
-// The device's Tally: what is common stays in the thread's registers until the warp is reduced; rare events
-// go to the block's slot in shared memory at once.
+// Frequent values stay in the thread's registers until the warp is reduced; rare events go to the block's
+// slot in shared memory at once.
 struct DeviceTally {
   TallySlot* block;
   unsigned int num_collisions = 0;
   int impulse_sum = 0;
   float max_overlap = 0.0F;
-  unsigned int travel = 0;
+  unsigned int displacement = 0;
   float speed2 = 0.0F;
 
   __device__ inline void overlap(float diameters) { max_overlap = fmaxf(max_overlap, diameters); }
@@ -26,8 +27,8 @@ struct DeviceTally {
     atomicAdd(&block->ball_y, static_cast<unsigned long long>(hit.impulse_y));
     atomicAdd(&block->ball_torque, static_cast<unsigned long long>(hit.torque));
   }
-  __device__ inline void moved(std::int32_t moved_units, float new_speed2) {
-    travel = static_cast<unsigned int>(moved_units);
+  __device__ inline void moved(std::int32_t by_units, float new_speed2) {
+    displacement = static_cast<unsigned int>(by_units);
     speed2 = new_speed2;
   }
   __device__ inline void retired() { atomicAdd(&block->num_retired, 1U); }
@@ -36,14 +37,15 @@ struct DeviceTally {
     atomicMax(&block->first_invalid_id, ~id);
   }
 };
+static_assert(StepTally<DeviceTally>);
 
 // Adds the warp's tallies to the block's. All 32 threads must call it.
 __device__ inline void reduce_warp(const DeviceTally& tally, TallySlot& block) {
   const bool leads = threadIdx.x % 32 == 0;
-  const unsigned int travel = warp_max(tally.travel);
+  const unsigned int displacement = warp_max(tally.displacement);
   const unsigned int speed2 = warp_max(__float_as_uint(tally.speed2));
   if (leads) {
-    atomicMax(&block.max_displacement, travel);
+    atomicMax(&block.max_displacement, displacement);
     atomicMax(&block.max_speed2_bits, speed2);
   }
   if (!__any_sync(0xFFFFFFFFU, tally.max_overlap > 0.0F)) return;  // nothing touched
@@ -82,7 +84,7 @@ __device__ inline unsigned long long sum_over_warp(unsigned long long value) {
   return value;
 }
 
-// One slot a thread; the sum ends up in every thread.
+// Sum of the 32 threads' slots, in all of them.
 __device__ inline TallySlot sum_slots(const TallySlot& slot) {
   static_assert(kNumSlots == 32, "one warp reduces the slots");
   TallySlot sum;

@@ -5,55 +5,85 @@
 #include "cuda/check.cuh"
 
 namespace pf {
-namespace {
 
-float elapsed_ms(cudaEvent_t from, cudaEvent_t to) {
+EventMarks::EventMarks(std::size_t capacity) : events_(capacity) {
+  for (cudaEvent_t& event : events_) PF_CUDA(cudaEventCreate(&event));
+}
+
+EventMarks::~EventMarks() {
+  for (cudaEvent_t event : events_) cudaEventDestroy(event);
+}
+
+void EventMarks::record(cudaStream_t stream) {
+  if (num_ < events_.size()) PF_CUDA(cudaEventRecord(events_[num_++], stream));
+}
+
+void EventMarks::wait(std::size_t k) const { PF_CUDA(cudaEventSynchronize(events_[k])); }
+
+double EventMarks::elapsed_ms(std::size_t from, std::size_t to) const {
   float ms = 0.0F;
-  PF_CUDA(cudaEventElapsedTime(&ms, from, to));
-  return ms;
-}
-
-}  // namespace
-
-RequestTimer::RequestTimer() : sort_marks_(3 * kMaxSorts) {
-  PF_CUDA(cudaEventCreate(&begin_));
-  PF_CUDA(cudaEventCreate(&end_));
-  for (cudaEvent_t& event : sort_marks_) PF_CUDA(cudaEventCreate(&event));
-  for (cudaEvent_t& event : ball_marks_) PF_CUDA(cudaEventCreate(&event));
-}
-
-RequestTimer::~RequestTimer() {
-  cudaEventDestroy(begin_);
-  cudaEventDestroy(end_);
-  for (cudaEvent_t event : sort_marks_) cudaEventDestroy(event);
-  for (cudaEvent_t event : ball_marks_) cudaEventDestroy(event);
+  PF_CUDA(cudaEventElapsedTime(&ms, events_[from], events_[to]));
+  return static_cast<double>(ms);
 }
 
 void RequestTimer::begin(cudaStream_t stream) {
-  num_sort_marks_ = 0;
-  num_ball_marks_ = 0;
-  PF_CUDA(cudaEventRecord(begin_, stream));
+  for (EventMarks* marks : {&request_, &sorts_, &ball_, &stages_}) marks->clear();
+  num_stage_calls_ = 0;
+  request_.record(stream);
 }
 
-void RequestTimer::mark_sort(cudaStream_t stream) {
-  if (num_sort_marks_ < sort_marks_.size()) PF_CUDA(cudaEventRecord(sort_marks_[num_sort_marks_++], stream));
+void RequestTimer::mark_sort(cudaStream_t stream) { sorts_.record(stream); }
+
+void RequestTimer::mark_ball(cudaStream_t stream) { ball_.record(stream); }
+
+void RequestTimer::mark_stage(cudaStream_t stream) {
+  const std::size_t step = num_stage_calls_++ / 4;
+  if (step % kStepsPerMarked == 0) stages_.record(stream);
 }
 
-void RequestTimer::mark_ball(cudaStream_t stream) {
-  if (num_ball_marks_ < 2) PF_CUDA(cudaEventRecord(ball_marks_[num_ball_marks_++], stream));
+void RequestTimer::end(cudaStream_t stream) { request_.record(stream); }
+
+double RequestTimer::wait_ms() {
+  request_.wait(1);
+  return request_.elapsed_ms(0, 1);
 }
 
-void RequestTimer::end(cudaStream_t stream) { PF_CUDA(cudaEventRecord(end_, stream)); }
+PhaseTimes RequestTimer::sort_times() const {
+  PhaseTimes times;
+  for (std::size_t k = 0; k + 2 < sorts_.num(); k += 3) {
+    times[Phase::sort] += sorts_.elapsed_ms(k, k + 1);
+    times[Phase::grid] += sorts_.elapsed_ms(k + 1, k + 2);
+  }
+  return times;
+}
 
 PhaseTimes RequestTimer::times(std::uint32_t num_steps) {
-  PF_CUDA(cudaEventSynchronize(end_));
-  PhaseTimes times;
-  for (std::size_t k = 0; k + 2 < num_sort_marks_; k += 3) {
-    times[Phase::sort] += elapsed_ms(sort_marks_[k], sort_marks_[k + 1]);
-    times[Phase::grid] += elapsed_ms(sort_marks_[k + 1], sort_marks_[k + 2]);
+  const double total_ms = wait_ms();
+  PhaseTimes times = sort_times();
+  if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * num_steps;
+  times[Phase::collide_integrate] = std::max(0.0, total_ms - times.total());
+  return times;
+}
+
+PhaseTimes RequestTimer::exact_times(const unsigned long long* reconcile_ns) {
+  const double total_ms = wait_ms();
+  PhaseTimes times = sort_times();
+  const double steps_ms = std::max(0.0, total_ms - times.total());
+  PhaseTimes marked;
+  for (std::size_t k = 0; k + 3 < stages_.num(); k += 4) {
+    marked[Phase::predict] += stages_.elapsed_ms(k, k + 1);
+    marked[Phase::solve] += stages_.elapsed_ms(k + 1, k + 2);
+    marked[Phase::commit] += stages_.elapsed_ms(k + 2, k + 3);
   }
-  if (num_ball_marks_ == 2) times[Phase::ball] = elapsed_ms(ball_marks_[0], ball_marks_[1]) * num_steps;
-  times[Phase::collide_integrate] = std::max(0.0, elapsed_ms(begin_, end_) - times.total());
+  const double marked_ms = marked.total();
+  if (!(marked_ms > 0.0)) {  // no step, as with steps shorter than a tick
+    times[Phase::commit] = steps_ms;
+    return times;
+  }
+  for (const Phase stage : {Phase::predict, Phase::solve, Phase::commit})
+    times[stage] = marked[stage] * (steps_ms / marked_ms);
+  times[Phase::reconcile] = std::min(1e-6 * static_cast<double>(*reconcile_ns), times[Phase::solve]);
+  times[Phase::solve] -= times[Phase::reconcile];
   return times;
 }
 

@@ -3,36 +3,74 @@
 
 #include <cuda_runtime.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <nvtx3/nvtx3.hpp>
 #include <vector>
 
 #include "core/timing.hpp"
 
 namespace pf {
 
-// Events of one request, made once: begin and end, and three around each sort.
+// A range in a profiler's timeline, named like the phase.
+class PhaseRange {
+ public:
+  explicit PhaseRange(Phase phase) : range_(kPhaseNames[static_cast<std::size_t>(phase)]) {}
+
+ private:
+  nvtx3::scoped_range range_;
+};
+
+// CUDA events of a fixed number, made once and recorded in order. Beyond that number none is recorded.
+class EventMarks {
+ public:
+  explicit EventMarks(std::size_t capacity);
+  ~EventMarks();
+  EventMarks(const EventMarks&) = delete;
+  EventMarks& operator=(const EventMarks&) = delete;
+
+  void clear() { num_ = 0; }
+  std::size_t num() const { return num_; }
+  void record(cudaStream_t stream);
+  void wait(std::size_t k) const;
+  // Between two recorded events that the device has reached.
+  double elapsed_ms(std::size_t from, std::size_t to) const;
+
+ private:
+  std::vector<cudaEvent_t> events_;
+  std::size_t num_ = 0;
+};
+
 class RequestTimer {
  public:
-  RequestTimer();
-  ~RequestTimer();
-  RequestTimer(const RequestTimer&) = delete;
-  RequestTimer& operator=(const RequestTimer&) = delete;
-
   void begin(cudaStream_t stream);
   void mark_sort(cudaStream_t stream);  // before the keys, after the keys, after the gather
   void mark_ball(cudaStream_t stream);  // before and after one ball kernel
+  // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
+  // kStepsPerMarked is marked, since an event between short kernels costs as much as they do.
+  void mark_stage(cudaStream_t stream);
   void end(cudaStream_t stream);
-  // Waits for the end. The ball's time is that of the marked step times num_steps; sorts beyond the first
-  // kMaxSorts of a request are not marked and count as collide_integrate.
+
+  // Each of these waits for the end, and adds up to the time from begin to end.
+  // The ball's time is that of the marked step times num_steps. Sorts beyond the first kMaxSorts are not
+  // marked and count as collide_integrate.
   PhaseTimes times(std::uint32_t num_steps);
+  // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
+  // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.
+  PhaseTimes exact_times(const unsigned long long* reconcile_ns);
 
  private:
   static constexpr std::size_t kMaxSorts = 128;
-  cudaEvent_t begin_{}, end_{};
-  std::vector<cudaEvent_t> sort_marks_;  // 3 per sort
-  cudaEvent_t ball_marks_[2]{};
-  std::size_t num_sort_marks_ = 0;
-  int num_ball_marks_ = 0;
+  static constexpr std::size_t kStepsPerMarked = 8, kMaxMarkedSteps = 32;
+
+  double wait_ms();
+  PhaseTimes sort_times() const;
+
+  EventMarks request_{2};  // begin and end
+  EventMarks sorts_{3 * kMaxSorts};
+  EventMarks ball_{2};
+  EventMarks stages_{4 * kMaxMarkedSteps};
+  std::size_t num_stage_calls_ = 0;
 };
 
 }  // namespace pf

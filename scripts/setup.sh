@@ -1,10 +1,10 @@
 # Sourced by ./demo and ./check: packages, configuring, building. Sets `root`, the folder of the project.
 # shellcheck shell=bash
-# shellcheck disable=SC2034  # the lists are used by those who source this
+# shellcheck disable=SC2034  # the lists are used by the sourcing scripts
 
 root=$(cd -P "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 
-# Names of Debian's packages from 12 on. 'package:command': the command on the PATH will do as well.
+# Package names of Debian 12 and newer. 'package:command': the command on the PATH suffices as well.
 build_packages=(
   g++:c++ cmake:cmake ninja-build:ninja pkg-config:pkg-config
   python3-glad:glad                # writes the OpenGL loader while building
@@ -18,7 +18,8 @@ plot_packages=(
 )
 test_packages=(
   libgtest-dev python3:python3
-  xvfb:Xvfb xdotool:xdotool        # a window without a screen, and hands for it
+  xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
+  codespell:codespell              # misspelt words
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy
@@ -33,7 +34,7 @@ stop() {
   exit 1
 }
 
-# Those of the entries given that are not there, as package names, one per line.
+# Prints the names of missing packages among the given entries, one per line.
 missing_packages() {
   local installed entry
   installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "${@%%:*}" 2>/dev/null)
@@ -44,7 +45,7 @@ missing_packages() {
   done
 }
 
-# install_packages ENTRY...: what is missing of them; does nothing if all is there.
+# install_packages ENTRY...: installs those that are missing.
 install_packages() {
   local missing log as_root=()
   mapfile -t missing < <(missing_packages "$@")
@@ -59,7 +60,7 @@ install_packages() {
   log=$(mktemp)
   as_root+=(env DEBIAN_FRONTEND=noninteractive)
   local apt=("${as_root[@]}" apt-get -q -y -o DPkg::Lock::Timeout=300)
-  # An update that fails may be about another source of packages than the one needed.
+  # A failed update may concern a package source that is not needed.
   if ! { "${apt[@]}" update; "${apt[@]}" install --no-install-recommends "${missing[@]}"; } >"$log" 2>&1; then
     tail -n 15 "$log" >&2
     stop "The packages could not be installed (all of apt's output: $log). They are those of Debian 12 and
@@ -68,16 +69,16 @@ newer; older releases lack some. By hand: $command"
   rm -f "$log"
 }
 
-# ensure_packages PRESET ENTRY...: on systems without apt a tree that has been configured is taken as complete.
+# ensure_packages PRESET ENTRY...: installs missing packages. Without apt, a configured tree counts as complete.
 ensure_packages() {
   local preset=$1
   shift
   if command -v apt-get >/dev/null && command -v dpkg-query >/dev/null; then
     install_packages "$@"
   elif [[ ! -f $root/build/$preset/build.ninja ]]; then
-    stop "This system is neither Debian nor Ubuntu. Install what these packages of theirs hold:
+    stop "This system is neither Debian nor Ubuntu. Install the contents of these Debian packages:
   ${*%%:*}
-then configure once, in $root, and start this again:
+then configure once, in $root, and run this script again:
   cmake --preset $preset"
   fi
 }
@@ -86,14 +87,14 @@ nvcc_path() {
   command -v nvcc || { [[ -x /usr/local/cuda/bin/nvcc ]] && echo /usr/local/cuda/bin/nvcc; } || echo none
 }
 
-# Builds use ccache if it is there, also for a tree that lies elsewhere than the last one.
+# Builds use ccache if it is installed, with hits across trees in different folders.
 launchers=()
 if command -v ccache >/dev/null; then
   launchers=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_CUDA_COMPILER_LAUNCHER=ccache)
   export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 fi
 
-# configure PRESET: only if it was not done yet, the tree was moved, or nvcc came or went.
+# configure PRESET: only for a new or moved tree, or if nvcc appeared or disappeared.
 configure() {
   local preset=$1 folder=$root/build/$1 nvcc
   nvcc=$(nvcc_path)
@@ -111,13 +112,13 @@ configure() {
   echo "$nvcc" >"$folder/nvcc_path"
 }
 
-# with_tests PRESET: adds the tests to a build folder that lacks them; what is built in it stays.
+# with_tests PRESET: adds the tests to a build folder that lacks them, and keeps its build outputs.
 with_tests() {
   grep -qx 'BUILD_TESTING:BOOL=ON' "$root/build/$1/CMakeCache.txt" ||
     cmake -DBUILD_TESTING=ON "$root/build/$1" >&2 || stop "Configuring the tests failed; see above."
 }
 
-# build PRESET [TARGET...]: silent if there is nothing to do. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
+# build PRESET [TARGET...]: prints nothing if all is up to date. CMAKE_BUILD_PARALLEL_LEVEL limits the number of jobs.
 build() {
   local folder=$root/build/$1
   shift

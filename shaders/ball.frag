@@ -1,4 +1,4 @@
-// A pickleball from above: a lit sphere whose holes turn with it; one hole is marked so that the spin shows.
+// A pickleball from above: a lit sphere whose holes turn with it. One hole is marked to show the spin.
 in vec2 from_center;
 uniform float radius_px;
 uniform float angle;
@@ -6,7 +6,7 @@ out vec4 color;
 
 const float kPi = 3.14159265;
 
-// Coverage of a round hole whose centre is on the sphere at `middle`, seen foreshortened.
+// Coverage of a foreshortened round hole whose centre is at `middle` on the sphere.
 float hole(vec3 on_sphere, vec3 middle, float half_angle) {
   float away = acos(clamp(dot(on_sphere, middle), -1.0, 1.0)) - half_angle;
   return clamp(0.5 - away * radius_px * max(on_sphere.z, 0.3), 0.0, 1.0);

@@ -1,4 +1,4 @@
-// A plain floor with its frame, for worlds that are no court.
+// A plain floor with a frame, for worlds without a court.
 uniform vec2 half_size_m;
 uniform float grid_m;   // distance of the grid lines
 uniform int frame_kind; // 0 open: dashed, 1 walls: solid, 2 periodic: thin

@@ -1,11 +1,11 @@
-// The eye, shared by all programs. World in metres, pictures in pixels from the lower left corner.
+// The view, shared by all programs. The world is in metres, pictures in pixels from the lower left corner.
 layout(std140, binding = 0) uniform View {
   vec2 center_m;     // seen at anchor_px
   vec2 anchor_px;
   vec2 size_px;
   float m_per_px;
   float scale;       // pixels per layout pixel
-  float map_low;     // part of the colour map that is used
+  float map_low;     // used part of the colour map
   float map_high;
   float map_kind;    // 0 viridis, 1 cividis, 2 grey
   float light;       // 1: light theme
@@ -15,8 +15,8 @@ vec2 px_of(vec2 world_m) { return (world_m - view.center_m) / view.m_per_px + vi
 vec4 clip_of(vec2 px) { return vec4(px / view.size_px * 2.0 - 1.0, 0.0, 1.0); }
 
 // Sixth-order fits of viridis (van der Walt and Smith 2015) and cividis (Nunez, Anderton and Renslow 2018), and
-// grey. Lightness rises all the way in each, also for colour-blind eyes; the part that would not show on the floor
-// is left out. t in [0, 1], slow to fast. view/color_map.hpp holds the same text for the legend.
+// grey. Lightness increases monotonically in each, also for colour-blind eyes. The part that is invisible on the
+// floor is left out. t in [0, 1], slow to fast. view/color_map.hpp holds the same text for the legend.
 vec3 viridis(float t) {
   const vec3 c0 = vec3(0.2777273272, 0.0054073445, 0.3340998053);
   const vec3 c1 = vec3(0.1050930431, 1.4046135299, 1.3845901628);

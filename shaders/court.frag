@@ -1,5 +1,5 @@
-// A pickleball court seen from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft
-// apart (PHYSICS.md 4.1). Drawn once per view and kept as a picture.
+// A pickleball court from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft apart
+// (docs/physics.md, 'Court and ball'). It is drawn once per view and kept as a picture.
 out vec4 color;
 
 const float kFoot = 0.3048;
@@ -9,7 +9,7 @@ const float kZone = 7.0 * kFoot;
 const float kHalfLine = 0.0254;        // lines are 2 inches wide
 const float kHalfPosts = 11.0 * kFoot;
 
-// How much of the pixel at distance d [m] (negative inside) is covered.
+// Covered share of the pixel at distance d from an edge, m; negative inside.
 float cover(float d) { return clamp(0.5 - d / view.m_per_px, 0.0, 1.0); }
 
 float box(vec2 p, vec2 half_size) {
@@ -17,7 +17,7 @@ float box(vec2 p, vec2 half_size) {
   return length(max(q, 0.0)) + min(max(q.x, q.y), 0.0);
 }
 
-// Lines are never thinner than 1.2 px.
+// Lines are at least 1.2 px wide.
 float half_line() { return max(kHalfLine, 0.6 * view.m_per_px); }
 
 float lines(vec2 p) {

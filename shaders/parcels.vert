@@ -2,7 +2,7 @@
 layout(location = 0) in vec2 position_m;
 layout(location = 1) in float speed_mps;
 uniform float point_px;          // side of the square that is drawn
-uniform float per_color_mps;     // speed to place on the colour scale
+uniform float per_color_mps;     // position on the colour scale per speed
 uniform float alpha;
 out vec4 point_color;
 

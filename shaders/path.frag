@@ -1,7 +1,7 @@
 in vec3 ribbon;
 uniform float half_width_px;
 uniform vec4 path_color;
-uniform float dash_px;  // a dash and its gap; 0: solid
+uniform float dash_px;  // length of a dash plus gap; 0: solid
 uniform vec2 fade;  // alpha at the oldest and at the newest point
 out vec4 color;
 void main() {

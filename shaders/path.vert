@@ -1,4 +1,4 @@
-// A ribbon: two vertices per point of the line, pushed to either side by half the width.
+// A ribbon: two vertices per point of the line, displaced to either side by half the width.
 layout(location = 0) in vec2 position_m;
 layout(location = 1) in vec2 normal;   // unit, longer at corners
 layout(location = 2) in vec2 along;    // 0 at the oldest point to 1 at the newest; metres from the oldest

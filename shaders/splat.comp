@@ -1,10 +1,10 @@
-// Adds each parcel to its pixel, where many share one: a point each would cost far more than the physics.
+// Adds each parcel to its pixel. With many parcels per pixel, drawing points would cost far more than the physics.
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) readonly buffer Positions { vec2 position_m[]; };
 layout(std430, binding = 1) readonly buffer Speeds { float speed_mps[]; };
 layout(std430, binding = 2) buffer Pixels { uint pixel[]; };  // see splat.frag
 uniform uint num_parcels;
-uniform uint one_in;  // of how many parcels one is counted
+uniform uint one_in;  // one of this many parcels is counted
 uniform float per_color_mps;
 
 void main() {
@@ -12,6 +12,6 @@ void main() {
   if (i >= num_parcels) return;
   vec2 px = px_of(position_m[i]);
   if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, view.size_px))) return;
-  uint place = uint(clamp(speed_mps[i] * per_color_mps, 0.0, 1.0) * 63.0 + 0.5);
-  atomicAdd(pixel[uint(px.y) * uint(view.size_px.x) + uint(px.x)], (place << 13) | 1u);
+  uint level = uint(clamp(speed_mps[i] * per_color_mps, 0.0, 1.0) * 63.0 + 0.5);
+  atomicAdd(pixel[uint(px.y) * uint(view.size_px.x) + uint(px.x)], (level << 13) | 1u);
 }

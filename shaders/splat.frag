@@ -1,8 +1,8 @@
-// Counts as colours: what as many squares of `alpha` over each other would give, in the colour of their mean
-// speed. Leaves the counts at zero for the next frame.
+// Colours of the counts: as many overlaid squares of opacity `alpha` as counted, in the colour of their mean speed.
+// Resets the counts to zero for the next frame.
 //
-// A pixel holds a count in its low 13 bits and above it the sum of places on the colour scale, in 1/63 each;
-// 8191 parcels fit.
+// A pixel holds a count in its low 13 bits, and above it the sum of levels on the colour scale, in units of 1/63.
+// It has room for 8191 parcels.
 layout(std430, binding = 2) buffer Pixels { uint pixel[]; };
 uniform float alpha;
 uniform float one_in;

@@ -1,5 +1,5 @@
-// Joins all: command line, backend, simulation, stage. The only place that prints errors and picks exit
-// codes.
+// Main program: joins command line, backend, simulation and stage. Only this file prints errors and chooses
+// exit codes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "app/accuracy.hpp"
+#include "app/accuracy_table.hpp"
 #include "app/bench.hpp"
 #include "app/memory.hpp"
 #include "app/options.hpp"
@@ -33,7 +34,7 @@ namespace {
 
 void announce(const std::string& line) { fmt::print(stderr, "{}\n", line); }
 
-// Why there is no CUDA device to run on, or empty.
+// Reason why there is no CUDA device, or "".
 std::string cuda_obstacle() {
 #if PF_HAVE_CUDA
   std::string why;
@@ -65,7 +66,7 @@ std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device)
   return make_cpu_backend(static_cast<unsigned>(options.settings.threads));
 }
 
-// The device that GL draws on, so that buffers can be shared; 0 if GL does not say.
+// The device on which GL draws, so that buffers can be shared. 0 if unknown.
 int device_for(const GlContextInfo& info) {
 #if PF_HAVE_CUDA
   if (cuda_obstacle().empty()) return cuda_device_of_gl(info.cuda_device);
@@ -91,12 +92,12 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
-extern "C" void ask_to_stop(int) { stop_requested = true; }
+extern "C" void request_stop(int) { stop_requested = true; }
 
-// For what ends in order, with what it has so far; other commands just end.
-void end_in_order() {
-  std::signal(SIGINT, ask_to_stop);
-  std::signal(SIGTERM, ask_to_stop);
+// Lets a command finish its files on SIGINT and SIGTERM.
+void stop_gracefully() {
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
 }
 
 struct StageRun {
@@ -105,21 +106,26 @@ struct StageRun {
 };
 
 StageRun run_on_stage(const Options& options) {
-  end_in_order();
+  stop_gracefully();
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
   const std::unique_ptr<GlContext> context = open_stage_context(options, hooks);
-  std::unique_ptr<Backend> backend = choose_backend(options, device_for(context->info()));
+  const int device = device_for(context->info());
+  hooks.make_backend = [device](const std::string& name, std::int64_t threads) {
+    return name == "cuda" ? cuda_backend_on(device) : make_cpu_backend(static_cast<unsigned>(threads));
+  };
+  std::unique_ptr<Backend> backend = choose_backend(options, device);
   set_draw_target(options, *backend, hooks);
-  const std::string device = backend->device();
+  const std::string device_name = backend->device();
   const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
   Simulation simulation(options.settings, std::move(backend));
   if (may_fall_back) {
     simulation.set_fallback(
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
-  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(), device);
+  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(),
+                   device_name);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
@@ -138,7 +144,8 @@ int run(const Options& options) {
   return run.exit_code;
 }
 
-// The same frames without and with a film, in turn, so that a machine that changes its pace changes both.
+// Times the same frames without and with a film, in turn, so that a change of the machine's speed affects
+// both.
 StageRun bench_recording(const Options& options) {
   constexpr int kRounds = 3;
   Options without = options;
@@ -158,7 +165,7 @@ StageRun bench_recording(const Options& options) {
   return {exit_code, std::move(report)};
 }
 
-// Whole frames, offscreen, with all that a window shows; the panel if it is asked for.
+// Times whole frames, offscreen, with overlay and, if requested, panel.
 int bench_frames(Options options) {
   options.headless = true;
   options.record_panel = options.bench_panel;
@@ -173,7 +180,7 @@ int bench(const Options& options) {
   if (options.sweep) {
     const std::string obstacle = cuda_obstacle();
     if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
-    end_in_order();
+    stop_gracefully();
     return run_sweep(options, obstacle, stop_requested);
   }
   if (options.bench_frames > 0) return bench_frames(options);
@@ -188,7 +195,7 @@ int bench(const Options& options) {
   return 0;
 }
 
-// 1 if a row fails.
+// Returns 1 if a row fails.
 int validate(const Options& options) {
   const ValidationPlan plan = {options.lab.quick};
   fmt::print("{}\n", table_head());
@@ -201,15 +208,15 @@ int validate(const Options& options) {
   return result["passed"].get<bool>() ? 0 : 1;
 }
 
-// The CPU, and the CUDA device where it is asked for: series of their own.
+// Measures a series on the CPU and, if requested, one on the CUDA device.
 int lab(const Options& options) {
   if (options.lab.study == "plot") return plot_lab(options.lab.out);
   if (options.lab.study == "validate" && options.lab.out.empty()) return validate(options);
-  end_in_order();
+  stop_gracefully();
   std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
   const std::string obstacle = options.cuda ? cuda_obstacle() : "";
   if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
-  if (!obstacle.empty()) announce("--cuda: " + obstacle + "; the CPU alone is measured");
+  if (!obstacle.empty()) announce("--cuda: " + obstacle + "; only the CPU is measured");
   if (options.cuda && obstacle.empty()) devices.push_back({"cuda", [] { return cuda_backend_on(0); }});
   return run_lab(options.lab, devices, stop_requested);
 }
@@ -221,7 +228,7 @@ int list() {
   return 0;
 }
 
-// Method, time step and parcels by the accuracy asked for, said before the run.
+// Chooses method, time step and parcels by --accuracy, and prints the choice.
 void choose_settings(Options& options) {
   if (options.accuracy.error <= 0.0) return;
   const std::string backend = options.cuda && cuda_obstacle().empty() ? "cuda" : "cpu";
@@ -268,7 +275,7 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "pickleflight: out of memory; give fewer parcels (-p) or a smaller --size\n");
     return 3;
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "pickleflight: the system refuses (threads, files): {}; give fewer --threads\n",
+    fmt::print(stderr, "pickleflight: a system call failed (threads, files): {}; give fewer --threads\n",
                error.what());
     return 3;
   }

@@ -1,175 +1,100 @@
-// Method `exact` on the device: what those that solve clusters share.
+// Method `exact` on the device: clusters, which are sets of parcels whose events depend on each other.
 #pragma once
 
-#include <cooperative_groups.h>
+#include "cuda/exact/step_context.cuh"
 
-#include "cuda/architecture.cuh"
-#include "cuda/draw_parcel.cuh"
-#include "cuda/exact/step_state.cuh"
+namespace pf::cuda {
 
-namespace pf {
-
-namespace cg = cooperative_groups;
-
-constexpr unsigned kExactBlock = 256;
-constexpr unsigned kWholeWarp = 0xFFFFFFFFU;
-constexpr float kAbove = 1.0F + 1e-5F;  // more than the roundings of a bound in float
-
-__device__ inline Trajectory trajectory_of(const ExactArrays& a, std::uint32_t i) {
-  return {a.trajectories.position[i], a.trajectories.velocity[i], a.trajectories.tick[i]};
+__device__ inline Cluster& cluster_of(const StepContext& step, std::uint32_t cluster) {
+  const StepMemory& memory = step.memory;
+  if (cluster == kBallCluster)
+    return memory.clusters[static_cast<std::size_t>(memory.num_slices) * memory.member_capacity];
+  return memory.clusters[memory.member_slot[cluster]];
 }
 
-template <class Real>
-__device__ std::int32_t saturated(Real units) {
-  return static_cast<std::int32_t>(units < Real{1.0e9} ? units : Real{1.0e9});
-}
-
-// Square of a distance, as the filter of a search: a little above it, whatever float makes of it.
-__device__ inline float filter_of(double distance) {
-  return static_cast<float>(distance * distance * (1.0 + 1e-5));
-}
-
-template <Boundary kBoundary>
-__device__ bool is_near_ball(const World& world, const ExactState& state, Vec2i present) {
-  const Vec2i from = separation<kBoundary>(world, state.ball_centre, present);
-  const long long x = from.x, y = from.y;
-  return (x < 0 ? -x : x) <= state.ball_reach && (y < 0 ? -y : y) <= state.ball_reach;
-}
-
-__device__ inline void keep_collision(Event& best, std::uint32_t tick, std::uint32_t j,
-                                    const std::uint32_t* id) {
-  if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id[j]});
-}
-
-__device__ inline std::uint32_t load_fresh(const std::uint32_t* word) {
-  return *const_cast<const volatile std::uint32_t*>(word);
-}
-
-__device__ inline ClusterRecord& record_of(const ExactArrays& a, std::uint32_t cluster) {
-  if (cluster == kBallCluster) return a.records[static_cast<std::size_t>(a.num_slices) * a.member_capacity];
-  return a.records[a.member_slot[cluster]];
+__device__ inline void start_cluster(Cluster& cluster, std::uint32_t name) {
+  cluster = {};
+  cluster.members = cluster.merged = kInvalidIndex;
+  cluster.parent = name;
+  cluster.reassigned = kInvalidIndex;
 }
 
 // The cluster that absorbed this one, or itself.
-__device__ inline std::uint32_t holder_of(const ExactArrays& a, std::uint32_t cluster) {
+__device__ inline std::uint32_t holder_of(const StepContext& step, std::uint32_t cluster) {
   if (cluster == kBallCluster) return cluster;
-  const ClusterRecord& record = record_of(a, cluster);
-  return record.members == kInvalidIndex ? record.parent : cluster;
+  const Cluster& it = cluster_of(step, cluster);
+  return it.members == kInvalidIndex ? it.parent : cluster;
 }
 
-// Sets of clusters as trees; the lowest name is the root.
-__device__ inline std::uint32_t find_root(const ExactArrays& a, std::uint32_t cluster) {
+// Sets of clusters as trees. The root is the one with the lowest name.
+__device__ inline std::uint32_t find_root(const StepContext& step, std::uint32_t cluster) {
   while (true) {
-    const std::uint32_t next = load_fresh(&record_of(a, cluster).parent);
+    const std::uint32_t next = load_fresh(&cluster_of(step, cluster).parent);
     if (next == cluster) return cluster;
     cluster = next;
   }
 }
-__device__ inline void union_sets(const ExactArrays& a, std::uint32_t p, std::uint32_t q) {
+
+__device__ inline void union_sets(const StepContext& step, std::uint32_t p, std::uint32_t q) {
   while (true) {
-    p = find_root(a, p);
-    q = find_root(a, q);
+    p = find_root(step, p);
+    q = find_root(step, q);
     if (p == q) return;
     const std::uint32_t low = p < q ? p : q, high = p < q ? q : p;
-    if (atomicCAS(&record_of(a, high).parent, high, low) == high) return;
+    if (atomicCAS(&cluster_of(step, high).parent, high, low) == high) return;
   }
 }
 
-// Counts of a block's items in its segments; and whether it solves the rest alone: 0 or 1.
-struct BlockCounts {
-  std::uint32_t members, segments, neighbour_pairs;
-  std::uint32_t alone;
+// Representative of the cluster of parcel i. Earliest events lead from parcel to parcel, each to an earlier
+// event, and end at two parcels that are each other's partners, or at one whose event needs no other parcel.
+__device__ inline std::uint32_t representative_of(const StepMemory& memory, std::uint32_t i) {
+  while (true) {
+    const std::uint32_t partner = memory.event_partner[i];
+    if (!is_parcel(partner)) return i;
+    if (memory.event_partner[partner] == i) return i < partner ? i : partner;
+    i = partner;
+  }
+}
+
+// Makes parcel i a member of a cluster that solve_kernel solves.
+__device__ inline void join_cluster(const StepContext& step, std::uint32_t i, std::uint32_t representative) {
+  const StepMemory& memory = step.memory;
+  const std::uint32_t slot = memory.member_slot[i];
+  memory.owner[i] = representative;
+  memory.members[slot].index = i;
+  memory.members[slot].next = atomicExch(&memory.list_head[representative], slot);
+  if (representative != i) return;
+  start_cluster(memory.clusters[slot], i);
+  // There is room: active parcels are no fewer.
+  memory.representatives.items[atomicAdd(&step.state.num_representatives, 1U)] = i;
+}
+
+// Representatives of pairs, shared by a block's threads: two active parcels that are each other's partners.
+struct PairSpace {
+  std::uint32_t representatives[kExactBlock];
+  std::uint32_t num_representatives;
 };
 
-// Clusters that have to be solved as one, or one of them by a whole block.
-__device__ inline void add_conflict(const ExactArrays& a, const BlockCounts& counts, ExactState& state,
-                                    std::uint32_t p, std::uint32_t q) {
-  const std::uint32_t place = atomicAdd(&state.num_conflicts[counts.alone], 1U);
-  if (place < a.conflict_capacity) {
-    a.conflicts[place] = {p, q};
-  } else {
-    state.solve_failed = 1;
-  }
-}
-
-// A parcel as it is at the begin of the step.
-__device__ inline ClusterMember member_at_start(const ExactArrays& a, std::uint32_t i) {
-  ClusterMember now;
-  now.index = i;
-  now.id = a.trajectories.id[i];
-  now.trajectory = trajectory_of(a, i);
-  const std::uint32_t partner = a.event_partner[i];
-  now.event = {a.event_tick[i], partner, is_parcel(partner) ? a.trajectories.id[partner] : partner};
-  now.last_contact_tick = a.trajectories.last_contact_tick ? a.trajectories.last_contact_tick[i] : 0U;
-  now.next = kInvalidIndex;
-  now.segments = kInvalidIndex;
-  now.fastest_mps = sqrtf(dot(now.trajectory.velocity, now.trajectory.velocity)) * (1.0F + 1e-6F);
-  now.has_changed = 0;
-  return now;
-}
-
-// A tick of the step, in ticks of the reference speed.
-__device__ inline std::uint64_t since_reset(const ExactState& state, std::uint32_t tick) {
-  return state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.tick_exponent);
-}
-
-// A load that starts where it stands in the program, not where its value is needed.
-__device__ __forceinline__ std::uint32_t load_early(const std::uint32_t* from) {
-  std::uint32_t value;
-  asm volatile("ld.global.u32 %0, [%1];" : "=r"(value) : "l"(from) : "memory");
-  return value;
-}
-__device__ __forceinline__ double load_early(const double* from) {
-  double value;
-  asm volatile("ld.global.f64 %0, [%1];" : "=d"(value) : "l"(from) : "memory");
-  return value;
-}
-
-// The constants of the step in hand: most are the launch's.
-__device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
-  const ExactConstants& plan = launch.state->plan;
-  ExactConstants c = launch.constants;
-  c.plan.start = load_early(&plan.begin);
-  c.plan.length = load_early(&plan.length);
-  c.plan.max_speed_mps = load_early(&plan.max_speed_mps);
-  c.plan.ball = plan.ball;
-  c.plan.units_per_tick = plan.units_per_tick;
-  c.plan.min_separation_speed_mps = plan.min_separation_speed_mps;
-  c.plan.contact_duration_ticks = plan.contact_duration_ticks;
-  return c;
-}
-
-// Notes parcels of two clusters that are near each other.
-__device__ __forceinline__ void add_neighbour_pair(const ExactArrays& a, BlockCounts& counts, ExactState& state,
-                                           std::uint32_t i, std::uint32_t j) {
-  const std::uint32_t place = atomicAdd(&counts.neighbour_pairs, 1U);
-  if (place < a.neighbour_pair_capacity) {
-    a.neighbour_pairs[static_cast<std::size_t>(blockIdx.x) * a.neighbour_pair_capacity + place] = {i, j};
-  } else {
-    state.solve_failed = 1;
-  }
-}
-
-// A member goes on along `now` from an event at `tick` on; the line before, if an event led to that too, is
-// kept.
-__device__ __forceinline__ void set_trajectory(const ExactArrays& a, BlockCounts& counts, ExactState& state,
-                                            const Trajectory& now, std::uint32_t tick, ClusterMember& it,
-                                            EventSums& sum) {
-  if (it.has_changed) {
-    const std::uint32_t place = atomicAdd(&counts.segments, 1U);
-    if (place < a.segment_capacity) {
-      const std::uint32_t at = blockIdx.x * a.segment_capacity + place;
-      a.segments[at] = {it.trajectory, tick, it.segments};
-      it.segments = at;
-    } else {
-      state.solve_failed = 1;
+// Second stage of a step: forms the clusters of at most kExactBlock active parcels of a slice, from `first`
+// on. Those that are a pair are put into `pairs`. All threads of the block call it.
+__device__ inline void form_clusters(const StepContext& step, std::uint32_t slice, std::uint32_t first,
+                                     std::uint32_t num_active, PairSpace& pairs) {
+  const StepMemory& memory = step.memory;
+  __syncthreads();
+  if (threadIdx.x == 0) pairs.num_representatives = 0;
+  __syncthreads();
+  const std::uint32_t k = first + threadIdx.x;
+  if (k < num_active) {
+    const std::uint32_t i = memory.active.items[static_cast<std::size_t>(slice) * memory.active.capacity + k];
+    const std::uint32_t partner = memory.event_partner[i];
+    const bool is_pair = is_parcel(partner) && memory.event_partner[partner] == i;
+    if (!is_pair) {
+      join_cluster(step, i, representative_of(memory, i));
+    } else if (i < partner) {
+      pairs.representatives[atomicAdd(&pairs.num_representatives, 1U)] = i;
     }
   }
-  const float speed2 = dot(now.velocity, now.velocity);
-  it.trajectory = now;
-  it.has_changed = 1;
-  it.fastest_mps = fmaxf(it.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
-  sum.fastest2 = fmaxf(sum.fastest2, speed2);
+  __syncthreads();
 }
 
-}  // namespace pf
+}  // namespace pf::cuda

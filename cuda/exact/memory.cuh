@@ -1,56 +1,72 @@
-// Method `exact` on the device from step to step, the host's part: buffers, when steps end, what to launch.
+// Method `exact` on the device: all memory of its steps.
+//
+// Lists of clusters have buffers of their own. Arrays with an entry for each parcel lie, beside the parcels'
+// own, in arrays that a sort needs and steps do not: those that the last sort gathered from (`next`), and its
+// keys. Names are those of StepMemory; bytes are per parcel.
+//
+//   array                      bytes  holds, from the end of a sort to the start of the next one
+//   current.position               8  trajectories.position: anchors
+//   current.velocity               8  trajectories.velocity
+//   current.id                     4  trajectories.id
+//   current.tick                   4  trajectories.tick
+//   current.last_contact_tick      4  trajectories.last_contact_tick; allocated with a contact duration only
+//   next.position                  8  positions[0]
+//   next.velocity                  8  positions[1], as Vec2i
+//   next.id                        4  member_slot
+//   next.tick                      4  list_head
+//   next.last_contact_tick         4  nothing
+//   cell_sort keys[0]              4  event_tick
+//   cell_sort keys[1]              4  event_partner
+//   cell_sort indices[0]           4  owner
+//   cell_sort indices[1]           4  nothing
+//
+// A sort starts with launch_write_keys, which reads the positions at the step's start. The gather then reads
+// `current` and writes `next`, and the two change places. The sort ends with launch_locate, which computes
+// the positions anew. Besides trajectories and positions, nothing in the table outlives a step.
 #pragma once
 
-#include "backend/backend.hpp"
+#include "cuda/cell_sort.cuh"
 #include "cuda/device_buffer.cuh"
-#include "cuda/exact/step_state.cuh"
+#include "cuda/exact/kernels.cuh"
+#include "cuda/parcel_arrays.cuh"
 
-namespace pf {
+namespace pf::cuda {
 
 class ExactMemory {
  public:
-  // Whether the parcels' positions are anchors of lines.
-  bool active() const { return is_active_; }
-  void reset_time();
-  void forget() { is_active_ = false; }
-
-  // Makes room; what the clusters need is kept until more parcels need more.
+  // Makes room for the lists of num_parcels; keeps what it has if that is for as many. The run's state is
+  // kept.
   void reserve(std::uint32_t num_parcels);
   std::uint32_t reserved() const { return reserved_; }
   std::size_t bytes() const;
-  // Beside the ticks, which lie with the parcels: members and records of clusters, active parcels and
-  // leaders, lines, pairs of neighbours, and what is near the ball.
-  static constexpr double kBytesPerParcel = 8.0 + 44.0 + 2.0 + 2.0 + 2.0 + 1.0;
+  // Members and clusters, active parcels and representatives, segments, pairs of neighbours, parcels near the
+  // ball; and the ticks of current and next.
+  static constexpr double kBytesPerParcel = 44.0 + 2.0 + 2.0 + 2.0 + 1.0 + 8.0;
 
-  // `free`: arrays of as many parcels that the last sort left. scratch: three arrays. Completes a launch's
-  // arrays.
-  struct Memory {
-    ParcelPointers trajectories, free;
-    std::uint32_t* scratch[3];
-  };
-  void complete(const Memory& memory, ExactLaunch& launch) const;
-
-  void enter(const ExactLaunch& launch, cudaStream_t stream);
-  // Ticks at which the steps of a request end, the present one first.
-  std::vector<std::uint64_t> plan(const StepRequest& request, double tick_s);
+  // The table above.
+  StepMemory lay_out(const DeviceParcels& current, const DeviceParcels& next,
+                     const DeviceCellSort& cell_sort) const;
+  // Where positions[buffer] lies.
+  static Vec2i* positions(const DeviceParcels& next, std::uint32_t buffer);
 
   ExactState* state() const { return state_.data(); }
 
  private:
-  bool is_active_ = false;
-  double time_s_ = 0.0;
-  std::uint64_t now_ = 0;
-  std::uint32_t reserved_ = 0;
+  void choose_capacities(std::uint32_t num_parcels);
+
+  std::uint32_t reserved_ = 0;  // parcels
   std::uint32_t num_slices_ = 0;
-  std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0, neighbour_pair_capacity_ = 0;
+  // Items in a slice.
+  std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0,
+                neighbour_pair_capacity_ = 0;
   DeviceBuffer<std::uint32_t> active_, representatives_, near_ball_, todo_;
   DeviceBuffer<SliceCounts> counts_;
-  DeviceBuffer<ClusterMember> members_;
-  DeviceBuffer<ClusterRecord> records_;
+  DeviceBuffer<Member> members_;
+  DeviceBuffer<Cluster> clusters_;
   DeviceBuffer<TrajectorySegment> segments_;
   DeviceBuffer<uint2> neighbour_pairs_, conflicts_;
   DeviceBuffer<BallTrajectorySegment> ball_segments_;
   DeviceBuffer<ExactState> state_{1};
 };
 
-}  // namespace pf
+}  // namespace pf::cuda

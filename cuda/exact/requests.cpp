@@ -1,90 +1,91 @@
-// Method `exact` on the CUDA backend: what the host launches.
+// Requests of method `exact` on the CUDA backend.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <nvtx3/nvtx3.hpp>
 
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
-#include "model/time_step.hpp"
 
 namespace pf {
 namespace {
 
+using cuda::ExactLaunch;
+using cuda::ExactMemory;
+using cuda::ExactState;
+
 // As for the time-stepped methods, in contact distances; measured on an H200, see docs/exact.md.
 constexpr double kCellWidth = 2.5;
 constexpr double kWidestReach = 3.0;
-// Within a request parcels may become faster than they were when it was submitted: what they travel, position
-// units, must stay far below kLongestReach, or steps become as short as a tick.
-constexpr double kFarthest = kMaxReach / 64.0;
-constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit them
+// Within a request parcels may become faster than they were when it was submitted. Their displacement since
+// the sort, position units, must stay far below kMaxReach, or steps become as short as a tick.
+constexpr double kMaxSortDisplacement = kMaxReach / 64.0;
+constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
+constexpr double kDisplacementRounding = 3.0;    // position units a step
 
 }  // namespace
 
-// Where the parcels are: anchors of lines in method exact, else their positions.
-ParcelPointers CudaBackend::present_parcels() const {
+ParcelPointers CudaBackend::current_parcels() const {
   ParcelPointers parcels = current_.pointers();
-  if (exact_.active()) {
-    parcels.position =
-        host_exact_->current_buffer == 0 ? next_.position.data() : reinterpret_cast<Vec2i*>(next_.velocity.data());
-  }
+  if (exact_.active()) parcels.position = ExactMemory::positions(next_, host_exact_->current_buffer);
   return parcels;
 }
 
-void CudaBackend::make_room_for_exact(bool with_clock) {
-  const bool has_ticks = current_.tick.capacity() == capacity_;
-  const bool has_clocks = !with_clock || current_.last_contact_tick.capacity() == capacity_;
-  if (!has_ticks || !has_clocks || num_parcels_ != exact_.reserved()) {
-    const auto free_bytes = static_cast<double>(usable_memory_bytes());
-    const double needed = (ExactMemory::kBytesPerParcel + (with_clock ? 8.0 : 0.0)) * capacity_;
-    if (needed > 0.95 * free_bytes) {
-      throw UserError(fmt::format(
-          "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}",
-          needed * 1e-9, num_parcels_, free_bytes * 1e-9, device_name_));
-    }
-  }
-  for (Parcels* parcels : {&current_, &next_}) {
-    if (parcels->tick.capacity() != capacity_) parcels->tick = DeviceBuffer<std::uint32_t>(capacity_);
-    if (with_clock && parcels->last_contact_tick.capacity() != capacity_)
-      parcels->last_contact_tick = DeviceBuffer<std::uint32_t>(capacity_);
-    if (!with_clock) parcels->last_contact_tick = {};
-  }
-  exact_.reserve(num_parcels_);
+void CudaBackend::check_room_for_exact(bool with_contact_ticks) const {
+  const auto free_bytes = static_cast<double>(usable_memory_bytes());
+  const double needed = (ExactMemory::kBytesPerParcel + (with_contact_ticks ? 8.0 : 0.0)) * capacity_;
+  if (needed <= 0.95 * free_bytes) return;
+  throw UserError(fmt::format(
+      "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}",
+      needed * 1e-9, num_parcels_, free_bytes * 1e-9, device_name_));
 }
 
-ExactLaunch CudaBackend::plan_exact(const StepRequest& request) const {
+void CudaBackend::make_room_for_exact(bool with_contact_ticks) {
+  const bool has_ticks = current_.tick.capacity() == capacity_;
+  const bool has_contact_ticks = !with_contact_ticks || current_.last_contact_tick.capacity() == capacity_;
+  if (!has_ticks || !has_contact_ticks || num_parcels_ != exact_memory_.reserved())
+    check_room_for_exact(with_contact_ticks);
+  for (DeviceParcels* parcels : {&current_, &next_}) {
+    if (parcels->tick.capacity() != capacity_) parcels->tick = DeviceBuffer<std::uint32_t>(capacity_);
+    if (with_contact_ticks && parcels->last_contact_tick.capacity() != capacity_)
+      parcels->last_contact_tick = DeviceBuffer<std::uint32_t>(capacity_);
+    if (!with_contact_ticks) parcels->last_contact_tick = {};
+  }
+  exact_memory_.reserve(num_parcels_);
+}
+
+cuda::StepMemory CudaBackend::lay_out_exact() const {
+  return exact_memory_.lay_out(current_, next_, cell_sort_);
+}
+
+ExactLaunch CudaBackend::exact_launch(const StepRequest& request) const {
   ExactLaunch launch;
-  launch.constants = make_exact_constants(physics_, request.contact_clock_s);
+  launch.run = make_run_constants(physics_, request.contact_clock_s);
   launch.space = {physics_.world, grid_, cell_sort_.cell_start(), num_parcels_,
-                  request.neighbors == Neighbors::all_pairs || needs_all_pairs(launch.constants)};
+                  request.neighbors == Neighbors::all_pairs || needs_all_pairs(launch.run)};
+  launch.memory = lay_out_exact();
+  launch.state = exact_memory_.state();
   launch.step_state = state_.data();
   launch.slots = slots_.data();
-  exact_.complete({current_.pointers(),
-                   next_.pointers(),
-                   {cell_sort_.scratch(0), cell_sort_.scratch(1), cell_sort_.scratch(2)}},
-                  launch);
   return launch;
 }
 
-// What another method, or a larger radius, left overlapping is pushed apart first, as the CPU backend does
-// it.
+// Overlaps that another method, or a larger radius, left are pushed apart first, as on the CPU backend.
 void CudaBackend::push_out(const StepRequest& request) {
   constexpr int kMaxSweeps = 50;
   const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
-  const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
+  const auto max_overlap = static_cast<float>(kRoundingMargin / constants.contact_distance);
   const StepState before = read_state();
   float overlap = 0.0F;
-  int sweeps = 0;
+  int num_sweeps = 0;
   do {
     StepLaunch launch = plan_launch(constants, request);
-    launch.method = Method::exact;
     timer_.begin(stream_);
     sort(constants);
     launch_begin_request(constants, state_.data(), slots_.data(), stream_);
-    step(launch, false);
+    step(launch, launch_push_out, false);
     overlap = read_state().totals.max_overlap;
-  } while (overlap > enough && ++sweeps < kMaxSweeps);
+  } while (overlap > max_overlap && ++num_sweeps < kMaxSweeps);
   StepState after = read_state();
   after.step = before.step;
   after.ball = before.ball;
@@ -94,7 +95,7 @@ void CudaBackend::push_out(const StepRequest& request) {
 void CudaBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts && num_parcels_ > 0) push_out(request);
   make_room_for_exact(request.contact_clock_s > 0.0);
-  exact_.enter(plan_exact(request), stream_);
+  exact_.enter(exact_launch(request), stream_);
   read_exact_state();
   expected_displacement_ = 0;
   sorted_ = false;
@@ -105,94 +106,122 @@ void CudaBackend::stop_exact() {
   if (!exact_.active()) return;
   StepRequest request;
   request.method = Method::exact;
-  launch_exact_copy_positions(plan_exact(request), current_.position.data(), stream_);
+  cuda::launch_copy_positions(exact_launch(request), current_.position.data(), stream_);
   PF_CUDA(cudaStreamSynchronize(stream_));
-  exact_.forget();
+  exact_.leave();
   sorted_ = false;
   keys_are_written_ = false;
 }
 
-void CudaBackend::sort_exact(ExactLaunch& launch) {
-  const double contact = launch.constants.step.contact_distance;
-  grid_ = choose_grid(physics_.world, num_parcels_, kCellWidth * contact, kDeviceCellsPerParcel);
-  launch.space.grid = grid_;
-  timer_.mark_sort(stream_);
-  {
-    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::sort)]);
-    launch_exact_write_keys(launch, cell_sort_.keys_to_write(), stream_);
-    cell_sort_.sort_keys(grid_, num_parcels_, stream_);
-  }
-  timer_.mark_sort(stream_);
-  {
-    const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::grid)]);
-    cell_sort_.gather(grid_, current_.pointers(), next_.pointers(), num_parcels_, stream_);
-    std::swap(current_, next_);
-    exact_.complete({current_.pointers(),
-                     next_.pointers(),
-                     {cell_sort_.scratch(0), cell_sort_.scratch(1), cell_sort_.scratch(2)}},
-                    launch);
-    launch_exact_locate(launch, stream_);
-  }
-  timer_.mark_sort(stream_);
-  expected_displacement_ = 0;
-  sorted_ = true;
-}
-
 const ExactState& CudaBackend::read_exact_state() {
-  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_.state(), sizeof(ExactState), cudaMemcpyDeviceToHost,
-                          stream_));
+  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_memory_.state(), sizeof(ExactState),
+                          cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
   return *host_exact_;
 }
 
+void CudaBackend::sort_exact(ExactLaunch& launch) {
+  const double contact = launch.run.contact_distance;
+  grid_ = choose_grid(physics_.world, num_parcels_, kCellWidth * contact, kDeviceCellsPerParcel);
+  launch.space.grid = grid_;
+  timer_.mark_sort(stream_);
+  {
+    const PhaseRange range(Phase::sort);
+    cuda::launch_write_keys(launch, cell_sort_.keys_to_write(), stream_);
+    cell_sort_.sort_keys(grid_, num_parcels_, stream_);
+  }
+  timer_.mark_sort(stream_);
+  {
+    const PhaseRange range(Phase::grid);
+    cell_sort_.gather(grid_, current_.pointers(), next_.pointers(), num_parcels_, stream_);
+    std::swap(current_, next_);
+    launch.memory = lay_out_exact();
+    cuda::launch_locate(launch, stream_);
+  }
+  timer_.mark_sort(stream_);
+  expected_displacement_ = 0;
+  exact_steps_since_sort_ = 0;
+  sorted_ = true;
+  ++submitted_.num_sorts;
+}
+
+CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const StepRequest& request) {
+  const TickScale& ticks = run.reference_ticks;
+  ExactRequest plan;
+  plan.ends = exact_.plan_ends(request, ticks.tick_s);
+  plan.searches = physics_.parcels.contacts && !needs_all_pairs(run) && num_parcels_ > 0;
+  plan.displacement = host_exact_->progress.fastest_mps * ticks.units_per_tick * request.dt_s / ticks.tick_s;
+  const double widest = (kWidestReach - 1.0) * run.contact_distance;
+  // Parcels that move too far in a step are sorted again on its way; the host then waits for each part of it.
+  plan.sorts_within = plan.searches && 2.0 * plan.displacement > widest;
+  plan.sort_displacement =
+      std::min(plan.sorts_within ? 0.5 * widest : widest - 2.0 * plan.displacement, kMaxSortDisplacement);
+  return plan;
+}
+
+bool CudaBackend::exact_sort_is_due(const ExactRequest& plan) const {
+  if (!plan.searches) return false;
+  const bool moved_far =
+      expected_displacement_ > 0 && static_cast<double>(expected_displacement_) > plan.sort_displacement;
+  const bool hit_often = physics_.ball.exists && exact_steps_since_sort_ >= kMaxStepsUnsorted;
+  return !sorted_ || moved_far || hit_often;
+}
+
+void CudaBackend::launch_exact_stages(const ExactLaunch& launch) {
+  using LaunchStage = void (*)(const ExactLaunch&, cudaStream_t);
+  const auto run_stage = [&](Phase phase, LaunchStage launch_stage) {
+    const PhaseRange range(phase);
+    launch_stage(launch, stream_);
+    timer_.mark_stage(stream_);
+  };
+  timer_.mark_stage(stream_);
+  run_stage(Phase::predict, cuda::launch_predict);
+  run_stage(Phase::solve, cuda::launch_solve);
+  run_stage(Phase::commit, cuda::launch_commit);
+}
+
+// One step to launch.until, with sorts before it and on its way.
+void CudaBackend::step_exact(const ExactRequest& plan, ExactLaunch& launch) {
+  do {
+    if (exact_sort_is_due(plan)) sort_exact(launch);
+    launch_exact_stages(launch);
+    ++exact_steps_since_sort_;
+    expected_displacement_ += static_cast<std::int64_t>(plan.displacement + kDisplacementRounding);
+    if (plan.sorts_within) expected_displacement_ = read_exact_state().progress.max_displacement;
+  } while (plan.sorts_within && host_exact_->progress.now < launch.until && host_exact_->unresolvable == 0);
+}
+
 void CudaBackend::submit_exact(const StepRequest& request) {
-  if (exact_.active() && (request.contact_clock_s > 0.0) != (current_.last_contact_tick.capacity() > 0)) stop_exact();
+  const bool has_contact_ticks = current_.last_contact_tick.capacity() > 0;
+  if (exact_.active() && (request.contact_clock_s > 0.0) != has_contact_ticks) stop_exact();
   if (!exact_.active()) start_exact(request);
-  ExactLaunch launch = plan_exact(request);
-  const ExactConstants& c = launch.constants;
-  const bool search = physics_.parcels.contacts && !needs_all_pairs(c) && num_parcels_ > 0;
-  const std::vector<std::uint64_t> ends = exact_.plan(request, c.plan.tick_s);
+  ExactLaunch launch = exact_launch(request);
+  const RunConstants& run = launch.run;
+  const ExactRequest plan = plan_exact(run, request);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  submitted_ = {request.num_steps, 0, true, c.run.per_impulse_count, c.run.impulse_unit_kg_mps};
-  const double moved = host_exact_->progress.fastest_mps * c.plan.units_per_tick * request.dt_s / c.plan.tick_s;
+  submitted_ = {request.num_steps, 0, true, run.per_impulse_count, run.impulse_unit_kg_mps};
   launch.ball_was_set = ball_was_set_;
   ball_was_set_ = false;
+  if (plan.sorts_within) launch.sort_displacement = static_cast<std::int64_t>(plan.sort_displacement);
 
   timer_.begin(stream_);
-  launch.until = ends.empty() ? 0 : ends.front();
-  launch_exact_begin_request(launch, stream_);
-  // Parcels that move too far in a step are sorted again on the way; the host waits for that then.
-  const double widest = (kWidestReach - 1.0) * c.run.contact_distance;
-  const bool sorts_within = search && 2.0 * moved > widest;
-  const double farthest = std::min(sorts_within ? 0.5 * widest : widest - 2.0 * moved, kFarthest);
-  if (sorts_within) launch.farthest = static_cast<std::int64_t>(farthest);
-  for (std::size_t k = 0; k < ends.size(); ++k) {
-    launch.until = ends[k];
-    launch.next_until = k + 1 < ends.size() ? ends[k + 1] : 0;
-    launch.draw = k + 1 < ends.size() ? DrawBuffers{} : draw;
-    do {
-      const bool moved_far = expected_displacement_ > 0 && static_cast<double>(expected_displacement_) > farthest;
-      const bool hit_often = physics_.ball.exists && steps_since_sort_ >= kMaxStepsUnsorted;
-      if (search && (!sorted_ || moved_far || hit_often)) {
-        sort_exact(launch);
-        steps_since_sort_ = 0;
-        ++submitted_.num_sorts;
-      }
-      const nvtx3::scoped_range range(kPhaseNames[static_cast<int>(Phase::collide_integrate)]);
-      launch_exact_step(launch, stream_);
-      ++steps_since_sort_;
-      expected_displacement_ += static_cast<std::int64_t>(moved) + 3;
-      if (sorts_within) expected_displacement_ = read_exact_state().progress.max_displacement;
-    } while (sorts_within && host_exact_->progress.now < ends[k] && host_exact_->unresolvable == 0);
+  launch.until = plan.ends.empty() ? 0 : plan.ends.front();
+  cuda::launch_begin_exact_request(launch, stream_);
+  for (std::size_t k = 0; k < plan.ends.size(); ++k) {
+    const bool is_last = k + 1 == plan.ends.size();
+    launch.until = plan.ends[k];
+    launch.next_until = is_last ? 0 : plan.ends[k + 1];
+    launch.draw = is_last ? draw : DrawBuffers{};
+    step_exact(plan, launch);
   }
   if (request.draw) {
-    if (ends.empty()) launch_draw(physics_.world, present_parcels(), num_parcels_, draw, stream_);
+    if (plan.ends.empty()) launch_draw(physics_.world, current_parcels(), num_parcels_, draw, stream_);
     copy_to_host(draw, *request.draw);
   }
   PF_CUDA(
       cudaMemcpyAsync(host_state_.get(), state_.data(), sizeof(StepState), cudaMemcpyDeviceToHost, stream_));
-  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_.state(), sizeof(ExactState), cudaMemcpyDeviceToHost,
-                          stream_));
+  PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_memory_.state(), sizeof(ExactState),
+                          cudaMemcpyDeviceToHost, stream_));
   timer_.end(stream_);
 }
 

@@ -1,195 +1,174 @@
-// Method `exact` on the device: a large cluster's events through a step, or those of the ball's, solved by
-// the threads of a block. backend/exact_cluster_solver.hpp has the same for one thread; what is said there
-// holds here.
+// Method `exact` on the device: a block solves a cluster that is too large for a warp, or the one that owns
+// the ball, as the CPU's ClusterSolver does with one thread.
 #pragma once
 
 #include "cuda/exact/solve_block_members.cuh"
 
-namespace pf {
+namespace pf::cuda {
 
-// All threads walk through the cluster together; the first one writes what there is one of.
+// All threads of the block go through the cluster together; the first one writes.
 template <Boundary kBoundary>
-class BlockSolver : BlockMembers<kBoundary> {
+class BlockSolver {
  public:
-  using Base = BlockMembers<kBoundary>;
-  static constexpr std::uint32_t kMaxEvents = 20000;
+  __device__ __forceinline__ BlockSolver(const StepContext& step, BlockSpace& space, BlockCounts& counts)
+      : step_(step),
+        memory_(step.memory),
+        c_(step.c),
+        state_(step.state),
+        space_(space),
+        members_{step, step.memory, counts, space},
+        positions_(step.start_positions()) {}
 
-  __device__ __forceinline__ BlockSolver(const ExactLaunch& launch, const ExactConstants& c,
-                                         ExactState& state, BlockSpace& space, BlockCounts& counts)
-      : Base(launch, c, state, space, counts) {}
-
-  // Solves the cluster, `list` being its members. All threads call it with the same arguments.
+  // Solves the cluster. list: slot of its first member. All threads call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
-    cluster_ = cluster;
-    sum_ = {};
-    has_ball_ = c_.plan.ball == BallRole::participant && load_fresh(&state_.ball_owner) == cluster;
-    if (leads()) {
-      space_.num_members = 0;
-      space_.num_flagged = 0;
-      space_.other = kInvalidIndex;
-    }
-    sync();
-    const bool fits = load_members(list);
-    if (fits && has_ball_) start_ball();
+    members_.start(cluster);
+    const bool fits = members_.load(list);
+    if (fits && members_.owns_ball) start_ball();
     const bool solved = fits && process_events();
-    sync();
-    if (leads()) finish(list, fits, solved);
-    sync();
+    __syncthreads();
+    if (members_.leads()) members_.finish(list, fits, solved);
+    __syncthreads();
   }
 
  private:
-  using Base::a_;
-  using Base::c_;
-  using Base::cluster_;
-  using Base::counts_;
-  using Base::earliest;
-  using Base::finish;
-  using Base::flagged_;
-  using Base::has_ball_;
-  using Base::id;
-  using Base::is_before;
-  using Base::join;
-  using Base::launch_;
-  using Base::leads;
-  using Base::least;
-  using Base::load_members;
-  using Base::member;
-  using Base::num_members;
-  using Base::owner_of;
-  using Base::present_;
-  using Base::space_;
-  using Base::state_;
-  using Base::sum_;
-  using Base::sync;
-  using Base::table_;
-
-  static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // in place of a member
+  static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // stands for the ball among slots
 
   // ---- events
 
-  static __device__ __forceinline__ uint4 key_of(std::uint32_t own, const Event& event, std::uint32_t who) {
-    return {event.tick, own < event.partner_id ? own : event.partner_id,
-            own < event.partner_id ? event.partner_id : own, who};
+  static __device__ __forceinline__ uint4 key_of(std::uint32_t own_id, const Event& event,
+                                                 std::uint32_t slot) {
+    return {event.tick, own_id < event.partner_id ? own_id : event.partner_id,
+            own_id < event.partner_id ? event.partner_id : own_id, slot};
   }
 
-  // The earliest event of all; its w is the member that has it, or kBall.
+  // Key of the earliest event; its w is the slot of the member that has it, or kBall.
   __device__ __forceinline__ uint4 next_event() {
     uint4 best{kNoTick, kInvalidIndex, kInvalidIndex, kInvalidIndex};
-    for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock) {
-      const ClusterMember& it = member(table_[k]);
-      const uint4 key = key_of(it.id, it.event, table_[k]);
+    for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
+      const std::uint32_t slot = space_.table[k];
+      const Member& member = members_[slot];
+      const uint4 key = key_of(member.id, member.event, slot);
       if (key.x != kNoTick && is_before(key, best)) best = key;
     }
-    best = least(best);
-    if (has_ball_) {
-      const uint4 key = key_of(kBallPartner, state_.ball_event, kBall);
+    best = members_.min_over_block(best);
+    if (members_.owns_ball) {
+      const uint4 key = key_of(kBallPartner, state_.ball_member.event, kBall);
       if (key.x != kNoTick && is_before(key, best)) best = key;
     }
-    sync();
+    __syncthreads();
     return best;
   }
 
-  // Every step of the loop stands once in the program: all is inlined, so that what the kernel was given
-  // stays in the constant bank.
+  // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
+  // Everything is inlined once into this loop, so that the kernel's argument stays in the constant bank.
   __device__ __forceinline__ bool process_events() {
-    bool ball_is_stale = has_ball_;
+    bool ball_is_stale = members_.owns_ball;
     while (true) {
       if (ball_is_stale) predict_ball();
       const uint4 next = next_event();
       if (next.x == kNoTick) return true;
-      if (sum_.num_events == kMaxEvents) {
-        if (leads()) state_.solve_failed = 1;
+      if (members_.tally.num_events == kMaxEvents) {
+        if (members_.leads()) state_.solve_failed = 1;
         return true;
       }
-      const Event event = next.w == kBall ? state_.ball_event : member(next.w).event;
-      std::uint32_t m = next.w, other = kInvalidIndex;
+      const Event event = next.w == kBall ? state_.ball_member.event : members_[next.w].event;
+      std::uint32_t own = next.w, other = kInvalidIndex;
       if (is_parcel(event.partner)) {
-        const std::uint32_t joined = join(event.partner);
+        const std::uint32_t joined = members_.join(event.partner);
         if (joined == kInvalidIndex) return false;
-        (next.w == kBall ? m : other) = joined;
-      } else if (event.partner == kBallPartner && c_.plan.ball == BallRole::participant) {
-        if (leads()) space_.other = load_fresh(&state_.ball_owner);
+        (next.w == kBall ? own : other) = joined;
+      } else if (event.partner == kBallPartner && step_.has_participant()) {
+        if (members_.leads()) space_.other = load_fresh(&state_.ball_owner);
         return false;
       }
-      sync();
-      if (leads()) {
-        if (other != kInvalidIndex) {
-          apply_pair_event(m, other, event.tick);
-        } else if (next.w == kBall || event.partner == kBallPartner) {
-          apply_ball_event(m, event);
-        } else {
-          apply_edge_event(m, event);
-        }
-        space_.num_flagged = 0;
-        if (m != kBall) flagged_[space_.num_flagged++] = m;
-        if (other != kInvalidIndex) flagged_[space_.num_flagged++] = other;
-      }
+      __syncthreads();
+      if (members_.leads()) apply_event(event, own, other, next.w == kBall);
       record(next);
-      sync();
-      const std::uint32_t num_changed = space_.num_flagged;
+      __syncthreads();
       ball_is_stale = next.w == kBall;
-      for (std::uint32_t k = 0; k < space_.num_flagged; ++k)
-        predict(flagged_[k], k < num_changed, k == 0 ? other : m, ball_is_stale);
-      sync();
+      predict_flagged(own, other, ball_is_stale);
+      __syncthreads();
     }
   }
 
-  // By all threads, so that num_events is the same in all.
+  // Called by the first thread. Applies the event of member `own`, or kBall, and flags the members that it
+  // changes.
+  __device__ __forceinline__ void apply_event(const Event& event, std::uint32_t own, std::uint32_t other,
+                                              bool is_of_ball) {
+    if (other != kInvalidIndex) {
+      apply_pair_event(own, other, event.tick);
+    } else if (is_of_ball || event.partner == kBallPartner) {
+      apply_ball_event(own, event);
+    } else {
+      apply_edge_event(own, event);
+    }
+    space_.num_flagged = 0;
+    if (own != kBall) space_.flagged[space_.num_flagged++] = own;
+    if (other != kInvalidIndex) space_.flagged[space_.num_flagged++] = other;
+  }
+
+  // Called by all threads, so that num_events is equal in all.
   __device__ __forceinline__ void record(const uint4& event) {
-    sum_.event_hash += event_hash(since_reset(state_, event.x), event.y, event.z);
-    ++sum_.num_events;
+    members_.tally.event_hash += event_hash(step_.since_reset(event.x), event.y, event.z);
+    ++members_.tally.num_events;
   }
 
-  __device__ __forceinline__ bool in_contact_time(const ClusterMember& it, std::uint32_t tick) const {
-    return c_.plan.contact_duration_ticks != 0 && c_.plan.start + tick - it.last_contact_tick <= c_.plan.contact_duration_ticks;
+  __device__ __forceinline__ void set_member_trajectory(const Trajectory& now, std::uint32_t tick,
+                                                        Member& member) {
+    set_trajectory(step_, members_.counts, now, tick, member, members_.tally);
   }
 
-  // What an event does; called by the first thread.
   __device__ __forceinline__ void apply_pair_event(std::uint32_t m, std::uint32_t n, std::uint32_t tick) {
-    const bool in_order = member(m).id < member(n).id;
-    ClusterMember &one = member(in_order ? m : n), &two = member(in_order ? n : m);
+    const bool in_order = members_[m].id < members_[n].id;
+    Member &one = members_[in_order ? m : n], &two = members_[in_order ? n : m];
     Trajectory first = one.trajectory, second = two.trajectory;
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
-    const bool elastic = in_contact_time(one, tick) || in_contact_time(two, tick);
-    collide<kBoundary>(c_, first, second, elastic, sum_);
-    set_trajectory(a_, counts_, state_, first, tick, one, sum_);
-    set_trajectory(a_, counts_, state_, second, tick, two, sum_);
+    const bool elastic =
+        step_.is_in_contact(tick, one.last_contact_tick) || step_.is_in_contact(tick, two.last_contact_tick);
+    collide<kBoundary>(c_, first, second, elastic, members_.tally);
+    set_member_trajectory(first, tick, one);
+    set_member_trajectory(second, tick, two);
     one.last_contact_tick = two.last_contact_tick = c_.plan.start + tick;
   }
 
   __device__ __forceinline__ void apply_edge_event(std::uint32_t m, const Event& event) {
-    ClusterMember& it = member(m);
-    Trajectory now = it.trajectory;
+    Member& member = members_[m];
+    Trajectory now = member.trajectory;
     anchor_at<kBoundary>(c_, now, event.tick);
-    collide_with_edge(c_, event.partner, now);
-    if (event.partner == kExit) ++sum_.num_retired;
-    set_trajectory(a_, counts_, state_, now, event.tick, it, sum_);
-    it.last_contact_tick = c_.plan.start + event.tick;
+    apply_edge(c_, event.partner, now);
+    if (event.partner == kExit) members_.tally.retired();
+    set_member_trajectory(now, event.tick, member);
+    member.last_contact_tick = c_.plan.start + event.tick;
   }
 
-  // A member, and the ball if it takes part; or that at a wall, and m is none.
+  // Member m hits the ball; or m is kBall, and the ball hits a wall.
   __device__ __forceinline__ void apply_ball_event(std::uint32_t m, const Event& event) {
-    ExactBall ball = has_ball_ ? state_.ball_now : state_.ball;
-    BallReaction kick{};
+    ExactBall ball = members_.owns_ball ? state_.ball_member.now : state_.ball;
+    BallReaction reaction{};
     if (m != kBall) {
-      ClusterMember& it = member(m);
-      Trajectory now = it.trajectory;
+      Member& member = members_[m];
+      Trajectory now = member.trajectory;
       anchor_at<kBoundary>(c_, now, event.tick);
-      kick = collide_with_ball<kBoundary>(c_, ball.trajectory, event.tick, now, sum_);
-      set_trajectory(a_, counts_, state_, now, event.tick, it, sum_);
+      reaction = collide_with_ball<kBoundary>(c_, ball.trajectory, event.tick, now, members_.tally);
+      set_member_trajectory(now, event.tick, member);
     }
-    if (!has_ball_) return;
-    if (state_.ball_has_changed) {
-      if (state_.num_ball_segments < a_.ball_segment_capacity) {
-        a_.ball_segments[state_.num_ball_segments++] = {ball.trajectory, event.tick};
+    if (members_.owns_ball) change_ball(event, reaction, ball);
+  }
+
+  __device__ __forceinline__ void change_ball(const Event& event, const BallReaction& reaction,
+                                              ExactBall& ball) {
+    BallMember& it = state_.ball_member;
+    if (it.has_changed) {
+      if (it.num_segments < memory_.ball_segment_capacity) {
+        memory_.ball_segments[it.num_segments++] = {ball.trajectory, event.tick};
       } else {
         state_.solve_failed = 1;
       }
     }
-    apply_to_ball(c_, event.tick, event.partner, kick, ball);
-    state_.ball_now = ball;
-    state_.ball_has_changed = 1;
+    apply_to_ball(c_, event.tick, event.partner, reaction, ball);
+    it.now = ball;
+    it.has_changed = 1;
     const double surface_mps = surface_speed_mps(c_.run.physics, ball.trajectory);
     if (surface_mps > c_.plan.max_speed_mps)
       atomicMax(&state_.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
@@ -198,135 +177,137 @@ class BlockSolver : BlockMembers<kBoundary> {
   // ---- the ball as a member
 
   __device__ __forceinline__ void start_ball() {
-    if (leads()) {
-      state_.ball_now = state_.ball;
-      state_.ball_has_changed = 0;
-      state_.num_ball_segments = 0;
+    if (members_.leads()) {
+      state_.ball_member.now = state_.ball;
+      state_.ball_member.has_changed = 0;
+      state_.ball_member.num_segments = 0;
     }
-    sync();
+    __syncthreads();
   }
 
-  __device__ __forceinline__ Trajectory current_trajectory(std::uint32_t k) const {
-    return owner_of(k) == cluster_ ? member(a_.member_slot[k]).trajectory : trajectory_of(a_, k);
+  __device__ __forceinline__ Trajectory current_trajectory(std::uint32_t i) const {
+    return step_.owner_of(i) == members_.cluster ? members_[memory_.member_slot[i]].trajectory
+                                                 : step_.start_trajectory(i);
   }
 
   __device__ __forceinline__ void predict_ball() {
     Event best;
-    const BallTrajectory trajectory = state_.ball_now.trajectory;
-    const std::uint32_t num = min(state_.num_near_ball, a_.near_ball.capacity);
-    for (std::uint32_t n = threadIdx.x; n < num; n += kExactBlock) {
-      const std::uint32_t k = a_.near_ball.items[n];
-      const Trajectory there = current_trajectory(k);
-      if (!is_retired(there.anchor))
-        keep_collision(best, ball_collision_tick<kBoundary>(c_, trajectory, there), k, a_.trajectories.id);
+    const BallTrajectory ball = state_.ball_member.now.trajectory;
+    const std::uint32_t num = min(state_.num_near_ball, memory_.near_ball.capacity);
+    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
+      const std::uint32_t i = memory_.near_ball.items[k];
+      const Trajectory parcel = current_trajectory(i);
+      if (!is_retired(parcel.anchor))
+        step_.keep_collision(ball_collision_tick<kBoundary>(c_, ball, parcel), i, best);
     }
-    best = earliest(best);
-    if (leads()) {
-      keep_ball_edge_event<kBoundary>(c_, trajectory, best);
-      state_.ball_event = best;
+    best = members_.earliest(best);
+    if (members_.leads()) {
+      keep_ball_edge_event<kBoundary>(c_, ball, best);
+      state_.ball_member.event = best;
     }
-    sync();
+    __syncthreads();
   }
 
-  // After a member got a new line: whether the ball's event is to be predicted again, or is this parcel's
-  // now.
+  // Updates the ball's event after parcel i got a new trajectory. Returns whether the event was with that
+  // parcel, and the ball must be predicted.
   __device__ __forceinline__ bool update_ball_event(std::uint32_t i, const Trajectory& now) {
-    const Event event = state_.ball_event;
-    sync();
+    BallMember& ball = state_.ball_member;
+    const Event event = ball.event;
+    __syncthreads();
     if (event.partner == i) return true;
-    if (leads() && !is_retired(now.anchor) &&
-        is_near_ball<kBoundary>(c_.run.physics.world, state_, present_[i])) {
-      const Event next{ball_collision_tick<kBoundary>(c_, state_.ball_now.trajectory, now), i, id(i)};
-      if (next.tick != kNoTick && comes_before(next, event)) state_.ball_event = next;
+    if (members_.leads() && !is_retired(now.anchor) && step_.is_near_ball<kBoundary>(positions_[i])) {
+      const Event next{ball_collision_tick<kBoundary>(c_, ball.now.trajectory, now), i, step_.id(i)};
+      if (next.tick != kNoTick && comes_before(next, event)) ball.event = next;
     }
-    sync();
+    __syncthreads();
     return false;
   }
 
   // ---- predictions
 
-  // visit(j) for the parcels of i's search box, i among them, shared among the threads.
+  // Calls visit(j, owner) for the parcels outside the cluster that member `it` may collide with: free ones on
+  // their start trajectories, those of other clusters on any.
   template <class Visit>
-  __device__ __forceinline__ void each_in_box(Vec2i at, std::int32_t reach, Visit visit) {
-    search<kBoundary, false, kExactBlock>(launch_.space, present_, at, kInvalidIndex, reach, 3.4e38F,
-                                          [&](std::uint32_t j, Vec2i) { visit(j); });
-  }
-
-  // visit(j, owner) for the parcels that i, on the line `now` and never faster than fastest_mps in the step,
-  // may touch, but for the members of its cluster; those that are another's, on whatever line they are.
-  template <class Visit>
-  __device__ __forceinline__ void search_others(std::uint32_t i, const Trajectory& now, float fastest_mps,
-                                                Visit visit) {
+  __device__ __forceinline__ void search_others(const Member& it, const Trajectory& now, Visit visit) {
     if (!c_.run.physics.parcels.contacts) return;
-    const double in_step = c_.plan.units_per_tick * c_.plan.length;
-    const double moved = (static_cast<double>(fastest_mps) + c_.plan.max_speed_mps) * in_step;
-    const double distance = c_.run.contact_distance + moved + kRoundingMargin;
-    const float within = filter_of(distance);
-    const auto contact = static_cast<float>(c_.run.contact_distance);
-    const auto per_mps = static_cast<float>(in_step);
-    const Vec2i at = present_[i];
-    const Vec2i begin = start_position<kBoundary>(c_, now);
-    const World& world = launch_.space.world;
-    each_in_box(at, saturated(distance + static_cast<double>(state_.progress.max_displacement)), [&](std::uint32_t j) {
-      const std::uint32_t owner = owner_of(j);
-      const Vec2i there = present_[j];
-      const Vec2f velocity = a_.trajectories.velocity[j];
-      const Vec2i offset = separation<kBoundary>(world, at, there);
-      const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
-      if (x * x + y * y >= within || owner == cluster_ || j == i) return;
-      if (owner == kInvalidIndex &&
-          !may_collide(separation<kBoundary>(world, begin, there), velocity - now.velocity, contact, per_mps))
-        return;
-      visit(j, owner);
-    });
+    constexpr float kAll = 3.4e38F;  // no filter inside the search: owner and velocity are loaded before it
+    const std::uint32_t i = it.index;
+    const auto near = MemberSearch::around<kBoundary>(step_, positions_[i], now, it.fastest_mps);
+    const DeviceSearch& space = step_.launch.space;
+    search<kBoundary, false, kExactBlock>(
+        space, positions_, {near.position, kInvalidIndex, near.reach, kAll}, [&](std::uint32_t j) {
+          const std::uint32_t owner = step_.owner_of(j);
+          const Vec2i there = positions_[j];
+          const Vec2f velocity = memory_.trajectories.velocity[j];
+          if (!near.template holds<kBoundary>(space.world, there) || owner == members_.cluster || j == i)
+            return;
+          if (owner == kInvalidIndex && !near.template may_hit<kBoundary>(step_, there, velocity)) return;
+          visit(j, owner);
+        });
   }
 
-  __device__ __forceinline__ void keep_edge_and_ball(std::uint32_t i, const Trajectory& now, Event& best) const {
-    if (may_reach_edge<kBoundary>(c_, present_[i])) keep_edge_event<kBoundary>(c_, now, best);
-    if (c_.plan.ball == BallRole::absent || has_ball_ ||
-        !is_near_ball<kBoundary>(c_.run.physics.world, state_, present_[i]))
-      return;
-    keep_earlier(best, {ball_collision_tick<kBoundary>(c_, state_.ball.trajectory, now), kBallPartner, kBallPartner});
+  // Predicts the flagged members. Those that the event changed come first: `own` and `other`, unless they are
+  // kBall and kInvalidIndex. More are flagged on the way.
+  __device__ __forceinline__ void predict_flagged(std::uint32_t own, std::uint32_t other,
+                                                  bool& ball_is_stale) {
+    const std::uint32_t num_changed = (own != kBall ? 1U : 0U) + (other != kInvalidIndex ? 1U : 0U);
+    for (std::uint32_t k = 0; k < space_.num_flagged; ++k)
+      predict(space_.flagged[k], k < num_changed, k == 0 ? other : own, ball_is_stale);
   }
 
-  // A member's next event. Of one on a new line also those of the members near it: they are told of an
-  // earlier one, or flagged if theirs was with it; `partner` changed as well and has its own turn.
+  // Predicts the next event of member m. If it has a new trajectory, the other members learn of earlier
+  // events with it; those whose partner left the trajectory of their event are flagged. partner: changed as
+  // well, and predicted on its own.
   __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner,
                                           bool& ball_is_stale) {
-    const Trajectory now = member(m).trajectory;
-    const std::uint32_t i = member(m).index, own = member(m).id;
-    const bool gone = is_retired(now.anchor);
+    const Trajectory now = members_[m].trajectory;
+    const std::uint32_t i = members_[m].index;
+    const bool is_gone = is_retired(now.anchor);
     Event best;
-    search_others(i, now, member(m).fastest_mps, [&](std::uint32_t j, std::uint32_t owner) {
-      const Trajectory there = trajectory_of(a_, j);
-      if (gone || is_retired(there.anchor)) return;
-      if (owner != kInvalidIndex && has_changed) add_neighbour_pair(a_, counts_, state_, i, j);
-      keep_collision(best, collision_tick<kBoundary>(c_, now, there), j, a_.trajectories.id);
+    search_others(members_[m], now, [&](std::uint32_t j, std::uint32_t owner) {
+      const Trajectory there = step_.start_trajectory(j);
+      if (is_gone || is_retired(there.anchor)) return;
+      if (owner != kInvalidIndex && has_changed) add_neighbour_pair(step_, members_.counts, i, j);
+      step_.keep_collision(collision_tick<kBoundary>(c_, now, there), j, best);
     });
-    if (c_.run.physics.parcels.contacts) {
-      for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock) {
-        const std::uint32_t n = table_[k];
-        ClusterMember& other = member(n);
-        if (n == m || is_retired(other.trajectory.anchor)) continue;
-        const std::uint32_t tick = gone ? kNoTick : collision_tick<kBoundary>(c_, now, other.trajectory);
-        if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
-        if (!has_changed || n == partner) continue;
-        if (other.event.partner == i) {
-          other.event = {};
-          flagged_[atomicAdd(&space_.num_flagged, 1U)] = n;
-        } else if (tick != kNoTick && comes_before({tick, i, own}, other.event)) {
-          other.event = {tick, i, own};
-        }
+    if (c_.run.physics.parcels.contacts) predict_with_members(m, has_changed, partner, best);
+    best = members_.earliest(best);
+    if (members_.leads()) {
+      if (!is_gone) keep_edge_and_ball<kBoundary>(step_, positions_[i], now, members_.owns_ball, best);
+      members_[m].event = best;
+    }
+    __syncthreads();
+    if (members_.owns_ball && has_changed && !ball_is_stale) ball_is_stale = update_ball_event(i, now);
+  }
+
+  __device__ __forceinline__ void predict_with_members(std::uint32_t m, bool has_changed,
+                                                       std::uint32_t partner, Event& best) {
+    const Trajectory now = members_[m].trajectory;
+    const std::uint32_t i = members_[m].index, id = members_[m].id;
+    const bool is_gone = is_retired(now.anchor);
+    for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
+      const std::uint32_t n = space_.table[k];
+      Member& other = members_[n];
+      if (n == m || is_retired(other.trajectory.anchor)) continue;
+      const std::uint32_t tick = is_gone ? kNoTick : collision_tick<kBoundary>(c_, now, other.trajectory);
+      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
+      if (!has_changed || n == partner) continue;
+      if (other.event.partner == i) {
+        other.event = {};
+        space_.flagged[atomicAdd(&space_.num_flagged, 1U)] = n;
+      } else if (tick != kNoTick && comes_before({tick, i, id}, other.event)) {
+        other.event = {tick, i, id};
       }
     }
-    best = earliest(best);
-    if (leads()) {
-      if (!gone) keep_edge_and_ball(i, now, best);
-      member(m).event = best;
-    }
-    sync();
-    if (has_ball_ && has_changed && !ball_is_stale) ball_is_stale = update_ball_event(i, now);
   }
+
+  const StepContext& step_;
+  const StepMemory& memory_;
+  const ExactConstants& c_;
+  ExactState& state_;
+  BlockSpace& space_;
+  BlockMembers members_;
+  const Vec2i* positions_;  // at the step's start
 };
 
-}  // namespace pf
+}  // namespace pf::cuda

@@ -1,160 +1,147 @@
 // Method `exact` on the device: the members of a cluster that the threads of a block solve together.
 #pragma once
 
-#include "cuda/exact/clusters.cuh"
+#include "cuda/exact/solve_common.cuh"
 
-namespace pf {
+namespace pf::cuda {
 
-// What the block's threads share.
+// Shared memory of the block.
 struct BlockSpace {
   static constexpr unsigned kCapacity = 3072;
-  std::uint32_t table[kCapacity];    // places of the members
-  std::uint32_t flagged[kCapacity];  // members to predict again
-  std::uint32_t num_members, num_flagged, other, joined;
-  uint4 of_warps[kExactBlock / 32];
+  std::uint32_t table[kCapacity];    // slots of the members
+  std::uint32_t flagged[kCapacity];  // slots of members to predict
+  std::uint32_t num_members, num_flagged;
+  std::uint32_t other;   // cluster that stopped this one
+  std::uint32_t joined;  // slot of the parcel that joined last, or kInvalidIndex
+  uint4 min_of_warps[kExactBlock / 32];
 };
 
-// A cluster's members, in the hands of a block: all threads call these together, the first one writes.
-template <Boundary kBoundary>
-class BlockMembers {
- public:
+// Sort key of an event: tick, lower id, higher id, slot. All bits set: no event.
+__device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
+  if (p.x != q.x) return p.x < q.x;
+  if (p.y != q.y) return p.y < q.y;
+  return p.z != q.z ? p.z < q.z : p.w < q.w;
+}
+
+// All threads of the block call the functions of this struct together, unless noted; the first one writes.
+struct BlockMembers {
   static constexpr unsigned kCapacity = BlockSpace::kCapacity;
 
- protected:
-  __device__ __forceinline__ BlockMembers(const ExactLaunch& launch, const ExactConstants& c,
-                                          ExactState& state, BlockSpace& space, BlockCounts& counts)
-      : launch_(launch),
-        a_(launch.arrays),
-        c_(c),
-        state_(state),
-        space_(space),
-        counts_(counts),
-        table_(space.table),
-        flagged_(space.flagged),
-        present_(launch.arrays.present[state.current_buffer]) {}
+  const StepContext& step;
+  const StepMemory& memory;
+  BlockCounts& counts;
+  BlockSpace& space;
+  std::uint32_t cluster = 0;
+  bool owns_ball = false;
+  ClusterTally tally;
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
-  __device__ __forceinline__ void sync() const { __syncthreads(); }
-  __device__ __forceinline__ std::uint32_t id(std::uint32_t parcel) const { return a_.trajectories.id[parcel]; }
-  __device__ __forceinline__ ClusterMember& member(std::uint32_t m) const { return a_.members[m]; }
-  __device__ __forceinline__ std::uint32_t owner_of(std::uint32_t i) const {
-    return load_fresh(&a_.owner[i]);
-  }
-  __device__ __forceinline__ std::uint32_t num_members() const { return space_.num_members; }
+  __device__ __forceinline__ std::uint32_t num() const { return space.num_members; }
+  __device__ __forceinline__ Member& operator[](std::uint32_t slot) const { return memory.members[slot]; }
 
-  static __device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
-    if (p.x != q.x) return p.x < q.x;
-    if (p.y != q.y) return p.y < q.y;
-    return p.z != q.z ? p.z < q.z : p.w < q.w;
+  __device__ __forceinline__ void start(std::uint32_t name) {
+    cluster = name;
+    tally = {};
+    owns_ball = step.has_participant() && load_fresh(&step.state.ball_owner) == name;
+    if (leads()) {
+      space.num_members = 0;
+      space.num_flagged = 0;
+      space.other = kInvalidIndex;
+    }
+    __syncthreads();
   }
-  // The least of the threads' keys, the same in all of them: two members may have one and the same event.
-  __device__ __forceinline__ uint4 least(uint4 best) {
+
+  // Loads the members of a list of slots, at the step's start. Returns whether there is room for all.
+  __device__ __forceinline__ bool load(std::uint32_t list) {
+    if (leads()) {
+      std::uint32_t num_listed = 0;
+      for (std::uint32_t m = list; m != kInvalidIndex && num_listed < kCapacity + 1; m = (*this)[m].next) {
+        if (num_listed < kCapacity) space.table[num_listed] = m;
+        ++num_listed;
+      }
+      space.num_members = num_listed;
+    }
+    __syncthreads();
+    if (num() > kCapacity) return false;
+    for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
+      Member& member = (*this)[space.table[k]];
+      member = member_at_start(step, member.index);
+    }
+    __syncthreads();
+    return true;
+  }
+
+  // The slot of parcel i, which joins the cluster if it is free. Otherwise kInvalidIndex; space.other is then
+  // the cluster that owns it, or this one if there is no room.
+  __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
+    if (leads()) space.joined = find_or_add(i);
+    __syncthreads();
+    const std::uint32_t slot = space.joined;
+    __syncthreads();
+    return slot;
+  }
+
+  // Called by the first thread.
+  __device__ __forceinline__ std::uint32_t find_or_add(std::uint32_t i) {
+    if (step.owner_of(i) == cluster) return memory.member_slot[i];
+    if (num() == kCapacity) {
+      space.other = cluster;
+      return kInvalidIndex;
+    }
+    const std::uint32_t owner = claim(step, i, cluster);
+    if (owner != kInvalidIndex) {
+      space.other = owner;
+      return kInvalidIndex;
+    }
+    const std::uint32_t slot = new_member_slot(step, counts, i);
+    (*this)[slot] = member_at_start(step, i);
+    space.table[space.num_members++] = slot;
+    return slot;
+  }
+
+  // Lowest of the threads' keys, in all of them.
+  __device__ __forceinline__ uint4 min_over_block(uint4 best) {
     for (unsigned offset = 16; offset > 0; offset /= 2) {
       const uint4 other{
           __shfl_xor_sync(kWholeWarp, best.x, offset), __shfl_xor_sync(kWholeWarp, best.y, offset),
           __shfl_xor_sync(kWholeWarp, best.z, offset), __shfl_xor_sync(kWholeWarp, best.w, offset)};
       if (is_before(other, best)) best = other;
     }
-    if (threadIdx.x % 32 == 0) space_.of_warps[threadIdx.x / 32] = best;
+    if (threadIdx.x % 32 == 0) space.min_of_warps[threadIdx.x / 32] = best;
     __syncthreads();
-    for (const uint4& other : space_.of_warps) {
+    for (const uint4& other : space.min_of_warps) {
       if (is_before(other, best)) best = other;
     }
     __syncthreads();
     return best;
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
-    const uint4 min_of_all = least({best.tick, best.partner_id, 0U, best.partner});
-    return {min_of_all.x, min_of_all.w, min_of_all.y};
+    const uint4 key = min_over_block({best.tick, best.partner_id, 0U, best.partner});
+    return {key.x, key.w, key.y};
   }
 
-  // ---- members
-
-  // Whether they are as few as there is room for.
-  __device__ __forceinline__ bool load_members(std::uint32_t list) {
-    if (leads()) {
-      std::uint32_t num = 0;
-      for (std::uint32_t m = list; m != kInvalidIndex && num < kCapacity + 1; m = member(m).next) {
-        if (num < kCapacity) table_[num] = m;
-        ++num;
-      }
-      space_.num_members = num;
-    }
-    sync();
-    if (num_members() > kCapacity) return false;
-    for (std::uint32_t k = threadIdx.x; k < num_members(); k += kExactBlock)
-      member(table_[k]) = member_at_start(a_, member(table_[k]).index);
-    sync();
-    return true;
-  }
-
-  // The parcel's place among the members, which it joins if it is nobody's; else kNone, and space_.other has
-  // the cluster whose it is, or this one's own name if there is no room.
-  __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
-    if (leads()) {
-      std::uint32_t place = kInvalidIndex;
-      if (owner_of(i) == cluster_) {
-        place = a_.member_slot[i];
-      } else if (num_members() == kCapacity) {
-        space_.other = cluster_;
-      } else {
-        const std::uint32_t owner = atomicCAS(&a_.owner[i], kInvalidIndex, cluster_);
-        __threadfence();  // of two clusters that take a parcel each and then look at the other's, one sees it
-        if (owner != kInvalidIndex) {
-          space_.other = owner;
-        } else {
-          place = atomicAdd(&counts_.members, 1U);
-          if (place >= a_.member_capacity) {
-            state_.solve_failed = 1;
-            place = 0;
-          }
-          place += blockIdx.x * a_.member_capacity;
-          a_.member_slot[i] = place;
-          member(place) = member_at_start(a_, i);
-          table_[space_.num_members++] = place;
-        }
-      }
-      space_.joined = place;
-    }
-    sync();
-    const std::uint32_t place = space_.joined;
-    sync();
-    return place;
-  }
-
-  // Called by the first thread: the list of members, and what came of it, for the other blocks.
+  // Called by the first thread: stores the list of members and the outcome for the other blocks.
+  // list: that the cluster was started with.
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
-    ClusterRecord& record = record_of(a_, cluster_);
-    const std::uint32_t num = fits ? num_members() : 0U;
-    for (std::uint32_t k = 0; k < num; ++k) member(table_[k]).next = k + 1 < num ? table_[k + 1] : kInvalidIndex;
-    record.members = fits ? (num > 0 ? table_[0] : kInvalidIndex) : list;
+    Cluster& record = cluster_of(step, cluster);
+    const std::uint32_t num_stored = fits ? num() : 0U;
+    for (std::uint32_t k = 0; k < num_stored; ++k)
+      (*this)[space.table[k]].next = k + 1 < num_stored ? space.table[k + 1] : kInvalidIndex;
+    record.members = fits ? (num_stored > 0 ? space.table[0] : kInvalidIndex) : list;
     record.merged = kInvalidIndex;
-    record.is_solved = solved ? kSolved : 0U;
-    record.sum = sum_;
+    record.solution = solved ? kSolved : kUnsolved;
+    record.tally = tally;
     if (solved) {
-      if (sum_.fastest2 > 0.0F) atomicMax(&state_.fastest_after_bits, __float_as_uint(sum_.fastest2));
+      if (tally.fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(tally.fastest2));
       return;
     }
-    const std::uint32_t other = fits ? space_.other : cluster_;
-    if (other == cluster_) {  // no room: a block is to solve it
-      record.wants_block = 1;
-      state_.solve_failed = 1;
+    const std::uint32_t other = fits ? space.other : cluster;
+    if (other == cluster) {  // too many members, even for a block
+      record.needs_block = 1;
+      step.state.solve_failed = 1;
     }
-    add_conflict(a_, counts_, state_, cluster_, other);
+    add_conflict(step, counts, cluster, other);
   }
-
-  const ExactLaunch& launch_;
-  const ExactArrays& a_;
-  const ExactConstants& c_;
-  ExactState& state_;
-  BlockSpace& space_;
-  BlockCounts& counts_;
-  std::uint32_t* table_;
-  std::uint32_t* flagged_;
-  const Vec2i* present_;
-  std::uint32_t cluster_ = 0;
-  bool has_ball_ = false;
-  EventSums sum_;
 };
 
-}  // namespace pf
+}  // namespace pf::cuda

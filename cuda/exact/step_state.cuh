@@ -1,37 +1,46 @@
-// Method `exact` on the device: a step is a kernel in which every parcel predicts its earliest event, one
-// that forms clusters and solves those of two parcels with one event (exact_pairs.cuh), a cooperative one
-// that solves the others, and one that commits (backend/exact_stepper.hpp has the same in plain loops; the
-// formulas are model/exact.hpp). Nothing comes back to the host between steps: plans, redone steps and the
-// ball stay on the device.
+// Method `exact` on the device: the state that the stages of a step share. src/backend/exact has the same
+// stages for the CPU; the formulas are in src/model/exact.
+//
+// A step is four kernels. predict_kernel finds every parcel's earliest event. pair_kernel forms clusters, and
+// solves those that are two parcels with one event. solve_kernel, a cooperative kernel, solves the other
+// clusters and merges those that conflict, until none do. commit_kernel stores the solution and plans the
+// next step. Plans, retried steps and the ball stay on the device, so that steps follow each other without
+// the host.
+//
+// A slice is the part of a list that one block of solve_kernel fills and works through: no block waits for a
+// counter that all share. A slot is an index into the members of all slices. A start trajectory is a parcel's
+// trajectory at the step's start.
 #pragma once
 
-#include "backend/draw_buffers.hpp"
-#include "model/exact/step_plan.hpp"
-#include "cuda/neighbour_search.cuh"
+#include "core/index.hpp"
+#include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
+#include "model/exact/step_plan.hpp"
+#include "model/tally.hpp"
 
-namespace pf {
+namespace pf::cuda {
 
-constexpr std::uint32_t kInvalidIndex = 0xFFFFFFFFU;
-constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;  // a cluster is called by a parcel of it, or this
+// A cluster's name is the index of one of its parcels, the representative. The cluster that starts with the
+// ball has this name.
+constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;
 
-// A parcel of a cluster, as far as it is solved.
-struct ClusterMember {
+// A parcel of a cluster.
+struct Member {
   Trajectory trajectory;
   Event event;
   std::uint32_t index, id;
-  std::uint32_t next;  // in the cluster's list
+  std::uint32_t next;  // slot of the cluster's next member, or kInvalidIndex
   std::uint32_t last_contact_tick;
-  std::uint32_t segments;  // the latest of its earlier lines but the one at the step's begin
-  float fastest_mps;       // in the step so far
-  std::uint32_t has_changed;
+  std::uint32_t last_segment;  // latest completed one, or kInvalidIndex; start trajectories are not stored
+  float fastest_mps;           // in the step so far
+  std::uint32_t has_changed;   // 1 after its first event
 };
 
-// A line that an event of the step led to, from its anchor until the parcel's next event.
+// A trajectory that an event of the step led to, from its anchor to the parcel's next event.
 struct TrajectorySegment {
   Trajectory trajectory;
-  std::uint32_t end;
-  std::uint32_t before;
+  std::uint32_t end;       // tick of the step
+  std::uint32_t previous;  // the parcel's segment before it, or kInvalidIndex
 };
 
 struct BallTrajectorySegment {
@@ -39,17 +48,26 @@ struct BallTrajectorySegment {
   std::uint32_t end;
 };
 
-// What the events of a cluster add up to; the model's Tally.
-struct EventSums {
+// The ball as a member of the cluster that owns it.
+struct BallMember {
+  ExactBall now;
+  Event event;
+  std::uint32_t num_segments = 0;
+  std::uint32_t has_changed = 0;
+};
+
+// Sums over a cluster's events.
+struct ClusterTally {
   std::uint32_t num_events = 0, num_collisions = 0, num_hits = 0, num_retired = 0;
-  float max_overlap = 0.0F;
-  float fastest2 = 0.0F;  // square of the largest speed after an event
+  float max_overlap = 0.0F;  // diameters
+  float fastest2 = 0.0F;     // square of the largest speed after an event
   long long impulse_sum = 0, ball_x = 0, ball_y = 0, ball_torque = 0;
   unsigned long long event_hash = 0;
 
   PF_HD void begin_contact() { ++num_collisions; }
   PF_HD void impulse(std::int32_t counts) { impulse_sum += counts; }
   PF_HD void overlap(float diameters) { max_overlap = max_overlap < diameters ? diameters : max_overlap; }
+  PF_HD void retired() { ++num_retired; }
   PF_HD void ball_hit(const BallSums& hit) {
     ++num_hits;
     ball_x += hit.impulse_x;
@@ -57,57 +75,58 @@ struct EventSums {
     ball_torque += hit.torque;
   }
 };
+static_assert(EventTally<ClusterTally>);
 
-constexpr std::uint32_t kSolved = 1, kSolvedAsPair = 2;
+// Values of Cluster::solution.
+constexpr std::uint32_t kUnsolved = 0, kSolved = 1, kSolvedAsPair = 2;
 
-// Stands beside the member that the cluster is called by.
-struct ClusterRecord {
-  std::uint32_t members;      // list of those that it was solved with; kNone if another absorbed it: `toward`
-  std::uint32_t merged;       // list of those that it is to be solved with, being one with others
-  std::uint32_t parent;       // the cluster that it became part of, or itself
-  std::uint32_t claimed;      // round in which it was last merged
-  std::uint32_t is_solved;    // 0, kSolved or kSolvedAsPair
-  std::uint32_t wants_block;  // too large for a warp
-  EventSums sum;
+// Lies in the slot of the representative.
+struct Cluster {
+  std::uint32_t members;      // list of slots; kInvalidIndex after the cluster was absorbed by `parent`
+  std::uint32_t merged;       // list of the members of all clusters merged into this one, to be solved next
+  std::uint32_t parent;       // cluster that it was merged into, or itself
+  std::uint32_t reassigned;   // round in which its members were last reassigned
+  std::uint32_t solution;     // kUnsolved, kSolved or kSolvedAsPair
+  std::uint32_t needs_block;  // 1 if it is too large for a warp
+  ClusterTally tally;
 };
 
-// Items found for or by the blocks of the cooperative kernel, each in a segment of its own: no block waits
-// for a common counter. Found beyond `capacity` a segment, the step is too long for the lists and is redone.
+// A list in slices. If a slice overflows, the step is retried with half the length.
 struct SlicedList {
-  std::uint32_t* items = nullptr;  // num_segments x capacity
+  std::uint32_t* items = nullptr;  // num_slices x capacity
   std::uint32_t capacity = 0;
 };
 
-// How many items a segment has, outside of the cooperative kernel.
+// Numbers of items in a slice, kept between the kernels.
 struct SliceCounts {
   std::uint32_t active, neighbour_pairs, members;
 };
 
-// Lists common to all blocks.
+// A list that all blocks share.
 struct CommonList {
   std::uint32_t* items = nullptr;
   std::uint32_t capacity = 0;
 };
 
-// What the clusters are made of; n entries each where nothing else is said.
-struct ExactArrays {
-  ParcelPointers trajectories;    // sorted; positions are anchors
-  Vec2i* present[2] = {};  // at the step's begin and, in the other, at its end: ExactState::parity
-  std::uint32_t* event_tick = nullptr;  // along the lines of the begin
+// Memory of a step, n entries each unless noted; exact/memory.cuh says where it lies.
+struct StepMemory {
+  ParcelPointers trajectories;          // sorted; positions are anchors
+  Vec2i* positions[2] = {};             // at the step's start and end; ExactState::current_buffer: start
+  std::uint32_t* event_tick = nullptr;  // earliest event on the start trajectories
   std::uint32_t* event_partner = nullptr;
-  std::uint32_t* owner = nullptr;      // cluster, or kNone
-  std::uint32_t* place = nullptr;      // of an owned parcel among the members
-  std::uint32_t* list_head = nullptr;  // of a cluster's first members
-  SlicedList active;                // parcels with an event before the end
-  std::uint32_t num_slices = 0;      // blocks of the cooperative kernel
-  ClusterMember* members = nullptr;    // num_segments x member_capacity
-  ClusterRecord* records = nullptr;    // as many; and one for the ball
-  TrajectorySegment* segments = nullptr;     // num_segments x segment_capacity
-  uint2* neighbour_pairs = nullptr;  // num_segments x border_capacity: parcels of two clusters, near each other
-  SliceCounts* counts = nullptr;  // num_segments
+  std::uint32_t* owner = nullptr;         // cluster, or kInvalidIndex
+  std::uint32_t* member_slot = nullptr;   // of an owned or active parcel
+  std::uint32_t* list_head = nullptr;     // slot of a cluster's first member, at its representative
+  SlicedList active;                      // parcels with an event before the step's end
+  std::uint32_t num_slices = 0;           // blocks of solve_kernel
+  Member* members = nullptr;              // num_slices x member_capacity
+  Cluster* clusters = nullptr;            // as many, and one for the ball
+  TrajectorySegment* segments = nullptr;  // num_slices x segment_capacity
+  uint2* neighbour_pairs = nullptr;       // num_slices x neighbour_pair_capacity
+  SliceCounts* counts = nullptr;          // num_slices
   std::uint32_t member_capacity = 0, segment_capacity = 0, neighbour_pair_capacity = 0;
-  CommonList representatives;  // those that clusters are called by, but for solved pairs
-  CommonList near_ball;
+  CommonList representatives;  // of clusters that are not solved as pairs
+  CommonList near_ball;        // parcels that may hit the ball, if it is a participant
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
@@ -117,65 +136,41 @@ struct ExactArrays {
 
 // Lives on the device.
 struct ExactState {
+  // The run, at the start of the step.
   ExactProgress progress;
-  ExactConstants plan;  // of the step in hand
-  ExactBall ball;       // at the begin, then at the end
-  Vec2i ball_centre;    // at the step's begin
-  std::int32_t ball_reach = 0;
-  std::uint32_t longest = 0;  // ticks that the step may take
-  std::uint32_t current_buffer = 0;
-  std::uint32_t list_overflow = 0;       // a list was full before solve_kernel: all its blocks know it
-  std::uint32_t solve_failed = 0;         // a list was full in solve_kernel, or a cluster had too many events
-  std::uint32_t too_fast_bits = 0;  // largest speed above the assumed bound, float, m/s
+  std::uint32_t current_buffer = 0;  // of StepMemory::positions
+  std::uint32_t max_ticks = 0;       // limit of the step's length: halved by a retry
+
+  // The step's plan.
+  StepPlan plan;
+  ExactBall ball;  // at the step's start
+  BallNeighbourhood ball_neighbourhood;
+
+  // The step's counters.
+  std::uint32_t list_overflow = 0;  // 1 if a list was full before solve_kernel: all its blocks see the same
+  std::uint32_t solve_failed = 0;   // 1 if a list was full in solve_kernel, or a cluster had too many events
+  std::uint32_t too_fast_bits = 0;  // speed of the ball's surface above the assumed bound, float, m/s
+  std::uint32_t fastest_after_bits = 0;  // square of the parcels' largest speed after an event, float
   std::uint32_t num_near_ball = 0;
-  std::uint32_t num_representatives = 0, num_begun = 0;  // the latter: of these, beyond the first of each warp
-  std::uint32_t num_conflicts[2] = {};           // of all blocks; of one that solves the rest alone
+  std::uint32_t num_representatives = 0;
+  std::uint32_t num_taken = 0;          // representatives that warps took beyond their first one
+  std::uint32_t num_conflicts[2] = {};  // found by all blocks; by one that solves the rest alone
   std::uint32_t num_todo = 0;
-  std::uint32_t to_commit = 0;              // the step is solved as far as `until`
-  std::uint32_t num_committed = 0;          // blocks that have done their part
-  std::uint32_t ball_owner = kBallCluster;  // the cluster that has the ball
-  // The ball as a member of a cluster.
-  ExactBall ball_now;
-  Event ball_event;
-  std::uint32_t num_ball_segments = 0;
-  std::uint32_t ball_has_changed = 0;
-  std::uint32_t fastest_after_bits = 0;  // square of the largest speed after an event, float
-  std::uint32_t fastest_now_bits = 0;    // of all parcels' speeds, when lines are anchored anew
-  unsigned long long num_events = 0;     // of the step
-  unsigned long long num_rounds = 0;     // of the request
+  unsigned long long num_events = 0;
+  std::uint32_t ball_owner = kBallCluster;  // cluster
+  BallMember ball_member;
+
+  // Between the kernels of a step.
+  std::uint32_t to_commit = 0;         // 1 if commit_kernel has to store the solution
+  std::uint32_t num_committed = 0;     // blocks of commit_kernel that are done
+  std::uint32_t fastest_now_bits = 0;  // square of the parcels' largest speed, when all are anchored anew
+
+  // Sums over the request.
+  unsigned long long num_rounds = 0;
   unsigned long long num_retried = 0;
   unsigned long long event_hash = 0;
-  std::uint32_t unresolvable = 0;  // a step of one tick failed
+  unsigned long long reconcile_ns = 0;  // time in which the first block found conflicts and merged
+  std::uint32_t unresolvable = 0;       // 1 if a step of one tick failed
 };
 
-struct ExactLaunch {
-  ExactConstants constants;
-  DeviceSearch space;
-  ExactArrays arrays;
-  ExactState* state = nullptr;
-  StepState* step_state = nullptr;  // receives the request's totals and the ball
-  TallySlot* slots = nullptr;       // kNumSlots
-  DrawBuffers draw;                 // null pointers: nothing is drawn
-  bool ball_was_set = false;        // from outside, since the last request
-  std::uint64_t until = 0;          // tick at which the step ends
-  std::uint64_t next_until = 0;     // and the one after it; 0: none
-  std::int64_t farthest = 0;  // travel at which a step stops on its way, for a sort, position units; 0: none
-};
-
-// Blocks of the cooperative kernel that are on the device together, at most what n parcels need.
-std::uint32_t exact_num_slices(std::uint32_t num_parcels);
-
-// Anchors every parcel where it is: ticks, clocks, present positions, the largest speed.
-void launch_exact_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream);
-// Zeroes the request's totals; takes the ball from step_state.
-void launch_exact_begin_request(const ExactLaunch& launch, cudaStream_t stream);
-// Present positions of parcels that were just sorted; travel starts at zero.
-void launch_exact_locate(const ExactLaunch& launch, cudaStream_t stream);
-// One step, to `until`; or, with launch.farthest, a part of the way that is to be gone on with.
-void launch_exact_step(const ExactLaunch& launch, cudaStream_t stream);
-// Keys and indices of a sort by the present positions.
-void launch_exact_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
-// out[i] = present position of parcel i.
-void launch_exact_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream);
-
-}  // namespace pf
+}  // namespace pf::cuda

@@ -4,10 +4,10 @@
 #include <array>
 
 #include "cuda/device_buffer.cuh"
+#include "cuda/stream.hpp"
 #include "view/gl.hpp"
 #include "view/host_draw_target.hpp"
-#include "cuda/stream.hpp"
-// After glad, which stands in for GL/gl.h.
+// After glad, which replaces GL/gl.h.
 #include <cuda_gl_interop.h>
 
 namespace pf {
@@ -21,7 +21,8 @@ GlBuffer make_storage(std::size_t bytes, GLbitfield access) {
   return buffer;
 }
 
-// Two GL buffers registered with CUDA: mapped in one call, pointers fetched after each map.
+// Two GL buffers that are registered with CUDA. Both are mapped in one call; their addresses may change with
+// each.
 class InteropDrawTarget final : public GlDrawTarget {
  public:
   explicit InteropDrawTarget(std::string reason) : reason_(std::move(reason)) {}
@@ -43,7 +44,7 @@ class InteropDrawTarget final : public GlDrawTarget {
   }
 
   DrawBuffers map() override {
-    glFlush();  // the stream is about to wait for GL's work, which must be on its way
+    glFlush();  // the stream will wait for GL's work, so that must have been submitted
     PF_CUDA(cudaGraphicsMapResources(2, resources_.data(), work_stream()));
     DrawBuffers out;
     std::size_t bytes = 0;
@@ -82,7 +83,7 @@ class InteropDrawTarget final : public GlDrawTarget {
   bool has_content_ = false;
 };
 
-// Page-locked host memory that a copy from the device lands in before GL takes it.
+// Drawn values are copied from the device to page-locked host memory, and from there to GL.
 class StagedDrawTarget final : public GlDrawTarget {
  public:
   explicit StagedDrawTarget(std::string reason) : reason_(std::move(reason)) {}
@@ -151,7 +152,7 @@ void check_interop() {
   InteropDrawTarget("probe").reserve(kProbeParcels);
 }
 
-// What a check throws, or empty.
+// The message of the DeviceError that check() throws, or empty.
 template <class Check>
 std::string obstacle_of(Check check) {
   try {

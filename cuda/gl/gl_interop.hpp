@@ -1,4 +1,4 @@
-// Where CUDA meets GL: draw targets for the CUDA backend, and which device to run on.
+// CUDA and GL together: draw targets for the CUDA backend, and the choice of its device.
 #pragma once
 
 #include <memory>
@@ -8,13 +8,13 @@
 
 namespace pf {
 
-// The CUDA device that drives the current GL context; else egl_cuda_device (EGL_CUDA_DEVICE_NV) if that is
-// one; else 0. Needs at least one CUDA device.
+// The CUDA device that drives the current GL context. If there is none, egl_cuda_device (EGL_CUDA_DEVICE_NV);
+// if that is negative, 0. There must be a CUDA device.
 int cuda_device_of_gl(int egl_cuda_device);
 
 // kind: "interop" (CUDA writes mapped GL buffers), "staged" (device -> page-locked memory -> GL), "host"
-// (straight into persistently mapped GL memory), or "auto": the first of these that works, with the reason.
-// Throws DeviceError if the kind asked for cannot be had. The GL context must be current.
+// (directly into persistently mapped GL memory), or "auto": the first of these that works, with the reason.
+// Throws DeviceError if the requested kind does not work. The GL context must be current.
 std::unique_ptr<GlDrawTarget> make_cuda_draw_target(const std::string& kind);
 
 }  // namespace pf

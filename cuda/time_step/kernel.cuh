@@ -1,14 +1,17 @@
-// The fused collide-and-integrate kernel: one thread a parcel, in the order of the last sort. It reads the
-// candidates' positions from the cells its search box covers, sums the contacts, moves the parcel, and in the
-// last step of a frame writes what is drawn.
+// The kernels of the time-stepped methods. step_kernel does a whole step of a parcel in one thread, in the
+// order of the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves
+// it, and in the last step of a frame writes what is drawn.
 //
-// Aliasing: `from` and `to` must not overlap; ids do not change. Deterministic: all sums are integers. Stream
-// last.
+// `from` and `to` must not overlap; ids do not change. All sums are integers, so the results do not depend on
+// the order of threads. The stream comes last.
 #pragma once
 
-#include "backend/backend.hpp"
+#include "backend/draw_buffers.hpp"
+#include "cuda/cell_sort.cuh"
 #include "cuda/neighbour_search.cuh"
+#include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
+#include "model/parcel.hpp"
 
 namespace pf {
 
@@ -18,20 +21,22 @@ struct StepLaunch {
   ParcelPointers from;
   ParcelPointers to;  // id unused
   StepState* state = nullptr;
-  TallySlot* slots = nullptr;       // kNumSlots
-  SortKeys keys;                    // of the positions after the step, in `grid`
-  DrawBuffers draw;                 // device memory; null pointers: nothing is drawn
-  Method method = Method::impulse;  // exact: overlaps are pushed apart and nothing else, dt_s = 0
+  TallySlot* slots = nullptr;  // kNumSlots
+  SortKeys keys;               // of the positions after the step, in the grid of `space`
+  DrawBuffers draw;            // device memory; null pointers: nothing is drawn
+  Method method = Method::impulse;
 };
 
-// One step of all parcels; the ball stays where it is until launch_ball.
+// One step of all parcels; the ball moves in launch_ball.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
+// Moves overlapping parcels apart, and nothing else; dt_s = 0.
+void launch_push_out(const StepLaunch& launch, cudaStream_t stream);
 
-// Zeroes the request's totals and plans the ball's motion for a first step of constants.dt_s.
+// Zeroes the request's totals, and plans the ball's motion for a first step of constants.dt_s.
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream);
 
-// Ends a step: adds up and clears the slots, advances the ball, plans its next motion.
+// Ends a step: adds the slots to the totals and clears them, moves the ball, and plans its next motion.
 void launch_ball(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream);
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-# Completion of pickleflight for bash: commands, options (as --help lists them), names of scenes and other choices.
+# Completion of pickleflight for bash: commands, options (from --help), names of scenes and other choices.
 _pickleflight() {
   local cur prev words cword command=run word
   _init_completion || return

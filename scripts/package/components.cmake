@@ -1,4 +1,4 @@
-# Read by CPack for each kind of package: the .deb names its libraries, the .tar.gz carries them.
+# Read by CPack for each kind of package. The .deb depends on libraries; the .tar.gz contains them.
 if(CPACK_GENERATOR STREQUAL "DEB")
   set(CPACK_COMPONENTS_ALL program)
   set(CPACK_PACKAGING_INSTALL_PREFIX /usr)

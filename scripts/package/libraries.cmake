@@ -1,6 +1,6 @@
-# Run when the .tar.gz is made: copies what `program` links, but for what every Linux system has. The client libraries
-# of X lie apart, in x11: graphics drivers expect the system's own, so these serve only where it has none (launcher).
-# Licences go along. In: program, doc.
+# Run when the .tar.gz is made: copies the libraries that `program` links, except for those of every Linux system, with
+# their licences. The client libraries of X are in a separate folder, x11: graphics drivers expect the system's own, so
+# the launcher uses these only if it has none. Input: program, doc.
 file(GET_RUNTIME_DEPENDENCIES EXECUTABLES ${program} RESOLVED_DEPENDENCIES_VAR libraries
      PRE_EXCLUDE_REGEXES "^ld-linux" "^linux-vdso" "^lib(c|m|dl|rt|pthread|stdc\\+\\+|gcc_s)\\.so")
 set(root $ENV{DESTDIR}${CMAKE_INSTALL_PREFIX})

@@ -1,4 +1,4 @@
-# What is installed, and the packages made of it: a .deb, and a .tar.gz that runs from wherever it is unpacked.
+# Installed files, and their packages: a .deb, and a .tar.gz that runs from any folder.
 #   cmake --preset package && cmake --build build/package --target package
 set(pf_data ${CMAKE_INSTALL_DATADIR}/pickleflight)
 install(TARGETS pickleflight RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT program)
@@ -6,6 +6,7 @@ install(DIRECTORY shaders DESTINATION ${pf_data} COMPONENT program)
 install(DIRECTORY src/lab/plots DESTINATION ${pf_data} COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY assets/scenes assets/lab DESTINATION ${pf_data}/assets COMPONENT program)
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 install(FILES scripts/package/pickleflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
         COMPONENT program)
@@ -14,7 +15,7 @@ install(FILES scripts/package/pickleflight.svg
 install(FILES scripts/package/completion.bash
         DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME pickleflight COMPONENT program)
 
-# Man pages are what --help says.
+# Man pages, from the output of --help.
 find_program(PF_HELP2MAN help2man)
 if(PF_HELP2MAN)
   add_custom_command(OUTPUT ${PROJECT_BINARY_DIR}/man/pickleflight.1
@@ -25,15 +26,15 @@ if(PF_HELP2MAN)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 endif()
 
-# Licences of the libraries that are compiled in, as Debian keeps them.
+# Licences of the libraries that are compiled in, from Debian's packages.
 foreach(package libimgui-dev libfmt-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev python3-glad)
   install(FILES /usr/share/doc/${package}/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR}/licenses RENAME ${package}
           COMPONENT program OPTIONAL)
 endforeach()
 
-# Only in the .tar.gz: a font, the libraries, and a launcher that finds those.
+# Only in the .tar.gz: a font, the libraries, and a launcher that sets their path.
 if(PF_PORTABLE)
-  # DT_RPATH, not DT_RUNPATH: it holds for the libraries of libraries, too.
+  # DT_RPATH instead of DT_RUNPATH applies to libraries of libraries, too.
   set_target_properties(pickleflight PROPERTIES INSTALL_RPATH "$ORIGIN/../lib/pickleflight")
   target_link_options(pickleflight PRIVATE -Wl,--disable-new-dtags)
   install(FILES /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf DESTINATION ${pf_data}/fonts COMPONENT libraries
@@ -47,9 +48,9 @@ endif()
 set(CPACK_PACKAGE_VENDOR "the Pickleball Flight developers")
 set(CPACK_PACKAGE_CONTACT "the Pickleball Flight developers <maintainers@users.noreply.github.com>")
 set(CPACK_PACKAGE_DESCRIPTION "A real-time demo of a pickleball flying through air parcels, which collide with each
-other and with the ball; spin bends the flight. Collision methods from the cheap one of games to an exact event-driven
-one run side by side, with what they cost and how far they err. Runs on a CPU, or on an NVIDIA GPU (Turing or newer)
-where its driver is installed, with the same result to the last bit.")
+other and with the ball; spin bends the flight. Collision methods, from a cheap one as in games to an exact event-driven
+one, run side by side with their costs and errors. Runs on a CPU, or on an NVIDIA GPU (Turing or newer) with its driver,
+with bitwise equal results.")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR})
 set(CPACK_PACKAGE_FILE_NAME pickleflight-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_GENERATOR DEB TGZ)

@@ -15,7 +15,7 @@
 namespace pf {
 namespace {
 
-// Far beyond every cache.
+// Larger than any cache.
 constexpr std::size_t kCopyBytes = 256ULL << 20U;
 
 struct Spread {
@@ -30,62 +30,80 @@ Spread spread_of(std::vector<double> values) {
 // 0 for null.
 double number_of(const nlohmann::json& value) { return value.is_null() ? 0.0 : value.get<double>(); }
 
-// Wall-clock milliseconds of one request, for backends that report their phases late.
+// Milliseconds of one request by the host's clock.
 double timed_advance(Backend& backend, const StepRequest& request, StepReport& report) {
   const Clock::time_point start = Clock::now();
   report = backend.advance(request);
   return milliseconds_since(start);
 }
 
-}  // namespace
+struct Bench {
+  const Options& options;
+  Settings settings;
+  Physics physics;
+  StepRequest request;
+  StepReport report;                // of the last repeat
+  std::vector<double> ns_per_step;  // and parcel, of each repeat
 
-void run_bench(const Options& options, Backend& backend) {
-  Settings settings = options.settings;
+  double parcel_steps() const { return static_cast<double>(request.num_steps) * physics.parcels.num; }
+};
+
+Bench prepare(const Options& options, Backend& backend) {
+  Bench bench{options, options.settings, {}, {}, {}, {}};
+  Settings& settings = bench.settings;
   settings.num_parcels = resolve_num_parcels(settings, backend.name());
-  const Physics physics = derive_physics(settings);
-  if (physics.parcels.num == 0) throw UserError("bench: air.kind is not parcels, there is nothing to time");
+  bench.physics = derive_physics(settings);
+  if (bench.physics.parcels.num == 0)
+    throw UserError("bench: air.kind is not parcels, there is nothing to time");
   const BallState ball = initial_ball(settings);
-  const Spawner spawner(settings, physics, ball);
-  backend.reset(physics, spawner.plan(), ball);
+  const Spawner spawner(settings, bench.physics, ball);
+  backend.reset(bench.physics, spawner.plan(), ball);
+  bench.request = step_request(settings, 1, plan_frame(settings, bench.physics, ball).dt_s);
+  return bench;
+}
 
-  StepRequest request = step_request(settings, 1, plan_frame(settings, physics, ball).dt_s);
-  StepReport report;
-  request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
-  timed_advance(backend, request, report);
-
-  RunRecord record(settings, physics, backend.measure(), backend.device());
-  record.start_clock();
-  std::vector<double> ns_per_step;
-  request.num_steps = static_cast<std::uint32_t>(options.bench_steps);
-  for (int repeat = 0; repeat < options.bench_repeats; ++repeat) {
-    const double ms = timed_advance(backend, request, report);
-    ns_per_step.push_back(ms * 1e6 / (static_cast<double>(request.num_steps) * physics.parcels.num));
-    PhaseTimes per_step = report.times;
+// One entry of the record per repeat, with the times of a step.
+void measure(Bench& bench, Backend& backend, RunRecord& record) {
+  StepRequest& request = bench.request;
+  request.num_steps = static_cast<std::uint32_t>(bench.options.bench_steps);
+  for (int repeat = 0; repeat < bench.options.bench_repeats; ++repeat) {
+    const double ms = timed_advance(backend, request, bench.report);
+    bench.ns_per_step.push_back(ms * 1e6 / bench.parcel_steps());
+    PhaseTimes per_step = bench.report.times;
     for (double& phase : per_step.ms) phase /= request.num_steps;
-    record.add_frame(per_step, report.totals, request.dt_s);
+    record.add_frame(per_step, bench.report.totals, request.dt_s);
   }
-  const Spread spread = spread_of(ns_per_step);
-  nlohmann::json json = record.finish(settings, physics, backend, report.ball, 0.0);
+}
+
+nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecord& record) {
+  const Spread spread = spread_of(bench.ns_per_step);
+  nlohmann::json json = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
   json["ns_per_particle_step"] = spread.median;
   json["particle_steps_per_s"] = 1e9 / spread.median;
-  const double bytes_per_step = backend.min_bytes_moved(report.totals) /
-                                (static_cast<double>(request.num_steps) * physics.parcels.num);
-  const double bandwidth = backend.measure_copy_bandwidth(kCopyBytes);
-  json["bench"] = {{"repeats", options.bench_repeats},
-                   {"steps", options.bench_steps},
-                   {"warmup", options.bench_warmup},
-                   {"ns_per_particle_step_median", spread.median},
-                   {"ns_per_particle_step_min", spread.min},
-                   {"ns_per_particle_step_max", spread.max},
-                   {"least_bytes_per_particle_step", bytes_per_step},
-                   {"copy_bandwidth_bytes_per_s", bandwidth}};
+  json["bench"] = {
+      {"repeats", bench.options.bench_repeats},
+      {"steps", bench.options.bench_steps},
+      {"warmup", bench.options.bench_warmup},
+      {"ns_per_particle_step_median", spread.median},
+      {"ns_per_particle_step_min", spread.min},
+      {"ns_per_particle_step_max", spread.max},
+      {"least_bytes_per_particle_step", backend.min_bytes_moved(bench.report.totals) / bench.parcel_steps()},
+      {"copy_bandwidth_bytes_per_s", backend.measure_copy_bandwidth(kCopyBytes)}};
+  return json;
+}
+
+void print_bench(const Bench& bench, const nlohmann::json& json) {
+  const Spread spread = spread_of(bench.ns_per_step);
+  const double bytes_per_step = json["bench"]["least_bytes_per_particle_step"];
+  const double bandwidth = json["bench"]["copy_bandwidth_bytes_per_s"];
   fmt::print(
       "{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per "
       "step\n",
-      backend.device(), physics.parcels.num, settings.name, json["method"].get<std::string>(), spread.median,
-      spread.min, spread.max, 1.0 / spread.median, spread.median * physics.parcels.num * 1e-6);
+      json["device"].get<std::string>(), bench.physics.parcels.num, bench.settings.name,
+      json["method"].get<std::string>(), spread.median, spread.min, spread.max, 1.0 / spread.median,
+      spread.median * bench.physics.parcels.num * 1e-6);
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
-    const double ms = report.times.ms[phase] / request.num_steps;
+    const double ms = bench.report.times.ms[phase] / bench.request.num_steps;
     if (ms > 0.0) fmt::print("  {:<18} {:10.4f} ms per step\n", kPhaseNames[phase], ms);
   }
   fmt::print(
@@ -93,6 +111,19 @@ void run_bench(const Options& options, Backend& backend) {
       bytes_per_step, bytes_per_step / spread.median,
       100.0 * bytes_per_step / spread.median * 1e9 / bandwidth, 1e-9 * bandwidth);
   fmt::print("  state hash {}\n", json["state_hash"].get<std::string>());
+}
+
+}  // namespace
+
+void run_bench(const Options& options, Backend& backend) {
+  Bench bench = prepare(options, backend);
+  bench.request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
+  timed_advance(backend, bench.request, bench.report);
+  RunRecord record(bench.settings, bench.physics, backend.measure(), backend.device());
+  record.start_clock();
+  measure(bench, backend, record);
+  const nlohmann::json json = bench_report(bench, backend, record);
+  print_bench(bench, json);
   if (!options.bench_json.empty()) write_report(options.bench_json, json);
 }
 
@@ -155,7 +186,11 @@ void print_frame_times(const nlohmann::json& report) {
              report["device"].get<std::string>(), report["num_parcels"].get<std::uint64_t>(),
              report["scene"].get<std::string>(), report["method"].get<std::string>(), "", "median", "p99");
   row("whole frame", report["frame_ms"]);
-  for (const char* phase : kPhaseNames) row(phase, report["phase_ms"][phase]);
+  for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
+    const nlohmann::json& times = report["phase_ms"][kPhaseNames[phase]];
+    const bool is_of_another_method = phase < kNumStepPhases && number_of(times["p99"]) == 0.0;
+    if (!is_of_another_method) row(kPhaseNames[phase], times);
+  }
   for (const char* phase : {"draw", "panel"}) {
     row(fmt::format("{}, host", phase).c_str(), report["host_ms"][phase]);
     row(fmt::format("{}, GPU", phase).c_str(), report["gpu_ms"][phase]);

@@ -1,4 +1,4 @@
-// `pickleflight bench`: steps of a scene without drawing, timed; tables of whole frames.
+// `pickleflight bench`: times steps of a scene without drawing, and prints tables of whole frames.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -13,7 +13,7 @@ namespace pf {
 // report (the run report's keys plus bench.{repeats,steps,warmup,ns_per_particle_step_{median,min,max}}).
 void run_bench(const Options& options, Backend& backend);
 
-// What recording costs: from reports (RunRecord::finish) of the same run without and with a film, taken in
+// The cost of recording, from reports (RunRecord::finish) of the same run without and with a film, taken in
 // turn, at least one each. Keys: rounds, frame_ms_{without,with} (medians over the rounds of their median
 // whole frame), ratio, mean_frame_ms_{without,with}, cost_ms, period_ms (of the film), share_of_period,
 // film_frames (of the last round), dropped (of all), write_ms_per_frame (encoder or sink, on their own
@@ -21,8 +21,8 @@ void run_bench(const Options& options, Backend& backend);
 nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
                               const std::vector<nlohmann::json>& recorded);
 
-// Prints the whole frame's and each phase's milliseconds of a run report to stdout, what the host and the GL
-// device took to draw, and the cost of recording if the report has it under `recording`.
+// Prints to stdout, from a run report, the milliseconds of the whole frame, of each phase, of drawing by host
+// and GL device, and the cost of recording if the report has it under `recording`.
 void print_frame_times(const nlohmann::json& report);
 
 }  // namespace pf

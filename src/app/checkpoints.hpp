@@ -1,4 +1,4 @@
-// Moments of the present flight, kept in memory so that one can jump back to them.
+// Checkpoints of the current flight, kept in memory for jumps back.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 namespace pf {
 
 struct Checkpoint {
-  double shown_s = 0.0;  // on the clock of the frames that moved, since the launch
+  double shown_s = 0.0;  // frames with a step since the launch, at the frame rate
   ParcelSnapshot parcels;
   BallState ball;
   StepTotals totals;
@@ -23,17 +23,17 @@ struct Checkpoint {
 
 class Checkpoints {
  public:
-  // At most 8 moments, most_bytes in all, a second apart or more: a snapshot of many parcels stops the
-  // picture for as long as it takes, so they come the rarer the larger they are.
+  // Keeps at most 8 checkpoints and max_bytes, at least a second apart. Large snapshots are taken less often,
+  // because the picture stands still meanwhile.
   explicit Checkpoints(std::uint64_t max_bytes = 1'000'000'000) : max_bytes_(max_bytes) {}
 
   static std::uint64_t bytes_of(std::size_t num_parcels);
-  // How many fit; 0: jumping back cannot be had for so many parcels.
-  std::size_t most(std::size_t num_parcels) const;
+  // Number of checkpoints that fit. 0: none with so many parcels.
+  std::size_t max_count(std::size_t num_parcels) const;
   bool is_due(double shown_s, std::size_t num_parcels) const;
-  void keep(Checkpoint moment);
-  // The newest moment that lies half a second or more before shown_s, else the oldest; null if there is none.
-  // Those after it are forgotten.
+  void keep(Checkpoint checkpoint);
+  // The newest checkpoint at least half a second before shown_s, otherwise the oldest; null if there is none.
+  // Drops all later ones.
   const Checkpoint* back_from(double shown_s);
   void clear() { kept_.clear(); }
   std::size_t size() const { return kept_.size(); }

@@ -89,13 +89,13 @@ void ChildProcess::signal(int number) const {
   if (running()) ::kill(pid_, number);
 }
 
-std::string ChildProcess::last_words() const {
+std::string ChildProcess::last_errors() const {
   constexpr off_t kMaxBytes = 600;
   const off_t end = ::lseek(errors_.get(), 0, SEEK_END);
-  if (end <= 0) return "it said nothing";
-  const off_t begin = end > kMaxBytes ? end - kMaxBytes : 0;
-  std::string text(static_cast<std::size_t>(end - begin), '\0');
-  const ssize_t got = ::pread(errors_.get(), text.data(), text.size(), begin);
+  if (end <= 0) return "no error output";
+  const off_t start = end > kMaxBytes ? end - kMaxBytes : 0;
+  std::string text(static_cast<std::size_t>(end - start), '\0');
+  const ssize_t got = ::pread(errors_.get(), text.data(), text.size(), start);
   text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
   while (!text.empty() && text.back() == '\n') text.pop_back();
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");

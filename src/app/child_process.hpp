@@ -1,4 +1,4 @@
-// Another program, started without a shell, its complaints kept for the message.
+// Another program, started without a shell. Its error output is kept for messages.
 #pragma once
 
 #include <sys/types.h>
@@ -29,33 +29,33 @@ class Descriptor {
 };
 
 struct ChildExit {
-  bool good = false;                  // ended by itself with exit code 0
+  bool good = false;                  // exit code 0
   int code = -1;                      // exit code; -1: ended by a signal
-  std::uint64_t peak_host_bytes = 0;  // the most main memory it held (ru_maxrss)
+  std::uint64_t peak_host_bytes = 0;  // peak of its main memory (ru_maxrss)
 };
 
 class ChildProcess {
  public:
-  // arguments: the program (looked up on the PATH unless it has a slash) and what it is given. input: its
-  // standard input, -1: none. Standard output is dropped. Runs in a process group of its own: Ctrl-C in the
-  // terminal reaches this program only, which decides what becomes of the child. Throws DeviceError.
+  // arguments: the program (searched on the PATH unless it has a slash) and its arguments. input: its
+  // standard input; -1: none. Standard output is dropped. The child has a process group of its own, so that
+  // Ctrl-C in the terminal reaches this program alone. Throws DeviceError.
   ChildProcess(std::vector<std::string> arguments, int input);
-  ~ChildProcess();  // kills and waits if nobody waited
+  ~ChildProcess();  // kills a running child
   ChildProcess(const ChildProcess&) = delete;
   ChildProcess& operator=(const ChildProcess&) = delete;
 
-  bool running() const { return pid_ >= 0; }  // nobody has waited for its end yet
-  ChildExit wait();                           // until it ends; once
-  std::optional<ChildExit> poll();            // none while it works; once
+  bool running() const { return pid_ >= 0; }  // its end has not been collected
+  ChildExit wait();                           // until it ends; call once
+  std::optional<ChildExit> poll();            // none while it runs; not after its end
   void signal(int number) const;
-  // The last lines that it wrote to standard error, joined to one.
-  std::string last_words() const;
+  // End of its error output, in one line.
+  std::string last_errors() const;
 
  private:
   std::optional<ChildExit> collect(int flags);
 
   pid_t pid_ = -1;
-  Descriptor errors_;  // memory that holds its standard error: no pipe that could fill up
+  Descriptor errors_;  // memory that holds its standard error; unlike a pipe it cannot fill up
 };
 
 }  // namespace pf

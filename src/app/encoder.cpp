@@ -1,4 +1,3 @@
-// The ffmpeg process, fed through a socket.
 #include "app/encoder.hpp"
 
 #include <fmt/format.h>
@@ -51,58 +50,59 @@ void check_file(const fs::path& file, int width_px, int height_px, double frame_
   }
 }
 
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
 constexpr const char* kHardware = "h264_nvenc";
 constexpr const char* kSoftware = "libx264";
 
-// Players take films of this size for BT.709; said in the film, too.
-const std::string kTurnToVideo = "scale=out_color_matrix=bt709:out_range=tv";
-const Words kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
+// Players assume BT.709 for films of this size. The film states it, too.
+const std::string kToVideoColors = "scale=out_color_matrix=bt709:out_range=tv";
+const Arguments kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
 
-const Words kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
+const Arguments kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
 
-// Both at a quality where loss cannot be seen in moving parcels; constant quality, not constant rate.
-Words quality_of(const std::string& encoder) {
+// Constant quality, at which no loss is visible in moving parcels.
+Arguments quality_of(const std::string& encoder) {
   if (encoder == kHardware) return {"-preset", "p4", "-rc", "vbr", "-cq", "20", "-b:v", "0"};
   return {"-preset", "veryfast", "-crf", "18"};
 }
 
-Words operator+(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
+Arguments operator+(Arguments all, const Arguments& more) {
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
 }
 
-Words ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double frame_rate_hz,
-                       const std::string& encoder) {
-  // yuv420p halves both sides, so odd ones get a black column or row.
+Arguments ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double frame_rate_hz,
+                           const std::string& encoder) {
+  // yuv420p halves both sides, so that an odd side gets a black column or row.
   const bool is_odd = width_px % 2 != 0 || height_px % 2 != 0;
-  const Words input = {"-f",
-                       "rawvideo",
-                       "-pixel_format",
-                       "rgba",
-                       "-video_size",
-                       fmt::format("{}x{}", width_px, height_px),
-                       "-framerate",
-                       fmt::format("{}", frame_rate_hz),
-                       "-i",
-                       "pipe:0",
-                       "-an",
-                       "-vf",
-                       (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kTurnToVideo};
-  // A fragment ends at a key frame: what comes after the last one is lost if ffmpeg dies.
-  const Words frames = {"-c:v",     encoder,  "-g", fmt::format("{:.0f}", std::ceil(frame_rate_hz)),
-                        "-pix_fmt", "yuv420p"};
-  const Words mp4 = {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"};
-  const Words mkv = {"-f", "matroska"};
-  // file: since else a colon or a leading dash in the name has a meaning.
+  const Arguments input = {"-f",
+                           "rawvideo",
+                           "-pixel_format",
+                           "rgba",
+                           "-video_size",
+                           fmt::format("{}x{}", width_px, height_px),
+                           "-framerate",
+                           fmt::format("{}", frame_rate_hz),
+                           "-i",
+                           "pipe:0",
+                           "-an",
+                           "-vf",
+                           (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kToVideoColors};
+  // A fragment ends at a key frame. Frames after the last one are lost if ffmpeg dies.
+  const Arguments frames = {"-c:v",     encoder,  "-g", fmt::format("{:.0f}", std::ceil(frame_rate_hz)),
+                            "-pix_fmt", "yuv420p"};
+  const Arguments mp4 = {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"};
+  const Arguments mkv = {"-f", "matroska"};
+  // Without "file:", ffmpeg would interpret a colon or a leading dash in the name.
   return kQuiet + input + frames + kColors + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
-         Words{"-flush_packets", "1", "file:" + file.string()};
+         Arguments{"-flush_packets", "1", "file:" + file.string()};
 }
 
-bool encodes_a_trial(const std::string& encoder) {
-  const Words trial = {"-f", "lavfi", "-i", "color=size=256x144:rate=30", "-frames:v", "2", "-c:v", encoder};
-  ChildProcess ffmpeg(kQuiet + trial + quality_of(encoder) + Words{"-f", "null", "-"}, -1);
+bool encodes_trial(const std::string& encoder) {
+  const Arguments trial = {"-f",        "lavfi", "-i",   "color=size=256x144:rate=30",
+                           "-frames:v", "2",     "-c:v", encoder};
+  ChildProcess ffmpeg(kQuiet + trial + quality_of(encoder) + Arguments{"-f", "null", "-"}, -1);
   return ffmpeg.wait().good;
 }
 
@@ -112,10 +112,9 @@ struct Encoder::Process {
   std::string file;
   std::string encoder;
   std::size_t frame_bytes = 0;
-  Descriptor input;  // our end of ffmpeg's standard input: a socket, so that MSG_NOSIGNAL spares the handler
-                     // of SIGPIPE
-  // In a process group of its own: Ctrl-C in the terminal ends the program only, and ffmpeg finishes the film
-  // at the end of its input.
+  // This end of ffmpeg's standard input. It is a socket, so that MSG_NOSIGNAL avoids SIGPIPE.
+  Descriptor input;
+  // Ctrl-C in the terminal ends this program alone. ffmpeg finishes the film at the end of its input.
   ChildProcess ffmpeg;
   bool was_killed = false;
 
@@ -128,7 +127,7 @@ struct Encoder::Process {
 
   [[noreturn]] void report_failure() {
     const char* how = was_killed ? "ffmpeg was killed" : "ffmpeg failed";
-    throw DeviceError(fmt::format("film {}: {}: {}", in_quotes(file), how, ffmpeg.last_words()));
+    throw DeviceError(fmt::format("film {}: {}: {}", in_quotes(file), how, ffmpeg.last_errors()));
   }
 };
 
@@ -136,9 +135,9 @@ bool ffmpeg_available() {
   const char* path = std::getenv("PATH");
   std::string folders = path != nullptr ? path : "/bin:/usr/bin";
   folders += ':';
-  for (std::size_t begin = 0, end = 0; (end = folders.find(':', begin)) != std::string::npos;
-       begin = end + 1) {
-    const fs::path program = fs::path(end > begin ? folders.substr(begin, end - begin) : ".") / "ffmpeg";
+  for (std::size_t start = 0, end = 0; (end = folders.find(':', start)) != std::string::npos;
+       start = end + 1) {
+    const fs::path program = fs::path(end > start ? folders.substr(start, end - start) : ".") / "ffmpeg";
     std::error_code ignored;
     if (fs::is_regular_file(program, ignored) && ::access(program.c_str(), X_OK) == 0) return true;
   }
@@ -151,7 +150,7 @@ std::string h264_encoder() {
   const std::lock_guard lock(mutex);
   const char* path = std::getenv("PATH");
   std::string& encoder = found[path != nullptr ? path : ""];
-  if (encoder.empty()) encoder = encodes_a_trial(kHardware) ? kHardware : kSoftware;
+  if (encoder.empty()) encoder = encodes_trial(kHardware) ? kHardware : kSoftware;
   return encoder;
 }
 
@@ -177,7 +176,7 @@ Encoder::~Encoder() {
   try {
     finish();
   } catch (const DeviceError&) {
-    // Nobody is left to tell; who wants to know calls finish.
+    // A destructor cannot report it. Callers that need the result call finish().
   }
 }
 

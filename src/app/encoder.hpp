@@ -1,4 +1,4 @@
-// A film written by an ffmpeg process that is fed raw frames through a pipe.
+// A film, encoded by an ffmpeg process that receives raw frames through a socket.
 #pragma once
 
 #include <cstdint>
@@ -11,28 +11,28 @@
 
 namespace pf {
 
-// Whether an ffmpeg program is on the PATH.
+// True if an ffmpeg program is on the PATH.
 bool ffmpeg_available();
 
-// The H.264 encoder of the ffmpeg on the PATH: "h264_nvenc" where it encodes a trial film, else "libx264".
-// Tried once per PATH.
+// H.264 encoder of the ffmpeg on the PATH: "h264_nvenc" if it can encode a trial film, otherwise "libx264".
+// The trial is made once per PATH.
 std::string h264_encoder();
 
 class Encoder final : public FrameSink {
  public:
-  // H.264 in a container chosen by the file's ending (.mp4, .mkv), yuv420p so that it plays anywhere. The
-  // film stays playable if the program or ffmpeg dies, up to the last whole second that was encoded
-  // (fragmented mp4, a key frame every second). Throws UserError if ffmpeg is missing or the file's folder
-  // is, and DeviceError if the process cannot be started.
+  // H.264 in a container chosen by the file's ending (.mp4, .mkv), in yuv420p, which all players support. If
+  // the program or ffmpeg dies, the film stays playable up to the last whole second that was encoded
+  // (fragmented mp4, a key frame every second). Throws UserError if ffmpeg or the file's folder is missing,
+  // and DeviceError if the process cannot be started.
   Encoder(const std::filesystem::path& file, int width_px, int height_px, double frame_rate_hz);
   ~Encoder() override;  // finishes the film
   Encoder(const Encoder&) = delete;
   Encoder& operator=(const Encoder&) = delete;
 
   // rgba: height * width * 4 bytes, bottom row first (as GL reads it). Throws DeviceError with ffmpeg's last
-  // words if the process died.
+  // errors if the process died.
   void add_frame(std::span<const std::uint8_t> rgba) override;
-  // Closes the pipe and waits for ffmpeg; throws DeviceError if it failed.
+  // Closes the socket and waits for ffmpeg. Throws DeviceError if it failed.
   void finish() override;
   std::string name() const override;
 

@@ -16,7 +16,7 @@ RawFrames::RawFrames(const std::filesystem::path& file, int width_px)
     : name_(file.string()),
       row_bytes_(4 * static_cast<std::size_t>(width_px)),
       stream_(std::fopen(file.c_str(), "wbe")) {
-  constexpr std::size_t kBuffer = 1U << 20;  // rows are written from the last to the first: many at a time
+  constexpr std::size_t kBuffer = 1U << 20;  // collects many rows, which are written from last to first
   if (stream_) std::setvbuf(stream_.get(), nullptr, _IOFBF, kBuffer);
   if (stream_) return;
   throw UserError(fmt::format("--record: {} cannot be written: {}; choose another file", in_quotes(name_),
@@ -69,14 +69,14 @@ void FilmWriter::work() {
       waiting_.pop_front();
       lock.unlock();
       write(entry);
-      entry.frame = {};  // its memory is free before there is room for another
+      entry.frame = {};  // frees its memory before another frame is accepted
       lock.lock();
       --num_held_;
       changed_.notify_all();
     }
     lock.unlock();
     sink_->finish();
-  } catch (const std::exception& error) {  // of the sink, or no memory: the film ends, the run does not
+  } catch (const std::exception& error) {  // sink failed, or out of memory: the film ends, the run continues
     failure = error.what();
   }
   const std::lock_guard lock(mutex_);

@@ -1,4 +1,4 @@
-// Frames of a film, taken at once and written on a thread of their own.
+// Queue of a film's frames, written on a separate thread.
 #pragma once
 
 #include <condition_variable>
@@ -14,13 +14,13 @@
 
 namespace pf {
 
-// A frame and what keeps its memory: it may be used again once the last keeper is gone.
+// A frame with the owner of its memory. The memory may be reused once the last owner is gone.
 struct HeldFrame {
   std::span<const std::uint8_t> rgba;  // height * width * 4 bytes, bottom row first (as GL reads it)
   std::shared_ptr<const void> keeper;
 };
 
-// Where frames go: an encoder, single files, one file as they are.
+// Destination of frames: an encoder, single files, or one raw file.
 class FrameSink {
  public:
   virtual ~FrameSink() = default;
@@ -30,8 +30,8 @@ class FrameSink {
   virtual std::string name() const = 0;  // for the report: "libx264", "png", ...
 };
 
-// Frames as they are, top row first, RGBA with 8 bits each: nothing is encoded, for measuring and for other
-// programs. Throws UserError if the file cannot be opened, DeviceError if it cannot be written.
+// Raw frames, top row first, RGBA with 8 bits each, for measurements and other programs. Throws UserError if
+// the file cannot be opened, and DeviceError if it cannot be written.
 class RawFrames final : public FrameSink {
  public:
   RawFrames(const std::filesystem::path& file, int width_px);
@@ -54,25 +54,25 @@ class FilmWriter {
  public:
   enum class WhenFull { wait, refuse };
 
-  // capacity: frames that are held at most, the one being written included.
+  // capacity: maximum number of held frames, including the one being written.
   FilmWriter(std::unique_ptr<FrameSink> sink, std::size_t capacity);
-  ~FilmWriter();  // as close, and waits
+  ~FilmWriter();  // closes and waits
   FilmWriter(const FilmWriter&) = delete;
   FilmWriter& operator=(const FilmWriter&) = delete;
 
-  // Holds a frame that is to stand num_times in the film until it is written; nothing is copied. Whether it
-  // was taken: not if there is no room and nobody waits for it, or if the sink has failed.
+  // Holds a frame, without a copy, until it is written num_times. Returns false if the sink has failed, or if
+  // there is no room and when_full is refuse.
   bool add(HeldFrame frame, int num_times, WhenFull when_full);
-  void close();       // no frame follows; those taken are still written
-  bool done() const;  // closed and all written, or failed: nothing is waited for any more
+  void close();       // no frame follows; held frames are still written
+  bool done() const;  // closed and all written, or failed
 
-  // Frames that the sink has taken, repeats included.
+  // Frames written by the sink, repeats included.
   std::int64_t num_written() const;
-  // Frames that were taken here but not by the sink, once it has failed.
+  // Accepted frames that were not written, once the sink has failed.
   std::int64_t num_lost() const;
-  // Time that the sink took for them, on the writer's own thread.
+  // Time of the sink's calls, on the writer's own thread.
   double write_ms() const;
-  // Why the sink stopped, one line; empty while it has not.
+  // Reason why the sink failed, one line; empty if it has not.
   std::string failure() const;
 
  private:
@@ -86,7 +86,7 @@ class FilmWriter {
 
   std::unique_ptr<FrameSink> sink_;
   std::size_t capacity_;
-  mutable std::mutex mutex_;  // of all below but thread_
+  mutable std::mutex mutex_;  // guards all members below except thread_
   std::condition_variable changed_;
   std::deque<Entry> waiting_;
   std::size_t num_held_ = 0;  // waiting, or being written

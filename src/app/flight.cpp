@@ -10,9 +10,9 @@ namespace {
 
 double length(Vec2d v) { return std::sqrt(dot(v, v)); }
 
-// Where a flight is at a time within it, on the straight line between its points. `at` is where the search
-// begins; it moves on.
-Vec2d place_at(const FlightRecord& flight, double time_s, std::size_t& at) {
+// Position of a flight at a time, interpolated linearly between its points. at: index where the search
+// starts; it is advanced.
+Vec2d position_at(const FlightRecord& flight, double time_s, std::size_t& at) {
   while (at + 1 < flight.times_s.size() && flight.times_s[at + 1] < time_s) ++at;
   const Vec2d from = to_double(flight.points_m[at]);
   if (at + 1 >= flight.times_s.size()) return from;
@@ -21,7 +21,7 @@ Vec2d place_at(const FlightRecord& flight, double time_s, std::size_t& at) {
   return from + (to_double(flight.points_m[at + 1]) - from) * share;
 }
 
-// Fine enough to be seen as a curve: this share of the world's larger side per point, and this turn.
+// Resolution of a path that looks smooth: points per larger side of the world, and turn per point.
 constexpr double kPointsPerSide = 120.0;
 constexpr double kTurnPerPoint_rad = 0.05;
 constexpr std::size_t kMaxPoints = 600;
@@ -39,14 +39,14 @@ std::optional<FlightDistance> distance_between(const FlightRecord& a, const Flig
   distance.until_s = std::min(a.time_s(), b.time_s());
   std::size_t at_a = 0;
   std::size_t at_b = 0;
-  const auto apart_at = [&](double time_s) {
-    return length(place_at(a, time_s, at_a) - place_at(b, time_s, at_b));
+  const auto distance_at = [&](double time_s) {
+    return length(position_at(a, time_s, at_a) - position_at(b, time_s, at_b));
   };
   for (const double time_s : b.times_s) {
     if (time_s > distance.until_s) break;
-    distance.largest_m = std::max(distance.largest_m, apart_at(time_s));
+    distance.largest_m = std::max(distance.largest_m, distance_at(time_s));
   }
-  distance.at_end_m = apart_at(distance.until_s);
+  distance.at_end_m = distance_at(distance.until_s);
   distance.largest_m = std::max(distance.largest_m, distance.at_end_m);
   return distance;
 }

@@ -1,5 +1,4 @@
-// Flights that are shown beside each other: what was set, the path, what it cost; and the paths that the same
-// launch would take without parcels.
+// Records of flights for comparison: settings, path, cost. Also the paths of the same launch without parcels.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +10,14 @@
 
 namespace pf {
 
-// One flight of the ball, from its launch on.
+// One flight of the ball since its launch.
 struct FlightRecord {
-  std::int64_t launch = 0;  // flights of one number were launched alike: same ball, same seed of the air
-  bool fresh_air = true;    // the air was spawned for it; else it is as earlier flights left it
-  bool disturbed = false;   // a setting that bears on it was changed on the way
+  std::int64_t launch = 0;  // flights of equal number have the same ball and the same seed of the air
+  bool fresh_air = true;    // the air was spawned for it; otherwise earlier flights went through it
+  bool disturbed = false;   // a setting that affects it was changed during the flight
   Air air = Air::parcels;
   Method method = Method::impulse;
-  double set_dt_s = 0.0;  // as set; 0: from the displacement
+  double set_dt_s = 0.0;  // the setting; 0: from the displacement
   double dt_s = 0.0;      // of the last step
   double speed_mps = 0.0;
   double spin_radps = 0.0;
@@ -30,11 +29,11 @@ struct FlightRecord {
   std::optional<double> end_energy_j;  // when it ended
 
   double time_s() const { return times_s.empty() ? 0.0 : times_s.back(); }
-  // Relative; empty while it flies, if it was disturbed, and without energy.
+  // Relative. Empty during the flight, if it was disturbed, and if the initial energy is zero.
   std::optional<double> energy_drift() const;
 };
 
-// How far two flights are from each other at the same times, as long as both last.
+// Distance of two flights at equal times, up to the end of the shorter one.
 struct FlightDistance {
   double at_end_m = 0.0;
   double largest_m = 0.0;
@@ -43,16 +42,16 @@ struct FlightDistance {
 // Empty if one of them has no path yet.
 std::optional<FlightDistance> distance_between(const FlightRecord& a, const FlightRecord& b);
 
-// The path from the settings' launch with another kind of air (vacuum or drag), Magnus as set: until it
-// leaves the world, or after a while. Empty without a ball that moves. Throws UserError for settings that
-// cannot run.
+// Path of the settings' launch in another kind of air (vacuum or drag), with the Magnus setting. It ends
+// where the ball leaves the world, or after 600 points. Empty without a moving ball. Throws UserError for
+// settings that cannot run.
 std::vector<Vec2f> ghost_path(const Settings& settings, Air air);
 
 struct Ghost {
   Air air = Air::vacuum;
   std::vector<Vec2f> points_m;
 };
-// Both kinds, less the one that the settings have themselves.
+// Ghosts in vacuum and in drag, except for the settings' own kind of air.
 std::vector<Ghost> ghosts_of(const Settings& settings);
 
 }  // namespace pf

@@ -10,35 +10,35 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct NumberPlace {
-  std::size_t begin, end;  // of '%...d' in the name
-  int digits;              // at least so many
+struct Placeholder {
+  std::size_t start, end;  // of '%...d' in the name
+  int min_digits;
 };
 
-std::optional<NumberPlace> number_place(const std::string& name) {
-  const std::size_t begin = name.find('%');
-  if (begin == std::string::npos || name.find('%', begin + 1) != std::string::npos) return std::nullopt;
-  if (name.compare(begin, 2, "%d") == 0) return NumberPlace{begin, begin + 2, 1};
-  const bool is_padded = name.size() > begin + 3 && name[begin + 1] == '0' && name[begin + 2] >= '1' &&
-                         name[begin + 2] <= '9' && name[begin + 3] == 'd';
+std::optional<Placeholder> placeholder_in(const std::string& name) {
+  const std::size_t start = name.find('%');
+  if (start == std::string::npos || name.find('%', start + 1) != std::string::npos) return std::nullopt;
+  if (name.compare(start, 2, "%d") == 0) return Placeholder{start, start + 2, 1};
+  const bool is_padded = name.size() > start + 3 && name[start + 1] == '0' && name[start + 2] >= '1' &&
+                         name[start + 2] <= '9' && name[start + 3] == 'd';
   if (!is_padded) return std::nullopt;
-  return NumberPlace{begin, begin + 4, name[begin + 2] - '0'};
+  return Placeholder{start, start + 4, name[start + 2] - '0'};
 }
 
 }  // namespace
 
 bool is_frame_pattern(const fs::path& file) {
   const std::string ending = file.extension().string();
-  return (ending == ".png" || ending == ".PNG") && number_place(file.filename().string()).has_value() &&
+  return (ending == ".png" || ending == ".PNG") && placeholder_in(file.filename().string()).has_value() &&
          file.parent_path().string().find('%') == std::string::npos;
 }
 
 fs::path frame_file(const fs::path& pattern, int index) {
   const std::string name = pattern.filename().string();
-  const std::optional<NumberPlace> place = number_place(name);
-  assert(place);
-  return pattern.parent_path() / fmt::format("{}{:0{}}{}", name.substr(0, place->begin), index, place->digits,
-                                             name.substr(place->end));
+  const std::optional<Placeholder> number = placeholder_in(name);
+  assert(number);
+  return pattern.parent_path() / fmt::format("{}{:0{}}{}", name.substr(0, number->start), index,
+                                             number->min_digits, name.substr(number->end));
 }
 
 fs::path frames_instead_of(const fs::path& film) {

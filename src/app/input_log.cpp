@@ -22,10 +22,10 @@ const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_
 constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
 
 std::string array_text(const char* key, const std::vector<std::string>& values, const char* between) {
-  std::vector<std::string> words;
-  for (const std::string& value : values) words.push_back(toml_string(value));
+  std::vector<std::string> texts;
+  for (const std::string& value : values) texts.push_back(toml_string(value));
   const bool is_one_line = std::string_view(between) == ", ";
-  return fmt::format("{} = [{}{}]\n", key, is_one_line ? "" : "\n  ", fmt::join(words, between));
+  return fmt::format("{} = [{}{}]\n", key, is_one_line ? "" : "\n  ", fmt::join(texts, between));
 }
 
 std::string edit_text(const Field& field, const Settings& settings) {
@@ -38,8 +38,8 @@ std::string settings_text(const Settings& settings) {
   return fmt::format("scene = {}\n", toml_string(settings.name)) + array_text("settings", all, ",\n  ");
 }
 
-// What a person changed and what came of it: a refused edit is none, and the number of parcels may have been
-// counted for the backend.
+// Edits that the user asked for and that took effect. A refused edit has none. The number of parcels counts
+// even if not asked for, since it may have been resolved for the backend.
 std::vector<std::string> edits_between(const Settings& before, const Settings& asked, const Settings& after) {
   std::vector<std::string> edits;
   for (const Field& field : fields()) {
@@ -70,8 +70,6 @@ std::string frame_text(const LoggedFrame& frame) {
 std::string hash_of(Simulation& simulation) {
   return fmt::format("{:016x}", simulation.backend().state_hash());
 }
-
-// Reading ------------------------------------------------------------------------------------------------
 
 class Reader {
  public:
@@ -177,7 +175,7 @@ LoggedFrame Reader::frame(const toml::table& table) const {
   frame.presses = texts(table, "press");
   frame.hash = text(table, "hash");
   read_launch(table, frame);
-  // Tried here, so that a log that cannot be played is refused before the run.
+  // Edits are tried here, so that an invalid log is refused before the run.
   Settings scratch;
   apply_edits(frame.edits, scratch, fmt::format("{}:{}", file_, table.source().begin.line));
   std::vector<std::string> known;
@@ -195,8 +193,8 @@ RunLog Reader::read() const {
   const toml::table document = parse();
   if (!document.contains("settings") || !document.contains("frame") || !document.get("frame")->is_array()) {
     throw UserError(
-        fmt::format("{}: is not a log of a run, which has settings and frames; a scene is flown "
-                    "with --scene {}",
+        fmt::format("{}: is not a log of a run, which has settings and frames; run a scene with "
+                    "--scene {}",
                     file_, file_));
   }
   RunLog log{text(document, "version"), text(document, "backend"), settings(document), {}};
@@ -205,7 +203,7 @@ RunLog Reader::read() const {
     log.frames.push_back(frame(*node.as_table()));
     const std::size_t last = log.frames.size() - 1;
     if (last > 0 && log.frames[last].number < log.frames[last - 1].number)
-      refuse(node, "its number is below that of the frame before; frames stand in their order");
+      refuse(node, "its number is below that of the previous frame; sort the frames by number");
   }
   return log;
 }
@@ -235,7 +233,7 @@ std::vector<CommandSwitch> command_switches() {
 RunLog read_log(const fs::path& file) { return Reader(file).read(); }
 
 InputLog::InputLog(const Simulation& simulation, const std::string& backend)
-    : text_(fmt::format("# A flight, input by input. To fly it again: pickleflight run THIS_FILE\n"
+    : text_(fmt::format("# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
                         toml_string(PF_VERSION), toml_string(backend)) +
             settings_text(simulation.settings())) {}
@@ -282,7 +280,7 @@ void InputLog::write(File& file, const std::string& text) {
   file.stream << text << std::flush;
   if (file.stream || !failure_.empty()) return;
   failure_ =
-      fmt::format("{}: the log cannot be written any more (is the disk full?); the run goes on without",
+      fmt::format("{}: the log can no longer be written (is the disk full?); the run continues without it",
                   in_quotes(file.path.string()));
 }
 
@@ -292,7 +290,7 @@ void InputLog::open(const fs::path& file) {
   if (!opened.stream) {
     throw UserError(
         fmt::format("{}: the log cannot be written; choose a folder that exists, is writable and "
-                    "has room",
+                    "has free space",
                     in_quotes(file.string())));
   }
   files_.push_back(std::move(opened));
@@ -302,7 +300,6 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
   const auto found =
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
-  // Of the last frame, unless it is there already.
   if (num_frames_ - 1 > last_hashed_) {
     LoggedFrame last;
     last.number = num_frames_ - 1;

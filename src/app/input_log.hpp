@@ -1,6 +1,6 @@
 // The log of a run: its settings, and every input that changed something, with the number of its frame. The
-// same inputs at the same frames give the same states, to the last bit and on every backend, so a log is a
-// whole flight in a few lines; it holds hashes of the state to prove that.
+// same inputs at the same frames give the same states, bit for bit and on every backend. A log therefore
+// holds a whole flight in a few lines. Hashes of the state in it allow a check.
 #pragma once
 
 #include <cstdint>
@@ -15,40 +15,40 @@
 
 namespace pf {
 
-// What a log says about one frame. Frames count from 0.
+// Entry of a log for one frame. Frames count from 0.
 struct LoggedFrame {
   std::int64_t number = 0;
-  std::optional<Settings> restart;   // these settings from their start: another scene, or another backend
+  std::optional<Settings> restart;   // start anew with these settings: another scene, or another backend
   std::vector<std::string> edits;    // "section.key = value" of each setting that changed
   std::vector<std::string> presses;  // names of Commands that are on or off (command_switches)
   std::optional<BallLaunch> fly;
   Comparison compare = Comparison::none;
   double time_scale_factor = 1.0;
-  std::string hash;  // of the state after the frame; empty: not taken
+  std::string hash;  // of the state after the frame; empty: none
 };
 
 struct RunLog {
   std::string version;  // of the program that wrote it
   std::string backend;
-  Settings settings;  // at the start, parcels counted for that backend
+  Settings settings;  // at the start, with the number of parcels for that backend
   std::vector<LoggedFrame> frames;
 };
 
-// Sets what each "section.key = value" says. Throws UserError that begins with where.
+// Applies each "section.key = value". Throws UserError that begins with where.
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where);
 
-// Throws UserError with file and line for what is not a log.
+// Throws UserError with file and line if the file is not a log.
 RunLog read_log(const std::filesystem::path& file);
 
-// The Commands that are on or off, by the names that a log has for them.
+// The on/off members of Commands, with their names in a log.
 struct CommandSwitch {
   const char* name;
   bool Commands::*member;
 };
 std::vector<CommandSwitch> command_switches();
 
-// Writes logs of the run at hand: to any number of files, begun and ended at any frame. What is in a file is
-// complete after each frame, so that it serves if the program dies.
+// Writes logs of the run, to any number of files, each opened and closed at any frame. A file is complete
+// after each frame, so that it is usable if the program dies.
 class InputLog {
  public:
   static constexpr int kFramesPerHash = 60;  // about one a second
@@ -60,12 +60,12 @@ class InputLog {
   void begin_frame(const Commands& commands, const Simulation& simulation);
   void end_frame(Simulation& simulation);
 
-  // Starts a file with all that has happened so far. Throws UserError if it cannot be written.
+  // Starts a file with the whole log so far. Throws UserError if it cannot be written.
   void open(const std::filesystem::path& file);
-  // Ends it with the present state.
+  // Ends a file with the hash of the current state.
   void close(const std::filesystem::path& file, Simulation& simulation);
   void close_all(Simulation& simulation);
-  // Once for a file that can be written no more (a full disk): what to tell the person, else empty.
+  // Returns, once, a message for the user if a file can no longer be written (full disk); otherwise "".
   std::string take_failure();
 
  private:
@@ -77,12 +77,12 @@ class InputLog {
   void note(const LoggedFrame& frame);
   void write(File& file, const std::string& text);
 
-  std::string text_;  // of the file that would hold everything so far
+  std::string text_;  // the whole log so far
   std::list<File> files_;
   std::string failure_;
   std::int64_t num_frames_ = 0;
-  std::int64_t last_hashed_ = -1;  // frame whose state stands in text_
-  // Of the frame in hand.
+  std::int64_t last_hashed_ = -1;  // last frame with a hash in text_
+  // State of the current frame.
   LoggedFrame frame_;
   Settings settings_before_;
   std::optional<Settings> asked_;

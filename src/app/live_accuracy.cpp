@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kPeriod_ms = 250.0;
 
-// What changes nothing about the state or its error does not begin the figures anew.
-Settings as_far_as_they_matter(Settings s) {
+// The settings without those that affect neither state nor error. Their changes do not restart the figures.
+Settings relevant_settings(Settings s) {
   const Settings plain;
   s.time_scale = plain.time_scale;
   s.threads = plain.threads;
@@ -31,11 +31,11 @@ double length(Vec2d v) { return std::sqrt(dot(v, v)); }
 }  // namespace
 
 void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
-  const Settings settings = as_far_as_they_matter(*view.settings);
-  const bool goes_on = begin_ && begin_->num_flights == view.num_flights &&
-                       begin_->num_scenes == view.num_scenes && begin_->settings == settings;
-  if (!goes_on) {
-    begin_ = {settings, view.num_flights, view.num_scenes, backend.measure(), view.simulated_s, view.totals};
+  const Settings settings = relevant_settings(*view.settings);
+  const bool continues = start_ && start_->num_flights == view.num_flights &&
+                         start_->num_scenes == view.num_scenes && start_->settings == settings;
+  if (!continues) {
+    start_ = {settings, view.num_flights, view.num_scenes, backend.measure(), view.simulated_s, view.totals};
     readout_ = {};
     measured_ = Clock::now();
     measured_at_s_ = view.simulated_s;
@@ -49,20 +49,20 @@ void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
 
 void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   const Measures now = backend.measure();
-  const Measures& then = begin_->measures;
+  const Measures& then = start_->measures;
   measured_ = Clock::now();
   measured_at_s_ = view.simulated_s;
-  readout_.simulated_s = view.simulated_s - begin_->simulated_s;
-  readout_.num_collisions = view.totals.num_collisions - begin_->totals.num_collisions;
-  readout_.num_retired = view.totals.num_retired - begin_->totals.num_retired;
-  readout_.num_retried_steps = view.totals.num_retried_steps - begin_->totals.num_retried_steps;
+  readout_.simulated_s = view.simulated_s - start_->simulated_s;
+  readout_.num_collisions = view.totals.num_collisions - start_->totals.num_collisions;
+  readout_.num_retired = view.totals.num_retired - start_->totals.num_retired;
+  readout_.num_retried_steps = view.totals.num_retried_steps - start_->totals.num_retried_steps;
   if (then.energy_j() > 0.0) readout_.energy_drift = now.energy_j() / then.energy_j() - 1.0;
   if (then.momentum_scale_kg_mps > 0.0) {
     readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
   }
   const ParcelConstants& parcels = view.physics->parcels;
   if (parcels.num < 2 || !parcels.contacts || readout_.simulated_s <= 0.0) return;
-  // Speed of the mean of both energies per parcel.
+  // From the mean of both energies per parcel.
   const double speed_mps =
       std::sqrt(0.5 * (now.parcel_energy_j + then.parcel_energy_j) / (parcels.num * parcels.mass_kg));
   const double enskog = enskog_rate_per_s(area_fraction_of(*view.physics), speed_mps, parcels.radius_m);

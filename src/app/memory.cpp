@@ -59,11 +59,11 @@ std::uint64_t available_memory_bytes(const std::filesystem::path& meminfo) {
 
 void check_memory(std::int64_t num_parcels, std::uint64_t needed_bytes, std::uint64_t available_bytes) {
   if (needed_bytes <= available_bytes) return;
-  const double most = static_cast<double>(num_parcels) * gib(available_bytes) / gib(needed_bytes);
+  const double max_parcels = static_cast<double>(num_parcels) * gib(available_bytes) / gib(needed_bytes);
   throw UserError(
       fmt::format("air.num_parcels: {} parcels need {:.2f} GiB of memory, but {:.2f} GiB are "
                   "available; give at most about {:.2g} parcels (-p)",
-                  num_parcels, gib(needed_bytes), gib(available_bytes), 0.95 * most));
+                  num_parcels, gib(needed_bytes), gib(available_bytes), 0.95 * max_parcels));
 }
 
 }  // namespace pf

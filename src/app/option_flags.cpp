@@ -34,7 +34,7 @@ std::string flag_help(const SettingFlag& flag) {
 }
 
 std::string set_help() {
-  std::string text = "Settings for --set, the keys of a scene file (defaults; a scene may have others):\n";
+  std::string text = "Settings for --set and scene files, with defaults (a scene may set others):\n";
   for (const Field& field : fields()) {
     const bool is_number =
         field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
@@ -50,7 +50,7 @@ std::string set_help() {
 
 CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
                       const std::string& help) {
-  // A callback, since CLI11 takes an empty value of an optional for none at all.
+  // A callback, since CLI11 treats an empty value of an optional as none.
   return app
       .add_option_function<std::string>(
           flag, [&target](const std::string& text) { target = text; }, help)
@@ -60,7 +60,7 @@ CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string
 void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_option(
          "--draw-target", options.draw_target,
-         fmt::format("how parcels reach the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
+         fmt::format("path of the parcels to the renderer; {}; default auto", fmt::join(kDrawTargets, ", ")))
       ->type_name("NAME");
   add_text(app, "--size", typed.size, "WxH",
            "size of window, film and picture [pixels]; each 16 to 16384; default 1280x720");
@@ -69,22 +69,21 @@ void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
 void add_record_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_option(
          "--record", typed.record,
-         "write a film, .mp4 or .mkv, or its frames as FOLDER/%05d.png, or raw as .rgb (RGBA, top row "
-         "first); without ffmpeg the frames of NAME.mp4 go to NAME_frames/%05d.png; beside it "
-         "FILE.toml, the log of the flight; F9 in the window stops it and starts others")
+         "write a film (.mp4, .mkv), single frames (FOLDER/%05d.png) or raw frames (.rgb: RGBA, top row "
+         "first), and the log of the flight beside it, FILE.toml; without ffmpeg the frames of NAME.mp4 go "
+         "to NAME_frames/%05d.png; F9 in the window stops the film and starts another")
       ->type_name("FILE");
   app.add_option("--record-time", typed.record_time,
-                 "simulation: every frame that is drawn is one of the film; real: one per period of the "
-                 "clock, others are repeated or left out; default simulation")
+                 "simulation: every drawn frame is one of the film; real: frames are repeated or dropped to "
+                 "follow the clock; default simulation")
       ->type_name("NAME");
   add_text(app, "--record-size", typed.record_size, "WxH",
            "size of the film, as 1280x720 or 1920x1080; each 16 to 16384 and even; default: the window's");
-  app.add_flag("--record-panel", options.record_panel, "with the panel in the film, and in pictures by F12");
+  app.add_flag("--record-panel", options.record_panel, "show the panel in the film and in pictures by F12");
   app.add_option("--record-overlay", typed.record_overlay,
-                 "whether the film has the overlay; on, off; default on")
+                 "show the overlay in the film; on, off; default on")
       ->type_name("NAME");
-  app.add_option("--log", typed.log,
-                 "write settings and inputs: 'pickleflight run FILE.toml' flies them again")
+  app.add_option("--log", typed.log, "write settings and inputs; 'pickleflight run FILE.toml' replays them")
       ->type_name("FILE.toml");
 }
 
@@ -92,25 +91,25 @@ std::string one_of(const char* what, const std::vector<std::string>& names) {
   return fmt::format("{}; {}; default {}", what, fmt::join(names, ", "), names.front());
 }
 
-// What the panel and the keys do to the picture.
+// Flags for the picture, as in the panel.
 void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_flag("--paused", options.paused, "start paused; the space bar starts");
+  app.add_flag("--paused", options.paused, "start paused, until the space bar is pressed");
   app.add_flag("--ghosts", options.ghosts,
-               "draw the paths of the same launch in a vacuum and in closed-form drag");
+               "draw the paths of the same launch in vacuum and in closed-form drag");
   add_text(app, "--theme", typed.theme, "NAME", one_of("colours of floor, panel and overlay", kThemeNames));
   add_text(app, "--color-map", typed.color_map, "NAME",
            one_of("colours of the parcels' speed", kColorMapNames));
   add_text(app, "--overlay", typed.overlay, "NAME",
-           one_of("times and figures at the lower edge", kOverlayNames));
+           one_of("overlay of times and figures at the lower edge", kOverlayNames));
   add_text(app, "--ui-scale", typed.ui_scale, "X",
            fmt::format("size of text and overlay; {} to {}; default 1", kMinUiScale, kMaxUiScale));
   app.add_flag_callback(
-      "--no-vsync", [&options] { options.vsync = false; }, "frames do not wait for the screen");
-  app.add_flag("--full-screen", options.full_screen, "a window that fills the screen");
-  app.add_option("--overlay-csv", typed.overlay_csv, "write what the overlay shows, one line per frame")
+      "--no-vsync", [&options] { options.vsync = false; }, "do not wait for the screen's refresh");
+  app.add_flag("--full-screen", options.full_screen, "fill the screen with the window");
+  app.add_option("--overlay-csv", typed.overlay_csv, "write the overlay's figures, one line per frame")
       ->type_name("FILE");
   app.add_option("--save-scene", typed.save_scene,
-                 "write the settings of this command line as a scene file that is not there yet, .toml")
+                 "write the settings of this command line to a new scene file, .toml")
       ->type_name("FILE");
 }
 
@@ -131,90 +130,86 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   add_text(app, "--scene", typed.scene, "NAME",
            fmt::format("scene by name (see 'pickleflight scenes') or a file ending in .toml; default {}",
                        default_scene));
-  add_text(app, "--accuracy", typed.accuracy, "X%",
-           "choose method, time step and number of parcels (unless -p gives it): the cheapest that errs by "
-           "at most "
-           "this, by the table of 'pickleflight lab work-precision'");
+  add_text(
+      app, "--accuracy", typed.accuracy, "X%",
+      "choose the cheapest method, time step and (without -p) number of parcels with at most this error, "
+      "by the table of 'pickleflight lab work-precision'");
   add_text(app, "--of", typed.of, "WHAT",
-           fmt::format("what --accuracy is of; {}; default drag if a ball flies, else rate",
+           fmt::format("quantity for --accuracy; {}; default drag if a ball flies, otherwise rate",
                        fmt::join(accuracy_targets(), ", ")));
   for (const SettingFlag& flag : kSettingFlags) {
     const auto keep = [&typed, &flag](const std::string& text) { typed.flags.emplace_back(&flag, text); };
     app.add_option_function<std::string>(flag.flag, keep, flag_help(flag))->type_name(flag.value);
   }
-  app.add_option("--set", typed.sets, "any setting, may be repeated; all are listed below")
+  app.add_option("--set", typed.sets, "change any setting of the list below; may be repeated")
       ->type_name("SECTION.KEY=VALUE")
       ->allow_extra_args(false);
   app.add_flag("--force", typed.force,
-               "let method spring take steps beyond its stability bound: run.allow_unstable = true");
-  app.add_flag("--cuda", options.cuda, "compute on the CUDA device; on the CPU, saying so, if there is none");
-  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
-               "as --cuda, but end with an error if there is none");
+               "allow steps of method spring beyond its stability bound: run.allow_unstable = true");
+  app.add_flag("--cuda", options.cuda,
+               "compute on the CUDA device; if there is none, on the CPU after a message");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback, "as --cuda, but fail without a CUDA device");
   app.footer(set_help);
 }
 
 void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   add_stage_flags(app, typed, options);
   app.add_flag("-t", options.show_path, "draw the path of the ball");
-  app.add_flag("--headless", options.headless, "no window");
+  app.add_flag("--headless", options.headless, "run without a window");
   app.add_flag_callback(
-      "--no-panel", [&options] { options.show_panel = false; }, "window without the panel");
+      "--no-panel", [&options] { options.show_panel = false; }, "hide the panel");
   add_record_flags(app, typed, options);
-  app.add_option("--panel-map", typed.panel_map, "write where each control of the panel is, as JSON")
+  app.add_option("--panel-map", typed.panel_map, "write the positions of the panel's controls as JSON")
       ->type_name("FILE");
   app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
   app.add_option("--still", typed.still,
-                 "headless: write the picture at T seconds of simulated time, and end")
+                 "headless: write the picture at T seconds of simulated time, then exit")
       ->type_name("T FILE.png")
       ->expected(2);
-  app.add_option("replay", typed.replay, "a log of inputs (--log, or beside a film): the same flight again")
+  app.add_option("replay", typed.replay, "replay a log of inputs (written by --log, or beside a film)")
       ->type_name("FILE.toml");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");
   add_text(app, "--warmup", typed.warmup, "N",
-           "frames before those that the report's means are of; 0 to 1000000; default 0");
+           "frames excluded from the report's means; 0 to 1000000; default 0");
   add_frame_flags(app, typed, options);
 }
 
 void add_lab_flags(CLI::App& app, Typed& typed, Options& options) {
   LabOptions& lab = options.lab;
-  app.add_option("study", typed.study, fmt::format("what to measure: {}", fmt::join(kStudies, ", ")))
+  app.add_option("study", typed.study, fmt::format("study: {}", fmt::join(kStudies, ", ")))
       ->type_name("NAME");
-  app.add_option("folder", typed.folder, "plot: draw what is there, measured here or elsewhere")
-      ->type_name("DIR");
-  app.add_flag(
-      "--quick", lab.quick,
-      "minutes on 2 cores; validate: half a minute instead of a quarter of an hour, wider tolerances");
+  app.add_option("folder", typed.folder, "plot: folder with results to draw")->type_name("DIR");
+  app.add_flag("--quick", lab.quick,
+               "take minutes on 2 cores; validate: half a minute instead of a quarter of an hour, with wider "
+               "tolerances");
   app.add_option("--json", typed.json, "validate: write the results as JSON")->type_name("FILE");
   app.add_option("--out", lab.out, "folder of the results; default lab-STUDY, for validate none")
       ->type_name("DIR");
   app.add_option("--scene", lab.scene, "scene of the study of terms; default court")->type_name("NAME");
-  app.add_flag("--resume", lab.resume, "go on with what an earlier run left in the folder");
-  app.add_flag("--force", lab.force, "measure anew over what is in the folder");
-  app.add_flag("--cuda", options.cuda, "also on the CUDA device, as a series of its own");
-  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback,
-               "as --cuda, but end with an error if there is none");
+  app.add_flag("--resume", lab.resume, "continue an earlier run in the folder");
+  app.add_flag("--force", lab.force, "overwrite an earlier run in the folder");
+  app.add_flag("--cuda", options.cuda, "measure a second series on the CUDA device");
+  app.add_flag("--cuda-no-fallback", options.cuda_no_fallback, "as --cuda, but fail without a CUDA device");
 }
 
 void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--steps", typed.steps, "N", "timed steps per repeat; 1 to 1000000; default 200");
   add_text(app, "--warmup", typed.warmup, "N", "steps before timing; 0 to 1000000; default 20");
-  add_text(app, "--repeats", typed.repeats, "N",
-           "repeats, of which median and minimum are given; 1 to 1000; default 5");
+  add_text(app, "--repeats", typed.repeats, "N", "repeats, for median and minimum; 1 to 1000; default 5");
   add_text(app, "--frames", typed.frames, "N",
            "time N whole frames instead, drawn offscreen with overlay; 1 to 1000000");
-  app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too, as a window does");
+  app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too");
   app.add_option(
          "--record", typed.record,
-         "with --frames: time them also with this film, in turn, and give the ratio; .rgb takes frames "
-         "as they are, /dev/null takes and forgets them, .mp4 and .mkv encode; size 1920x1080 unless "
-         "--size is given")
+         "with --frames: time them in turn without and with this film, and print the ratio; .rgb stores raw "
+         "frames, /dev/null drops them, .mp4 and .mkv encode them; size 1920x1080 unless --size is given")
       ->type_name("FILE");
   app.add_option("--record-time", typed.record_time,
-                 "simulation: every frame is one of the film; real: one per period of the clock; default "
+                 "simulation: every frame is one of the film; real: frames follow the clock; default "
                  "simulation")
       ->type_name("NAME");
   app.add_flag("--sweep", options.sweep,
-               "instead: whole frames, drawing included, over N, for every backend and neighbour search");
+               "time whole frames over N instead, for every backend and neighbour search");
   add_text(app, "--sweep-max", typed.sweep_max, "N",
            "largest number of parcels of the sweep; 1000 to 100000000; default 1000000");
   add_frame_flags(app, typed, options);

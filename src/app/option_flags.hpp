@@ -1,4 +1,4 @@
-// What the command line knows: its commands and flags with their help, and the text that each was given.
+// Commands and flags of the command line with their help, and the text given to each.
 #pragma once
 
 #include <optional>
@@ -15,11 +15,11 @@ class App;
 
 namespace pf {
 
-// Flags that are short for --set; their help and checks come from the table of settings.
+// A short form of --set. Its help and checks come from the table of settings.
 struct SettingFlag {
   const char* flag;
   const char* path;
-  const char* value;  // as the help names it
+  const char* value;  // its name in the help
 };
 
 inline const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
@@ -28,12 +28,11 @@ inline const std::vector<std::string> kStudies = {"validate", "work-precision", 
 inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
-constexpr const char* kNullDevice = "/dev/null";  // a film for measuring
+constexpr const char* kNullDevice = "/dev/null";  // as a film, for measurements
 constexpr const char* kDefaultScene = "court";
-constexpr const char* kBenchScene = "gas";  // its results can be held against theory and other programs
+constexpr const char* kBenchScene = "gas";  // comparable with theory and other programs
 
-// The command line as typed. Checked afterwards, since --set and flags go on top of the scene wherever they
-// stand.
+// The command line as typed. It is checked later: --set and flags override the scene in any order.
 struct Typed {
   std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
       color_map, overlay, ui_scale;
@@ -48,11 +47,11 @@ struct Typed {
 
 bool is_num_parcels(const SettingFlag& flag);
 
-// The row of a flag. For -p without 0, which means 'by backend' in a scene and would be read as 'none' here.
+// The field of a flag. That of -p excludes 0, which means 'by backend' in a scene but reads like 'none' here.
 Field field_of(const SettingFlag& flag);
 
-// Flags of the commands. What they are given lands in `typed`, and in `options` what cannot be wrong; both
-// must outlive the parse.
+// Flags of the commands. Their values go to `typed`, or to `options` if they need no check. Both must outlive
+// the parse.
 void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene);
 void add_run_flags(CLI::App& app, Typed& typed, Options& options);
 void add_lab_flags(CLI::App& app, Typed& typed, Options& options);

@@ -112,7 +112,7 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
   if (!is_frame_pattern(file)) {
     if (CLI::detail::to_lower(file.extension().string()) == ".png") {
       throw UserError(fmt::format(
-          "--record: {} has no place for the frame's number; give FOLDER/%05d.png, or a film that "
+          "--record: {} has no placeholder for the frame's number; give FOLDER/%05d.png, or a film that "
           "ends in .mp4 or .mkv, or raw frames, .rgb",
           in_quotes(text)));
     }
@@ -123,26 +123,27 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
   return file;
 }
 
-[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word) {
+[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& argument) {
   std::vector<std::string> known;
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
     for (const std::string& name : option->get_snames()) known.push_back("-" + name);
   }
-  const bool is_option = word.starts_with('-');
+  const bool is_option = argument.starts_with('-');
   const std::string help = fmt::format("see pickleflight {} --help", command.get_name());
   if (is_option) {
-    const std::string name = word.substr(0, word.find('='));
+    const std::string name = argument.substr(0, argument.find('='));
     throw UserError(fmt::format("{} is not an option of 'pickleflight {}'; the nearest is {}; {}",
-                                in_quotes(word), command.get_name(), nearest_name(name, known), help));
+                                in_quotes(argument), command.get_name(), nearest_name(name, known), help));
   }
-  if (std::find(kCommands.begin(), kCommands.end(), word) != kCommands.end()) {
-    throw UserError(fmt::format("{} must come first: pickleflight {} [options]", in_quotes(word), word));
+  if (std::find(kCommands.begin(), kCommands.end(), argument) != kCommands.end()) {
+    throw UserError(
+        fmt::format("{} must come first: pickleflight {} [options]", in_quotes(argument), argument));
   }
   throw UserError(
       fmt::format("{} is neither a command nor the value of an option; the nearest command is {} "
                   "(commands: {}); {}",
-                  in_quotes(word), nearest_name(word, kCommands), fmt::join(kCommands, ", "), help));
+                  in_quotes(argument), nearest_name(argument, kCommands), fmt::join(kCommands, ", "), help));
 }
 
 }  // namespace pf

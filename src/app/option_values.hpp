@@ -1,4 +1,4 @@
-// Single values of the command line: read, checked, and refused with what would do.
+// Reads and checks single values of the command line.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@ class App;
 
 namespace pf {
 
-// Throws UserError, as all here, with the place, what is allowed and the remedy.
+// All functions here throw UserError with place, allowed values and remedy.
 int whole_number(const std::string& place, const std::string& text, int min, int max);
 
 void read_size(const std::string& flag, const std::string& text, int& width_px, int& height_px);
@@ -22,17 +22,17 @@ std::string name_of(const char* flag, const std::string& text, const std::vector
 
 void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known);
 
-// Opens in append mode, so that what is there stays; a file that this made is removed again.
+// Opens the file in append mode, so that it is kept. Removes a file that did not exist before.
 void check_writable(const std::string& place, const std::filesystem::path& file);
 
-// The file named by a flag, or none. endings: those allowed; empty: any.
+// The file given by a flag, or an empty path. endings: allowed ones; empty: any.
 std::filesystem::path output_file(const CLI::App& app, const std::string& flag, const std::string& text,
                                   const std::vector<std::string>& endings);
 
-// A film, or a pattern for its frames, whose folder is made later if the one above it is there.
+// A film, or a pattern for its frames. The frames' folder is created later, if its parent exists.
 std::filesystem::path record_file(const CLI::App& app, const std::string& text);
 
-// What CLI11 did not recognise.
-[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& word);
+// Refuses an argument that CLI11 did not recognise.
+[[noreturn]] void refuse_extra(const CLI::App& command, const std::string& argument);
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// The command line: CLI11 takes it apart, the table of settings checks it.
+// The command line: CLI11 splits it, and the table of settings checks it.
 #include "app/options.hpp"
 
 #include <fmt/format.h>
@@ -36,7 +36,7 @@ void apply_flag(const SettingFlag& flag, const std::string& text, Settings& sett
     set_from_text(field_of(flag), settings, text, flag.flag);
   } catch (const UserError& error) {
     if (!is_num_parcels(flag)) throw;
-    throw UserError(fmt::format("{}; to fly without parcels use --set air.kind=vacuum", error.what()));
+    throw UserError(fmt::format("{}; for a flight without parcels use --set air.kind=vacuum", error.what()));
   }
 }
 
@@ -61,11 +61,11 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
   if (options.paused && options.headless)
     throw UserError(
-        "--paused: a headless run has no space bar that would start it; leave out one of the two");
+        "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
   if (typed.save_scene.empty()) return;
   if (fs::exists(fs::symlink_status(typed.save_scene))) {
-    throw UserError(fmt::format("--save-scene: {} is there already and stays as it is; choose another name",
+    throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",
                                 in_quotes(typed.save_scene)));
   }
   options.save_scene = output_file(command, "--save-scene", typed.save_scene, {".toml"});
@@ -80,29 +80,29 @@ bool gives_seconds(const Typed& typed) {
                      [&](const auto& flag) { return is_seconds(flag.first->path); });
 }
 
-// A sweep has settings of its own; others would be dropped in silence.
+// A sweep has its own settings. Others are refused, not silently ignored.
 void check_sweep(const Typed& typed, const Options& options) {
-  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: goes with --sweep; add it");
+  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: needs --sweep; add it");
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
                           !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
                           options.bench_panel || typed.force;
   if (options.sweep && has_others) {
     throw UserError(
-        "--sweep: chooses scene, settings and frames itself; only --sweep-max, --json and --cuda-no-fallback "
-        "go with it, leave out the rest");
+        "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
+        "--cuda-no-fallback; leave out the rest");
   }
 }
 
-// What belongs to whole frames.
+// Reads the options for whole frames.
 void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
   const bool has_record = app.count("--record") > 0;
   if (!typed.frames && (has_record || options.bench_panel)) {
-    throw UserError(fmt::format("{}: goes with --frames N, steps alone are not drawn; add it",
+    throw UserError(fmt::format("{}: needs --frames N, since steps alone are not drawn; add it",
                                 has_record ? "--record" : "--panel"));
   }
   if (!has_record && app.count("--record-time") > 0)
-    throw UserError("--record-time: goes with --record FILE; add it");
+    throw UserError("--record-time: needs --record FILE; add it");
   check_name("--record-time", typed.record_time, kRecordTimes);
   options.record_real_time = typed.record_time == "real";
   options.record = typed.record == kNullDevice ? fs::path(kNullDevice) : record_file(app, typed.record);
@@ -111,11 +111,11 @@ void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options)
   options.height_px = 1080;
 }
 
-// --accuracy chooses what some flags would set.
+// Reads --accuracy and --of, and refuses flags for settings that --accuracy chooses.
 AccuracyWish accuracy_wish(const Typed& typed) {
   AccuracyWish wish;
   if (!typed.accuracy) {
-    if (typed.of) throw UserError("--of: goes with --accuracy; add it, as --accuracy 1%");
+    if (typed.of) throw UserError("--of: needs --accuracy; add it, as --accuracy 1%");
     return wish;
   }
   wish.error = read_accuracy("--accuracy", *typed.accuracy);
@@ -137,20 +137,19 @@ AccuracyWish accuracy_wish(const Typed& typed) {
 
 Options plot_options(const CLI::App& command, const Typed& typed, Options options) {
   if (typed.folder.empty() || command.count_all() > 3) {
-    throw UserError(
-        "lab plot: takes the folder of the results and nothing else, as pickleflight lab plot lab-all");
+    throw UserError("lab plot: takes only the folder of the results, as pickleflight lab plot lab-all");
   }
   options.lab.out = typed.folder;
   return options;
 }
 
-// The study is named here and not by CLI11, so that a wrong one is answered like any other wrong name.
+// The study is checked here and not by CLI11, so that a wrong name gets the usual message.
 Options lab_options(const CLI::App& command, const Typed& typed, Options options) {
   LabOptions& lab = options.lab;
   if (std::find(kStudies.begin(), kStudies.end(), typed.study) == kStudies.end()) {
     const std::string what = typed.study.empty()
-                                 ? "no study is named"
-                                 : fmt::format("{} is no study, the nearest is {}", in_quotes(typed.study),
+                                 ? "the study is missing"
+                                 : fmt::format("{} is not a study, the nearest is {}", in_quotes(typed.study),
                                                nearest_name(typed.study, kStudies));
     throw UserError(fmt::format("lab: {}; the studies are: {}; as in pickleflight lab validate --quick", what,
                                 fmt::join(kStudies, ", ")));
@@ -163,13 +162,16 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   if (!typed.folder.empty()) refuse_extra(command, typed.folder);
   if (is_validate && options.cuda)
     throw UserError(
-        "lab validate: has no CUDA series, tests/gpu hold the device to the CPU's bits; leave out --cuda");
+        "lab validate: has no CUDA series, since tests/gpu compare the device with the CPU bit for bit; "
+        "leave "
+        "out --cuda");
   if (is_validate && lab.out.empty() && (lab.resume || lab.force))
-    throw UserError("lab validate: prints its table and leaves no folder; give --out DIR as well");
+    throw UserError("lab validate: prints its table and writes no folder; give --out DIR as well");
   if (!typed.json.empty() && (!is_validate || !lab.out.empty()))
-    throw UserError("--json: goes with validate without --out; else --out DIR has the JSON in it");
+    throw UserError(
+        "--json: needs validate without --out; the folder of --out contains the JSON; leave it out");
   if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
-    throw UserError("--scene: goes with terms; the other studies have scenes of their own, leave it out");
+    throw UserError("--scene: needs terms or all; the other studies have their own scenes; leave it out");
   if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
   lab.json = output_file(command, "--json", typed.json, {});
   if (lab.out.empty() && !is_validate) lab.out = "lab-" + lab.study;
@@ -213,7 +215,7 @@ void read_still(const Typed& typed, Options& options) {
   options.headless = true;
 }
 
-// A log brings its settings, and others would be another flight.
+// A log contains its settings. With others the flight would differ.
 void read_replay(const Typed& typed, Options& options) {
   if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || typed.force || options.still_s) {
     throw UserError(
@@ -274,15 +276,15 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// argv without the program's name; 'run' is put in front where no command is given.
-std::vector<std::string> words_of(int argc, const char* const* argv) {
-  std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
-  const std::vector<std::string> on_their_own = {"-h", "--help", "--version"};
-  const auto first_is_in = [&words](const std::vector<std::string>& names) {
-    return !words.empty() && std::find(names.begin(), names.end(), words.front()) != names.end();
+// argv without the program's name. Without a command, 'run' is inserted.
+std::vector<std::string> arguments_of(int argc, const char* const* argv) {
+  std::vector<std::string> all(argv + std::min(argc, 1), argv + argc);
+  const std::vector<std::string> global_flags = {"-h", "--help", "--version"};
+  const auto first_is_in = [&all](const std::vector<std::string>& names) {
+    return !all.empty() && std::find(names.begin(), names.end(), all.front()) != names.end();
   };
-  if (!first_is_in(kCommands) && !first_is_in(on_their_own)) words.insert(words.begin(), "run");
-  return words;
+  if (!first_is_in(kCommands) && !first_is_in(global_flags)) all.insert(all.begin(), "run");
+  return all;
 }
 
 }  // namespace
@@ -292,11 +294,10 @@ ParseResult parse_options(int argc, const char* const* argv) {
   Options options;
   CLI::App app("A pickleball flying through air parcels, with the accuracy measured, shown and chosen.",
                "pickleflight");
-  CLI::App& run = *app.add_subcommand("run", "fly, in a window or headless (also without a command)");
+  CLI::App& run = *app.add_subcommand("run", "run a scene, in a window or headless (the default command)");
   CLI::App& bench = *app.add_subcommand("bench", "time the steps of a scene, without drawing");
   CLI::App& scenes = *app.add_subcommand("scenes", "list the scenes");
-  CLI::App& lab =
-      *app.add_subcommand("lab", "measure how accurate the methods are, what it costs, where they break");
+  CLI::App& lab = *app.add_subcommand("lab", "measure accuracy, cost and limits of the methods");
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text(), "version and backends");
   for (CLI::App* command : {&run, &bench, &scenes, &lab}) {
@@ -309,10 +310,10 @@ ParseResult parse_options(int argc, const char* const* argv) {
   add_bench_flags(bench, typed, options);
   add_lab_flags(lab, typed, options);
 
-  std::vector<std::string> words = words_of(argc, argv);
-  std::reverse(words.begin(), words.end());  // the order that CLI11 wants
+  std::vector<std::string> arguments = arguments_of(argc, argv);
+  std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {
-    app.parse(words);
+    app.parse(arguments);
   } catch (const CLI::CallForHelp&) {
     const bool is_general = app.get_subcommands().empty();
     return {std::nullopt, is_general ? app.help() + "\n" + run.help("pickleflight") : app.help(), 0};

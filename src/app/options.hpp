@@ -1,4 +1,4 @@
-// The command line, read into plain data.
+// The command line as plain data.
 #pragma once
 
 #include <filesystem>
@@ -14,7 +14,7 @@ namespace pf {
 
 enum class Command { run, bench, scenes, lab };
 
-// Names of what a person chooses about the picture, in the order of the view's enumerations.
+// Names of choices for the picture, in the order of the view's enumerations.
 inline const std::vector<std::string> kThemeNames = {"dark", "light"};
 inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
 inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
@@ -25,8 +25,8 @@ constexpr double kMaxUiScale = 3.0;
 struct LabOptions {
   std::string study;
   std::filesystem::path json;   // --json FILE, of validate
-  std::filesystem::path out;    // --out DIR; lab-STUDY if not given
-  std::string scene = "court";  // --scene: of the study of terms
+  std::filesystem::path out;    // --out DIR; default lab-STUDY
+  std::string scene = "court";  // --scene, for the study of terms
   bool quick = false;
   bool resume = false;
   bool force = false;
@@ -47,48 +47,47 @@ struct Options {
   int record_height_px = 0;
   bool record_panel = false;      // --record-panel
   bool record_overlay = true;     // --record-overlay on|off
-  std::filesystem::path log;      // --log FILE.toml: inputs; a film has one anyway
-  std::optional<RunLog> replay;   // FILE.toml: the flight of this log
-  std::optional<double> still_s;  // --still T FILE.png: this simulated time
+  std::filesystem::path log;      // --log FILE.toml: inputs; a film always has a log
+  std::optional<RunLog> replay;   // FILE.toml: log to replay
+  std::optional<double> still_s;  // --still T FILE.png: simulated time
   std::filesystem::path still;
   std::filesystem::path report;       // --report FILE.json
   std::filesystem::path picture;      // --picture FILE.png: the last frame
   std::string draw_target = "auto";   // --draw-target auto|interop|staged|host
-  std::filesystem::path panel_map;    // --panel-map FILE: where each control is, for tests and scripts
+  std::filesystem::path panel_map;    // --panel-map FILE: positions of controls, for tests and scripts
   bool paused = false;                // --paused: the window waits for the space bar
-  bool seconds_given = false;         // run.seconds was asked for on the command line: it ends a window, too
+  bool seconds_given = false;         // the command line sets run.seconds, which then ends a window, too
   bool vsync = true;                  // --no-vsync
   bool full_screen = false;           // --full-screen
   bool ghosts = false;                // --ghosts
   std::string theme = "dark";         // --theme
   std::string color_map = "viridis";  // --color-map
   std::string overlay = "full";       // --overlay
-  double ui_scale = 1.0;              // --ui-scale: of text and overlay, kLeastUiScale to kMostUiScale
-  std::filesystem::path overlay_csv;  // --overlay-csv FILE: what the overlay shows, a line per frame
-  std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings, before the run
+  double ui_scale = 1.0;              // --ui-scale: size of text and overlay, kMinUiScale to kMaxUiScale
+  std::filesystem::path overlay_csv;  // --overlay-csv FILE: figures of the overlay, one line per frame
+  std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings before the run
   int width_px = 1280;                // --size WxH
   int height_px = 720;
-  int warmup_frames = 0;  // left out of the means in the report
+  int warmup_frames = 0;  // excluded from the means in the report
   // bench
   int bench_steps = 200;
   int bench_warmup = 20;
   int bench_repeats = 5;
-  int bench_frames = 0;              // --frames N: whole frames are timed, not steps
-  bool bench_panel = false;          // --panel: with the panel in them
+  int bench_frames = 0;              // --frames N: time whole frames instead of steps
+  bool bench_panel = false;          // --panel: include the panel
   std::filesystem::path bench_json;  // --json FILE
-  bool sweep = false;                // --sweep: whole frames over N instead
+  bool sweep = false;                // --sweep: time whole frames over N instead
   std::int64_t sweep_max = 1'000'000;
   LabOptions lab;
 };
 
 struct ParseResult {
-  std::optional<Options> options;  // none: text is to be printed and the program ends with exit_code
+  std::optional<Options> options;  // none: print text and exit with exit_code
   std::string text;
   int exit_code = 0;
 };
 
-// Throws UserError for input that cannot be used. Output files are checked to be writable here, before any
-// work.
+// Throws UserError for invalid input. Checks, before any work, that output files are writable.
 ParseResult parse_options(int argc, const char* const* argv);
 
 }  // namespace pf

@@ -8,7 +8,7 @@ namespace pf {
 
 std::int64_t Replay::num_frames() const { return log_.frames.empty() ? 0 : log_.frames.back().number + 1; }
 
-Commands Replay::commands(const Settings& present) const {
+Commands Replay::commands(const Settings& current) const {
   Commands commands;
   for (std::size_t i = next_; i < log_.frames.size() && log_.frames[i].number == num_frames_; ++i) {
     const LoggedFrame& frame = log_.frames[i];
@@ -17,7 +17,7 @@ Commands Replay::commands(const Settings& present) const {
     if (frame.compare != Comparison::none) commands.compare = frame.compare;
     commands.time_scale_factor *= frame.time_scale_factor;
     if (!frame.edits.empty()) {
-      if (!commands.settings) commands.settings = present;
+      if (!commands.settings) commands.settings = current;
       apply_edits(frame.edits, *commands.settings, "replay");
     }
     for (const CommandSwitch& one : command_switches()) {

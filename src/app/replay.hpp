@@ -1,4 +1,4 @@
-// Flies a logged flight again: the inputs at their frames, the states compared with those of the log.
+// Replays a logged flight: applies the inputs at their frames, and compares states with those of the log.
 #pragma once
 
 #include <cstdint>
@@ -13,18 +13,18 @@ class Replay {
  public:
   explicit Replay(RunLog log) : log_(std::move(log)) {}
 
-  // All frames of the log are flown.
+  // All frames of the log were replayed.
   bool ended() const { return num_frames_ >= num_frames(); }
   std::int64_t num_frames() const;
-  // For the next frame.
-  Commands commands(const Settings& present) const;
-  // After that frame: compares the state with the log's, where it has one.
+  // Commands of the next frame.
+  Commands commands(const Settings& current) const;
+  // Compares the state after that frame with the log's, if it has one.
   void end_frame(Simulation& simulation);
 
   bool diverged() const { return !found_.empty(); }
-  // One line: the same states, or the first frame with another one.
+  // One line: equal states, or the first frame with a different one.
   std::string summary() const;
-  // Keys: frames (of the log), flown, checks (hashes compared), same (all were equal), first_divergence: null
+  // Keys: frames (of the log), flown, checks (compared hashes), same (all were equal), first_divergence: null
   // or {frame, expected, found, last_same_frame (null: none)}.
   nlohmann::json report() const;
 

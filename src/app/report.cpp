@@ -1,4 +1,3 @@
-// The report of a run.
 #include "app/report.hpp"
 
 #include <fmt/format.h>
@@ -18,10 +17,10 @@ namespace {
 
 using nlohmann::json;
 
-// null for what is not a number: JSON has no word for it.
+// JSON has no NaN: null stands for it.
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
-// null for a ratio that has no meaning.
+// null where the ratio has no meaning.
 json ratio(double numerator, double denominator) {
   return denominator > 0.0 ? number(numerator / denominator) : json(nullptr);
 }
@@ -50,7 +49,7 @@ json phase_report(const std::vector<PhaseTimes>& frames) {
   return report;
 }
 
-// The frames in which it is known.
+// Over the frames in which the time is known.
 json known_median(const std::vector<DrawTimes>& frames, double DrawTimes::*member) {
   std::vector<double> values;
   for (const DrawTimes& frame : frames) {
@@ -59,23 +58,17 @@ json known_median(const std::vector<DrawTimes>& frames, double DrawTimes::*membe
   return median_and_p99(std::move(values));
 }
 
-// Time of the phases that compute; the rest draws.
-double physics_ms(const PhaseTimes& times) {
-  return times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
-}
-
 double render_ms(const PhaseTimes& times) {
   return times[Phase::map] + times[Phase::unmap] + times[Phase::draw] + times[Phase::present];
 }
 
-// Whole run.
-double physics_seconds(const std::vector<PhaseTimes>& frames) {
+double step_seconds(const std::vector<PhaseTimes>& frames) {
   double ms = 0.0;
-  for (const PhaseTimes& times : frames) ms += physics_ms(times);
+  for (const PhaseTimes& times : frames) ms += times.step_ms();
   return 1e-3 * ms;
 }
 
-// sqrt(kT/m), speed per component: in two dimensions K = N m c^2. Not a number without parcels.
+// c = sqrt(kT/m), the speed per component: in two dimensions K = N m c^2. NaN without parcels.
 double thermal_speed_mps(const Physics& physics, double kinetic_energy_j) {
   return std::sqrt(kinetic_energy_j / (physics.parcels.num * physics.parcels.mass_kg));
 }
@@ -108,8 +101,8 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   return report;
 }
 
-// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t) (PHYSICS.md, virial pressure), with |J| / m
-// summed and kT / m = c^2.
+// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md, 'Pressure'). The
+// sum here is of |J| / m, and kT / m = c^2.
 json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
                      double speed_mps) {
   if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;
@@ -133,7 +126,7 @@ json ball_report(const BallConstants& constants, const BallState& ball, const St
           {"torque_impulse_kg_m2ps", number(totals.ball_torque_impulse_kg_m2ps)}};
 }
 
-// null for the methods that step.
+// null for time-stepped methods.
 json exact_report(const Settings& settings, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
   return {{"rounds", totals.num_rounds},
@@ -147,7 +140,7 @@ std::string name_of(const char* path, const Settings& settings) {
 
 }  // namespace
 
-// speed_mps_: thermal speed at the start. The settings that count are those at the end, see finish.
+// The settings are not kept: finish() takes those at the end.
 RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& initial, std::string device)
     : initial_(initial),
       device_(std::move(device)),
@@ -191,9 +184,9 @@ json RunRecord::frame_report() const {
   const double frame_ms = std::chrono::duration<double, std::milli>(last_frame_ - timed_from_).count() / num;
   report["num"] = frames_.size() - num_warmup_;
   report["frame_ms"] = number(frame_ms);
-  report["physics_ms"] = number(physics_ms(sum) / num);
+  report["physics_ms"] = number(sum.step_ms() / num);
   report["render_ms"] = number(render_ms(sum) / num);
-  report["overhead_ms"] = number(std::max(0.0, frame_ms - (physics_ms(sum) + render_ms(sum)) / num));
+  report["overhead_ms"] = number(std::max(0.0, frame_ms - (sum.step_ms() + render_ms(sum)) / num));
   return report;
 }
 
@@ -204,9 +197,9 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   const ParcelConstants& parcels = physics.parcels;
   const bool has_parcels = parcels.num > 0;
   const double final_speed_mps = thermal_speed_mps(physics, final.parcel_energy_j);
-  // Speed of the mean of the initial and the final energy per parcel.
+  // The thermal speed that belongs to the mean of the initial and the final energy.
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
-  const double compute_s = physics_seconds(frames_);
+  const double compute_s = step_seconds(frames_);
   const double particle_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
   json report = {
       {"version", PF_VERSION},
@@ -249,7 +242,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
 
 void write_report(const std::filesystem::path& file, const json& report) {
   std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  // A name that is not UTF-8 must not cost the whole report.
+  // A file name that is not UTF-8 must not prevent the report.
   stream << report.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
   stream.close();
   if (!stream) {

@@ -1,4 +1,4 @@
-// The report of a run: JSON with keys that stay as they are.
+// The report of a run, in JSON. Its keys are stable.
 #pragma once
 
 #include <filesystem>
@@ -17,37 +17,39 @@ class RunRecord {
  public:
   RunRecord(const Settings& settings, const Physics& physics, const Measures& initial, std::string device);
 
-  // times: all phases of one frame; totals: of that frame's steps; dt_s: of its steps; drawing: both clocks'
-  // times, for frames that are drawn.
+  // times: all phases of one frame; totals and dt_s: of that frame's steps; drawing: both clocks' times, for
+  // frames that are drawn.
   void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s,
                  const DrawTimes& drawing = {});
   void start_clock();  // wall_s counts from here
-  // What the run ends on, when that has changed (threads of the CPU backend).
+  // For a run that ends on another device than it started on (other threads of the CPU backend).
   void set_device(std::string device) { device_ = std::move(device); }
-  void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }  // before frames
+  // To be called before the first frame.
+  void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }
 
-  // A part of the report that others write, under a key of its own.
+  // Adds a part under a key of its own.
   void set_part(const std::string& key, const nlohmann::json& part);
 
-  // Keys: those of set_part (record: the last film, replay, display: of the window at the end,
-  // accuracy: what the panel's section showed last), version, device, scene, method, neighbors,
-  // num_parcels, area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from
-  // one frame's end to the next), phase_ms.<phase>.{median,p99} (draw: the longer of both clocks; panel and
-  // what follows: of the host), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (of the
-  // GL device; null where it does not tell), ns_per_particle_step, particle_steps_per_s,
+  // Keys: those of set_part (record: the last film, replay, display: the window at the end, accuracy: the
+  // last readout of the panel's section, terms: the cost of each term per step, measured beside a window),
+  // version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
+  // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
+  // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later
+  // phases: the host's clock), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL
+  // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
   // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes
-  // (state and scratch of the parcels). A figure that has no meaning for the run (no parcels, nothing
-  // collided) is null. settings: as they are at the end (the panel may have changed them).
+  // (state and scratch of the parcels). A figure without meaning in the run (no parcels, no collision) is
+  // null. settings: those at the end, which the panel may have changed.
   nlohmann::json finish(const Settings& settings, const Physics& physics, Backend& backend,
                         const BallState& ball, double ball_distance_m) const;
 
   // Means over the frames after the warm-up, for runs that add one frame per picture. Keys: num, warmup,
-  // frame_ms (wall time, end of frame to end of frame) = physics_ms (sort, grid, collide_integrate, ball) +
-  // render_ms (map, unmap, draw, present) + overhead_ms (the rest; 0 where a device worked beside the host so
-  // that the parts exceed the whole). null where there was no such frame.
+  // frame_ms (wall time, end of frame to end of frame) = physics_ms (PhaseTimes::step_ms) + render_ms (map,
+  // unmap, draw, present) + overhead_ms (the rest; 0 where a device worked beside the host, so that the parts
+  // exceed the whole). null where there was no such frame.
   nlohmann::json frame_report() const;
 
  private:
@@ -60,11 +62,11 @@ class RunRecord {
   StepTotals totals_;
   double simulated_s_ = 0.0;
   double dt_s_ = 0.0;
-  double speed_mps_ = 0.0;
+  double speed_mps_ = 0.0;  // thermal, at the start
   Clock::time_point start_;
   std::size_t num_warmup_ = 0;
   Clock::time_point timed_from_;  // end of the warm-up
-  Clock::time_point last_frame_;  // its end
+  Clock::time_point last_frame_;  // end of the last frame
 };
 
 // Writes indented JSON; throws UserError if the file cannot be written.

@@ -1,4 +1,4 @@
-// Scenes built in code and run without a loop around them: what the lab and the tests measure on.
+// Scenes built in code and run without the simulation loop, for the lab and the tests.
 #pragma once
 
 #include <memory>
@@ -9,10 +9,11 @@
 
 namespace pf {
 
-// n parcels of unit diameter, mass and speed per component, elastic, in a square made to fit; no ball.
+// n elastic parcels of unit diameter, mass and speed per component, in a square of the given area fraction,
+// without a ball.
 Settings unit_gas(std::int64_t n, double area_fraction, Boundary boundary);
 
-// A ball at rest in the middle, without Magnus term; friction stays as it is.
+// Adds a ball at rest in the middle, without Magnus term. Keeps the friction.
 void add_resting_ball(Settings& settings, double mass_kg, double radius_m);
 
 struct SpawnedScene {
@@ -20,7 +21,7 @@ struct SpawnedScene {
   BallState ball;
 };
 
-// Throws UserError for settings that cannot run. settings.num_parcels as derive_physics wants it.
+// Throws UserError for settings that cannot run. settings.num_parcels: see derive_physics().
 SpawnedScene spawn_scene(const Settings& settings, Backend& backend);
 
 // A backend with the scene spawned in it.
@@ -34,7 +35,7 @@ struct SceneRun {
   explicit SceneRun(const Settings& s, unsigned threads = 2) : SceneRun(s, make_cpu_backend(threads)) {}
 
   StepReport advance(std::uint32_t steps, double dt_s);
-  StepReport advance(std::uint32_t steps);  // of the length that the scene starts with
+  StepReport advance(std::uint32_t steps);  // with the initial step length of the scene
 };
 
 }  // namespace pf

@@ -29,22 +29,22 @@ std::int64_t resolve_num_parcels(const Settings& settings, const std::string& ba
 }
 
 void Simulation::State::resolve(Settings& with) const {
-  // Without parcels their number is kept for when they come back.
+  // Without parcels, their number is kept for a later change of the air.
   if (with.air == Air::parcels) with.num_parcels = resolve_num_parcels(with, backend->name());
 }
 
-// Throws UserError if the CPU backend would not get its memory. held_bytes: what it gives back.
+// Throws UserError if memory does not suffice for the CPU backend. held_bytes: released by it before.
 void Simulation::State::check_room(const Settings& with, std::uint64_t held_bytes) const {
   if (backend->name() != "cpu" || with.air != Air::parcels) return;
-  constexpr std::uint64_t kRestOfTheProgram = 256ULL << 20;  // GL, text, a film: 190 MiB seen with llvmpipe
+  constexpr std::uint64_t kOtherBytes = 256ULL << 20;  // GL, text, a film: 190 MiB measured with llvmpipe
   const std::uint64_t needed = cpu_backend_bytes(with.num_parcels, with.threads, with.method) +
-                               host_draw_bytes(with.num_parcels) + kRestOfTheProgram;
+                               host_draw_bytes(with.num_parcels) + kOtherBytes;
   const std::uint64_t available = available_memory_bytes();
   check_memory(with.num_parcels, needed, available > ~held_bytes ? available : available + held_bytes);
 }
 
-// Starts with these settings: the same settings and seed give the same run. Throws UserError, and leaves
-// everything as it was, if they cannot run.
+// Starts anew with these settings. Equal settings and seed give equal runs. Throws UserError, without any
+// change, if they cannot run.
 void Simulation::State::reset(const Settings& with) {
   respawn(with, initial_ball(with));
   settings = with;
@@ -59,7 +59,7 @@ void Simulation::State::reset(const Settings& with) {
   launch(true);
 }
 
-// Spawns parcels for the settings around a ball. Leaves everything as it was if they do not fit.
+// Spawns parcels for the settings around a ball. Throws UserError, without any change, if they do not fit.
 void Simulation::State::respawn(const Settings& with, const BallState& around) {
   const Physics derived = derive_physics(with);
   const Spawner spawner(with, derived, around);
@@ -67,11 +67,11 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   backend->reset(derived, spawner.plan(), around);
   physics = derived;
   ball = around;
-  if (moments) moments->clear();
+  if (checkpoints) checkpoints->clear();
 }
 
 void Simulation::State::submit_steps(DrawTarget* target) {
-  keep_moment_when_due();
+  keep_checkpoint_when_due();
   const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
   StepRequest request = step_request(settings, plan.num_steps, plan.dt_s);
   DrawBuffers buffers;
@@ -125,14 +125,14 @@ void Simulation::State::collect_steps() {
   }
 }
 
-// The present state once more, without a step.
+// Draws the current state without a step.
 void Simulation::State::draw_again(DrawTarget& target) {
   target.reserve(physics.parcels.num);
   backend->draw(target.map());
   target.unmap();
 }
 
-// Goes on with another backend from the start of the scene, the state having gone with the device.
+// Continues with another backend from the start of the scene, because the state was lost with the device.
 void Simulation::State::fall_back(const DeviceError& error) {
   if (!make_fallback) throw error;
   const std::string failed = backend->name();
@@ -143,7 +143,7 @@ void Simulation::State::fall_back(const DeviceError& error) {
   Settings with = settings;
   with.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
   reset(with);
-  view.message = fmt::format("{} failed ({}); going on with {} and {} parcels from the start of the scene.",
+  view.message = fmt::format("{} failed ({}); continuing with {} and {} parcels from the start of the scene.",
                              failed, error.what(), backend->name(), physics.parcels.num);
 }
 
@@ -179,7 +179,7 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   view.min_bytes_moved = 0.0;
   mapping = {};
   const bool waiting = view.flight == Flight::landed;
-  const bool is_new = view.num_scenes != scenes_before;  // shown as it starts, to be measured
+  const bool is_new = view.num_scenes != scenes_before;  // its initial state is shown and measured
   if (!is_new && !commands.hold && ((!view.paused && !waiting) || commands.single_step)) {
     submit_steps(target);
   } else if (target) {
@@ -212,9 +212,9 @@ void Simulation::set_fallback(std::function<std::unique_ptr<Backend>()> make) {
   state_->make_fallback = std::move(make);
 }
 
-void Simulation::keep_moments() {
-  constexpr std::uint64_t kMax_bytes = 1'000'000'000;
-  state_->moments.emplace(std::min(kMax_bytes, available_memory_bytes() / 4));
+void Simulation::keep_checkpoints() {
+  constexpr std::uint64_t kMaxBytes = 1'000'000'000;
+  state_->checkpoints.emplace(std::min(kMaxBytes, available_memory_bytes() / 4));
 }
 
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }

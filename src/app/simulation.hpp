@@ -1,5 +1,5 @@
-// The simulation loop: turns settings and commands into steps of a backend, frame by frame, and keeps what
-// the panel, the overlay and the report show.
+// The simulation loop: turns settings and commands into steps of a backend, frame by frame, and provides the
+// figures for panel, overlay and report.
 #pragma once
 
 #include <cstdint>
@@ -17,90 +17,90 @@
 
 namespace pf {
 
-// A launch by hand: it becomes the settings' own.
+// A launch by hand. It replaces the launch in the settings.
 struct BallLaunch {
   Vec2d velocity_mps;
   double spin_radps = 0.0;
 };
 
-// The same launch once more, with one thing changed.
+// A repeated launch with one change.
 enum class Comparison { none, next_method, half_step };
 
-// What the panel (or a key, or the mouse) asks for. It never touches the simulation itself.
+// Requests from panel, keys and mouse. These never change the simulation directly.
 struct Commands {
-  std::optional<Settings> settings;  // the edited copy, when anything in it changed
+  std::optional<Settings> settings;  // the edited copy, if anything in it changed
   std::string scene;                 // load it (name or file) and start anew; empty: none
-  std::optional<Settings> restart;   // start anew with these: a scene that is not a file, as a log has it
+  std::optional<Settings> restart;   // start anew with these settings, which need not be those of a file
   bool toggle_pause = false;
   bool single_step = false;       // one frame, while paused
   bool reset = false;             // back to the start of the scene, same seed
-  bool launch = false;            // the ball back to its start, parcels as they are
-  std::optional<BallLaunch> fly;  // set this and start, into fresh air of the scene's seed
+  bool launch = false;            // put the ball back to its start; parcels are kept
+  std::optional<BallLaunch> fly;  // launch the ball like this, into fresh air of the scene's seed
   Comparison compare = Comparison::none;
   bool hold = false;               // no step in this frame
-  bool back = false;               // to an earlier moment of the flight
+  bool back = false;               // go back to an earlier checkpoint of the flight
   double time_scale_factor = 1.0;  // multiplies run.time_scale
   std::string save_scene;          // write the settings as a scene file of this name; empty: no
   bool quit = false;
 };
 
-enum class Flight { flying, landed };  // landed: the ball is out of the world, waiting to be launched again
+enum class Flight { flying, landed };  // landed: the ball has left the world and awaits its next launch
 
-// What the view needs to draw one frame. Owned by the simulation, valid until the next call of advance_frame.
+// Data for drawing one frame. Owned by the simulation and valid until the next call of advance_frame.
 struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;
   std::string backend;          // "cpu" or "cuda"
-  std::int64_t num_scenes = 1;  // shown so far; goes up when another one is loaded
+  std::int64_t num_scenes = 1;  // loaded so far
   BallState ball;
-  const FlightRecord* flight_record = nullptr;            // the present one
+  const FlightRecord* flight_record = nullptr;            // the current one
   const std::deque<FlightRecord>* old_flights = nullptr;  // newest first
-  const std::vector<Ghost>* ghosts = nullptr;             // of the present launch
-  std::int64_t num_flights = 0;  // shown so far; goes up with each that begins, or is returned to
+  const std::vector<Ghost>* ghosts = nullptr;             // of the current launch
+  std::int64_t num_flights = 0;                           // launches and jumps back so far
   std::uint32_t num_parcels = 0;
   std::uint64_t memory_bytes = 0;  // of the backend
-  double min_bytes_moved = 0.0;  // by the last frame's steps (Backend::least_bytes_moved)
+  double min_bytes_moved = 0.0;    // by the last frame's steps (Backend::min_bytes_moved)
   double simulated_s = 0.0;
   double dt_s = 0.0;
   std::uint32_t steps_per_frame = 0;
   double slow_motion = 0.0;  // simulated over wall time
   bool paused = false;
   Flight flight = Flight::flying;
-  bool waits = false;            // once landed: it is not launched again by itself
+  bool waits = false;            // a landed ball is not launched again automatically
   double ball_distance_m = 0.0;  // flown since the launch
   PhaseTimes times;              // of the last frame, physics phases
   StepTotals totals;             // of the run so far
   StepTotals frame_totals;       // of the last frame
-  std::string message;           // one line that says what could not be done, or empty
-  std::string notice;            // one line that says what was done, or empty
+  std::string message;           // one line about a failure, or empty
+  std::string notice;            // one line about a success, or empty
 };
 
 class Simulation {
  public:
-  // settings.num_parcels is resolved for the backend. Throws UserError for settings that cannot run, on the
-  // CPU also for want of memory.
+  // Resolves settings.num_parcels for the backend. Throws UserError for settings that cannot run; on the CPU
+  // also if memory does not suffice.
   Simulation(Settings settings, std::unique_ptr<Backend> backend);
   ~Simulation();
 
-  // Applies commands, then starts the steps of one frame (unless paused) with the last one writing `draw`, if
-  // given: reserve, map, write, unmap. A device works on them while the caller queues what draws the parcels.
-  // A command that cannot be obeyed changes nothing and leaves its reason in view().message.
+  // Applies commands, then starts the steps of one frame unless paused. If draw is given, the last step
+  // writes to it: reserve, map, write, unmap. A device works on the steps while the caller queues the
+  // drawing. A command that cannot be executed changes nothing and puts its reason into view().message.
   void begin_frame(const Commands& commands, DrawTarget* draw);
-  // Waits for the frame's steps; ball, path, times and totals of the view are the frame's from here on.
+  // Waits for the frame's steps, then updates ball, path, times and totals of the view.
   void finish_frame();
   void advance_frame(const Commands& commands, DrawTarget* draw) {
     begin_frame(commands, draw);
     finish_frame();
   }
 
-  // Keeps moments of the flight from now on, for Commands::back. Off at first: they cost memory and time.
-  void keep_moments();
+  // Keeps checkpoints of the flight from now on, for Commands::back. Initially off: they cost memory and
+  // time.
+  void keep_checkpoints();
 
-  // Called if the backend's device fails: makes the one to go on with. Without it the DeviceError goes to the
-  // caller. The scene starts again, with at most the number of parcels that is the scene's own for a CPU; the
-  // view's message says why.
+  // make: creates another backend if the device fails. Without it the caller gets the DeviceError. The scene
+  // starts anew, with at most its number of parcels for a CPU, and the view's message gives the reason.
   void set_fallback(std::function<std::unique_ptr<Backend>()> make);
-  // How often that has happened. A draw target made for the failed backend must not be used any more.
+  // Number of fallbacks so far. A draw target of the failed backend must no longer be used.
   int num_fallbacks() const;
 
   const FrameView& view() const;
@@ -113,7 +113,7 @@ class Simulation {
   std::unique_ptr<State> state_;
 };
 
-// num_parcels as set, or the backend's default; 0 when air is not parcels.
+// The setting num_parcels, or the backend's default. 0 if the air is not made of parcels.
 std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name);
 
 }  // namespace pf

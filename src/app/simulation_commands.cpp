@@ -1,4 +1,4 @@
-// What a person asks of a simulation, taken over or refused.
+// Commands to a simulation, applied or refused.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,9 +11,9 @@
 namespace pf {
 namespace {
 
-constexpr double kSlowest = 0.001;  // that keys reach; the panel and a scene may go on
+constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and scenes may go lower
 
-// Whether going from one to the other needs the parcels to be spawned anew.
+// True if a change from a to b needs new parcels.
 bool needs_respawn(const Settings& a, const Settings& b) {
   const auto spawned_from = [](const Settings& s) {
     return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
@@ -23,7 +23,7 @@ bool needs_respawn(const Settings& a, const Settings& b) {
   return spawned_from(a) != spawned_from(b);
 }
 
-// Whether a change made in flight makes it another one than was launched.
+// True if a change from a to b affects the current flight.
 bool disturbs(const Settings& a, Settings b) {
   b.ball_vx_mps = a.ball_vx_mps;
   b.ball_vy_mps = a.ball_vy_mps;
@@ -35,15 +35,14 @@ bool disturbs(const Settings& a, Settings b) {
   return !(a == b);
 }
 
-// NAME or NAME.toml, as typed.
+// name: NAME or NAME.toml.
 std::filesystem::path scene_file_of(const std::string& name) {
   return name.ends_with(".toml") ? name : name + ".toml";
 }
 
 }  // namespace
 
-// Takes over edited settings.
-void Simulation::State::apply(const Settings& edited) {
+void Simulation::State::apply_settings(const Settings& edited) {
   check_settings(edited, "panel");
   Settings with = edited;
   resolve(with);
@@ -63,7 +62,7 @@ void Simulation::State::apply(const Settings& edited) {
   ghosts = ghosts_of(settings);
 }
 
-// Another scene, from its start. What belongs to the run and its film and not to the scene stays.
+// Starts another scene. Settings of the run and its film are kept.
 void Simulation::State::change_scene(const std::string& name) {
   Settings with = load_scene(name);
   with.threads = settings.threads;
@@ -79,8 +78,8 @@ void Simulation::State::restart(Settings with) {
   ++view.num_scenes;
 }
 
-// Another team with the same parcels. Only the count of steps, which keys the random rounding of positions,
-// begins anew; on a device, too, which has no team, so that one log gives one flight everywhere.
+// Replaces the thread team and keeps the parcels. The count of steps, which keys the random rounding of
+// positions, restarts. It restarts on a device, too, so that a log gives the same flight everywhere.
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
   const ParcelSnapshot parcels = backend->snapshot();
@@ -96,9 +95,9 @@ void Simulation::State::change_threads(const Settings& with) {
 }
 
 void Simulation::State::scale_time(double factor) {
-  const double most = find_field("run.time_scale", "keys").max;
-  const double least = std::min(kSlowest, settings.time_scale);
-  settings.time_scale = std::clamp(settings.time_scale * factor, least, most);
+  const double max = find_field("run.time_scale", "keys").max;
+  const double min = std::min(kMinKeyTimeScale, settings.time_scale);
+  settings.time_scale = std::clamp(settings.time_scale * factor, min, max);
 }
 
 void Simulation::State::save_scene(const std::string& name) {
@@ -107,9 +106,9 @@ void Simulation::State::save_scene(const std::string& name) {
   view.notice = fmt::format("Saved: {}", file.string());
 }
 
-// Throws UserError for what cannot be done.
-void Simulation::State::change(const Commands& commands) {
-  if (commands.settings) apply(*commands.settings);
+// Throws UserError if a command cannot be executed.
+void Simulation::State::apply_commands(const Commands& commands) {
+  if (commands.settings) apply_settings(*commands.settings);
   if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
   if (commands.reset) reset(settings);
   if (!commands.scene.empty()) change_scene(commands.scene);
@@ -129,7 +128,7 @@ void Simulation::State::execute(const Commands& commands) {
     view.notice.clear();
   }
   try {
-    change(commands);
+    apply_commands(commands);
   } catch (const UserError& error) {
     view.message = error.what();
   }

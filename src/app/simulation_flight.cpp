@@ -1,16 +1,17 @@
-// Flights of a simulation: launches, comparisons, the path so far, and the way back.
+// Flights of a simulation: launches, comparisons, the path so far, and jumps back.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "app/simulation_state.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 namespace {
 
 constexpr std::size_t kMaxOldFlights = 5;
-constexpr double kPauseAfterLanding_s = 1.0;
+constexpr double kRelaunchDelay_s = 1.0;
 
 }  // namespace
 
@@ -24,7 +25,7 @@ void Simulation::State::launch(bool fresh_air) {
   by_hand = false;
 }
 
-// What its parcels and ball have in the end. To be called before the air is spawned anew.
+// Records the final energy. Call before the air is spawned anew.
 void Simulation::State::end_flight() {
   if (physics.ball.exists && flight.points_m.size() > 1 && !flight.end_energy_j)
     flight.end_energy_j = backend->measure().energy_j();
@@ -37,7 +38,7 @@ void Simulation::State::keep_old_flight() {
   flight = {};
 }
 
-// The ball is at its start, the air as it is to be.
+// Starts the record of a flight. Ball and air must be in their initial state.
 void Simulation::State::begin_flight(bool fresh_air) {
   flight = {};
   flight.fresh_air = fresh_air;
@@ -51,22 +52,22 @@ void Simulation::State::begin_flight(bool fresh_air) {
   view.ball_distance_m = 0.0;
   landed_for_s = 0.0;
   shown_s = 0.0;
-  if (moments) moments->clear();
+  if (checkpoints) checkpoints->clear();
   ghosts = ghosts_of(settings);
   ++view.num_flights;
   follow_ball();
 }
 
-// After a flight: the air anew and the ball at its start.
+// Spawns fresh air and launches the ball after a flight.
 void Simulation::State::launch_again() {
   Settings with = settings;
-  with.seed += num_launches;  // fresh air for each flight, the same in every run
+  with.seed += num_launches;  // other air for each flight, but the same in every run
   end_flight();
   bool fresh_air = true;
   try {
     respawn(with, initial_ball(with));
     flight_seed = with.seed;
-  } catch (const UserError& error) {  // edited in flight, the air does not fit around the start
+  } catch (const UserError& error) {  // settings changed in flight may leave no room around the start
     view.message = error.what();
     fresh_air = false;
   }
@@ -75,10 +76,10 @@ void Simulation::State::launch_again() {
 
 void Simulation::State::launch_again_when_due() {
   landed_for_s += 1.0 / settings.frame_rate_hz;
-  if (launches_by_itself() && landed_for_s >= kPauseAfterLanding_s) launch_again();
+  if (launches_by_itself() && landed_for_s >= kRelaunchDelay_s) launch_again();
 }
 
-// Throws UserError, and changes nothing, if it cannot be set.
+// Throws UserError, without any change, for a launch out of range.
 void Simulation::State::fly(const BallLaunch& wanted) {
   Settings with = settings;
   with.ball_vx_mps = wanted.velocity_mps.x;
@@ -93,7 +94,7 @@ void Simulation::State::fly(const BallLaunch& wanted) {
   by_hand = true;
 }
 
-// The present launch again, in the same air. Returns false, with the reason as message, if it cannot run so.
+// Repeats the current launch in the same air. Returns false, with the reason as message, if it cannot run.
 bool Simulation::State::repeat_flight(const Settings& with) {
   Settings spawned = with;
   spawned.seed = flight_seed;
@@ -109,7 +110,7 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   keep_old_flight();
   begin_flight(true);
   flight.launch = same_launch;
-  std::erase_if(old_flights, [this](const FlightRecord& old) {  // of two alike the newer stays
+  std::erase_if(old_flights, [this](const FlightRecord& old) {  // keeps the newer of two equal ones
     return old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
   });
   view.message.clear();
@@ -125,14 +126,14 @@ void Simulation::State::compare(Comparison comparison) {
     repeat_flight(with);
     return;
   }
-  constexpr int kNumMethods = 3;
+  constexpr int kNumMethods = static_cast<int>(kMethods.size());
   for (int next = 1; next < kNumMethods; ++next) {
     with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);
     if (repeat_flight(with)) return;
   }
 }
 
-// A flight that was launched by hand, or is compared with another, stays to be looked at.
+// False after a launch by hand or a comparison, so that the user can look at the flight.
 bool Simulation::State::launches_by_itself() const {
   const bool is_compared =
       std::any_of(old_flights.begin(), old_flights.end(),
@@ -140,32 +141,32 @@ bool Simulation::State::launches_by_itself() const {
   return settings.relaunch && !by_hand && !is_compared;
 }
 
-void Simulation::State::keep_moment_when_due() {
-  if (!moments || !moments->is_due(shown_s, physics.parcels.num)) return;
-  moments->keep({shown_s, backend->snapshot(), ball, view.totals, view.simulated_s, view.ball_distance_m,
-                 collision_rate_per_s, view.flight == Flight::landed, flight});
+void Simulation::State::keep_checkpoint_when_due() {
+  if (!checkpoints || !checkpoints->is_due(shown_s, physics.parcels.num)) return;
+  checkpoints->keep({shown_s, backend->snapshot(), ball, view.totals, view.simulated_s, view.ball_distance_m,
+                     collision_rate_per_s, view.flight == Flight::landed, flight});
 }
 
-// Parcels, ball, totals and path as they were then; settings stay as the person has them now.
+// Restores parcels, ball, totals and path. Keeps the current settings.
 void Simulation::State::go_back() {
-  const Checkpoint* moment = moments ? moments->back_from(shown_s) : nullptr;
-  if (moment == nullptr) {
-    throw UserError(
-        fmt::format("back: no moment is kept{}", moments && moments->most(physics.parcels.num) == 0
-                                                     ? " of so many parcels; give fewer"
-                                                     : " yet; let it run"));
+  const Checkpoint* checkpoint = checkpoints ? checkpoints->back_from(shown_s) : nullptr;
+  if (checkpoint == nullptr) {
+    throw UserError(fmt::format("back: there is no checkpoint{}",
+                                checkpoints && checkpoints->max_count(physics.parcels.num) == 0
+                                    ? " with so many parcels; give fewer"
+                                    : " yet; let it run"));
   }
-  backend->restore(moment->parcels);
-  ball = moment->ball;
+  backend->restore(checkpoint->parcels);
+  ball = checkpoint->ball;
   backend->set_ball(ball);
-  view.totals = moment->totals;
-  view.simulated_s = moment->simulated_s;
-  view.ball_distance_m = moment->ball_distance_m;
-  view.flight = moment->landed ? Flight::landed : Flight::flying;
-  collision_rate_per_s = moment->collision_rate_per_s;
+  view.totals = checkpoint->totals;
+  view.simulated_s = checkpoint->simulated_s;
+  view.ball_distance_m = checkpoint->ball_distance_m;
+  view.flight = checkpoint->landed ? Flight::landed : Flight::flying;
+  collision_rate_per_s = checkpoint->collision_rate_per_s;
   landed_for_s = 0.0;
-  shown_s = moment->shown_s;
-  flight = moment->flight;
+  shown_s = checkpoint->shown_s;
+  flight = checkpoint->flight;
   ++view.num_flights;
 }
 

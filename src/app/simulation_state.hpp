@@ -1,4 +1,4 @@
-// What a simulation holds and does between its calls; only the sources of Simulation include it.
+// State of a simulation. Only the sources of class Simulation include this file.
 #pragma once
 
 #include <deque>
@@ -23,11 +23,11 @@ struct Simulation::State {
   FlightRecord flight;
   std::deque<FlightRecord> old_flights;
   std::vector<Ghost> ghosts;
-  std::optional<Checkpoints> moments;  // none: not kept
-  bool by_hand = false;            // the launch
-  double launched_at_s = 0.0;      // simulated
-  double shown_s = 0.0;            // frames that moved since the launch, at the frame rate
-  std::int64_t flight_seed = 0;    // of the air that the flight began in
+  std::optional<Checkpoints> checkpoints;  // none: off
+  bool by_hand = false;                    // the launch was made by hand
+  double launched_at_s = 0.0;              // simulated
+  double shown_s = 0.0;                    // frames with a step since the launch, at the frame rate
+  std::int64_t flight_seed = 0;            // of the air at the start of the flight
   std::function<std::unique_ptr<Backend>()> make_fallback;
   int num_fallbacks = 0;
   std::int64_t num_launches = 0;
@@ -52,10 +52,10 @@ struct Simulation::State {
   bool launches_by_itself() const;
   void scale_time(double factor);
   void save_scene(const std::string& name);
-  void keep_moment_when_due();
+  void keep_checkpoint_when_due();
   void go_back();
-  void change(const Commands& commands);
-  void apply(const Settings& edited);
+  void apply_commands(const Commands& commands);
+  void apply_settings(const Settings& edited);
   void change_scene(const std::string& name);
   void restart(Settings with);
   void change_threads(const Settings& with);

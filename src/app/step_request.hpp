@@ -1,4 +1,4 @@
-// What a backend is asked for, from the settings.
+// Step requests from settings.
 #pragma once
 
 #include "backend/backend.hpp"
@@ -6,7 +6,7 @@
 
 namespace pf {
 
-// num_steps of dt_s by the settings' method, search and contact durations; nothing is drawn.
+// num_steps of dt_s with method, search and contact durations of the settings. Draws nothing.
 StepRequest step_request(const Settings& settings, std::uint32_t num_steps, double dt_s);
 
 }  // namespace pf

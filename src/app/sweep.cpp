@@ -21,41 +21,40 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr double kFrameRate_hz = 60.0;     // turns a number of frames into seconds of a run
-constexpr double kGivenUp_ms = 180'000.0;  // start and spawning included; then the point has hung
+constexpr double kFrameRate_hz = 60.0;     // converts a number of frames to seconds of a run
+constexpr double kTimeout_ms = 180'000.0;  // start and spawning included
 constexpr const char* kScene = "court";
 
-// What makes a frame that of the seed: the ball in its court, one step per frame, parcels that stay inside.
+// Settings that reproduce the seed's frame: the ball in its court, one step per frame, walls.
 const std::vector<std::string> kSettings = {"run.substeps=1", "world.boundary=walls"};
 
 json definitions() {
   return {
       {"frame", "wall time from the end of one frame to the end of the next; means over the timed frames"},
-      {"physics", "phases sort, grid, collide_integrate and ball; on a GPU measured by its own events"},
+      {"physics", "the phases of a step; on a GPU measured by its own events"},
       {"render", "phases map, unmap, draw and present"},
       {"overhead",
        "the frame less physics and render: overlay, input, the loop itself; 0 where a GPU works beside the "
-       "host and "
-       "the parts exceed the frame; percentages are of the sum of the three"},
+       "host and the parts exceed the frame; percentages are of the sum of the three"},
       {"gpu_utilization_percent",
        "share of the wall time in which the device's events were busy with physics; null on a CPU"},
       {"parcel_memory_bytes",
        "state and scratch that the backend holds for the parcels: GPU memory for CUDA"},
-      {"process_peak_bytes", "most main memory that the process held, program and renderer included"},
+      {"process_peak_bytes", "peak of the process's main memory, program and renderer included"},
       {"extrapolated",
        "not run, since it would take over 20 s: from the largest measured point of the series, "
        "all-pairs as N^2, grid as N"},
   };
 }
 
-// One point: the run itself.
+// Result of the run of one point.
 struct Outcome {
   json report;          // null: it failed or was stopped
-  std::string failure;  // why; empty if it was stopped
+  std::string failure;  // reason; empty if it was stopped
   std::uint64_t peak_host_bytes = 0;
 };
 
-// The file that a run leaves its report in; goes away with the sweep.
+// Temporary file for the report of a run.
 class ReportFile {
  public:
   ReportFile() : path_(fs::temp_directory_path() / fmt::format("pickleflight-sweep-{}.json", ::getpid())) {}
@@ -75,10 +74,10 @@ class ReportFile {
 std::vector<std::string> run_arguments(const SweepSeries& series, std::int64_t num_parcels, FrameCount frames,
                                        const fs::path& report) {
   const double seconds = (frames.warmup + frames.timed) / kFrameRate_hz;
-  std::vector<std::string> words = {fs::read_symlink("/proc/self/exe").string(), "run", "--headless"};
-  const auto add = [&words](const char* flag, const std::string& value) {
-    words.push_back(flag);
-    words.push_back(value);
+  std::vector<std::string> all = {fs::read_symlink("/proc/self/exe").string(), "run", "--headless"};
+  const auto add = [&all](const char* flag, const std::string& value) {
+    all.push_back(flag);
+    all.push_back(value);
   };
   add("--scene", kScene);
   for (const std::string& setting : kSettings) add("--set", setting);
@@ -88,8 +87,8 @@ std::vector<std::string> run_arguments(const SweepSeries& series, std::int64_t n
   add("--seconds", fmt::format("{}", seconds));
   add("--warmup", fmt::format("{}", frames.warmup));
   add("--report", report.string());
-  if (series.cuda) words.push_back("--cuda-no-fallback");
-  return words;
+  if (series.cuda) all.push_back("--cuda-no-fallback");
+  return all;
 }
 
 Outcome run_point(const std::vector<std::string>& arguments, const ReportFile& file,
@@ -102,13 +101,13 @@ Outcome run_point(const std::vector<std::string>& arguments, const ReportFile& f
   while (!(end = child.poll())) {
     if (stop && !stopped) child.signal(SIGINT);
     stopped = stopped || stop;
-    if (milliseconds_since(start) > kGivenUp_ms) {
-      return {nullptr, fmt::format("given up after {:.0f} s", 1e-3 * kGivenUp_ms), 0};
+    if (milliseconds_since(start) > kTimeout_ms) {
+      return {nullptr, fmt::format("timed out after {:.0f} s", 1e-3 * kTimeout_ms), 0};
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   if (stopped) return {};
-  if (!end->good) return {nullptr, child.last_words(), end->peak_host_bytes};
+  if (!end->good) return {nullptr, child.last_errors(), end->peak_host_bytes};
   std::ifstream stream(file.path());
   return {json::parse(stream), "", end->peak_host_bytes};
 }
@@ -144,7 +143,7 @@ json measured_point(const SweepSeries& series, std::int64_t num_parcels, const O
   };
 }
 
-// Only physics follows a law that is known; how a renderer grows is not guessed.
+// Extrapolates physics alone, since its law is known. That of the renderer is not.
 json extrapolated_point(std::int64_t num_parcels, std::int64_t from, double physics_ms) {
   return {{"num_parcels", num_parcels},
           {"extrapolated", true},
@@ -230,7 +229,7 @@ void Sweep::run(const SweepSeries& series) {
                 {"threads", series.cuda ? json(nullptr) : json(series.threads)},
                 {"neighbors", series.neighbors == Neighbors::grid ? "grid" : "all-pairs"},
                 {"points", json::array()}};
-  std::optional<FrameCost> known;  // of the largest point measured
+  std::optional<FrameCost> known;  // of the largest measured point
   std::int64_t known_size = 0;
   for (const std::int64_t size : sweep_sizes(options_.sweep_max)) {
     if (stop_) return;

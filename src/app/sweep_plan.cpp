@@ -5,10 +5,10 @@
 namespace pf {
 namespace {
 
-constexpr FrameCount kMaxFrames = {10, 60};   // warm-up: contacts settle, caches and clocks too
-constexpr FrameCount kFewestFrames = {1, 3};   // of a point that is slow
-constexpr double kWantedPoint_ms = 6000.0;     // what a slow point may take before it is cut to fewer frames
-constexpr double kLongestPoint_ms = 20'000.0;  // what the fewest frames may take before they are left out
+constexpr FrameCount kMaxFrames = {10, 60};  // the warm-up settles contacts, caches and clocks
+constexpr FrameCount kMinFrames = {1, 3};
+constexpr double kPointBudget_ms = 6000.0;  // slower points get fewer frames
+constexpr double kMaxPoint_ms = 20'000.0;   // points with slower minimum frames are extrapolated
 
 }  // namespace
 
@@ -37,11 +37,11 @@ FrameCost scaled_cost(const FrameCost& cost, std::int64_t from_size, std::int64_
 std::optional<FrameCount> plan_frames(const std::optional<FrameCost>& expected) {
   if (!expected) return kMaxFrames;
   const double frame_ms = std::max(expected->total_ms(), 1e-3);
-  if ((kFewestFrames.warmup + kFewestFrames.timed) * frame_ms > kLongestPoint_ms) return std::nullopt;
-  const int affordable = static_cast<int>(std::min(1e6, kWantedPoint_ms / frame_ms));
+  if ((kMinFrames.warmup + kMinFrames.timed) * frame_ms > kMaxPoint_ms) return std::nullopt;
+  const int affordable = static_cast<int>(std::min(1e6, kPointBudget_ms / frame_ms));
   FrameCount count;
-  count.timed = std::clamp(affordable * 6 / 7, kFewestFrames.timed, kMaxFrames.timed);
-  count.warmup = std::clamp(count.timed / 6, kFewestFrames.warmup, kMaxFrames.warmup);
+  count.timed = std::clamp(affordable * 6 / 7, kMinFrames.timed, kMaxFrames.timed);
+  count.warmup = std::clamp(count.timed / 6, kMinFrames.warmup, kMaxFrames.warmup);
   return count;
 }
 

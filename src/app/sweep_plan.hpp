@@ -1,4 +1,4 @@
-// Which points a sweep has, how long each is run, and what is put in place of those that take too long.
+// Plan of a sweep: its points, the number of frames of each, and the extrapolation of slow ones.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ struct SweepSeries {
 
 std::vector<SweepSeries> sweep_series();
 
-// 1,000, 10,000 ... up to max; max itself comes last if it is no power of ten.
+// 1,000, 10,000 ... and max.
 std::vector<std::int64_t> sweep_sizes(std::int64_t max);
 
 // Means over the timed frames, milliseconds.
@@ -35,12 +35,11 @@ struct FrameCount {
   int timed = 0;
 };
 
-// The cost at `size` from that measured at `from_size`: physics as N^2 (all-pairs) or N (grid), the rest as
-// N.
+// Extrapolates the cost at from_size to size: physics as N^2 (all-pairs) or N (grid), the rest as N.
 FrameCost scaled_cost(const FrameCost& cost, std::int64_t from_size, std::int64_t size, Neighbors neighbors);
 
-// Frames for a point whose frames are expected to cost `expected` (none: unknown, the first of its series),
-// or none if even the fewest would take more than 20 s.
+// Number of frames for a point. expected: cost of a frame; none: unknown, as for the first point of a series.
+// Returns none if even the minimum number of frames would take more than 20 s.
 std::optional<FrameCount> plan_frames(const std::optional<FrameCost>& expected);
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Eight parcels at a time with AVX2, of processors that have it.
+// AVX2 helpers that handle eight parcels at a time.
 #pragma once
 
 #if defined(__x86_64__)
@@ -14,14 +14,15 @@ inline bool has_avx2() {
   return has;
 }
 
-// Eight pairs x, y, four to a register, as all x and all y; the pairs in the order 0 1 4 5 2 3 6 7.
+// Eight pairs (x, y), four in each of two registers, split into all x and all y. The pairs are in the order
+// 0 1 4 5 2 3 6 7.
 struct Eight {
   __m256 x, y;
   __attribute__((PF_AVX2, always_inline)) Eight(__m256 a, __m256 b)
       : x(_mm256_shuffle_ps(a, b, 0x88)), y(_mm256_shuffle_ps(a, b, 0xDD)) {}
 };
 
-// What has the order of Eight in that of memory.
+// Puts values in the order of Eight back into memory order.
 __attribute__((PF_AVX2, always_inline)) inline __m256 in_order(__m256 values) {
   return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(values), 0xD8));
 }

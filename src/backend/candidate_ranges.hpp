@@ -1,5 +1,5 @@
-// The contiguous ranges of sorted parcels that a search box covers, as a list. (A function object called for
-// each would not have the target attribute of a vectorised search that makes it.)
+// List of the contiguous ranges of sorted parcels that a search box covers. (A function object called for
+// each range would lack the target attribute of a vectorised search.)
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace pf {
 
-// Entries after the last parcel that a search may read (and ignores).
+// Entries after the last parcel that a search may read. Their values do not matter.
 constexpr std::size_t kSearchPadding = 8;
 
 struct CandidateRanges {
@@ -21,7 +21,7 @@ struct CandidateRanges {
   Range at[kMax];
   int num = 0;
 
-  // As visit_candidate_ranges of model/grid.hpp; of a box of very many rows everything.
+  // Stores the ranges of visit_candidate_ranges of model/grid.hpp; all parcels if there are more than kMax.
   template <Boundary kBoundary>
   void list(const GridShape& grid, const std::uint32_t* cell_start, Vec2i position, std::int32_t reach,
             std::uint32_t num_parcels) {
@@ -40,8 +40,8 @@ struct CandidateRanges {
   }
 };
 
-// Whether no box around it crosses the edge of a periodic world: then whoever is within reach is so by the
-// stored positions, and whoever else is more than half a world away by them is out of reach.
+// True if the box of half side reach around a position does not cross the edge of a periodic world. Distances
+// up to reach then follow from stored positions, without nearest images.
 inline bool is_far_from_edge(const World& world, Vec2i position, std::int32_t reach) {
   const auto room = [](std::int32_t coordinate, std::int32_t half) {
     return static_cast<std::int64_t>(half) - std::abs(static_cast<std::int64_t>(coordinate));

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "backend/parcel_arrays.hpp"
+
 namespace pf {
 namespace {
 
@@ -11,31 +13,30 @@ ThreadTeam::Share slice(unsigned index, unsigned num_slices, std::size_t count) 
 
 }  // namespace
 
-void CellSort::sort(ThreadTeam& team, const GridShape& grid, const Vec2i* where, const ParcelArrays& from,
-                    ParcelArrays& to, std::vector<std::uint32_t>& cell_start, PhaseTimes& times) {
-  num_keys_ = grid.num_cells() + 1;
+void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
+  num_keys_ = in.grid.num_cells() + 1;
   num_slices_ = std::min(team.size(), kMaxSlices);
-  keys_.resize(from.id.size());
+  keys_.resize(in.parcels.id.size());
   offsets_.resize(num_keys_ * num_slices_);
-  cell_start.resize(num_keys_ + 1);
+  out.cell_start.resize(num_keys_ + 1);
   {
     ScopedPhase timing(times, Phase::sort);
-    count(team, grid, where, from.id.size());
+    count(team, in.grid, in.where);
   }
   {
     ScopedPhase timing(times, Phase::grid);
-    accumulate(team, cell_start);
+    accumulate(team, out.cell_start);
   }
   ScopedPhase timing(times, Phase::sort);
-  scatter(team, from, to);
+  scatter(team, in.parcels, out.parcels);
 }
 
-void CellSort::count(ThreadTeam& team, const GridShape& grid, const Vec2i* where, std::size_t num_parcels) {
+void CellSort::count(ThreadTeam& team, const GridShape& grid, const Vec2i* where) {
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* counts = offsets_.data() + thread * num_keys_;
     std::fill_n(counts, num_keys_, 0U);
-    const auto [begin, end] = slice(thread, num_slices_, num_parcels);
+    const auto [begin, end] = slice(thread, num_slices_, keys_.size());
     for (std::size_t i = begin; i < end; ++i) {
       keys_[i] = cell_key(grid, where[i]);
       ++counts[keys_[i]];
@@ -43,7 +44,7 @@ void CellSort::count(ThreadTeam& team, const GridShape& grid, const Vec2i* where
   });
 }
 
-// Exclusive sums over (cell, slice) in that order, in chunks of cells: sums of the chunks first.
+// Exclusive sums over (cell, slice) in that order: first over chunks of cells, then within them.
 void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start) {
   chunk_sums_.assign(team.size() + 1, 0U);
   team.run([&](unsigned thread) {
@@ -57,14 +58,14 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
   for (unsigned t = 0; t < team.size(); ++t) chunk_sums_[t + 1] += chunk_sums_[t];
   team.run([&](unsigned thread) {
     const auto [begin, end] = team.share(thread, num_keys_);
-    std::uint32_t place = chunk_sums_[thread];
+    std::uint32_t next = chunk_sums_[thread];
     for (std::size_t key = begin; key < end; ++key) {
-      cell_start[key] = place;
+      cell_start[key] = next;
       for (unsigned s = 0; s < num_slices_; ++s) {
         std::uint32_t& offset = offsets_[s * num_keys_ + key];
         const std::uint32_t in_slice = offset;
-        offset = place;
-        place += in_slice;
+        offset = next;
+        next += in_slice;
       }
     }
   });
@@ -77,15 +78,15 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty();
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
-    std::uint32_t* places = offsets_.data() + thread * num_keys_;
+    std::uint32_t* destinations = offsets_.data() + thread * num_keys_;
     const auto [begin, end] = slice(thread, num_slices_, from.id.size());
     for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t place = places[keys_[i]]++;
-      to.position[place] = from.position[i];
-      to.velocity[place] = from.velocity[i];
-      to.id[place] = from.id[i];
-      if (has_tick) to.tick[place] = from.tick[i];
-      if (has_contacts) to.last_contact_tick[place] = from.last_contact_tick[i];
+      const std::uint32_t j = destinations[keys_[i]]++;
+      to.position[j] = from.position[i];
+      to.velocity[j] = from.velocity[i];
+      to.id[j] = from.id[i];
+      if (has_tick) to.tick[j] = from.tick[i];
+      if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
     }
   });
 }

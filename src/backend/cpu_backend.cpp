@@ -11,10 +11,10 @@
 namespace pf {
 namespace {
 
-// Cells are this many contact distances wide, and parcels are sorted again once the search box, which grows
-// by what parcels have moved, is wider than this many contact distances each way. Measured at N = 10^5.
+// Width of cells, and half side of the search box above which parcels are sorted again, in contact distances.
+// The box grows with the displacement of the parcels. Both were measured at N = 10^5.
 constexpr double kCellWidth = 2.0;
-constexpr double kLargestReach = 2.0;
+constexpr double kMaxSearchReach = 2.0;
 
 std::string processor_name() {
   std::ifstream info("/proc/cpuinfo");
@@ -51,7 +51,7 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
   step_ = 0;
   exact_.reset_time();
   parcels_.resize(plan.num_parcels);
-  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_begin[plan.num_rows] : 0;
+  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_start[plan.num_rows] : 0;
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, plan.num_parcels);
     for (std::size_t i = begin; i < end; ++i) {
@@ -109,8 +109,8 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
       }
     }
     const Parcel after = finish_step<kBall, kBoundary>(c, loop.ball, loop.key, self, sums, tally);
-    // Field by field: as pairs they would be read back from the stack in one load across two stores, which
-    // stalls (a third of the step's time).
+    // Copied field by field. As a pair they would be read back from the stack in one load across two stores,
+    // which stalls and costs a third of the step's time.
     parcels_.next.position[i].x = after.position.x;
     parcels_.next.position[i].y = after.position.y;
     parcels_.next.velocity[i].x = after.velocity.x;
@@ -121,10 +121,10 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
 
 void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
                                 StepReport& report) {
-  const bool search = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
-  if (!search) return;
+  const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
+  if (!searches) return;
   const double reach = constants.contact_reach + static_cast<double>(displacement_);
-  if (parcels_.sorted && reach <= kLargestReach * constants.contact_distance) return;
+  if (parcels_.sorted && reach <= kMaxSearchReach * constants.contact_distance) return;
   parcels_.sort(team_, physics_.world, kCellWidth * constants.contact_distance,
                 parcels_.current.position.data(), report.times);
   displacement_ = 0;
@@ -134,46 +134,48 @@ void CpuBackend::sort_if_needed(const StepConstants& constants, const StepReques
 void CpuBackend::submit(const StepRequest& request) {
   StepReport report;
   if (request.method == Method::exact) {
-    const bool has_clocks = !parcels_.current.last_contact_tick.empty();
-    if (exact_.active() && has_clocks != (request.contact_clock_s > 0.0)) stop_exact();
-    if (!exact_.active()) start_exact(request);
-    exact_.advance(physics_, request, parcels_, ball_, report);
-    if (request.draw) draw(*request.draw);
-    report.ball = ball_;
-    report_ = report;
-    return;
-  }
-  stop_exact();
-  const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
-  for (std::uint32_t k = 0; k < request.num_steps; ++k) {
-    sort_if_needed(constants, request, report);
-    step(constants, request, k + 1 == request.num_steps, report);
+    advance_exact(request, report);
+  } else {
+    stop_exact();
+    const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
+    for (std::uint32_t k = 0; k < request.num_steps; ++k) {
+      sort_if_needed(constants, request, report);
+      step(constants, request, k + 1 == request.num_steps, report);
+    }
   }
   report.ball = ball_;
   report_ = report;
 }
 
-// What another method, or a larger radius, left overlapping is pushed apart first. What a crowd keeps is seen
-// in max_overlap_diameters.
-void CpuBackend::start_exact(const StepRequest& request) {
+void CpuBackend::advance_exact(const StepRequest& request, StepReport& report) {
+  const bool has_contact_ticks = !parcels_.current.last_contact_tick.empty();
+  if (exact_.active() && has_contact_ticks != (request.contact_clock_s > 0.0)) stop_exact();
+  if (!exact_.active()) start_exact(request);
+  exact_.advance(physics_, request, parcels_, ball_, report);
+  if (request.draw) draw(*request.draw);
+}
+
+// Overlaps that a crowd keeps are reported in max_overlap_diameters.
+void CpuBackend::push_apart(const StepRequest& request) {
   constexpr int kMaxSweeps = 50;
-  if (physics_.parcels.contacts) {
-    const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
-    const RangeFunction push_out = for_boundary(physics_.world.boundary, []<Boundary kBoundary>() {
-      return &CpuBackend::step_range<PushOutContact, false, kBoundary>;
-    });
-    const auto enough = static_cast<float>(kRoundingMargin / constants.contact_distance);
-    CpuTally sum;
-    int sweeps = 0;
-    do {
-      StepReport scratch;
-      StepRequest sweep = request;
-      sweep.draw = nullptr;
-      parcels_.sorted = false;
-      sort_if_needed(constants, sweep, scratch);
-      sum = run_loop(constants, sweep, {}, nullptr, push_out);
-    } while (sum.max_overlap > enough && ++sweeps < kMaxSweeps);
+  const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
+  const RangeFunction push_out = for_boundary(physics_.world.boundary, []<Boundary kBoundary>() {
+    return &CpuBackend::step_range<PushOutContact, false, kBoundary>;
+  });
+  const auto tolerance = static_cast<float>(kRoundingMargin / constants.contact_distance);
+  StepRequest sweep = request;
+  sweep.draw = nullptr;
+  for (int k = 0; k < kMaxSweeps; ++k) {
+    StepReport scratch;
+    parcels_.sorted = false;
+    sort_if_needed(constants, sweep, scratch);
+    if (run_loop(constants, sweep, {}, nullptr, push_out).max_overlap <= tolerance) return;
   }
+}
+
+// Another method, or a larger radius, may leave overlapping parcels.
+void CpuBackend::start_exact(const StepRequest& request) {
+  if (physics_.parcels.contacts) push_apart(request);
   exact_.enter(physics_, request.contact_clock_s, parcels_);
 }
 
@@ -235,7 +237,7 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
 }
 
 void CpuBackend::draw(const DrawBuffers& buffers) {
-  const std::vector<Vec2i>& position = present();
+  const std::vector<Vec2i>& position = positions();
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
     for (std::size_t i = begin; i < end; ++i) {
@@ -246,7 +248,7 @@ void CpuBackend::draw(const DrawBuffers& buffers) {
 
 ParcelSnapshot CpuBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_};
-  const std::vector<Vec2i>& position = present();
+  const std::vector<Vec2i>& position = positions();
   for (std::size_t i = 0; i < size(); ++i) {
     snapshot.position[parcels_.current.id[i]] = position[i];
     snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
@@ -287,7 +289,7 @@ Measures CpuBackend::measure() {
 
 std::uint64_t CpuBackend::state_hash() {
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
-  const std::vector<Vec2i>& position = present();
+  const std::vector<Vec2i>& position = positions();
   for (std::size_t i = 0; i < size(); ++i) {
     hash += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
   }
@@ -298,7 +300,7 @@ std::uint64_t CpuBackend::memory_bytes() const { return parcels_.memory_bytes() 
 
 double CpuBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
-  constexpr double kSort = kStep + sizeof(std::uint32_t);  // the same, and the ids written
+  constexpr double kSort = kStep + sizeof(std::uint32_t);  // as a step, plus written ids
   const double n = static_cast<double>(size());
   const double per_sort = n * kSort + 8.0 * static_cast<double>(parcels_.cell_start.size());
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;

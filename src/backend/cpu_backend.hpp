@@ -1,5 +1,5 @@
-// The CPU backend: the same step as the device's, as plain loops over a fixed partition. It is the oracle
-// that the device is tested against, so it stays simple enough to be believed by reading.
+// The CPU backend: the same step as on the device, as plain loops over a fixed partition. The device is
+// tested against it, so that its correctness should be evident from the text.
 #pragma once
 
 #include <vector>
@@ -33,7 +33,7 @@ class CpuBackend final : public Backend {
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
-  // What the loop over a share of the parcels reads and writes.
+  // Input of the loop over a share of the parcels.
   struct StepLoop {
     const StepConstants& constants;
     const BallMotion& ball;
@@ -48,7 +48,8 @@ class CpuBackend final : public Backend {
   void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
 
   std::size_t size() const { return parcels_.size(); }
-  const std::vector<Vec2i>& present() {
+  // Current positions, in memory order.
+  const std::vector<Vec2i>& positions() {
     return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
@@ -56,6 +57,9 @@ class CpuBackend final : public Backend {
   // One pass over all parcels; the new state becomes the current one.
   CpuTally run_loop(const StepConstants& constants, const StepRequest& request, const BallMotion& motion,
                     const DrawBuffers* draw, RangeFunction range);
+  void advance_exact(const StepRequest& request, StepReport& report);
+  // Pushes overlapping parcels apart until none overlap, or a limit is reached.
+  void push_apart(const StepRequest& request);
   void start_exact(const StepRequest& request);
   void stop_exact();
 
@@ -65,7 +69,7 @@ class CpuBackend final : public Backend {
   std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
   SortedParcels parcels_;
   ExactTimeline exact_{team_};
-  std::int64_t displacement_ = 0;  // largest displacement along an axis since the sort, summed over steps
+  std::int64_t displacement_ = 0;  // bound on displacements along an axis since the sort, position units
   StepReport report_;              // of the last request
 };
 

@@ -1,5 +1,5 @@
-// What one thread counts during one step. All sums are integers and all extremes exact, so that the totals do
-// not depend on how the parcels were shared out.
+// Tally of one thread in one step. All sums are integers and all extremes exact, so that the totals do not
+// depend on how parcels are shared among threads.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ struct alignas(64) CpuTally {
     ball.impulse_y += hit.impulse_y;
     ball.torque += hit.torque;
   }
-  void moved(std::int32_t travel, float speed2) {
-    max_displacement = std::max(max_displacement, travel);
+  void moved(std::int32_t displacement, float speed2) {
+    max_displacement = std::max(max_displacement, displacement);
     max_speed2 = std::max(max_speed2, speed2);
   }
   void retired() { ++num_retired; }
@@ -57,7 +57,7 @@ struct alignas(64) CpuTally {
   }
 };
 
-// The tally in physical units. c: of the step, for its units and physics.
+// The tally in physical units. c: constants of the step.
 inline StepTotals totals_of(const StepConstants& c, const CpuTally& sum) {
   StepTotals totals;
   totals.num_collisions = sum.num_collisions;

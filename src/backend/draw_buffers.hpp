@@ -1,4 +1,4 @@
-// Memory that a backend may write what is drawn into, in the last step of a frame.
+// Memory into which a backend writes the picture's data in the last step of a frame.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace pf {
 
-// All arrays have `capacity` entries, one per parcel in any order. Null: not wanted.
+// All arrays have `capacity` entries, one per parcel in any order. Null: not needed.
 struct DrawBuffers {
-  Vec2f* position_m = nullptr;  // retired parcels are put far outside
+  Vec2f* position_m = nullptr;  // of a retired parcel: far outside
   float* speed_mps = nullptr;
   std::size_t capacity = 0;
   bool on_device = false;  // device memory; else host memory
@@ -21,13 +21,13 @@ enum class DrawTargetKind { interop, staged, host };
 
 constexpr const char* kDrawTargetNames[] = {"interop", "staged", "host"};
 
-// Owner of draw memory on the view's side. map() hands out memory that is safe to write until unmap(); after
+// Owner of draw memory on the view's side. map() returns memory that is safe to write until unmap(). After
 // unmap() the renderer may draw from it.
 class DrawTarget {
  public:
   virtual ~DrawTarget() = default;
   virtual DrawTargetKind kind() const = 0;
-  // Makes room for num_parcels; keeps what it has if that is enough.
+  // Provides room for num_parcels. Existing memory is kept if it suffices.
   virtual void reserve(std::size_t num_parcels) = 0;
   virtual DrawBuffers map() = 0;
   virtual void unmap() = 0;

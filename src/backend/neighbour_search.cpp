@@ -14,7 +14,7 @@ void list_ranges(const SearchSpace& space, Vec2i here, CandidateRanges& ranges) 
   ranges.list<kBoundary>(space.grid, space.cell_start, here, space.reach, space.num_parcels);
 }
 
-// The test of one parcel against the others, one at a time.
+// Tests one parcel at a time.
 template <Boundary kBoundary>
 void search_plainly(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];
@@ -32,7 +32,7 @@ void search_plainly(const SearchSpace& space, std::uint32_t i, SearchScratch& sc
 
 #if defined(__x86_64__)
 
-// Nearest image of eight differences, lanes alternating x and y.
+// Nearest images of eight differences. Lanes alternate between x and y.
 template <Boundary kBoundary>
 __attribute__((PF_AVX2, always_inline)) inline __m256i nearest_image(__m256i d, __m256i half,
                                                                      __m256i period) {
@@ -45,7 +45,8 @@ __attribute__((PF_AVX2, always_inline)) inline __m256i nearest_image(__m256i d, 
   return d;
 }
 
-// The same, eight parcels first .. first + 7 at a time: a bit each of those below last, near, and not self.
+// Tests eight parcels, first .. first + 7, at a time. Sets a bit for each that is below last, near, and not
+// self.
 template <Boundary kBoundary>
 struct Filter {
   const SearchSpace& space;
@@ -86,8 +87,8 @@ inline void take(unsigned mask, std::uint32_t first, std::vector<std::uint32_t>&
   for (; mask != 0; mask &= mask - 1) candidates.push_back(first + kOrder[__builtin_ctz(mask)]);
 }
 
-// Eight candidates at a time. A box of at most three rows, as nearly all are, goes without a branch on how
-// many rows and parcels there are: these differ from parcel to parcel and would be mispredicted.
+// Tests eight parcels at a time. A box of at most three rows, the usual case, takes no branch on the number
+// of rows and parcels: these differ from parcel to parcel, so that branches would be mispredicted.
 template <Boundary kBoundary>
 __attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch) {
   const Vec2i here = space.position[i];

@@ -1,5 +1,5 @@
-// The CPU's cheap first test: which parcels may touch one parcel. The precise test is the model's; this one
-// only must not miss, so it may use what the processor has.
+// The CPU's cheap first test for contact of one parcel with others. The precise test is the model's. This one
+// must not miss a contact, and may use the processor's vector instructions.
 #pragma once
 
 #include <cstdint>
@@ -20,19 +20,19 @@ struct SearchSpace {
   bool all_pairs = false;
 };
 
-// What a search leaves, and its working memory; one per thread.
+// Result and working memory of a search, one per thread.
 struct SearchScratch {
   std::vector<std::uint32_t> candidates;
   CandidateRanges ranges;
 };
 
-// Fills scratch.finds with the parcels j != i of i's search box whose squared distance is below
+// Fills scratch.candidates with the parcels j != i in i's search box whose squared distance is below
 // filter_distance2.
 using Search = void (*)(const SearchSpace& space, std::uint32_t i, SearchScratch& scratch);
 
-// The fastest search that this processor runs.
+// The fastest search that this processor supports.
 Search choose_search(Boundary boundary);
-// The plain loop, which the others are tested against.
+// The plain loop, against which the others are tested.
 Search plain_search(Boundary boundary);
 
 }  // namespace pf

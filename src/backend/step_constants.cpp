@@ -12,7 +12,7 @@ void set_spring(StepConstants& c, double contact_s) {
   c.damping_rate_per_s = rates.damping_per_s;
 }
 
-// The smallest power of two that is at least value; value > 0.
+// Smallest power of two that is at least value. value > 0.
 double next_power_of_two(double value) {
   int exponent = 0;
   const double fraction = std::frexp(value, &exponent);  // in [1/2, 1)

@@ -1,4 +1,4 @@
-// Errors by who must act on them. Libraries throw; only main catches, prints and chooses the exit code.
+// Errors by responsibility. Libraries throw. Only main catches, prints and chooses the exit code.
 #pragma once
 
 #include <stdexcept>
@@ -6,13 +6,13 @@
 
 namespace pf {
 
-// The user's input cannot be used. The message is one line: place, value, what is allowed, a way out. Exit 2.
+// The user's input cannot be used. The message is one line: place, value, allowed range, remedy. Exit code 2.
 class UserError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-// A device, driver or display cannot do what was asked. Exit 3.
+// A device, driver or display cannot do what was asked. Exit code 3.
 class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -1,5 +1,5 @@
-// The few functions beyond + - * / sqrt that the model needs, written out so that host and device give the
-// same bits (maths libraries differ in the last place). Errors are below 2e-16 relative to 1.
+// Mathematical functions beyond + - * / sqrt. They are written out so that host and device give the same
+// bits: maths libraries differ in the last place. Errors are below 2e-16 relative to 1.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace pf {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Nearest integer, ties to even: odd-symmetric, so opposite contributions cancel exactly.
+// Nearest integer, ties to even. The function is odd, so that opposite contributions cancel exactly.
 PF_HD inline std::int64_t round_to_int64(double value) {
 #if defined(__CUDA_ARCH__)
   return __double2ll_rn(value);
@@ -33,7 +33,8 @@ struct SinCos {
   double sin, cos;
 };
 
-// Sine and cosine for |angle| < 2^20: reduced to [-pi/4, pi/4] (Cody and Waite, two parts), Taylor series.
+// Sine and cosine for |angle| < 2^20: reduction to [-pi/4, pi/4] (Cody and Waite 1980, two parts), then
+// Taylor series.
 PF_HD inline SinCos sin_cos(double angle) {
   const double quadrant = static_cast<double>(round_to_int64(angle * (2.0 / kPi)));
   const double x = (angle - quadrant * 1.57079632673412561417e+00) - quadrant * 6.07710050650619224932e-11;
@@ -66,7 +67,7 @@ PF_HD inline SinCos sin_cos(double angle) {
   }
 }
 
-// Natural logarithm of a positive normal number: exponent apart, then 2 artanh((m - 1) / (m + 1)).
+// Natural logarithm of a positive normal number: exponent, plus 2 artanh((m - 1) / (m + 1)) of the mantissa.
 PF_HD inline double natural_log(double value) {
   std::uint64_t bits = bit_copy<std::uint64_t>(value);
   std::int64_t exponent = static_cast<std::int64_t>(bits >> 52) - 1022;

@@ -1,5 +1,5 @@
-// Where the files that belong to the program lie: assets, shaders, plots, fonts. They are found from the
-// place of the program itself, so that a tree that was installed or unpacked can be moved.
+// Locates the files that belong to the program: assets, shaders, plots, fonts. Their folders are relative to
+// the program, so that an installed or unpacked tree can be moved.
 #pragma once
 
 #include <cstdlib>
@@ -9,9 +9,9 @@
 
 namespace pf {
 
-// Folders that may hold `kind` ("assets", "shaders", "plots" or "fonts"), the first match first: the one that
-// the environment variable names (null: there is none), then share/pickleflight beside the folder of the
-// program (installed) and in it (a build folder). None of them need exist.
+// Folders to search for `kind` ("assets", "shaders", "plots" or "fonts"), in this order: the folder that the
+// environment variable names (null: none), share/pickleflight beside the program's folder (installed), and
+// share/pickleflight in it (a build folder). The folders need not exist.
 inline std::vector<std::filesystem::path> program_folders(const std::string& kind,
                                                           const char* variable = nullptr) {
   std::vector<std::filesystem::path> folders;

@@ -1,6 +1,6 @@
-// Counter-based random numbers: a pure function of its keys, so any parcel's number can be drawn by any
-// thread in any order. mix64 is the finaliser of SplitMix64 (Steele, Lea and Flood 2014), mix32 the
-// two-multiply hash 'lowbias32' found by Wellons (2018).
+// Counter-based random numbers. Each is a pure function of its keys, so any thread can draw it in any order.
+// mix64 is the finaliser of SplitMix64 (Steele, Lea and Flood 2014). mix32 is the two-multiply hash
+// 'lowbias32' (Wellons 2018).
 #pragma once
 
 #include <cstdint>
@@ -22,12 +22,12 @@ PF_HD constexpr std::uint32_t mix32(std::uint32_t z) {
   return z ^ (z >> 16);
 }
 
-// 64 random bits keyed by (seed, id, stream); streams of one id are independent.
+// 64 random bits keyed by (seed, id, stream). Streams of one id are independent.
 PF_HD constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t id, std::uint64_t stream) {
   return mix64(mix64(mix64(seed) ^ id) ^ (stream * 0xD1B54A32D192ED03ULL));
 }
 
-// Uniform in the open interval (0, 1), on a lattice of 2^53.
+// Uniform in the open interval (0, 1), one of 2^53 equidistant values.
 PF_HD constexpr double uniform(std::uint64_t bits) {
   return (static_cast<double>(bits >> 11) + 0.5) * (1.0 / 9007199254740992.0);
 }

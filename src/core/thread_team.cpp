@@ -7,8 +7,8 @@
 namespace pf {
 namespace {
 
-constexpr int kLooks = 4000;  // before a thread sleeps; some 100 microseconds
-constexpr int kLooksBeforeYield = 128;
+constexpr int kMaxSpins = 4000;  // before a thread sleeps; some 100 microseconds
+constexpr int kSpinsPerYield = 128;
 
 void pause() {
 #if defined(__x86_64__)
@@ -16,12 +16,12 @@ void pause() {
 #endif
 }
 
-// Returns when `value` is no longer `old`.
+// Returns when `value` differs from `old`.
 void await_change(const std::atomic<std::uint32_t>& value, std::uint32_t old) {
-  for (int look = 1; look <= kLooks; ++look) {
+  for (int spin = 1; spin <= kMaxSpins; ++spin) {
     if (value.load(std::memory_order_acquire) != old) return;
     pause();
-    if (look % kLooksBeforeYield == 0) std::this_thread::yield();  // there may be more threads than cores
+    if (spin % kSpinsPerYield == 0) std::this_thread::yield();  // there may be more threads than cores
   }
   value.wait(old, std::memory_order_acquire);
 }

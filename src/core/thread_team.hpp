@@ -1,6 +1,5 @@
-// A fixed team of threads that runs one function at a time over a fixed partition. Threads with nothing to do
-// look for work a while before they sleep: waking one takes ten times as long as many a function that it is
-// to run.
+// A fixed team of threads that runs one function at a time over a fixed partition. Idle threads spin for a
+// while before they sleep: waking a thread takes ten times as long as many of the functions it runs.
 #pragma once
 
 #include <atomic>
@@ -14,7 +13,7 @@ namespace pf {
 
 class ThreadTeam {
  public:
-  // num_threads >= 1; the calling thread is one of them.
+  // num_threads >= 1, the calling thread included.
   explicit ThreadTeam(unsigned num_threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -25,7 +24,7 @@ class ThreadTeam {
   // Runs work(thread) on every thread, thread = 0 .. size() - 1, and returns when all are done.
   void run(const std::function<void(unsigned thread)>& work);
 
-  // The share [begin, end) of `count` items that a thread works on; contiguous, in thread order.
+  // Share [begin, end) of `count` items for one thread. Shares are contiguous and in thread order.
   struct Share {
     std::size_t begin, end;
   };
@@ -37,9 +36,8 @@ class ThreadTeam {
   void serve(unsigned thread);
 
   unsigned num_threads_;
-  std::atomic<std::uint32_t> started_{0};  // functions so far
-  // Threads other than the calling one that are not done with the last.
-  std::atomic<std::uint32_t> running_{0};
+  std::atomic<std::uint32_t> started_{0};  // number of functions started
+  std::atomic<std::uint32_t> running_{0};  // threads, without the calling one, still in the last function
   const std::function<void(unsigned)>* work_ = nullptr;
   bool stopping_ = false;
   std::vector<std::jthread> threads_;

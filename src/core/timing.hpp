@@ -1,4 +1,4 @@
-// Where a frame's time goes: one slot per named phase, in milliseconds.
+// The time of a frame, in milliseconds: one slot per named phase.
 #pragma once
 
 #include <array>
@@ -8,8 +8,8 @@
 
 namespace pf {
 
-// A time-stepped method spends its step in collide_integrate and ball; method `exact` in predict, solve, reconcile
-// and commit.
+// The phases before `map` make up a step: both kinds of methods sort; then a time-stepped method works in
+// collide_integrate and ball, method `exact` in predict, solve, reconcile and commit.
 enum class Phase {
   sort,
   grid,
@@ -29,6 +29,7 @@ enum class Phase {
 };
 
 constexpr std::size_t kNumPhases = static_cast<std::size_t>(Phase::count);
+constexpr std::size_t kNumStepPhases = static_cast<std::size_t>(Phase::map);
 
 // Keys of the report and labels of the overlay, in the order of Phase.
 constexpr std::array<const char*, kNumPhases> kPhaseNames = {
@@ -44,15 +45,20 @@ struct PhaseTimes {
     for (std::size_t i = 0; i < kNumPhases; ++i) ms[i] += other.ms[i];
     return *this;
   }
-  double total() const {
+  // Time of the steps, by whichever method; the other phases show them.
+  double step_ms() const { return sum_of_first(kNumStepPhases); }
+  double total() const { return sum_of_first(kNumPhases); }
+
+ private:
+  double sum_of_first(std::size_t num_phases) const {
     double sum = 0.0;
-    for (double value : ms) sum += value;
+    for (std::size_t i = 0; i < num_phases; ++i) sum += ms[i];
     return sum;
   }
 };
 
-// The two phases that GL works on, by both clocks: of the host until the calls returned, and of the GL device
-// from begin to end of that work, read some frames late so that nothing waits. Not a number: not known.
+// The two phases that GL works on, by both clocks. The host's runs until the calls return; the GL device's covers
+// the work itself and is read some frames late, so that nothing waits for it. NaN: not known.
 struct DrawTimes {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -68,7 +74,7 @@ inline double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// Adds the life time of the object to one phase.
+// Adds its own lifetime to one phase.
 class ScopedPhase {
  public:
   ScopedPhase(PhaseTimes& times, Phase phase) : times_(times), phase_(phase), start_(Clock::now()) {}

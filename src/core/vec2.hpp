@@ -1,4 +1,4 @@
-// Two-component vectors of one scalar type; plain data, the same on host and device.
+// Two-component vectors of one scalar type. Plain data, the same on host and device.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ PF_HD constexpr T cross(Vec2<T> a, Vec2<T> b) {
   return a.x * b.y - a.y * b.x;
 }
 
-// z-hat cross a: a turned left by a right angle.
+// z-hat cross a, which turns a left by a right angle.
 template <class T>
 PF_HD constexpr Vec2<T> perpendicular(Vec2<T> a) {
   return {-a.y, a.x};

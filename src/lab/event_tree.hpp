@@ -1,5 +1,5 @@
-// The earliest event of each body, and the earliest of all: a tournament tree. One leaf per body, every inner
-// node repeats the earlier of its two children, so the root is the next event.
+// The earliest event of each body and the earliest of all, in a tournament tree: one leaf per body, and every
+// inner node repeats the earlier of its two children. The root is therefore the next event.
 #pragma once
 
 #include <algorithm>
@@ -12,28 +12,28 @@
 
 namespace pf {
 
-// What a body meets next: another body's number, or one of these.
-enum Meeting : std::uint32_t {
-  kFirstSpecial = 0xFFFFFFF0U,  // body numbers stay below
-  kMeetsBall = kFirstSpecial,
-  kMeetsWallX,
-  kMeetsWallY,
-  kMeetsExit,
-  kMeetsCellX,  // moves on to the next cell of its row
-  kMeetsCellY,
+// Partner of a predicted event: another body's number, or one of these codes.
+enum PartnerCode : std::uint32_t {
+  kFirstPartnerCode = 0xFFFFFFF0U,  // body numbers stay below
+  kPartnerBall = kFirstPartnerCode,
+  kPartnerWallX,
+  kPartnerWallY,
+  kPartnerExit,
+  kPartnerCellX,  // the body moves on to the next cell of its row
+  kPartnerCellY,
 };
 
-struct PlannedEvent {
+struct PredictedEvent {
   double time_s = std::numeric_limits<double>::infinity();
   std::uint32_t owner = 0;
-  std::uint32_t meets = kMeetsCellX;
+  std::uint32_t partner = kPartnerCellX;
 };
 
-// Simultaneous events come by lower, then by higher number.
-inline bool happens_before(const PlannedEvent& a, const PlannedEvent& b) {
+// Orders simultaneous events by their lower, then by their higher number.
+inline bool happens_before(const PredictedEvent& a, const PredictedEvent& b) {
   if (a.time_s != b.time_s) return a.time_s < b.time_s;
-  return std::pair{std::min(a.owner, a.meets), std::max(a.owner, a.meets)} <
-         std::pair{std::min(b.owner, b.meets), std::max(b.owner, b.meets)};
+  return std::pair{std::min(a.owner, a.partner), std::max(a.owner, a.partner)} <
+         std::pair{std::min(b.owner, b.partner), std::max(b.owner, b.partner)};
 }
 
 class EventTree {
@@ -45,18 +45,17 @@ class EventTree {
     for (std::size_t k = num_leaves_ - 1; k > 0; --k) nodes_[k] = nodes_[2 * k];
   }
 
-  const PlannedEvent& first() const { return nodes_[1]; }
-  const PlannedEvent& of(std::uint32_t body) const { return nodes_[num_leaves_ + body]; }
+  const PredictedEvent& first() const { return nodes_[1]; }
 
-  void set(const PlannedEvent& event) {
+  void set(const PredictedEvent& event) {
     std::size_t k = num_leaves_ + event.owner;
     nodes_[k] = event;
     while (k > 1) {
-      const PlannedEvent& left = nodes_[k & ~std::size_t{1}];
-      const PlannedEvent& right = nodes_[k | 1];
-      const PlannedEvent& winner = happens_before(right, left) ? right : left;
+      const PredictedEvent& left = nodes_[k & ~std::size_t{1}];
+      const PredictedEvent& right = nodes_[k | 1];
+      const PredictedEvent& winner = happens_before(right, left) ? right : left;
       k /= 2;
-      // Neither won here before nor wins now: nothing changes further up.
+      // The event neither won here before nor wins now: nothing changes further up.
       if (nodes_[k].owner != event.owner && winner.owner != event.owner) return;
       nodes_[k] = winner;
     }
@@ -64,7 +63,7 @@ class EventTree {
 
  private:
   std::size_t num_leaves_;
-  std::vector<PlannedEvent> nodes_;  // root at 1, children of k at 2k and 2k + 1
+  std::vector<PredictedEvent> nodes_;  // root at 1, children of k at 2k and 2k + 1
 };
 
 }  // namespace pf

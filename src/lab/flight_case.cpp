@@ -11,7 +11,7 @@
 namespace pf {
 
 Settings court_settings(const CourtCase& court) {
-  Settings s;  // the defaults are the court's, tests/physics/test_scenes.cpp holds them to it
+  Settings s;  // the defaults are the court's: tests/physics/test_scenes.cpp checks it
   s.num_parcels = court.num_parcels;
   s.area_fraction = court.area_fraction;
   s.restitution = court.restitution;
@@ -20,7 +20,7 @@ Settings court_settings(const CourtCase& court) {
 
 namespace {
 
-// The longest step that suits the scene, as if a frame were that long.
+// Plans steps as if a frame lasted duration_s: the longest step that suits the scene.
 FramePlan plan_duration(Settings settings, const Physics& physics, const BallState& start,
                         double duration_s) {
   settings.time_scale = 1.0;
@@ -30,7 +30,7 @@ FramePlan plan_duration(Settings settings, const Physics& physics, const BallSta
   return plan_frame(settings, physics, start);
 }
 
-// Share of the way from a to b at which the edge of the world is crossed; above 1: it is not.
+// Share of the way from a to b at which it crosses the edge of the world; above 1 if it does not.
 double share_to_edge(const World& world, Vec2d a, Vec2d b) {
   const Vec2d half = to_metres(world, world.half);
   const auto along = [](double from, double to, double edge) {
@@ -45,34 +45,34 @@ FlightResult fly_scene(const Settings& settings, double duration_s, Backend& bac
   const auto [physics, start] = spawn_scene(settings, backend);
   const FramePlan plan = plan_duration(settings, physics, start, duration_s);
   const double dt_s = duration_s / plan.num_steps;
-  const Clock::time_point begin = Clock::now();
+  const Clock::time_point start_time = Clock::now();
   const StepReport report = backend.advance(step_request(settings, plan.num_steps, dt_s));
-  return {report.ball, 1e6 * milliseconds_since(begin), dt_s, report.totals};
+  return {report.ball, 1e6 * milliseconds_since(start_time), dt_s, report.totals};
 }
 
 Exit fly_to_exit(const Settings& settings, Backend& backend) {
-  constexpr double kLook_s = 0.01, kLongest_s = 10.0;
+  constexpr double kPart_s = 0.01, kMaxFlight_s = 10.0;
   const auto [physics, start] = spawn_scene(settings, backend);
   BallState ball = start;
   Exit exit;
-  while (exit.time_s < kLongest_s) {
-    const FramePlan plan = plan_duration(settings, physics, ball, kLook_s);
-    const Clock::time_point begin = Clock::now();
+  while (exit.time_s < kMaxFlight_s) {
+    const FramePlan plan = plan_duration(settings, physics, ball, kPart_s);
+    const Clock::time_point start_time = Clock::now();
     const BallState next =
-        backend.advance(step_request(settings, plan.num_steps, kLook_s / plan.num_steps)).ball;
-    exit.wall_ns += 1e6 * milliseconds_since(begin);
+        backend.advance(step_request(settings, plan.num_steps, kPart_s / plan.num_steps)).ball;
+    exit.wall_ns += 1e6 * milliseconds_since(start_time);
     const Vec2d moved = next.position_m - ball.position_m;
-    const double share = std::min(1.0, share_to_edge(physics.world, ball.position_m, next.position_m));
-    const bool leaves = share_to_edge(physics.world, ball.position_m, next.position_m) <= 1.0;
+    const double to_edge = share_to_edge(physics.world, ball.position_m, next.position_m);
+    const double share = std::min(1.0, to_edge);
     exit.at_m = ball.position_m + moved * share;
     exit.speed_mps = speed_of(ball) + (speed_of(next) - speed_of(ball)) * share;
-    exit.time_s += kLook_s * share;
+    exit.time_s += kPart_s * share;
     exit.path_m += std::sqrt(dot(moved, moved)) * share;
-    if (leaves) return exit;
+    if (to_edge <= 1.0) return exit;
     ball = next;
   }
-  throw UserError("lab: in scene " + settings.name +
-                  " the ball does not leave the world within 10 s; give another");
+  throw UserError("lab: the ball of scene " + settings.name +
+                  " does not leave the world within 10 s; give another scene");
 }
 
 double speed_of(const BallState& ball) { return std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)); }

@@ -1,4 +1,4 @@
-// Flights of the ball for the studies, each seed from the same start with every method.
+// Flights of the ball for the studies. With every method, a seed has the same start.
 #pragma once
 
 #include <functional>
@@ -17,30 +17,30 @@ struct CourtCase {
   double restitution = 0.9;
 };
 
-// 0.6 s of a flight over the court: it ends before the ball leaves.
+// Length of a flight over the court; it ends before the ball leaves.
 inline constexpr double kCourtFlight_s = 0.6;
 
 Settings court_settings(const CourtCase& court);
 
 struct FlightResult {
   BallState ball;        // at the end
-  double wall_ns = 0.0;  // of the steps, spawning left out
-  double dt_s = 0.0;     // as stepped: a whole number of steps makes the flight
+  double wall_ns = 0.0;  // of the steps, without spawning
+  double dt_s = 0.0;     // of a step; a whole number of steps makes the flight
   StepTotals totals;
 };
 
-// Flies the scene for duration_s by its settings: method, time step or displacement_per_step, seed.
+// Flies the scene for duration_s with its settings: method, time step or displacement_per_step, seed.
 FlightResult fly_scene(const Settings& settings, double duration_s, Backend& backend);
 
 struct Exit {
-  Vec2d at_m;  // where the ball's centre crosses the edge of the world
+  Vec2d at_m;  // the ball's centre on the edge of the world
   double speed_mps = 0.0;
   double time_s = 0.0;  // since the launch
-  double path_m = 0.0;  // flown
+  double path_m = 0.0;
   double wall_ns = 0.0;
 };
 
-// Flies until the ball leaves the open world, at most 10 s. Throws UserError if it does not.
+// Flies until the ball leaves the open world. Throws UserError if that takes more than 10 s.
 Exit fly_to_exit(const Settings& settings, Backend& backend);
 
 double speed_of(const BallState& ball);

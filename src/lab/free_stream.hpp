@@ -1,4 +1,4 @@
-// The free-molecular wind tunnel: a held ball in a stream of parcels that do not see each other.
+// The free-molecular wind tunnel: a held ball in a stream of parcels that do not collide with each other.
 #pragma once
 
 #include "scene/settings.hpp"
@@ -13,8 +13,8 @@ struct FreeStream {
   double spin_radps = 0.0;  // of the ball
 };
 
-// A periodic square with the ball in the middle and parcels of mass 1. How parcels are sized and move is left
-// to the caller.
+// A periodic square with the ball in the middle and parcels of mass 1. The caller sets the parcels' size and
+// velocities.
 inline Settings free_stream_settings(const FreeStream& stream, double side_m, double ball_radius_m,
                                      std::int64_t num_parcels) {
   Settings s;

@@ -9,15 +9,16 @@
 
 #include "app/scene_run.hpp"
 #include "app/step_request.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 
 namespace pf {
 namespace {
 
-constexpr int kBlocks = 16;  // of a measurement: their spread is the statistical error
+constexpr int kBlocks = 16;  // of a measurement; the statistical error follows from their scatter
 
-// A whole number of steps makes a block, whose length does not depend on the step: runs compare over one
-// time.
+// A block is a whole number of steps. Its duration does not depend on the step, so that runs of any step
+// cover the same time.
 struct BlockPlan {
   std::uint32_t num_steps;
   double dt;
@@ -33,18 +34,11 @@ struct Block {
   double ns;         // per disc and time
 };
 
-struct MeanError {
-  double mean, error;
-};
-
 template <class Get>
-MeanError mean_and_error(const std::vector<Block>& blocks, Get get) {
-  double sum = 0.0, squares = 0.0;
-  for (const Block& block : blocks) sum += get(block);
-  const double mean = sum / static_cast<double>(blocks.size());
-  for (const Block& block : blocks) squares += (get(block) - mean) * (get(block) - mean);
-  const double n = static_cast<double>(blocks.size());
-  return {mean, std::sqrt(squares / (n * (n - 1.0)))};
+MeanError mean_of(const std::vector<Block>& blocks, Get get) {
+  std::vector<double> values;
+  for (const Block& block : blocks) values.push_back(get(block));
+  return mean_and_error(values);
 }
 
 Block measure_block(GasRun& run, std::uint32_t num_steps, StepTotals& totals) {
@@ -74,12 +68,12 @@ Settings gas_settings(const GasCase& gas) {
 
 const ParcelSnapshot& equilibrated(const GasCase& gas) {
   using Key = std::tuple<std::int64_t, double, std::int64_t, Boundary>;
-  static std::map<Key, ParcelSnapshot> made;  // references into it stay
+  static std::map<Key, ParcelSnapshot> cache;  // its references stay valid
   static std::mutex guard;
   const std::lock_guard lock(guard);
   const Key key{gas.num_parcels, gas.area_fraction, gas.seed, gas.boundary};
-  const auto found = made.find(key);
-  if (found != made.end()) return found->second;
+  const auto found = cache.find(key);
+  if (found != cache.end()) return found->second;
   Settings s = gas_settings(gas);
   s.restitution = 1.0;
   s.method = Method::exact;
@@ -87,7 +81,7 @@ const ParcelSnapshot& equilibrated(const GasCase& gas) {
   constexpr double kCollisionsPerStep = 0.1, kCollisions = 20.0;
   const double dt = kCollisionsPerStep / theory_rate(gas.area_fraction);
   run.advance(static_cast<std::uint32_t>(kCollisions / kCollisionsPerStep), dt);
-  return made.emplace(key, run.backend->snapshot()).first->second;
+  return cache.emplace(key, run.backend->snapshot()).first->second;
 }
 
 GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> on)
@@ -95,7 +89,7 @@ GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend
   settings.method = steps.method;
   settings.dt_s = steps.dt;
   settings.spring_contact_s = steps.spring_contact;
-  settings.allow_unstable = true;  // where it breaks is what the lab measures
+  settings.allow_unstable = true;  // the lab measures where a method breaks
   settings.contact_clock_s = steps.contact_clock;
   physics = spawn_scene(settings, *backend).physics;
   backend->restore(equilibrated(gas));
@@ -111,36 +105,36 @@ double GasRun::c2() const {
 }
 
 nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::unique_ptr<Backend> backend) {
-  const double rate = theory_rate(gas.area_fraction);
-  const BlockPlan block = plan_block(wanted.collisions / (kBlocks * rate), wanted.dt);
+  const double expected_rate = theory_rate(gas.area_fraction);
+  const BlockPlan block = plan_block(wanted.collisions / (kBlocks * expected_rate), wanted.dt);
   const std::uint32_t per_block = block.num_steps;
   GasSteps steps = wanted;
   steps.dt = block.dt;
   GasRun run(gas, steps, std::move(backend));
   if (steps.warmup > 0.0) {
-    run.advance(static_cast<std::uint32_t>(std::ceil(steps.warmup / (rate * steps.dt))));
+    run.advance(static_cast<std::uint32_t>(std::ceil(steps.warmup / (expected_rate * steps.dt))));
   }
   const double start_c2 = run.c2();
   std::vector<Block> blocks;
   StepTotals totals;
   for (int k = 0; k < kBlocks; ++k) blocks.push_back(measure_block(run, per_block, totals));
   const auto best = [](const Block& a, const Block& b) { return a.ns < b.ns; };
-  const MeanError counted = mean_and_error(blocks, [](const Block& b) { return b.rate; });
-  const MeanError z = mean_and_error(blocks, [](const Block& b) { return b.impulse_z; });
+  const MeanError rate = mean_of(blocks, [](const Block& b) { return b.rate; });
+  const MeanError z = mean_of(blocks, [](const Block& b) { return b.impulse_z; });
   return {
       {"method", method_name(steps.method)},
       {"area_fraction", gas.area_fraction},
       {"restitution", gas.restitution},
       {"num_parcels", gas.num_parcels},
       {"dt", steps.dt},
-      {"displacement_per_step", 2.5 * steps.dt},  // of a fast parcel, as scene/derive.cpp counts
+      {"displacement_per_step", 2.5 * steps.dt},  // of a fast parcel, as in scene/derive.cpp
       {"duration", kBlocks * per_block * steps.dt},
       {"collisions", 2.0 * static_cast<double>(totals.num_collisions) / static_cast<double>(gas.num_parcels)},
       {"ns_per_disc_time", std::min_element(blocks.begin(), blocks.end(), best)->ns},
-      {"rate", counted.mean},
-      {"rate_sigma", counted.error},
+      {"rate", rate.mean},
+      {"rate_sigma", rate.sigma},
       {"compressibility", z.mean},
-      {"compressibility_sigma", z.error},
+      {"compressibility_sigma", z.sigma},
       {"energy_ratio", run.c2() / start_c2},
       {"max_overlap", totals.max_overlap_diameters},
       {"num_invalid", totals.num_invalid}};

@@ -1,5 +1,5 @@
-// A gas of hard discs of unit diameter, mass and speed (times in d/c) for the studies: periodic, taken from
-// equilibrium, stepped by a method, measured.
+// A gas of hard discs of unit diameter, mass and speed for the studies, times in d/c. It starts from
+// equilibrium, is stepped by a method, and is measured.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,27 +18,27 @@ struct GasCase {
   Boundary boundary = Boundary::periodic;
 };
 
-// How a run is stepped. Times in d/c.
+// Steps of a run. Times in d/c.
 struct GasSteps {
   Method method = Method::impulse;
   double dt = 0.0;
   double spring_contact = 0.0;  // contact duration of `spring`; 0: 20 steps
-  double contact_clock = 0.0;   // of `exact`
-  double collisions = 40.0;  // length: expected collisions per parcel, by theory at the start's temperature
-  double warmup = 1.0;       // the same, before measuring
+  double contact_clock = 0.0;   // contact duration of the TC model, of `exact`
+  double collisions = 40.0;     // length: collisions per parcel by theory, at the starting temperature
+  double warmup = 1.0;          // collisions per parcel before the measurement
 };
 
 Settings gas_settings(const GasCase& gas);
 
-// In equilibrium: spawned, then 20 collisions per parcel of `exact` with restitution 1. Kept: the same case
-// (but for its restitution) is made once, whichever thread asks first.
+// The case in equilibrium: spawned, then 20 collisions per parcel by `exact` with restitution 1. The result
+// is cached: cases that differ in restitution only share it. Thread-safe.
 const ParcelSnapshot& equilibrated(const GasCase& gas);
 
-// A backend with the case's equilibrium in it.
+// A backend that holds the case in equilibrium.
 struct GasRun {
   GasRun(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> with);
   StepReport advance(std::uint32_t num_steps);
-  double c2() const;  // temperature: mean square speed per component, total momentum zero
+  double c2() const;  // temperature: mean square speed per component at zero total momentum
 
   GasSteps steps;
   Settings settings;
@@ -50,10 +50,9 @@ struct GasRun {
 double theory_rate(double area_fraction);
 
 // Runs and measures. Keys: method, area_fraction, restitution, num_parcels, dt, displacement_per_step,
-// collisions (per parcel), duration, ns_per_disc_time (best of the blocks), rate (per parcel, time and c),
-// rate_sigma, compressibility, compressibility_sigma (statistical, standard errors), energy_ratio (end over
-// start), max_overlap, num_invalid. NaN becomes null in JSON.
+// collisions (per parcel), duration, ns_per_disc_time (best block), rate (per parcel, time and c),
+// rate_sigma, compressibility, compressibility_sigma (standard errors), energy_ratio (end over start),
+// max_overlap, num_invalid. JSON writes NaN as null.
 nlohmann::json measure_gas(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);
-
 
 }  // namespace pf

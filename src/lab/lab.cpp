@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
-#include "app/accuracy.hpp"
+#include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "lab/machine_load.hpp"
@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-// One line that is rewritten on a terminal; elsewhere a line every ten seconds.
+// Shows progress: one rewritten line on a terminal, otherwise a line every ten seconds.
 class Progress {
  public:
   Progress(std::string name, std::size_t num, std::size_t num_known)
@@ -35,10 +35,11 @@ class Progress {
     const double spent_s = 1e-3 * milliseconds_since(start_);
     if (!is_terminal_ && done > num_known_ && spent_s - last_s_ < 10.0) return;
     last_s_ = spent_s;
-    const double fresh = static_cast<double>(done - num_known_);
+    const double measured = static_cast<double>(done - num_known_);
     const std::string left =
-        fresh > 0.0 ? fmt::format(", about {:.0f} s left", spent_s / fresh * static_cast<double>(num_ - done))
-                    : "";
+        measured > 0.0
+            ? fmt::format(", about {:.0f} s left", spent_s / measured * static_cast<double>(num_ - done))
+            : "";
     const std::string line = fmt::format("{}: {} of {} points{}  {}", name_, done, num_, left, next);
     fmt::print(stderr, "{}{:.110}{}", is_terminal_ ? "\r\033[K" : "", line, is_terminal_ ? "" : "\n");
     std::fflush(stderr);
@@ -67,7 +68,7 @@ void note_load(const MachineLoad& load, json& machine) {
   const double share = load.cores_used_by_others() / std::max(1U, std::thread::hardware_concurrency());
   machine["share_of_cores_used_by_others"] =
       std::max(share, machine.value("share_of_cores_used_by_others", 0.0));
-  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || share > kLoadThatCounts;
+  machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || share > kMaxUnloadedShare;
 }
 
 json start_result(const Study& study, const LabContext& context) {
@@ -88,10 +89,10 @@ json start_result(const Study& study, const LabContext& context) {
           {"points", json::array()}};
 }
 
-// Rows of the points of a plan, in its order whatever the order they come in.
+// Rows of the points of a plan, in the plan's order.
 class Rows {
  public:
-  // known: rows of an earlier run; those of no point of the plan (another device's) are kept at the end.
+  // known: rows of an earlier run. Rows of points that the plan lacks (another device's) are kept at the end.
   Rows(const std::vector<LabPoint>& plan, const json& known) : rows_(plan.size()) {
     for (const json& row : known) {
       const std::string key = row.value("key", "");
@@ -128,19 +129,19 @@ class Rows {
   std::vector<json> others_;
 };
 
-// For --accuracy on this machine.
-void keep_table(const std::filesystem::path& folder) {
-  const std::filesystem::path kept = cached_table_file();
-  if (kept.empty()) return;
+// Caches the table for --accuracy on this machine.
+void cache_table(const std::filesystem::path& folder) {
+  const std::filesystem::path cached = cached_table_file();
+  if (cached.empty()) return;
   std::error_code error;
-  std::filesystem::create_directories(kept.parent_path(), error);
-  std::filesystem::copy_file(folder / "work-precision.json", kept,
+  std::filesystem::create_directories(cached.parent_path(), error);
+  std::filesystem::copy_file(folder / "work-precision.json", cached,
                              std::filesystem::copy_options::overwrite_existing, error);
-  if (error)
-    fmt::print(stderr, "--accuracy goes on with the old table: {}: {}\n", kept.string(), error.message());
+  if (error) fmt::print(stderr, "--accuracy keeps the old table: {}: {}\n", cached.string(), error.message());
 }
 
-// Measures what rows lack and writes result after each point, with many at once after each second.
+// Measures the points that `rows` lacks. Saves the result after each point; of a study that runs in parallel
+// after each second.
 void measure_points(const Study& study, const std::vector<LabPoint>& points, const LabOptions& options,
                     const std::atomic<bool>& stop, Rows& rows, json& result) {
   std::vector<std::size_t> missing;
@@ -150,7 +151,7 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
   Progress progress(study.name, points.size(), rows.num_done());
   std::mutex guard;
   Clock::time_point saved = Clock::now();
-  parallel_for(static_cast<int>(missing.size()), study.parallel_for ? 0 : 1, [&](int k) {
+  parallel_for(static_cast<int>(missing.size()), study.runs_in_parallel ? 0 : 1, [&](int k) {
     if (stop) return;
     const std::size_t at = missing[static_cast<std::size_t>(k)];
     {
@@ -160,7 +161,7 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
     json measured = points[at].measure();
     const std::lock_guard lock(guard);
     rows.set(at, std::move(measured), points[at].key);
-    if (study.parallel_for && milliseconds_since(saved) < 1000.0) return;
+    if (study.runs_in_parallel && milliseconds_since(saved) < 1000.0) return;
     saved = Clock::now();
     result["points"] = rows.all();
     save_study(options.out, result);
@@ -176,11 +177,18 @@ void print_texts(std::FILE* file, const json& result, const char* key, const std
   std::fflush(file);
 }
 
-// Returns whether all points are there and all yardsticks met.
+// Runs a plot script; prints what went wrong and returns false if it failed.
+bool draw(const std::string& script, const std::filesystem::path& folder) {
+  const std::string error = run_plot(script, folder);
+  if (!error.empty()) fmt::print(stderr, "{}\n", error);
+  return error.empty();
+}
+
+// Returns whether all points are measured and agree with their references.
 bool run_study(const Study& study, const LabContext& context, const LabOptions& options,
                const std::atomic<bool>& stop) {
   json result = start_result(study, context);
-  if (options.resume) take_up(options.out, study, result);
+  if (options.resume) resume_study(options.out, study, result);
   const std::vector<LabPoint> points = study.plan(context);
   Rows rows(points, result["points"]);
   const std::size_t num_known = rows.num_done();
@@ -190,11 +198,10 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   if (rows.num_done() > num_known) note_load(load, result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
-  if (result["complete"] && study.name == "work-precision") keep_table(options.out);
-  const std::string trouble = run_plot(study.name + ".py", options.out);
-  if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
+  if (result["complete"] && study.name == "work-precision") cache_table(options.out);
+  draw(study.name + ".py", options.out);
   print_texts(stdout, result, "words", "");
-  print_texts(stderr, result, "failed", study.name + ": not met: ");
+  print_texts(stderr, result, "failed", study.name + ": disagrees with its reference: ");
   return result["complete"].get<bool>() && result.value("failed", json::array()).empty();
 }
 
@@ -203,7 +210,7 @@ std::vector<Study> chosen(const std::string& name) {
   for (const Study& study : studies()) {
     if (study.name == name) return {study};
   }
-  throw UserError(fmt::format("lab: {} is no study", in_quotes(name)));
+  throw UserError(fmt::format("lab: {} is not a study", in_quotes(name)));
 }
 
 }  // namespace
@@ -220,15 +227,13 @@ int plot_lab(const std::filesystem::path& folder) {
     if (std::filesystem::exists(folder / (study.name + ".json"))) scripts.push_back(study.name + ".py");
   }
   if (scripts.empty()) {
-    throw UserError(fmt::format("lab plot: in {} is no result of a study; give the folder that --out named",
+    throw UserError(fmt::format("lab plot: {} holds no result of a study; give the folder of --out",
                                 in_quotes(folder.string())));
   }
   scripts.emplace_back("report.py");
   bool drawn = true;
   for (const std::string& script : scripts) {
-    const std::string trouble = run_plot(script, folder);
-    if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
-    drawn = drawn && trouble.empty();
+    drawn = draw(script, folder) && drawn;
   }
   return drawn ? 0 : 1;
 }
@@ -244,10 +249,11 @@ int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, co
     if (stop) break;
     complete = run_study(study, context, options, stop) && complete;
   }
-  const std::string trouble = run_plot("report.py", options.out);
-  if (!trouble.empty()) fmt::print(stderr, "{}\n", trouble);
-  if (stop)
-    fmt::print(stderr, "stopped; what is finished is in {}, go on with --resume\n", options.out.string());
+  draw("report.py", options.out);
+  if (stop) {
+    fmt::print(stderr, "stopped; the finished points are in {}; continue with --resume\n",
+               options.out.string());
+  }
   return complete && !stop ? 0 : 1;
 }
 

@@ -10,8 +10,8 @@
 namespace pf {
 namespace {
 
-// First line of /proc/stat: time of all cores spent in user, nice, system, idle, iowait, irq, softirq and
-// steal, in ticks of the clock (proc(5)). 0 if it cannot be read.
+// Reads the first line of /proc/stat: time of all cores in user, nice, system, idle, iowait, irq, softirq and
+// steal, in clock ticks (proc(5)). Returns 0 if it cannot be read.
 double busy_seconds() {
   std::ifstream in("/proc/stat");
   std::string name;

@@ -1,4 +1,4 @@
-// How busy a machine was with other work while a study ran. The load average would count the study itself.
+// Load of the machine by other processes while a study runs. The load average would count the study itself.
 #pragma once
 
 #include <chrono>
@@ -7,19 +7,19 @@ namespace pf {
 
 class MachineLoad {
  public:
-  MachineLoad();  // the watch begins
+  MachineLoad();  // starts to measure
 
-  // How many cores something other than this process and its ended children kept busy since the watch began,
-  // on average, time that a hypervisor gave to its other guests included; 0 if the system does not say.
+  // Mean number of cores busy since the start with anything but this process and its ended children. Includes
+  // time that a hypervisor gave to other guests. 0 if the system does not tell.
   double cores_used_by_others() const;
 
  private:
-  double busy_s_ = 0.0;  // of all cores since the machine started
+  double busy_s_ = 0.0;  // of all cores, since boot
   double own_s_ = 0.0;
   std::chrono::steady_clock::time_point start_;
 };
 
-// Share of all cores from which on times are upper bounds.
-constexpr double kLoadThatCounts = 0.1;
+// From this share of all cores on, measured times are upper bounds.
+constexpr double kMaxUnloadedShare = 0.1;
 
 }  // namespace pf

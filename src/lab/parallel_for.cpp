@@ -15,25 +15,25 @@ void parallel_for(int num, unsigned num_threads, const std::function<void(int)>&
       std::min(num_threads == 0 ? all : num_threads, static_cast<unsigned>(std::max(num, 0)));
   std::atomic<int> next{0};
   std::mutex guard;
-  std::exception_ptr first;
-  const auto take = [&] {
+  std::exception_ptr first_error;
+  const auto run = [&] {
     for (int k = next++; k < num; k = next++) {
       try {
         work(k);
       } catch (...) {
         const std::lock_guard lock(guard);
-        if (!first) first = std::current_exception();
+        if (!first_error) first_error = std::current_exception();
         next = num;
       }
     }
   };
   if (wanted <= 1) {
-    take();
+    run();
   } else {
     std::vector<std::jthread> threads;
-    for (unsigned t = 0; t < wanted; ++t) threads.emplace_back(take);
+    for (unsigned t = 0; t < wanted; ++t) threads.emplace_back(run);
   }
-  if (first) std::rethrow_exception(first);
+  if (first_error) std::rethrow_exception(first_error);
 }
 
 }  // namespace pf

@@ -9,21 +9,21 @@
 namespace pf {
 namespace {
 
-struct Truth {
+struct ReferenceRun {
   std::vector<ReferenceParcel> parcels;
   std::vector<bool> collided;
 };
 
-Truth follow_reference(const GasRun& run, const ParcelSnapshot& start, double duration) {
+ReferenceRun run_reference(const GasRun& run, const ParcelSnapshot& start, double duration) {
   Reference reference(run.physics, reference_parcels(run.physics.world, start), BallState{});
   std::vector<ReferenceEvent> events;
   reference.run_until(duration, &events);
-  Truth truth{reference.parcels(), std::vector<bool>(run.physics.parcels.num, false)};
+  ReferenceRun result{reference.parcels(), std::vector<bool>(run.physics.parcels.num, false)};
   for (const ReferenceEvent& event : events) {
     if (event.kind != ReferenceEvent::Kind::pair) continue;
-    truth.collided[event.a] = truth.collided[event.b] = true;
+    result.collided[event.a] = result.collided[event.b] = true;
   }
-  return truth;
+  return result;
 }
 
 }  // namespace
@@ -33,21 +33,21 @@ nlohmann::json measure_path(const GasCase& gas, const GasSteps& steps, std::uniq
   const double wanted = steps.collisions / theory_rate(gas.area_fraction);
   const double num_steps = std::max(1.0, std::round(wanted / steps.dt));
   const double duration = num_steps * steps.dt;
-  const Truth truth = follow_reference(run, equilibrated(gas), duration);
+  const ReferenceRun expected = run_reference(run, equilibrated(gas), duration);
   run.advance(static_cast<std::uint32_t>(num_steps));
-  const auto found = reference_parcels(run.physics.world, run.backend->snapshot());
+  const auto measured = reference_parcels(run.physics.world, run.backend->snapshot());
   const Vec2d side = to_metres(run.physics.world, run.physics.world.half) * 2.0;
-  std::vector<double> strayed;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (!truth.collided[i]) continue;
-    const Vec2d apart = found[i].position_m - truth.parcels[i].position_m;
-    strayed.push_back(std::hypot(std::remainder(apart.x, side.x), std::remainder(apart.y, side.y)));
+  std::vector<double> distances;
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    if (!expected.collided[i]) continue;
+    const Vec2d offset = measured[i].position_m - expected.parcels[i].position_m;
+    distances.push_back(std::hypot(std::remainder(offset.x, side.x), std::remainder(offset.y, side.y)));
   }
-  std::sort(strayed.begin(), strayed.end());
-  const double n = static_cast<double>(strayed.size());
-  // Ranks of the interval: n/2 +- 1.96 sqrt(n)/2, the binomial of how many lie below the median.
+  std::sort(distances.begin(), distances.end());
+  const double n = static_cast<double>(distances.size());
+  // Ranks of the interval: n/2 +- 1.96 sqrt(n)/2, since the number of values below the median is binomial.
   const auto at = [&](double rank) {
-    return strayed.at(static_cast<std::size_t>(std::clamp(rank, 0.0, n - 1.0)));
+    return distances.at(static_cast<std::size_t>(std::clamp(rank, 0.0, n - 1.0)));
   };
   const double half_width = 0.98 * std::sqrt(n);
   return {{"method", method_name(steps.method)},
@@ -59,7 +59,7 @@ nlohmann::json measure_path(const GasCase& gas, const GasSteps& steps, std::uniq
           {"path_error", at(0.5 * n)},
           {"path_low", at(0.5 * n - half_width)},
           {"path_high", at(0.5 * n + half_width)},
-          {"num_compared", strayed.size()}};
+          {"num_compared", distances.size()}};
 }
 
 }  // namespace pf

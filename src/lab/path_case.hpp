@@ -1,4 +1,4 @@
-// How far parcels stray from the reference over their first collisions.
+// Distance of parcels from the reference after their first collisions.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -7,7 +7,8 @@
 
 namespace pf {
 
-// From equilibrium, elastic, steps.collisions collisions per parcel (by theory) without a warm-up. Keys:
+// Runs elastic parcels from equilibrium for steps.collisions collisions per parcel (by theory), without a
+// warm-up. Keys:
 // method, area_fraction, restitution, num_parcels, dt, duration, path_error (median over the parcels that
 // collided, in diameters), path_low and path_high (its 95 % interval, from order statistics), num_compared.
 nlohmann::json measure_path(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);

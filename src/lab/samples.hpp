@@ -1,4 +1,4 @@
-// Random numbers and means of the accuracy ladder.
+// Random numbers and means for validation.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Stability: heat maps of what goes wrong first, and the curves that theory has for it.
+// Stability: heat maps of the worst failure of each method, and breaking points that theory knows.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -17,39 +17,39 @@ namespace {
 using nlohmann::json;
 
 constexpr Method kMethods[] = {Method::impulse, Method::spring, Method::exact};
-constexpr double kTolerance = 0.05;  // on rate and energy: over three standard errors of the maps' runs
+constexpr double kTolerance = 0.05;  // of rate and energy: above three standard errors of the maps' runs
 constexpr double kBlownUp = 10.0;    // times the energy
 constexpr double kOverlap = 0.1;     // diameters
 constexpr std::int64_t kMapDiscs = 1000;
 constexpr double kMapCollisions = 10.0;  // per disc
 
-std::vector<double> steps_of(bool quick) {
+std::vector<double> map_steps(bool quick) {
   std::vector<double> steps;
   const double factor = quick ? 2.0 : std::sqrt(2.0);
   for (double dt = 2.0; dt > 0.0035; dt /= factor) steps.push_back(dt);
   return steps;
 }
 
-// The worst that happened, worst first.
-const char* class_of(const json& row, double true_energy_ratio, double true_collisions) {
+// The worst failure of a run, tested from worst to harmless.
+const char* class_of(const json& row, double expected_energy_ratio, double expected_collisions) {
   const auto value = [&](const char* key) {
     return row.at(key).is_number() ? row.at(key).get<double>() : INFINITY;
   };
-  const double energy = value("energy_ratio") / true_energy_ratio;
+  const double energy = value("energy_ratio") / expected_energy_ratio;
   if (value("num_invalid") > 0.0 || !(energy < kBlownUp)) return "blown up";
   if (energy > 1.0 + kTolerance) return "energy grows";
   if (energy < 1.0 - kTolerance) return "energy lost";
-  if (value("collisions") < (1.0 - kTolerance) * true_collisions) return "collisions missed";
+  if (value("collisions") < (1.0 - kTolerance) * expected_collisions) return "collisions missed";
   return value("max_overlap") > kOverlap ? "overlap" : "fine";
 }
 
-struct Truth {
+struct Expected {
   double energy_ratio, collisions;
 };
 
-// What the reference makes of a case from the same start.
-Truth truth_of(const GasCase& gas) {
-  static std::map<std::pair<double, double>, Truth> known;
+// Result of the reference for a case, from the same start.
+Expected expected_of(const GasCase& gas) {
+  static std::map<std::pair<double, double>, Expected> known;
   static std::mutex guard;
   const std::lock_guard lock(guard);
   const auto [at, is_new] = known.try_emplace({gas.area_fraction, gas.restitution});
@@ -70,20 +70,21 @@ Truth truth_of(const GasCase& gas) {
 json map_cell(const LabDevice& device, const char* map, const GasCase& gas, Method method, double dt) {
   GasSteps steps{method, dt};
   steps.collisions = kMapCollisions;
-  // Springs hold energy that is not lost: where nothing cools, the count begins when contacts have come up.
+  // Springs hold energy that is not lost. Where nothing cools, the measurement starts when contacts have
+  // built up.
   steps.warmup = gas.restitution == 1.0 ? 2.0 : 0.0;
   steps.contact_clock = method == Method::exact ? 1e-3 / theory_rate(gas.area_fraction) : 0.0;
   json row = measure_gas(gas, steps, device.make());
-  const Truth truth = truth_of(gas);
+  const Expected expected = expected_of(gas);
   row["map"] = map;
   row["step"] = dt;
-  row["class"] = class_of(row, truth.energy_ratio, truth.collisions);
-  row["true_energy_ratio"] = truth.energy_ratio;
-  row["true_collisions"] = truth.collisions;
+  row["class"] = class_of(row, expected.energy_ratio, expected.collisions);
+  row["true_energy_ratio"] = expected.energy_ratio;
+  row["true_collisions"] = expected.collisions;
   return row;
 }
 
-// A heavy disc in the gas, ten times as wide: energy of all, and hits against the count of `exact`.
+// A heavy disc in the gas, ten times as wide: energy of all, and hits for comparison with `exact`.
 json mass_cell(const LabDevice& device, Method method, double dt, double mass_ratio) {
   Settings s = gas_settings({kMapDiscs, 0.2, 1.0});
   add_resting_ball(s, mass_ratio, 5.0);
@@ -106,8 +107,8 @@ json mass_cell(const LabDevice& device, Method method, double dt, double mass_ra
               {"max_overlap", report.totals.max_overlap_diameters},
               {"ball_hits", report.totals.num_ball_hits},
               {"num_invalid", report.totals.num_invalid}};
-  row["class"] =
-      class_of(row, 1.0, 0.0);  // collisions are not the same from a lattice; energy and overlap are judged
+  // A start from the lattice has no expected number of collisions: energy and overlap alone are judged.
+  row["class"] = class_of(row, 1.0, 0.0);
   return row;
 }
 
@@ -121,23 +122,25 @@ struct Planner {
 
   void add_maps(const LabDevice& device) {
     for (const Method method : kMethods) {
-      for (const double dt : steps_of(context.quick)) {
-        for (const double eta : {0.05, 0.1, 0.2, 0.35, 0.5, 0.65}) {
-          add(fmt::format("area fraction/{}/{:.4g}/{}", method_name(method), dt, eta),
-              [device, method, dt, eta] {
-                return map_cell(device, "area fraction", {kMapDiscs, eta, 1.0}, method, dt);
-              });
-        }
-        for (const double e : {0.5, 0.7, 0.9, 1.0}) {
-          add(fmt::format("restitution/{}/{:.4g}/{}", method_name(method), dt, e), [device, method, dt, e] {
-            return map_cell(device, "restitution", {kMapDiscs, 0.2, e}, method, dt);
-          });
-        }
-        for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
-          add(fmt::format("mass ratio/{}/{:.4g}/{}", method_name(method), dt, ratio),
-              [device, method, dt, ratio] { return mass_cell(device, method, dt, ratio); });
-        }
-      }
+      for (const double dt : map_steps(context.quick)) add_map_cells(device, method, dt);
+    }
+  }
+
+  void add_map_cells(const LabDevice& device, Method method, double dt) {
+    const std::string which = fmt::format("{}/{:.4g}", method_name(method), dt);
+    for (const double eta : {0.05, 0.1, 0.2, 0.35, 0.5, 0.65}) {
+      add(fmt::format("area fraction/{}/{}", which, eta), [device, method, dt, eta] {
+        return map_cell(device, "area fraction", {kMapDiscs, eta, 1.0}, method, dt);
+      });
+    }
+    for (const double e : {0.5, 0.7, 0.9, 1.0}) {
+      add(fmt::format("restitution/{}/{}", which, e), [device, method, dt, e] {
+        return map_cell(device, "restitution", {kMapDiscs, 0.2, e}, method, dt);
+      });
+    }
+    for (const double ratio : {1.0, 1e2, 1e4, 1e6}) {
+      add(fmt::format("mass ratio/{}/{}", which, ratio),
+          [device, method, dt, ratio] { return mass_cell(device, method, dt, ratio); });
     }
   }
 
@@ -145,7 +148,7 @@ struct Planner {
     for (const Method method : kMethods) {
       for (const double step : {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0}) {
         if (method == Method::spring && step > 0.2)
-          continue;  // passes through, its contact of 20 steps is no contact
+          continue;  // a contact of 20 steps lasts longer than the passage
         add(fmt::format("missed/{}/{}", method_name(method), step), [device, method, step] {
           const Share share = missed_share(method, step, device.make());
           return json{{"map", "missed"},
@@ -174,21 +177,23 @@ struct Planner {
                     {"energy_ratio", spring_pair_energy(step, device.make())}};
       });
     }
-    for (const Method method : kMethods) {
-      for (const int degrees : {30, 35, 40, 45, 50, 55, 60}) {
-        add(fmt::format("fork/{}/{}", method_name(method), degrees), [device, method, degrees] {
-          return json{{"map", "fork"},
-                      {"method", method_name(method)},
-                      {"degrees", degrees},
-                      {"energy_ratio", fork_energy(method, degrees * kPi / 180.0, device.make())}};
-        });
-      }
-      add(fmt::format("head-on/{}", method_name(method)), [device, method] {
-        return json{{"map", "head-on"},
+    for (const Method method : kMethods) add_triples(device, method);
+  }
+
+  void add_triples(const LabDevice& device, Method method) {
+    for (const int degrees : {30, 35, 40, 45, 50, 55, 60}) {
+      add(fmt::format("fork/{}/{}", method_name(method), degrees), [device, method, degrees] {
+        return json{{"map", "fork"},
                     {"method", method_name(method)},
-                    {"energy_ratio", head_on_energy(method, device.make())}};
+                    {"degrees", degrees},
+                    {"energy_ratio", fork_energy(method, degrees * kPi / 180.0, device.make())}};
       });
     }
+    add(fmt::format("head-on/{}", method_name(method)), [device, method] {
+      return json{{"map", "head-on"},
+                  {"method", method_name(method)},
+                  {"energy_ratio", head_on_energy(method, device.make())}};
+    });
   }
 
   void add_collapse() {
@@ -211,7 +216,7 @@ struct Planner {
 
 std::vector<LabPoint> plan(const LabContext& context) {
   Planner planner{context, {}};
-  // What breaks is the same on every device, to the last bit.
+  // States are the same on every device, to the last bit: one device is enough.
   const LabDevice device{"cpu", [] { return make_cpu_backend(1); }};
   planner.add_maps(device);
   planner.add_missed(device);
@@ -233,9 +238,8 @@ std::vector<LabPoint> plan(const LabContext& context) {
 Study stability_study() {
   return {"stability",
           "Where each method breaks",
-          "Every cell is a short run, and its colour is the worst that happened in it; the right edge of a "
-          "white area is "
-          "the longest time step that is safe there. Lines are what theory says, dots what was measured.",
+          "Each cell is a short run; its colour is the worst failure in it. The right edge of a white area "
+          "is the longest safe time step; lines are theory, dots are measured.",
           plan,
           [](json&) {},
           true};

@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-// Elastic discs of unit diameter at given places in a periodic square.
+// Elastic discs of unit diameter at given positions in a periodic square.
 class FewDiscs {
  public:
   FewDiscs(std::size_t num, double side_m, std::unique_ptr<Backend> with) : backend_(std::move(with)) {
@@ -40,29 +40,29 @@ class FewDiscs {
   std::unique_ptr<Backend> backend_;
 };
 
-// Pairs, each alone in a place of a square lattice: a disc at rest, and one that comes along x from `ahead`
-// diameters before it plus a random part of a step, `offset` beside it.
+// Isolated pairs on a square lattice: a disc at rest, and one that comes along x. It starts a diameter plus a
+// random part of a step before the other, at a random offset of at most max_offset across.
 struct Pairs {
   static constexpr std::uint32_t kPerSide = 142;
   static constexpr std::uint32_t kNum = kPerSide * kPerSide;  // 20,164
-  double place_m;
+  double spacing_m;
   std::vector<Vec2d> at;
   std::vector<Vec2f> velocity;
 
-  Pairs(double step_m, double place, double widest_offset) : place_m(place) {
+  Pairs(double step_m, double spacing, double max_offset) : spacing_m(spacing) {
     for (std::uint32_t i = 0; i < kNum; ++i) {
-      const double half = 0.5 * kPerSide * place_m;
-      const Vec2d target{(i % kPerSide + 0.5) * place_m - half, (i / kPerSide + 0.5) * place_m - half};
-      const double beside = widest_offset * (2.0 * uniform(random_bits(7, i, 0)) - 1.0);
+      const double half = 0.5 * kPerSide * spacing_m;
+      const Vec2d target{(i % kPerSide + 0.5) * spacing_m - half, (i / kPerSide + 0.5) * spacing_m - half};
+      const double across = max_offset * (2.0 * uniform(random_bits(7, i, 0)) - 1.0);
       const double phase = step_m * uniform(random_bits(7, i, 1));
-      at.insert(at.end(), {target, target + Vec2d{-1.0 - phase, beside}});
+      at.insert(at.end(), {target, target + Vec2d{-1.0 - phase, across}});
       velocity.insert(velocity.end(), {{0.0F, 0.0F}, {1.0F, 0.0F}});
     }
   }
-  double side_m() const { return kPerSide * place_m; }
+  double side_m() const { return kPerSide * spacing_m; }
 };
 
-// 2 d apart in the world that the gas of num discs at area fraction 0.1 has.
+// Half the side of a square world of num discs at area fraction 0.1.
 double far_side_diameters(double num_parcels) { return 0.5 * std::sqrt(num_parcels * 0.25 * kPi / 0.1); }
 
 }  // namespace
@@ -97,7 +97,7 @@ double euler_turned_speed(double theta_rad) {
 }
 
 double spring_pair_energy(double step_over_contact, std::unique_ptr<Backend> backend) {
-  // A contact short enough that the pair overlaps by a hundredth of a diameter at most.
+  // So short a contact lets the pair overlap by at most a hundredth of a diameter.
   constexpr double kContact = 0.01;
   const double dt = step_over_contact * kContact;
   const Pairs pairs(dt, 6.0, 0.0);
@@ -110,7 +110,7 @@ double spring_pair_energy(double step_over_contact, std::unique_ptr<Backend> bac
 
 double fork_energy(Method method, double theta_rad, std::unique_ptr<Backend> backend) {
   FewDiscs discs(3, 16.0, std::move(backend));
-  const double near = 1.0 - 1e-7;  // overlapping, but only just
+  const double near = 1.0 - 1e-7;  // a minimal overlap
   const Vec2d partner{near * std::cos(theta_rad), near * std::sin(theta_rad)};
   discs.place({{0.0, 0.0}, partner, {partner.x, -partner.y}}, {{1.0F, 0.0F}, {}, {}});
   const double before = discs.energy();
@@ -136,16 +136,16 @@ Collapse cool_with_clock(double restitution, double rate_times_clock, double col
   Reference reference(start.physics, reference_parcels(start.physics.world, equilibrated(gas)), BallState{},
                       options);
   const double duration = collisions / rate;
-  // Time has ceased to pass when ten events per disc no longer advance it; many events alone are only dense
+  // Time has stopped when ten events per disc no longer advance it. Many events alone only mean dense
   // clusters.
   constexpr std::uint64_t kBatchPerDisc = 10, kMaxBatches = 100;
-  constexpr double kStill = 1e-6;
+  constexpr double kMinAdvance = 1e-6;
   const std::uint64_t batch = kBatchPerDisc * static_cast<std::uint64_t>(gas.num_parcels);
   Collapse result;
   for (std::uint64_t k = 0; k < kMaxBatches && !result.collapsed; ++k) {
     const double before = reference.now_s();
     if (reference.run_until(duration, nullptr, batch)) break;
-    result.collapsed = reference.now_s() - before < kStill * before;
+    result.collapsed = reference.now_s() - before < kMinAdvance * before;
   }
   result.reached_share = std::min(1.0, reference.now_s() / duration);
   result.events_per_disc =

@@ -1,4 +1,4 @@
-// A study of the lab: a list of points, each measured on its own, and what is concluded from all of them.
+// A study of the lab: a list of points, each measured on its own, and the conclusions from all of them.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace pf {
 
-// Where steps are taken. Its name is the name of the series in tables and charts.
+// A device that takes steps. Its name is the name of its series in tables and charts.
 struct LabDevice {
   std::string name;  // "cpu" or "cuda"
   std::function<std::unique_ptr<Backend>()> make;
@@ -21,27 +21,26 @@ struct LabDevice {
 struct LabContext {
   bool quick = false;              // fewer parcels, shorter runs: minutes on 2 cores
   std::vector<LabDevice> devices;  // the CPU first
-  std::string scene = "court";     // of the study of terms
+  std::string scene = "court";     // for study `terms`
 };
 
 struct LabPoint {
-  std::string key;  // names the point in the table; --resume goes by it
-  // An object of numbers and texts, a row of the table; or an array of such.
+  std::string key;  // name in the table; --resume finds finished points by it
+  // Returns a row of the table, an object of numbers and texts; or an array of rows.
   std::function<nlohmann::json()> measure;
 };
 
 struct Study {
   std::string name;
   std::string title;
-  std::string reading;  // two sentences: how to read its figure
+  std::string reading;  // two sentences on how to read its figure
   std::vector<LabPoint> (*plan)(const LabContext& context);
-  // Adds to the result what follows from all its points: errors, orders, verdicts. Called after every point,
-  // also when some are missing. Each of result["points"] is a row that measure() returned, with its "key".
-  // Yardsticks that were not met go into result["failed"], what it says in plain words into result["words"],
-  // a list of sentences.
+  // Adds errors, orders and verdicts to the result. Called after the last point, also of a run that was
+  // stopped. Each of result["points"] is a row of measure() with its "key". Names of references that the
+  // result disagrees with go into result["failed"], a summary into result["words"], a list of sentences.
   void (*conclude)(nlohmann::json& result);
-  // Its points are no timings and of one thread each: as many at once as the machine has threads.
-  bool parallel_for = false;
+  // Points are no timings and use one thread each: the machine measures several at a time.
+  bool runs_in_parallel = false;
 };
 
 Study work_precision_study();

@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Python's own way to say that a module is not there.
+// Python's name of the error.
 constexpr const char* kNoModule = "ModuleNotFoundError";
 
 fs::path plot_folder() {
@@ -43,7 +43,7 @@ void flatten(const std::string& prefix, const json& value,
   }
 }
 
-// After RFC 4180.
+// RFC 4180.
 std::string quoted(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string out = "\"";
@@ -52,48 +52,19 @@ std::string quoted(const std::string& text) {
 }
 
 void write_text(const fs::path& file, const std::string& text) {
-  const fs::path fresh = file.string() + ".new";
-  std::ofstream out(fresh, std::ios::binary);
+  const fs::path temporary = file.string() + ".new";
+  std::ofstream out(temporary, std::ios::binary);
   out << text;
   out.close();
   std::error_code error;
-  if (out) fs::rename(fresh, file, error);
+  if (out) fs::rename(temporary, file, error);
   if (!out || error)
-    throw UserError(fmt::format("{} cannot be written; is the disk full?", in_quotes(file.string())));
-}
-
-}  // namespace
-
-void open_results(const fs::path& folder, Existing existing) {
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
-    throw UserError(fmt::format("--out: {} is no folder; give another", in_quotes(folder.string())));
-  }
-  if (existing == Existing::refuse && fs::is_directory(folder, error) && !fs::is_empty(folder, error)) {
     throw UserError(
-        fmt::format("--out: {} exists and holds files; give --resume to go on with it, --force to "
-                    "measure anew over it, or another folder",
-                    in_quotes(folder.string())));
-  }
-  fs::create_directories(folder, error);
-  if (error) {
-    throw UserError(fmt::format("--out: {} cannot be made: {}", in_quotes(folder.string()), error.message()));
-  }
+        fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
 }
 
-void take_up(const fs::path& folder, const Study& study, json& result) {
-  std::ifstream in(folder / (study.name + ".json"));
-  if (!in) return;
-  const json old = json::parse(in, nullptr, false);
-  const bool same = old.is_object() && old.value("study", "") == study.name &&
-                    old.value("version", "") == result.at("version").get<std::string>() &&
-                    old.value("quick", json()) == result.at("quick") && old.contains("points") &&
-                    old["points"].is_array() && old.contains("machine");
-  if (!same) return;
-  result["points"] = old["points"];
-  // The machine is the one that it was begun on, and the devices of all that went on with it.
-  json machine = old["machine"];
-  const json& now = result["machine"];
+// The machine that started the study, with the devices of all machines that continued it.
+json joined_machine(json machine, const json& now) {
   machine["measured_under_load"] =
       machine.value("measured_under_load", false) || now.value("measured_under_load", false);
   json devices = machine.value("devices", json::array());
@@ -104,9 +75,43 @@ void take_up(const fs::path& folder, const Study& study, json& result) {
     if (!is_known) devices.push_back(device);
   }
   machine["devices"] = devices;
-  result["machine"] = machine;
+  return machine;
+}
+
+}  // namespace
+
+void open_results(const fs::path& folder, Existing existing) {
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
+    throw UserError(fmt::format("--out: {} is not a folder; give another path", in_quotes(folder.string())));
+  }
+  if (existing == Existing::refuse && fs::is_directory(folder, error) && !fs::is_empty(folder, error)) {
+    throw UserError(fmt::format(
+        "--out: {} exists and holds files; give --resume to continue it, --force to overwrite it, or "
+        "another folder",
+        in_quotes(folder.string())));
+  }
+  fs::create_directories(folder, error);
+  if (error) {
+    throw UserError(
+        fmt::format("--out: {} cannot be created: {}", in_quotes(folder.string()), error.message()));
+  }
+}
+
+void resume_study(const fs::path& folder, const Study& study, json& result) {
+  std::ifstream in(folder / (study.name + ".json"));
+  if (!in) return;
+  const json old = json::parse(in, nullptr, false);
+  const bool same = old.is_object() && old.value("study", "") == study.name &&
+                    old.value("version", "") == result.at("version").get<std::string>() &&
+                    old.value("quick", json()) == result.at("quick") && old.contains("points") &&
+                    old["points"].is_array() && old.contains("machine");
+  if (!same) return;
+  result["points"] = old["points"];
+  result["machine"] = joined_machine(old["machine"], result["machine"]);
   const std::string command = old.value("command", "");
-  // A series of a CUDA device stays, whether or not this machine has one: so does what repeats it.
+  // The series of a CUDA device stays, whether or not this machine has one; so does the command that repeats
+  // it.
   if (command.find(" --cuda") != std::string::npos) result["command"] = command;
 }
 
@@ -141,21 +146,22 @@ void save_study(const fs::path& folder, const json& result) {
 
 std::string run_plot(const std::string& script, const fs::path& folder) {
   const fs::path file = plot_folder() / script;
-  std::string why;
+  std::string error_text;
   try {
-    // The system's Python: that is where a distribution puts matplotlib.
+    // Distributions install matplotlib for the system's Python.
     ChildProcess python({"/usr/bin/python3", "-B", file.string(), folder.string()}, -1);
     if (python.wait().good) return "";
-    why = python.last_words();
+    error_text = python.last_errors();
   } catch (const DeviceError& error) {
-    why = error.what();
+    error_text = error.what();
   }
-  if (why.find(kNoModule) == std::string::npos && why.find("starting") == std::string::npos) {
-    return fmt::format("{} failed: {}; CSV and JSON are there", script, why);
+  if (error_text.find(kNoModule) == std::string::npos && error_text.find("starting") == std::string::npos) {
+    return fmt::format("{} failed: {}; CSV and JSON are written", script, error_text);
   }
   return fmt::format(
-      "no pictures, CSV and JSON are there: Python's matplotlib is missing; apt install "
-      "python3-matplotlib, here or where you take the folder, then pickleflight lab plot {}",
+      "no pictures, but CSV and JSON are written: Python's matplotlib is missing; apt install "
+      "python3-matplotlib, here or on another machine with a copy of the folder, then pickleflight lab plot "
+      "{}",
       folder.string());
 }
 

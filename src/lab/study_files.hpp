@@ -1,5 +1,5 @@
-// The folder of results: per study NAME.json, NAME.csv and, from plots/NAME.py, NAME.svg and NAME.png; for
-// all of them report.html.
+// The folder of results. A study writes NAME.json and NAME.csv, and plots/NAME.py draws NAME.svg and
+// NAME.png. report.html holds all studies.
 #pragma once
 
 #include <filesystem>
@@ -12,22 +12,21 @@ namespace pf {
 
 enum class Existing { refuse, resume, overwrite };
 
-// Makes the folder. Throws UserError if it is there and holds anything (with refuse), is no folder, or cannot
-// be written.
+// Creates the folder. Throws UserError if it exists and is not empty (with refuse), is not a folder, or
+// cannot be written.
 void open_results(const std::filesystem::path& folder, Existing existing);
 
-// Takes the points of an earlier run of the study in the folder into `result`, unless it was measured with
-// another --quick or version. Those of a series that is not measured now stay, with their device.
-void take_up(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
+// Takes the points of an earlier run of the study in the folder into `result`, unless that run had another
+// --quick or version. Points of a series that is not measured now stay, with their device.
+void resume_study(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
 
-// NAME.json and NAME.csv (one row a point, nested objects as columns a.b, arrays left out). Written beside
-// and moved into place: a crash leaves the old ones.
+// Writes NAME.json and NAME.csv (one row per point, nested objects as columns a.b, without arrays). New files
+// are moved into place when they are complete: a crash leaves the old ones.
 void save_study(const std::filesystem::path& folder, const nlohmann::json& result);
 
 std::string csv_of(const nlohmann::json& points);
 
-// Runs the plot script of a study or of the report. Returns what went wrong, with the remedy; empty if
-// nothing.
+// Runs the plot script of a study or of the report. Returns the error, with the remedy; empty on success.
 std::string run_plot(const std::string& script, const std::filesystem::path& folder);
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Terms: what each part of the model costs in a scene, and what leaving it out does to the flight.
+// Terms: the cost of each part of the model in a scene, and the effect of leaving it out on the flight.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using nlohmann::json;
 
 struct Variant {
   const char* name;
-  const char* term;  // what it leaves out or puts in place of it
+  const char* term;  // left out or replaced
   void (*change)(Settings&);
 };
 
@@ -36,11 +36,11 @@ json fly_variant(const LabDevice& device, Settings s, const Variant& variant, in
   variant.change(s);
   std::vector<Exit> exits(static_cast<std::size_t>(num_seeds));
   const auto fly = [&](int k, Backend& backend) {
-    Settings mine = s;
-    mine.seed = k + 1;
-    exits[static_cast<std::size_t>(k)] = fly_to_exit(mine, backend);
+    Settings seeded = s;
+    seeded.seed = k + 1;
+    exits[static_cast<std::size_t>(k)] = fly_to_exit(seeded, backend);
   };
-  // Three are timed, by the whole machine; the rest side by side.
+  // Three flights are timed with the whole machine; the rest run in parallel.
   const int num_timed = std::min(3, num_seeds);
   const std::unique_ptr<Backend> backend = device.make();
   for (int k = 0; k < num_timed; ++k) fly(k, *backend);
@@ -66,8 +66,8 @@ std::vector<LabPoint> plan(const LabContext& context) {
   if (!scene.ball_present || scene.ball_held || scene.boundary != Boundary::open ||
       scene.air != Air::parcels) {
     throw UserError(
-        fmt::format("lab terms: in scene {} no ball flies through parcels and out of an open world; "
-                    "give another with --scene, as court or regulation",
+        fmt::format("lab terms: scene {} has no ball that flies through parcels and leaves an open world; "
+                    "give another with --scene, such as court or regulation",
                     context.scene));
   }
   scene.num_parcels = context.quick ? 4000 : 20000;
@@ -84,10 +84,10 @@ std::vector<LabPoint> plan(const LabContext& context) {
 }  // namespace
 
 Study terms_study() {
-  return {"terms", "What each term of the model costs and does",
-          "Left, what a term moves: the place where the ball leaves and its speed there, against the dashed "
-          "tolerance; "
-          "right, what the term costs. A term whose two bars end left of the dashed line may be left out.",
+  return {"terms", "Cost and effect of each term of the model",
+          "Left: the shift of the ball's exit and of its speed there without the term, against the dashed "
+          "tolerance; right: the cost of the term. A term whose two bars end left of the dashed line may be "
+          "left out.",
           plan, conclude_terms};
 }
 

@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of the pairs of flights with the same seed.
+// Mean difference of flights with the same seed.
 template <class Get>
 MeanError difference(const json& flights, const json& full, Get get) {
   std::vector<double> values;
@@ -58,9 +58,9 @@ void conclude_terms(json& result) {
     if (row.at("term") == "") continue;
     row.erase("verdict");
     if (row.value("scene", "") != full.value("scene", "")) continue;  // of an earlier run in this folder
-    const json& mine = row.at("flights");
-    const MeanError x = difference(mine, flights, column(0)), y = difference(mine, flights, column(1));
-    const MeanError faster = difference(mine, flights, column(2));
+    const json& variant = row.at("flights");
+    const MeanError x = difference(variant, flights, column(0)), y = difference(variant, flights, column(1));
+    const MeanError faster = difference(variant, flights, column(2));
     row["exit_shift"] = std::hypot(x.mean, y.mean) / length;
     row["exit_shift_sigma"] = std::hypot(x.sigma, y.sigma) / length;
     row["deflection_m"] = (y.mean * vx - x.mean * vy) / v;

@@ -1,17 +1,17 @@
-// What follows from the flights of the terms study.
+// Conclusions from the flights of the terms study.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
 
 namespace pf {
 
-// The tolerance of the verdicts: of the length of the flight, and of the speed at its end.
+// Tolerance of the verdicts: a share of the flight's length, and of the speed at its end.
 inline constexpr double kTermTolerance = 0.01;
 
-// Adds to each of result["points"] but the first (all terms): exit_shift, exit_shift_sigma (of the place
-// where the ball leaves, over the path's length), deflection_m (mean move across the launch direction),
-// speed_shift, speed_shift_sigma (relative), saved_share (of the cost), verdict ("keep", "leave out", or "not
-// resolved" where the tolerance lies within two standard errors). Adds result["tolerance"].
+// Adds to each of result["points"] but the first (all terms): exit_shift, exit_shift_sigma (of the exit's
+// position, over the path's length), deflection_m (mean shift across the launch direction), speed_shift,
+// speed_shift_sigma (relative), saved_share (of the cost), verdict ("keep", "leave out", or "not resolved"
+// where the tolerance lies within two standard errors). Adds result["tolerance"].
 void conclude_terms(nlohmann::json& result);
 
 }  // namespace pf

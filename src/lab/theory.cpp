@@ -3,14 +3,14 @@
 #include <cmath>
 
 #include "core/portable_math.hpp"
-#include "model/measures.hpp"
 #include "model/kinetic_theory.hpp"
+#include "model/measures.hpp"
 
 namespace pf::theory {
 namespace {
 
-// exp(-x) I_n(x), n = 0 or 1. Beyond x = 300, where I_n nears the end of the double range, by the asymptotic
-// series (Abramowitz and Stegun 9.7.1): its first dropped term is below 1e-11 there.
+// exp(-x) I_n(x), n = 0 or 1. Beyond x = 300, where I_n nears the end of the double range, the asymptotic
+// series (Abramowitz and Stegun 9.7.1) replaces it: its first dropped term is below 1e-11 there.
 double scaled_bessel_i(int n, double x) {
   if (x <= 300.0) return std::exp(-x) * std::cyl_bessel_i(n, x);
   const double mu = 4.0 * n * n;
@@ -23,8 +23,8 @@ double scaled_bessel_i(int n, double x) {
   return sum / std::sqrt(2.0 * kPi * x);
 }
 
-// B(S) of PHYSICS 3.1: two thirds of it are the drag coefficient of the incident normal momentum, one third
-// that of the tangential one.
+// Drag coefficient of the incident momentum: two thirds are of its normal part, one third of its tangential
+// part (docs/physics.md, 'Drag on the ball').
 double incident_momentum(double s) {
   const double x = 0.5 * s * s;
   const double bessel = (s * s + 1.5) * scaled_bessel_i(0, x) + (s * s + 0.5) * scaled_bessel_i(1, x);
@@ -101,7 +101,7 @@ ShearWave shear_wave(double eta, double e, double num_parcels, double num_waves_
           0.5 * (1.0 - e * e) * (1.0 + 3.0 * sonine_a2(e) / 16.0)};
 }
 
-// Waves beyond this one are gone within a tenth of the time between collisions for any N from 100 on.
+// For any N from 100 on, waves beyond this one decay within a tenth of the time between collisions.
 constexpr int kMaxWaves = 12;
 
 // Share of the energy that shear waves hold in excess and keep from one collision to the next.
@@ -130,10 +130,10 @@ double shear_wave_excess(double area_fraction, double restitution, double num_pa
 
 double cooled_fraction_in_box(double area_fraction, double restitution, double num_parcels,
                               double num_collision_times) {
-  constexpr int kSteps = 64;  // of the midpoint rule: 1e-5
+  constexpr int kSteps = 64;  // of the midpoint rule; its error is 1e-5
   const double cooling = shear_wave(area_fraction, restitution, num_parcels, 1.0).cooling;
   const double dt = num_collision_times / kSteps;
-  // Energy e and log of the temperature of collisions, both over their start.
+  // `energy` is relative to the start; `cooled` is minus the log of the temperature that collisions see.
   const auto rate_of = [&](double energy, double share) {
     return cooling * std::sqrt(energy) * (1.0 - 1.5 * share);  // T^(3/2) / E
   };

@@ -1,4 +1,4 @@
-// Rungs of the ladder: collision rate and pressure of the gas in equilibrium.
+// Validation of the gas in equilibrium: collision rate and pressure.
 #include <fmt/format.h>
 
 #include <vector>
@@ -6,8 +6,8 @@
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
-#include "lab/samples.hpp"
 #include "lab/parallel_for.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -23,7 +23,7 @@ struct Equilibrium {
 struct GasLength {
   double equilibrate;  // collisions per parcel
   double num_events;   // of all runs together, after that
-  int num_runs;        // side by side, each from a seed of its own
+  int num_runs;        // in parallel, each with its own seed
   int num_blocks;      // of each run
 };
 
@@ -31,8 +31,8 @@ struct GasBlock {
   double rate_per_s, z;
 };
 
-// Steps of 0.1 collisions per parcel for `exact`, of 0.01 for `impulse`. Temperature: K / (N - 1), since the
-// total momentum is zero.
+// A step lasts 0.1 collisions per parcel for `exact`, 0.01 for `impulse`. The temperature is K / (N - 1),
+// since the total momentum is zero.
 std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& length) {
   SceneRun run(settings, 1);
   const double num = run.physics.parcels.num;
@@ -74,7 +74,8 @@ Equilibrium measure_equilibrium(const Settings& settings, const GasLength& lengt
   return result;
 }
 
-// Equilibration after PHYSICS 9: order relaxes slowly near freezing.
+// Collisions per parcel until equilibrium: order relaxes slowly near freezing (docs/physics.md, 'Measuring
+// rate and pressure').
 double equilibration(double area_fraction) { return area_fraction >= 0.6 ? 500.0 : 50.0; }
 
 GasLength gas_length(const ValidationPlan& plan, double equilibrate, double num_events) {
@@ -88,60 +89,60 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
   const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
   Settings s = unit_gas(num, eta, Boundary::periodic);
   s.method = method;
-  const Equilibrium found = measure_equilibrium(s, gas_length(plan, equilibrate, events), plan.threads);
+  const Equilibrium gas = measure_equilibrium(s, gas_length(plan, equilibrate, events), plan.threads);
   ValidationRow row;
   row.method = method;
   row.judged = exact;
   row.tolerance = plan.tolerance();
-  row.seconds = found.seconds;
-  row.yardstick = fmt::format("collision rate, eta {:.2f} (Kolafa-Rottner)", eta);
+  row.seconds = gas.seconds;
+  row.reference = fmt::format("collision rate, eta {:.2f} (Kolafa-Rottner)", eta);
   row.expected = theory::collision_rate_per_s(eta, 1.0, 0.5);
-  row.measured = found.rate_per_s.value();
-  row.sigma = found.rate_per_s.error();
+  row.measured = gas.rate_per_s.value();
+  row.sigma = gas.rate_per_s.error();
   add(row);
-  row.yardstick = fmt::format("Z = P / n kT, eta {:.2f} (Kolafa-Rottner)", eta);
+  row.reference = fmt::format("Z = P / n kT, eta {:.2f} (Kolafa-Rottner)", eta);
   row.expected = theory::compressibility(eta);
-  row.measured = found.z.value();
-  row.sigma = found.z.error();
+  row.measured = gas.z.value();
+  row.sigma = gas.z.error();
   row.seconds = 0.0;
   add(row);
 }
 
-// P* = P d^2 / kT of 870 discs in a box of 29 : 30 sqrt(3) / 2: Li et al. 2022.
+// P* = P d^2 / kT of 870 discs in a box of 29 : 30 sqrt(3) / 2, after Li et al. 2022.
 void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected, const RowSink& add) {
   Settings s = unit_gas(870, eta, Boundary::periodic);
   s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
-  const Equilibrium found =
+  const Equilibrium gas =
       measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)), plan.threads);
   const double per_z = 4.0 * eta / kPi;
   ValidationRow row;
-  row.yardstick = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);
+  row.reference = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);
   row.expected = expected;
-  row.measured = found.z.value() * per_z;
-  row.sigma = found.z.error() * per_z;
+  row.measured = gas.z.value() * per_z;
+  row.sigma = gas.z.error() * per_z;
   row.tolerance = plan.tolerance();
-  row.seconds = found.seconds;
+  row.seconds = gas.seconds;
   add(row);
 }
 
 }  // namespace
 
-std::vector<ValidationCase> gas_rungs(const ValidationPlan& plan) {
-  std::vector<ValidationCase> rungs;
+std::vector<ValidationCase> gas_cases(const ValidationPlan& plan) {
+  std::vector<ValidationCase> cases;
   for (const double eta : {0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.65}) {
     for (const Method method : {Method::exact, Method::impulse}) {
-      rungs.push_back({fmt::format("density/{}/{}", method_name(method), eta),
+      cases.push_back({fmt::format("density/{}/{}", method_name(method), eta),
                        [=](const RowSink& add) { add_density(plan, eta, method, add); }});
     }
   }
-  rungs.push_back(
+  cases.push_back(
       {"870 discs/0.67", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.67, 7.986735, add); }});
-  if (plan.quick) return rungs;
-  rungs.push_back(
+  if (plan.quick) return cases;
+  cases.push_back(
       {"870 discs/0.69", [plan](const RowSink& add) { add_pressure_of_870(plan, 0.69, 8.969476, add); }});
-  return rungs;
+  return cases;
 }
 
 }  // namespace pf

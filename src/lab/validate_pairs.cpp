@@ -1,4 +1,4 @@
-// Rungs of the ladder: single collisions of two bodies.
+// Validation of single collisions of two bodies.
 #include <fmt/format.h>
 
 #include <array>
@@ -16,11 +16,11 @@ namespace pf {
 namespace {
 
 constexpr int kNumPairs = 10000;
-constexpr double kApart = 24.0;  // diameters between pairs, and the most that a pair flies
+constexpr double kApart = 24.0;  // diameters between pairs; a pair flies less
 
-// Pairs that fly at each other with relative speed 1 and impact parameters spread evenly over the contact
-// distance, each pair alone, starting 2 to 4 diameters before the closest approach: at any phase of steps of
-// which 2 diameters are a multiple.
+// Isolated pairs that fly at each other with relative speed 1. Their impact parameters are spread evenly over
+// the contact distance. They start 2 to 4 diameters before the closest approach: at a uniform phase of every
+// step of which 2 diameters are a multiple.
 class Pairs {
  public:
   Pairs(Method method, unsigned threads) : run_(settings(method), threads) {
@@ -43,7 +43,7 @@ class Pairs {
     start_ = run_.backend->snapshot();
   }
 
-  // Until all have passed; steps of step_diameters.
+  // Advances until all pairs have passed, in steps of step_diameters.
   StepTotals pass(double step_diameters) {
     return run_.advance(static_cast<std::uint32_t>(std::ceil(kPassed_s / step_diameters)), step_diameters)
         .totals;
@@ -65,7 +65,7 @@ class Pairs {
   ParcelSnapshot start_;
 };
 
-// Velocities after one collision each, against those of serial double arithmetic.
+// Compares velocities after one collision each with those of serial double arithmetic.
 void add_two_body(const ValidationPlan& plan, const RowSink& add) {
   const Clock::time_point start = Clock::now();
   Pairs pairs(Method::exact, plan.threads);
@@ -80,9 +80,9 @@ void add_two_body(const ValidationPlan& plan, const RowSink& add) {
     const Vec2d off = to_double(found.velocity[i]) - expected[i].velocity_mps;
     worst = std::max(worst, std::sqrt(dot(off, off)));
   }
-  // The stored normal is off by a position unit or two of the contact distance, which grows towards grazing.
+  // The stored normal is off by one or two position units. The error of the velocity grows towards grazing.
   ValidationRow row;
-  row.yardstick = "two bodies: largest error of a velocity";
+  row.reference = "two bodies: largest error of a velocity";
   row.relative = false;
   row.measured = worst;
   row.tolerance = 1e-4;
@@ -90,8 +90,8 @@ void add_two_body(const ValidationPlan& plan, const RowSink& add) {
   add(row);
 }
 
-// `impulse` sees a pair that overlaps at the end of a step and approaches: half of the chord, so it misses
-// what a test for overlap alone would with steps twice as long.
+// `impulse` finds a pair that overlaps and approaches at the end of a step, on half of the chord. It misses
+// as many as a test for overlap alone with steps twice as long.
 void add_missed(const ValidationPlan& plan, Method method, double step_diameters, const RowSink& add) {
   const Clock::time_point start = Clock::now();
   Pairs pairs(method, plan.threads);
@@ -100,7 +100,7 @@ void add_missed(const ValidationPlan& plan, Method method, double step_diameters
   ValidationRow row;
   row.method = method;
   row.judged = method == Method::exact;
-  row.yardstick = fmt::format("missed collisions, {:g} diameters a step", step_diameters);
+  row.reference = fmt::format("missed collisions, {:g} diameters a step", step_diameters);
   row.relative = false;
   row.expected = row.judged ? 0.0 : theory::missed_fraction(2.0 * step_diameters);
   row.measured = missed;
@@ -109,8 +109,26 @@ void add_missed(const ValidationPlan& plan, Method method, double step_diameters
   add(row);
 }
 
-// The velocity that a ball of 2.6e6 parcel masses takes from its hits, against their sum: each parcel comes
-// along its first line, since parcels do not see each other.
+// Sum of the velocity changes that `events` give a ball of the starting velocity and spin. Each parcel comes
+// along its first trajectory, since parcels do not collide with each other.
+Vec2d summed_hits(const SceneRun& run, const ParcelSnapshot& before, const std::vector<EventRecord>& events) {
+  const Physics& physics = run.physics;
+  const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
+  Vec2d change;
+  for (const EventRecord& event : events) {
+    const double time_s = static_cast<double>(event.tick) * tick_s;
+    const Vec2d velocity = to_double(before.velocity[event.first]);
+    const Vec2d at = to_metres(physics.world, before.position[event.first]) + velocity * time_s;
+    const Vec2d offset = at - run.ball.velocity_mps * time_s;
+    const Vec2d normal = offset * (1.0 / std::sqrt(dot(offset, offset)));
+    const BallImpulse hit = ball_impulse(physics.ball, physics.parcels, normal,
+                                         velocity - run.ball.velocity_mps, run.ball.spin_radps);
+    change -= hit.per_mass_mps * (physics.parcels.mass_kg / physics.ball.mass_kg);
+  }
+  return change;
+}
+
+// Compares the velocity change of a ball of 2.6e6 parcel masses with the sum over its hits.
 void add_heavy_ball(const RowSink& add) {
   const Clock::time_point start = Clock::now();
   Settings s = unit_gas(4000, 0.4, Boundary::periodic);
@@ -125,23 +143,11 @@ void add_heavy_ball(const RowSink& add) {
   StepRequest request = step_request(s, 1, 3.0);
   request.events = &events;
   const BallState after = run.backend->advance(request).ball;
-  Vec2d expected = run.ball.velocity_mps;
-  const double tick_s = tick_seconds(run.physics.world, run.physics.reference_speed_mps);
-  for (const EventRecord& event : events) {
-    const Vec2d at = to_metres(run.physics.world, before.position[event.first]) +
-                     to_double(before.velocity[event.first]) * (static_cast<double>(event.tick) * tick_s);
-    const Vec2d centre = run.ball.velocity_mps * (static_cast<double>(event.tick) * tick_s);
-    const Vec2d offset = at - centre;
-    const BallImpulse hit =
-        ball_impulse(run.physics.ball, run.physics.parcels, offset * (1.0 / std::sqrt(dot(offset, offset))),
-                     to_double(before.velocity[event.first]) - run.ball.velocity_mps, run.ball.spin_radps);
-    expected -= hit.per_mass_mps * (s.parcel_mass_kg / s.ball_mass_kg);
-  }
   ValidationRow row;
-  row.yardstick = fmt::format("ball 2.6e6 times as heavy: {} hits, dv", events.size());
-  row.expected = expected.x - run.ball.velocity_mps.x;
+  row.reference = fmt::format("ball 2.6e6 times as heavy: {} hits, dv", events.size());
+  row.expected = summed_hits(run, before, events).x;
   row.measured = after.velocity_mps.x - run.ball.velocity_mps.x;
-  // The sum above takes the ball as it was before all hits: off by hits times the mass ratio.
+  // The sum takes the ball as it was before all hits: it is off by hits times the mass ratio.
   row.tolerance = 1e-3;
   row.seconds = milliseconds_since(start) * 1e-3;
   add(row);
@@ -149,16 +155,17 @@ void add_heavy_ball(const RowSink& add) {
 
 }  // namespace
 
-std::vector<ValidationCase> pair_rungs(const ValidationPlan& plan) {
-  std::vector<ValidationCase> rungs = {{"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
-                             {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
+std::vector<ValidationCase> pair_cases(const ValidationPlan& plan) {
+  std::vector<ValidationCase> cases = {
+      {"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
+      {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
   for (const double step_diameters : {0.1, 0.5, 2.0}) {
     for (const Method method : {Method::exact, Method::impulse}) {
-      rungs.push_back({fmt::format("missed/{}/{}", method_name(method), step_diameters),
+      cases.push_back({fmt::format("missed/{}/{}", method_name(method), step_diameters),
                        [=](const RowSink& add) { add_missed(plan, method, step_diameters, add); }});
     }
   }
-  return rungs;
+  return cases;
 }
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Rungs of the ladder: how the gas forgets its first velocities, and how it cools.
+// Validation of relaxation: equal speeds towards a Maxwellian, and a gas that cools.
 #include <fmt/format.h>
 
 #include <array>
@@ -6,8 +6,8 @@
 
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
-#include "lab/samples.hpp"
 #include "lab/parallel_for.hpp"
+#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 
@@ -27,7 +27,7 @@ double fourth_moment_excess(Backend& backend) {
   return v4 * num / (2.0 * v2 * v2) - 1.0;
 }
 
-// Equal speeds, directions at random in opposite pairs.
+// Gives all parcels one speed, with random directions in opposite pairs.
 void set_equal_speeds(Backend& backend, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   ParcelSnapshot state = backend.snapshot();
@@ -42,7 +42,7 @@ void set_equal_speeds(Backend& backend, std::uint64_t seed) {
 
 constexpr double kAfter[3] = {1.0, 2.0, 4.0};
 
-// Excess after kAfter collisions per parcel, from equal speeds, in a dilute gas.
+// Excess after kAfter collisions per parcel of a dilute gas that starts from equal speeds.
 std::array<double, 3> relaxing_excess(int seed) {
   constexpr double kNum = 20000.0;
   Settings s = unit_gas(static_cast<std::int64_t>(kNum), 0.01, Boundary::periodic);
@@ -61,8 +61,8 @@ std::array<double, 3> relaxing_excess(int seed) {
   return excess;
 }
 
-// Expected from a direct simulation Monte Carlo of the homogeneous Boltzmann equation (4e6 parcels; error
-// 0.003, half the tolerance).
+// The expected values are those of a direct simulation Monte Carlo of the homogeneous Boltzmann equation (4e6
+// parcels; error 0.003, half the tolerance).
 void add_excess(const ValidationPlan& plan, const RowSink& add) {
   constexpr double kExpected[3] = {-0.369, -0.264, -0.126};
   const Clock::time_point start = Clock::now();
@@ -71,14 +71,14 @@ void add_excess(const ValidationPlan& plan, const RowSink& add) {
   parallel_for(num_runs, plan.threads,
                [&](int k) { runs[static_cast<std::size_t>(k)] = relaxing_excess(k + 1); });
   for (std::size_t k = 0; k < 3; ++k) {
-    Mean found;
-    for (const auto& run : runs) found.add(run[k]);
+    Mean excess;
+    for (const auto& run : runs) excess.add(run[k]);
     ValidationRow row;
-    row.yardstick = fmt::format("excess a2 after {:g} collisions (Boltzmann)", kAfter[k]);
+    row.reference = fmt::format("excess a2 after {:g} collisions (Boltzmann)", kAfter[k]);
     row.relative = false;
     row.expected = kExpected[k];
-    row.measured = found.value();
-    row.sigma = found.error();
+    row.measured = excess.value();
+    row.sigma = excess.error();
     row.tolerance = 0.006;
     row.seconds = k == 0 ? milliseconds_since(start) * 1e-3 : 0.0;
     add(row);
@@ -104,8 +104,8 @@ double cooled(Method method, int seed) {
   return run.backend->measure().parcel_energy_j / energy;
 }
 
-// e = 0.9, N = 200, below the 242 from which clusters form. That near, shear waves hold so much more than
-// their share that the gas cools 1.5 % less than by Haff's law alone.
+// e = 0.9, N = 200, below the 242 from which clusters form. So close to clustering, shear waves hold more
+// than their share of the energy, and the gas cools 1.5 % less than by Haff's law alone.
 void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) {
   const Clock::time_point start = Clock::now();
   const auto num_seeds = static_cast<int>(plan.amount(4096, 512));
@@ -117,7 +117,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   ValidationRow row;
   row.method = method;
   row.judged = method == Method::exact;
-  row.yardstick = "T / T0 after 14 collision times, e 0.9 (Haff)";
+  row.reference = "T / T0 after 14 collision times, e 0.9 (Haff)";
   row.expected = theory::cooled_fraction_in_box(kCooledEta, kCooledRestitution, kCooledNum, kCollisionTimes);
   row.measured = ratio.value();
   row.sigma = ratio.error();
@@ -128,7 +128,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
 
 }  // namespace
 
-std::vector<ValidationCase> relaxation_rungs(const ValidationPlan& plan) {
+std::vector<ValidationCase> relaxation_cases(const ValidationPlan& plan) {
   return {{"excess", [plan](const RowSink& add) { add_excess(plan, add); }},
           {"cooling/exact", [plan](const RowSink& add) { add_cooling(plan, Method::exact, add); }},
           {"cooling/impulse", [plan](const RowSink& add) { add_cooling(plan, Method::impulse, add); }}};

@@ -1,4 +1,4 @@
-// The accuracy ladder as a study of the lab.
+// Validation as a study of the lab.
 #include <fmt/format.h>
 
 #include "lab/study.hpp"
@@ -11,8 +11,8 @@ using nlohmann::json;
 
 std::vector<LabPoint> plan(const LabContext& context) {
   std::vector<LabPoint> points;
-  for (ValidationCase& rung : validation_rungs({context.quick})) {
-    points.push_back({rung.key, [measure = std::move(rung.measure)] {
+  for (ValidationCase& validation : validation_cases({context.quick})) {
+    points.push_back({validation.key, [measure = std::move(validation.measure)] {
                         json rows = json::array();
                         measure([&rows](const ValidationRow& row) { rows.push_back(to_json(row)); });
                         return rows;
@@ -29,7 +29,7 @@ void conclude(json& result) {
     if (row.at("verdict") == "FAIL") failed.push_back(row.at("yardstick"));
   }
   const auto num_failed = static_cast<int>(failed.size());
-  result["words"] = {fmt::format("{} of {} figures of exact are within what is allowed.",
+  result["words"] = {fmt::format("{} of {} figures of exact are within the allowed error.",
                                  num_judged - num_failed, num_judged)};
   result["failed"] = failed;
 }
@@ -37,13 +37,12 @@ void conclude(json& result) {
 }  // namespace
 
 Study validate_study() {
-  return {"validate", "Against theory",
-          "Every dot is one figure that theory or a published simulation gives: how far the program is off, "
-          "as a share "
-          "of what is allowed, with its statistical error. What lies between the dashed lines passes; "
-          "impulse is shown "
-          "and not judged.",
-          plan, conclude};
+  return {
+      "validate", "Against theory",
+      "Each dot is the program's error in one figure that theory or a published simulation gives, over the "
+      "allowed error, with its statistical error. Dots between the dashed lines pass; impulse is shown "
+      "and not judged.",
+      plan, conclude};
 }
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Work-precision: what each method's error costs, over ladders of the time step.
+// Work-precision: the cost of each method's error, over ladders of the time step.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,8 +6,8 @@
 #include <map>
 
 #include "lab/flight_case.hpp"
-#include "lab/path_case.hpp"
 #include "lab/parallel_for.hpp"
+#include "lab/path_case.hpp"
 #include "lab/study.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "scene/derive.hpp"
@@ -17,11 +17,11 @@ namespace {
 
 using nlohmann::json;
 
-// What is measured of a device: enough parcels to keep it busy, and a bound on the work of a point.
+// Sizes for a device: enough parcels to keep it busy, and a bound on the work of a point.
 struct Sizes {
   std::int64_t gas_parcels, flight_parcels;
   double gas_collisions;  // per parcel
-  double max_work;       // parcel-steps of a point
+  double max_work;        // parcel-steps of a point
 };
 
 Sizes sizes_for(const LabContext& context, const LabDevice& device) {
@@ -39,9 +39,9 @@ std::vector<double> halvings(double first, int num) {
   return ladder;
 }
 
-// Time steps [d/c]. impulse: from the thermal displacement of a diameter, or a collision, on; spring: contact
-// durations (20 steps) of 2 and fewer mean times between collisions; exact: collisions per parcel and step, a
-// matter of cost only.
+// Time steps [d/c]. impulse: the longest step is a thermal displacement of a diameter or a mean time between
+// collisions. spring: the longest contact (20 steps) lasts 2 mean times between collisions. exact: the step
+// only affects the cost.
 std::vector<double> gas_ladder(Method method, double area_fraction, bool quick) {
   const double rate = theory_rate(area_fraction);
   if (method == Method::impulse) return halvings(std::min(1.0, 1.0 / rate), quick ? 8 : 9);
@@ -50,11 +50,11 @@ std::vector<double> gas_ladder(Method method, double area_fraction, bool quick) 
 }
 
 json gas_point(const LabContext& context, const LabDevice& device, const GasCase& gas, GasSteps steps) {
-  // A cooling gas has no stationary state: its first collisions, the same for all methods.
+  // A cooling gas has no stationary state: every method runs its first collisions.
   const bool cools = gas.restitution < 1.0;
   const Sizes sizes = sizes_for(context, device);
   const double work = static_cast<double>(gas.num_parcels) / (theory_rate(gas.area_fraction) * steps.dt);
-  // At least 20: the statistical error of the shortest steps is what the bound costs.
+  // At least 20. The bound on the work raises the statistical error of the shortest steps.
   steps.collisions = cools ? 20.0 : std::clamp(sizes.max_work / work, 20.0, sizes.gas_collisions);
   steps.warmup = cools ? 0.0 : 2.0;
   json row = measure_gas(gas, steps, device.make());
@@ -69,8 +69,8 @@ json path_point(const LabDevice& device, const GasCase& gas, GasSteps steps) {
   return row;
 }
 
-// Two flights, which are timed, by the whole device; the rest on a CPU side by side, as their ends are the
-// same.
+// Times two flights with the whole CPU and flies the rest in parallel; on another device times all. Ends do
+// not depend on the device.
 std::vector<FlightResult> fly_all(const LabDevice& device, const Settings& settings, int num_seeds) {
   const int num_timed = device.name == "cpu" ? 2 : num_seeds;
   std::vector<FlightResult> flights(static_cast<std::size_t>(num_seeds));
@@ -86,7 +86,7 @@ std::vector<FlightResult> fly_all(const LabDevice& device, const Settings& setti
   return flights;
 }
 
-// A method's flights over the seeds; the errors follow when those of `exact` are there.
+// A method's flights over the seeds. Their errors follow when the flights of `exact` are measured.
 json fly_seeds(const LabDevice& device, const CourtCase& court, Method method, double displacement,
                int num_seeds) {
   Settings s = court_settings(court);
@@ -113,7 +113,7 @@ json fly_seeds(const LabDevice& device, const CourtCase& court, Method method, d
           {"ns_per_disc_time", best_ns / (num * kCourtFlight_s * per_time)}};
 }
 
-// What the number of parcels does: 16 flights of `exact`, each through air of its own.
+// Effect of the number of parcels: 16 flights of `exact`, each with its own start of the air.
 json scatter_point(const LabDevice& device, std::int64_t num_parcels) {
   CourtCase court;
   court.num_parcels = num_parcels;
@@ -122,7 +122,7 @@ json scatter_point(const LabDevice& device, std::int64_t num_parcels) {
   return row;
 }
 
-// ... and a gas between walls, where discs keep off the edge.
+// Effect of the number of parcels on a gas between walls: discs keep away from the edge.
 json walls_point(const LabContext& context, const LabDevice& device, std::int64_t num_parcels) {
   GasCase gas;
   gas.num_parcels = num_parcels;
@@ -146,22 +146,27 @@ struct Planner {
   const LabContext& context;
   std::vector<LabPoint> points;
 
-  void add(const LabDevice& device, const std::string& group, double eta, double e, Method method,
-           double step, std::function<json()> measure) {
-    points.push_back(
-        {fmt::format("{}/{}/eta={}/e={}/{}/{:.4g}", device.name, group, eta, e, method_name(method), step),
-         [name = device.name, measure = std::move(measure)] {
-           json row = measure();
-           row["device"] = name;
-           return row;
-         }});
+  struct Series {
+    const char* group;
+    double area_fraction, restitution;
+    Method method;
+  };
+
+  void add(const LabDevice& device, const Series& series, double step, std::function<json()> measure) {
+    points.push_back({fmt::format("{}/{}/eta={}/e={}/{}/{:.4g}", device.name, series.group,
+                                  series.area_fraction, series.restitution, method_name(series.method), step),
+                      [name = device.name, measure = std::move(measure)] {
+                        json row = measure();
+                        row["device"] = name;
+                        return row;
+                      }});
   }
 
   void add_gas(const LabDevice& device, double eta, double e) {
     const GasCase gas{sizes_for(context, device).gas_parcels, eta, e};
     for (const Method method : kMethods) {
       for (const double dt : gas_ladder(method, eta, context.quick)) {
-        add(device, "gas", eta, e, method, dt, [this_context = context, device, gas, method, dt] {
+        add(device, {"gas", eta, e, method}, dt, [this_context = context, device, gas, method, dt] {
           return gas_point(this_context, device, gas, {method, dt});
         });
       }
@@ -177,7 +182,7 @@ struct Planner {
                            : method == Method::impulse ? 1.0 / 16
                                                        : 1.0 / 8;
       for (const double dt : halvings(first * mean_time, num)) {
-        add(device, "parcel-path", eta, 1.0, method, dt, [device, gas, method, dt] {
+        add(device, {"parcel-path", eta, 1.0, method}, dt, [device, gas, method, dt] {
           return path_point(device, gas, {method, dt});
         });
       }
@@ -188,7 +193,7 @@ struct Planner {
     const CourtCase court{sizes_for(context, device).flight_parcels, eta, e};
     for (const Method method : kMethods) {
       for (const double displacement : ball_ladder(method)) {
-        add(device, "ball", eta, e, method, displacement,
+        add(device, {"ball", eta, e, method}, displacement,
             [num_seeds = context.quick ? 8 : 16, device, court, method, displacement] {
               return fly_seeds(device, court, method, displacement, num_seeds);
             });
@@ -197,17 +202,17 @@ struct Planner {
   }
 };
 
-// Once, on the CPU: it is a matter of the model, not of the device.
+// On the CPU only: the effect is one of the model, not of the device.
 void add_numbers_of_parcels(Planner& planner) {
   const LabContext& context = planner.context;
   const LabDevice& cpu = context.devices.front();
   for (std::int64_t num = 500; num <= (context.quick ? 16000 : 64000); num *= 2) {
     const CourtCase court;
-    planner.add(cpu, "parcels", court.area_fraction, court.restitution, Method::exact,
+    planner.add(cpu, {"parcels", court.area_fraction, court.restitution, Method::exact},
                 static_cast<double>(num), [cpu, num] { return scatter_point(cpu, num); });
   }
   for (const std::int64_t num : {250, 1000, 4000, 16000}) {
-    planner.add(cpu, "walls", 0.2, 1.0, Method::exact, static_cast<double>(num),
+    planner.add(cpu, {"walls", 0.2, 1.0, Method::exact}, static_cast<double>(num),
                 [context, cpu, num] { return walls_point(context, cpu, num); });
   }
 }
@@ -230,13 +235,12 @@ std::vector<LabPoint> plan(const LabContext& context) {
 }  // namespace
 
 Study work_precision_study() {
-  return {"work-precision", "Error against cost",
-          "Every dot is one method with one time step: further down is more accurate, further left is "
-          "cheaper, and "
-          "the line joins the dots that no other beats. A hollow dot with an arrow is an upper bound: the "
-          "error is "
-          "below what this run could resolve.",
-          plan, conclude_work_precision};
+  return {
+      "work-precision", "Error against cost",
+      "Each dot is one method with one time step: lower is more accurate, further left is cheaper, and the "
+      "line joins the dots that no other beats. A hollow dot with an arrow is an upper bound: the run "
+      "cannot resolve the error.",
+      plan, conclude_work_precision};
 }
 
 }  // namespace pf

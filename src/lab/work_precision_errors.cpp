@@ -49,14 +49,14 @@ std::map<std::string, const json*> exact_rows(const json& points) {
   return rows;
 }
 
-// Relative error of a mean against another one, both with errors.
-json against(const json& row, const json& truth, const char* key, double sigma, double truth_sigma) {
-  const double t = *number(truth, key);
-  const double relative_sigma = std::hypot(sigma, truth_sigma) / t;
-  return error_of(*number(row, key) / t - 1.0, relative_sigma);
+// Relative error of a mean against that of the reference. sigma: standard error of both.
+json relative_error(const json& row, const json& reference, const char* key, double sigma) {
+  const double expected = *number(reference, key);
+  const double relative_sigma = std::hypot(sigma, sigma) / expected;
+  return error_of(*number(row, key) / expected - 1.0, relative_sigma);
 }
 
-// A gas in equilibrium: theory is exact.
+// A gas in equilibrium against theory, which is exact.
 json elastic_errors(const json& row) {
   const double eta = *number(row, "area_fraction");
   const double rate = theory::collision_rate_per_s(eta, 1.0, 0.5), z = theory::compressibility(eta);
@@ -64,63 +64,65 @@ json elastic_errors(const json& row) {
       {"rate", error_of(*number(row, "rate") / rate - 1.0, *number(row, "rate_sigma") / rate)},
       {"pressure",
        error_of(*number(row, "compressibility") / z - 1.0, *number(row, "compressibility_sigma") / z)},
-      // Energy is counted, not sampled: per 10 collisions.
+      // Per 10 collisions. Energy has no statistical error.
       {"energy", error_of((*number(row, "energy_ratio") - 1.0) * 10.0 / *number(row, "collisions"), 0.0)}};
 }
 
-// A cooling gas, against `exact`. Its blocks differ in truth, so errors are of counting: 1 / sqrt(events),
-// for the pressure times 2 / sqrt(pi) (mean square over squared mean of the approach speed is 4 / pi).
-json cooling_errors(const json& row, const json& truth) {
+// A cooling gas against `exact`. Its blocks differ systematically, so that errors are those of counting:
+// 1 / sqrt(events), for the pressure times 2 / sqrt(pi) (mean square over squared mean of the closing speed
+// is 4 / pi).
+json cooling_errors(const json& row, const json& reference) {
   const double events = 0.5 * *number(row, "collisions") * *number(row, "num_parcels");
   const double share = 1.0 / std::sqrt(std::max(1.0, events));
   const auto counted = [&](const char* key, double factor) {
-    const double sigma = factor * share * *number(truth, key);
-    return against(row, truth, key, sigma, sigma);
+    const double sigma = factor * share * *number(reference, key);
+    return relative_error(row, reference, key, sigma);
   };
-  // Each collision takes (1 - e^2)/2 of the energy of a pair: the loss scatters as the count does.
-  const double loss = -std::log(std::max(1e-300, *number(truth, "energy_ratio")));
+  // Each collision takes (1 - e^2)/2 of the energy of a pair: the loss scatters like the count.
+  const double loss = -std::log(std::max(1e-300, *number(reference, "energy_ratio")));
   return {{"rate", counted("collisions", 1.0)},
           {"pressure", counted("compressibility", 2.0 / std::sqrt(kPi))},
-          {"energy", error_of(*number(row, "energy_ratio") / *number(truth, "energy_ratio") - 1.0,
+          {"energy", error_of(*number(row, "energy_ratio") / *number(reference, "energy_ratio") - 1.0,
                               std::sqrt(2.0) * loss * share)}};
 }
 
-// Flights against those of `exact` from the same starts: mean over the seeds, so that chaos averages out.
-// path: across the flight, relative to its length; drag: relative to the speed lost.
-json ball_errors(const json& row, const json& truth) {
+// Flights against those of `exact` from the same starts. The mean over the seeds averages out chaos. path:
+// across the flight, relative to its length; drag: relative to the loss of speed.
+json ball_errors(const json& row, const json& reference) {
   const auto& start = row.at("start");
   std::vector<double> across, lost;
-  double length = 0.0, true_loss = 0.0;
-  const std::size_t num = std::min(row.at("ends").size(), truth.at("ends").size());
+  double length = 0.0, expected_loss = 0.0;
+  const std::size_t num = std::min(row.at("ends").size(), reference.at("ends").size());
   for (std::size_t k = 0; k < num; ++k) {
     const json& end = row.at("ends")[k];
-    const json& true_end = truth.at("ends")[k];
-    across.push_back(end[1].get<double>() - true_end[1].get<double>());
-    lost.push_back(true_end[2].get<double>() - end[2].get<double>());
-    length += std::hypot(true_end[0].get<double>() - start[0].get<double>(),
-                         true_end[1].get<double>() - start[1].get<double>()) /
+    const json& expected_end = reference.at("ends")[k];
+    across.push_back(end[1].get<double>() - expected_end[1].get<double>());
+    lost.push_back(expected_end[2].get<double>() - end[2].get<double>());
+    length += std::hypot(expected_end[0].get<double>() - start[0].get<double>(),
+                         expected_end[1].get<double>() - start[1].get<double>()) /
               static_cast<double>(num);
-    true_loss += (start[2].get<double>() - true_end[2].get<double>()) / static_cast<double>(num);
+    expected_loss += (start[2].get<double>() - expected_end[2].get<double>()) / static_cast<double>(num);
   }
   const MeanError path = mean_and_error(across), drag = mean_and_error(lost);
   return {{"path", error_of(path.mean / length, path.sigma / length)},
-          {"drag", error_of(drag.mean / true_loss, drag.sigma / true_loss)}};
+          {"drag", error_of(drag.mean / expected_loss, drag.sigma / expected_loss)}};
 }
 
-// The flights of `exact` are what the others are held against.
-json yardstick() {
+// Errors of the flights of `exact`, the reference of the others.
+json errors_of_reference() {
   const json none = {{"value", nullptr}, {"sigma", nullptr}, {"bound", false}, {"yardstick", true}};
   return {{"path", none}, {"drag", none}};
 }
 
-// Flights through air of their own, by number of parcels: scatter over the seeds, and how far their mean lies
-// from that of the most parcels. No pairing here, each number has other starts.
+// Flights of one number of parcels: scatter over the seeds, and distance of their mean from that of the
+// largest number. Seeds are not paired, since each number has other starts.
 json scatter_errors(const json& row, const json& points) {
-  const json* most = nullptr;
+  const json* largest = nullptr;
   for (const json& other : points) {
     if (other.at("group") != "parcels" || !other.contains("ends")) continue;
-    if (most == nullptr || other.at("num_parcels").get<double>() > most->at("num_parcels").get<double>())
-      most = &other;
+    if (largest == nullptr ||
+        other.at("num_parcels").get<double>() > largest->at("num_parcels").get<double>())
+      largest = &other;
   }
   const auto column = [](const json& of, std::size_t k) {
     std::vector<double> values;
@@ -128,16 +130,16 @@ json scatter_errors(const json& row, const json& points) {
     return mean_and_error(values);
   };
   const json& start = row.at("start");
-  const double length = column(*most, 0).mean - start[0].get<double>();
-  const double loss = start[2].get<double>() - column(*most, 2).mean;
+  const double length = column(*largest, 0).mean - start[0].get<double>();
+  const double loss = start[2].get<double>() - column(*largest, 2).mean;
   const double num = static_cast<double>(row.at("ends").size());
   const auto entry = [&](std::size_t k, double scale) {
-    const MeanError mine = column(row, k), best = column(*most, k);
-    const double scatter = mine.sigma * std::sqrt(num) / scale, shift = (mine.mean - best.mean) / scale;
-    const double shift_sigma = std::hypot(mine.sigma, best.sigma) / scale;
-    // A shift within its statistical error is none that could be told.
-    const double told = std::fabs(shift) > 2.0 * shift_sigma ? shift : 0.0;
-    return json{{"value", std::hypot(scatter, told)},
+    const MeanError mean = column(row, k), best = column(*largest, k);
+    const double scatter = mean.sigma * std::sqrt(num) / scale, shift = (mean.mean - best.mean) / scale;
+    const double shift_sigma = std::hypot(mean.sigma, best.sigma) / scale;
+    // A shift within its statistical error is not resolved and counts as none.
+    const double resolved = std::fabs(shift) > 2.0 * shift_sigma ? shift : 0.0;
+    return json{{"value", std::hypot(scatter, resolved)},
                 {"sigma", scatter / std::sqrt(2.0 * (num - 1.0))},
                 {"bound", false},
                 {"scatter", scatter},
@@ -147,8 +149,8 @@ json scatter_errors(const json& row, const json& points) {
   return {{"path", entry(1, length)}, {"drag", entry(2, loss)}};
 }
 
-json errors_of(const json& row, const json& points, const std::map<std::string, const json*>& truths) {
-  const auto truth = truths.find(case_of(row));
+json errors_of(const json& row, const json& points, const std::map<std::string, const json*>& references) {
+  const auto reference = references.find(case_of(row));
   if (row.at("group") == "parcel-path") {
     const double value = *number(row, "path_error");
     return {{"parcel-path",
@@ -158,12 +160,13 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
   }
   if (row.at("group") == "parcels" && row.contains("ends")) return scatter_errors(row, points);
   if (row.at("group") != "ball" && row.at("restitution") == 1.0) return elastic_errors(row);
-  if (truth == truths.end()) return json::object();
-  if (row.at("group") == "gas") return cooling_errors(row, *truth->second);
-  return row.at("method") == "exact" ? yardstick() : ball_errors(row, *truth->second);
+  if (reference == references.end()) return json::object();
+  if (row.at("group") == "gas") return cooling_errors(row, *reference->second);
+  return row.at("method") == "exact" ? errors_of_reference() : ball_errors(row, *reference->second);
 }
 
-// Marks what no other point of its case beats in both cost and error. Upper bounds take part as they are.
+// Marks the points that no other point of their case beats in both cost and error. Upper bounds count as
+// values.
 void mark_front(json& points, const std::string& error) {
   const auto value_of = [&](const json& row) {
     return number(row.at("errors").value(error, json::object()), "value");
@@ -183,8 +186,8 @@ void mark_front(json& points, const std::string& error) {
   }
 }
 
-// Least-squares slope of log error over log step, over the errors of 1e-5 to 0.1 diameters: what is above has
-// left the regime of small steps, what is below is rounding.
+// Least-squares slope of log error over log step, for errors of 1e-5 to 0.1 diameters. Larger errors are
+// outside the regime of small steps; smaller ones are rounding.
 json order_of(const std::vector<std::pair<double, double>>& points) {
   double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
   for (const auto& [step, error] : points) {
@@ -197,20 +200,20 @@ json order_of(const std::vector<std::pair<double, double>>& points) {
 }
 
 json orders(const json& points) {
-  using Which = std::tuple<std::string, std::string, double>;  // device, method, area fraction
-  std::map<Which, std::vector<std::pair<double, double>>> ladders;
+  using Ladder = std::tuple<std::string, std::string, double>;  // device, method, area fraction
+  std::map<Ladder, std::vector<std::pair<double, double>>> ladders;
   for (const json& row : points) {
     if (row.at("group") != "parcel-path" || row.at("method") == "exact") continue;
     ladders[{row.at("device"), row.at("method"), row.at("area_fraction")}].emplace_back(
         row.at("dt").get<double>(), row.at("path_error").get<double>());
   }
   json fitted = json::array();
-  for (const auto& [which, ladder] : ladders) {
-    const auto& [device, method, area_fraction] = which;
+  for (const auto& [ladder, steps] : ladders) {
+    const auto& [device, method, area_fraction] = ladder;
     fitted.push_back({{"device", device},
                       {"method", method},
                       {"area_fraction", area_fraction},
-                      {"order", order_of(ladder)}});
+                      {"order", order_of(steps)}});
   }
   return fitted;
 }
@@ -219,10 +222,10 @@ json orders(const json& points) {
 
 void conclude_work_precision(json& result) {
   json& points = result.at("points");
-  const json measured = points;  // errors are worked out from the rows as they were measured
-  const auto truths = exact_rows(measured);
+  const json measured = points;  // errors follow from the rows without errors
+  const auto references = exact_rows(measured);
   for (std::size_t k = 0; k < points.size(); ++k)
-    points[k]["errors"] = errors_of(measured[k], measured, truths);
+    points[k]["errors"] = errors_of(measured[k], measured, references);
   for (const char* error : {"rate", "pressure", "energy", "path", "drag"}) mark_front(points, error);
   result["orders"] = orders(measured);
   result["words"] = work_precision_summary(result);

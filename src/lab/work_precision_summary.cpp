@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kWorst = 0.2;  // relative error of what is still called a result
+constexpr double kMaxError = 0.2;  // relative; a larger error is no result
 
 struct Step {
   double dt, error, cost;
@@ -32,7 +32,7 @@ bool is_of(const json& row, const std::string& device, const std::string& error)
          row.contains("errors") && row["errors"].contains(error);
 }
 
-// Cases of one restitution by area fraction.
+// Ladders of one restitution, by area fraction.
 std::map<double, Ladders> cases_of(const json& points, const std::string& device, const std::string& error) {
   const bool of_ball = error == "path" || error == "drag";
   double restitution = 1.0;
@@ -57,7 +57,7 @@ std::map<double, Ladders> cases_of(const json& points, const std::string& device
   return cases;
 }
 
-// Cost of the cheapest step that meets the error, shorter ones meeting it as well; infinite if none does.
+// Cost of the cheapest step that reaches the error with all shorter ones; infinite if there is none.
 double cost_at(const Ladder& ladder, double error) {
   double cost = INFINITY;
   for (const Step& step : ladder) {
@@ -67,30 +67,31 @@ double cost_at(const Ladder& ladder, double error) {
   return cost;
 }
 
+// Errors for which one method is the cheapest.
 struct Range {
-  std::string method;  // the cheapest
-  double from, to;     // errors
+  std::string method;
+  double from, to;
 };
 
 std::vector<Range> cheapest(const Ladders& ladders) {
   std::set<double> errors = {0.0};
   for (const auto& [method, ladder] : ladders) {
     for (const Step& step : ladder) {
-      if (step.error < kWorst) errors.insert(step.error);
+      if (step.error < kMaxError) errors.insert(step.error);
     }
   }
   std::vector<Range> ranges;
   for (const double error : errors) {
     std::string best;
-    double least = INFINITY;
+    double min_cost = INFINITY;
     for (const auto& [method, ladder] : ladders) {
       const double cost = cost_at(ladder, error);
-      if (cost < least) best = method, least = cost;
+      if (cost < min_cost) best = method, min_cost = cost;
     }
     if (best.empty()) continue;
     if (!ranges.empty()) ranges.back().to = error;
-    if (ranges.empty() || ranges.back().method != best) ranges.push_back({best, error, kWorst});
-    ranges.back().to = kWorst;
+    if (ranges.empty() || ranges.back().method != best) ranges.push_back({best, error, kMaxError});
+    ranges.back().to = kMaxError;
   }
   return ranges;
 }
@@ -101,7 +102,7 @@ std::string percent(double error) { return fmt::format("{:.2g} %", 100.0 * error
 std::string place_text(double area_fraction, const std::vector<Range>& ranges) {
   std::vector<std::string> parts;
   for (const Range& range : ranges) {
-    const bool is_first = range.from == 0.0, is_last = range.to == kWorst;
+    const bool is_first = range.from == 0.0, is_last = range.to == kMaxError;
     parts.push_back((is_first ? "" : "then ") + range.method +
                     (is_last    ? ""
                      : is_first ? " below " + percent(range.to)
@@ -119,7 +120,7 @@ std::string sentence(const std::string& device, const std::string& name,
     for (const Range& range : ranges) std::erase(never, range.method);
   }
   const std::string rest =
-      never.empty() ? "" : fmt::format("; {} nowhere up to {}", fmt::join(never, " and "), percent(kWorst));
+      never.empty() ? "" : fmt::format("; {} never up to {}", fmt::join(never, " and "), percent(kMaxError));
   return fmt::format("{}, cheapest for an error of {} by {}{}.", device, name, fmt::join(places, "; "), rest);
 }
 
@@ -149,16 +150,16 @@ json work_precision_summary(const json& result) {
                                        {"pressure", "the pressure"},
                                        {"path", "the ball's path"},
                                        {"drag", "the ball's drag"}};
-  json words = json::array();
+  json sentences = json::array();
   for (const std::string& device : devices) {
     for (const auto& [error, name] : kNames) {
       const auto cases = cases_of(points, device, error);
-      if (!cases.empty()) words.push_back(sentence(device, name, cases));
+      if (!cases.empty()) sentences.push_back(sentence(device, name, cases));
     }
     const std::string orders = orders_sentence(result.at("orders"), device);
-    if (!orders.empty()) words.push_back(orders);
+    if (!orders.empty()) sentences.push_back(orders);
   }
-  return words;
+  return sentences;
 }
 
 }  // namespace pf

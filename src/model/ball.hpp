@@ -1,4 +1,4 @@
-// The ball: its flight between hits, its contact with a parcel, and the sums of what parcels do to it.
+// The ball: its flight between hits, its contact with a parcel, and the sums of impulses on it.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace pf {
 
-// The ball as the parcels of one step see it: a disc moving along the chord of its arc.
+// The ball as the parcels of one step see it: a disc that moves along the chord of its arc.
 struct BallMotion {
   Vec2d position_m;    // centre at the start of the step
   Vec2d velocity_mps;  // chord / dt
@@ -16,8 +16,8 @@ struct BallMotion {
   std::int32_t reach = 0;  // contact distance plus chord, position units (saturated): the cheap first test
 };
 
-// Impulse and torque on the ball in fixed point, so that the sum does not depend on the order of the hits.
-// Units: parcel mass * velocity unit; the torque is per ball radius.
+// Impulse and torque on the ball in fixed point, so that the sums do not depend on the order of the hits.
+// Units: parcel mass * velocity unit. The torque is per ball radius.
 struct BallSums {
   std::int64_t impulse_x = 0;
   std::int64_t impulse_y = 0;
@@ -29,9 +29,9 @@ struct BallFlight {
   Vec2d velocity_mps;  // at the end
 };
 
-// Flight of the ball alone over dt_s: velocity turns at magnus * spin and slows by drag |v| v. Turn and
-// slowing commute, so direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement is
-// the exact chord of the arc; with it, five-point Gauss-Legendre quadrature of the velocity.
+// Flight of the ball alone over dt_s. The velocity turns at magnus * spin and slows by drag |v| v. Turn and
+// slowing commute, so that direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement
+// is the exact chord of the arc. With drag it is a five-point Gauss-Legendre quadrature of the velocity.
 PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
   if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}};
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
@@ -66,7 +66,7 @@ PF_HD inline std::int32_t saturated_units(double units) {
   return static_cast<std::int32_t>(round_to_int64(clamped));
 }
 
-// What the parcels of the next step of dt_s see; contact_distance_m = ball radius + parcel radius.
+// Motion of the ball in the next step of dt_s. contact_distance_m: ball radius + parcel radius.
 PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& ball, const BallState& state,
                                     double contact_distance_m, double dt_s) {
   const BallFlight flight = fly(ball, state, dt_s);
@@ -103,8 +103,8 @@ PF_HD inline void apply_boundary_to_ball(const World& world, double radius_m, Ba
   one_axis(state.position_m.y, state.velocity_mps.y, world.half.y);
 }
 
-// Advances the ball over one step, then applies the impulses of the step's hits.
-// impulse_unit_kg_mps: what one count of sums.impulse is worth.
+// Advances the ball over one step, then applies the impulses of the step's hits. impulse_unit_kg_mps: value
+// of one count of sums.impulse.
 PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& sums,
                                double impulse_unit_kg_mps, double dt_s, BallState& state) {
   if (ball.held) return;
@@ -119,16 +119,16 @@ PF_HD inline void advance_ball(const World& world, const BallConstants& ball, co
   apply_boundary_to_ball(world, ball.radius_m, state);
 }
 
-// Drag coefficient of a disc that does not spin in a cold stream of light parcels, referred to rho V^2 R_c,
-// R_c = R + r: the limit S -> infinity of free-molecular flow with restitution and Coulomb friction.
+// Drag coefficient, referred to rho V^2 R_c with R_c = R + r, of a disc that does not spin in a cold stream
+// of light parcels: the limit S -> infinity of free-molecular flow with restitution and Coulomb friction.
 PF_HD inline double cold_drag_coefficient(double restitution, double friction) {
   const double kappa = friction * (1.0 + restitution);
   return 4.0 / 3.0 * (1.0 + restitution) + 2.0 / 3.0 * kappa / sqrt(1.0 + kappa * kappa);
 }
 
-// Impulse on a parcel that touches the ball, per parcel mass, and its tangential part (positive along
-// perpendicular(normal)). normal: unit vector from ball to parcel. Coulomb friction: the slip is stopped
-// unless that needs more than friction times the normal impulse.
+// Impulse on a parcel that touches the ball, per parcel mass. Its tangential part is positive along
+// perpendicular(normal), with normal the unit vector from ball to parcel. Coulomb friction stops the slip
+// unless that takes more than friction times the normal impulse.
 struct BallImpulse {
   Vec2d per_mass_mps;
   double tangential_mps;

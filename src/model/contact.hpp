@@ -1,5 +1,5 @@
-// Parcel-parcel contacts of the time-stepped methods: narrow phase and response, in double precision, summed
-// in 64-bit fixed point so that the order of a parcel's partners does not matter.
+// Parcel-parcel contacts of the time-stepped methods: narrow phase and response in double precision. Sums are
+// 64-bit fixed point, so that the order of a parcel's partners does not matter.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace pf {
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
 
-// A pair's impulse over parcel mass, as counts of the tallied sum. 2^25 counts are the most that one contact
-// can add, so that the contacts of a warp add up in 32 bits.
+// A pair's impulse over parcel mass, as counts of the tallied sum. One contact adds at most 2^25 counts, so
+// that the sum over a warp fits 32 bits.
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
   constexpr double kMax = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;
@@ -27,8 +27,8 @@ struct ContactSums {
   std::int64_t push_y = 0;
 };
 
-// Geometry of a touching pair, seen from self. Coincident centres get the fixed normal (1, 0), from the lower
-// id to the higher one.
+// Geometry of a touching pair, seen from self. Coincident centres get the normal (1, 0), from the lower id to
+// the higher one.
 struct PairGeometry {
   Vec2d offset;      // other - self, position units
   double distance2;  // position units squared
@@ -49,8 +49,8 @@ PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, Contact
   sums.velocity_y += round_to_int64(change_mps.y * c.per_velocity_unit);
 }
 
-// Overlapping pairs are pushed apart by half the overlap each, and nothing else: what `exact` does to a state
-// that another method left.
+// Pushes each parcel of an overlapping pair away by half the overlap. Method `exact` applies it alone to a
+// state that another method left.
 struct PushOutContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
@@ -63,9 +63,9 @@ struct PushOutContact {
   }
 };
 
-// The seed's method with its signs put right (Jacobi: all from the state before the step): overlapping pairs
-// are pushed apart by half the overlap each; approaching ones exchange the impulse that makes
-// v_rel,n' = -e v_rel,n for impulse_scale 1.
+// The seed's method with corrected signs, as a Jacobi step: every contact reads the state before the step.
+// Overlapping pairs are pushed apart. Approaching pairs exchange the impulse that makes v_rel,n' = -e v_rel,n
+// at impulse_scale 1.
 struct ImpulseContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
@@ -84,9 +84,9 @@ struct ImpulseContact {
   }
 };
 
-// Linear spring-dashpot, force along the normal while overlapping (the discrete element method of Cundall
-// and Strack 1979), semi-implicit: the velocity changes first, the position moves with the new one. A contact
-// is counted in the step in which the pair comes to overlap.
+// Linear spring-dashpot: a force along the normal while the pair overlaps (discrete element method, Cundall
+// and Strack 1979). Semi-implicit: the velocity changes first, and the position moves with the new velocity.
+// A contact is counted in the step in which the overlap begins.
 struct SpringContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
@@ -108,7 +108,7 @@ struct SpringContact {
   }
 };
 
-// Adds the pair's contact, if they touch, to self's sums. offset: other - self, nearest image.
+// Adds the contact to self's sums if the pair touches. offset: other - self, nearest image.
 template <class Contact, EventTally Tally>
 PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const Parcel& other, Vec2i offset,
                               ContactSums& sums, Tally& tally) {

@@ -1,11 +1,11 @@
-// A boundary known only when the program runs, as a template argument. Host text.
+// Turns a boundary into a template argument. Host text.
 #pragma once
 
 #include "model/world.hpp"
 
 namespace pf {
 
-// What function.template operator()<kBoundary>() returns for this boundary.
+// Returns function.template operator()<kBoundary>() for this boundary.
 template <class Function>
 auto for_boundary(Boundary boundary, const Function& function) {
   switch (boundary) {

@@ -1,10 +1,10 @@
-// The cell grid: which cell a position lies in, and which ranges of sorted parcels a parcel must look at.
+// The cell grid: the cell of a position, and the ranges of sorted parcels that a search box covers.
 //
-// Parcels are sorted by row-major cell, so the cells of one row that a search box covers are one contiguous
-// range. The box is centred on the parcel's present position and reaches the contact distance plus the
+// Parcels are sorted by row-major cell, so that the cells of one row in a search box are one contiguous
+// range. The box is centred on the parcel's current position. Its half side is the contact distance plus the
 // largest displacement along an axis of any parcel since the sort. Cell coordinates are monotone in the
-// position, so that box holds every possible partner whatever the cells' width and however old the sort:
-// width and re-sort interval are matters of speed alone.
+// position, so that the box holds every possible partner for any cell width and any age of the sort. Cell
+// width and sort interval affect speed alone.
 #pragma once
 
 #include <cstdint>
@@ -27,23 +27,23 @@ struct GridShape {
   }
 };
 
-// num_x, num_y >= 1 and below 2^15 for their product to stay in 32 bits.
+// num_x, num_y: 1 to 2^15 - 1, so that their product fits 32 bits.
 inline GridShape make_grid(const World& world, std::int32_t num_x, std::int32_t num_y) {
   const auto factor = [](std::int32_t num, std::int32_t half) {
-    // Rounded down with one unit to spare: the last cell of the last offset, 2 half, is num - 1.
+    // Rounded down with one unit to spare, so that the largest offset, 2 half, lies in cell num - 1.
     return static_cast<std::uint32_t>((static_cast<std::uint64_t>(num) << 32) /
                                       (2ULL * static_cast<std::uint64_t>(half) + 1ULL));
   };
   return {world.half, num_x, num_y, factor(num_x, world.half.x), factor(num_y, world.half.y)};
 }
 
-// Cells at least width_units wide and at most cells_per_parcel of them for each parcel (and at least one).
+// A grid of cells at least width_units wide, with at most cells_per_parcel cells per parcel and at least one.
 inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, double width_units,
                              double cells_per_parcel = 2.0) {
   const double extent_x = 2.0 * world.half.x;
   const double extent_y = 2.0 * world.half.y;
-  const double widest_for_memory = std::sqrt(extent_x * extent_y / (cells_per_parcel * (num_parcels + 1.0)));
-  const double width = width_units > widest_for_memory ? width_units : widest_for_memory;
+  const double min_width = std::sqrt(extent_x * extent_y / (cells_per_parcel * (num_parcels + 1.0)));
+  const double width = width_units > min_width ? width_units : min_width;
   const auto cells = [width](double extent) {
     const double fit = extent / width;
     return static_cast<std::int32_t>(fit < 1.0 ? 1.0 : fit);
@@ -51,14 +51,14 @@ inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, doub
   return make_grid(world, cells(extent_x), cells(extent_y));
 }
 
-// position: anywhere in 32 bits; beyond the edge counts as at the edge.
+// position: any 32-bit value. A position beyond the edge counts as at the edge.
 PF_HD inline std::int32_t cell_coordinate(std::int32_t position, std::int32_t half, std::uint32_t factor) {
   const std::int32_t inside = position < -half ? -half : (position > half ? half : position);
   const std::uint32_t offset = static_cast<std::uint32_t>(inside) + static_cast<std::uint32_t>(half);
   return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * factor) >> 32);
 }
 
-// Row-major cell of a position; retired parcels get num_cells(), one past the last cell.
+// Row-major cell of a position. Retired parcels get num_cells(), one past the last cell.
 PF_HD inline std::uint32_t cell_key(const GridShape& grid, Vec2i position) {
   if (is_retired(position)) return grid.num_cells();
   const std::int32_t cx = cell_coordinate(position.x, grid.half.x, grid.factor_x);
@@ -67,8 +67,8 @@ PF_HD inline std::uint32_t cell_key(const GridShape& grid, Vec2i position) {
          static_cast<std::uint32_t>(cx);
 }
 
-// The cells of one axis that [position - reach, position + reach] touches: first to last, and, where the
-// interval crosses a periodic edge, second_first to second_last as well (empty: second_first > second_last).
+// Cells of one axis that [position - reach, position + reach] touches: first to last. Where the interval
+// crosses a periodic edge, second_first to second_last as well (empty: second_first > second_last).
 struct CellSpan {
   std::int32_t first, last;
   std::int32_t second_first, second_last;
@@ -98,8 +98,8 @@ PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::
   return span;
 }
 
-// Calls visit(begin, end) for each contiguous range of sorted parcels that may hold partners of a parcel at
-// position; no range twice. cell_start: num_cells() + 1 entries, the first sorted index of each cell.
+// Calls visit(first, end) once for each contiguous range of sorted parcels that may hold partners of a parcel
+// at position. cell_start: num_cells() + 1 entries, the first sorted index of each cell.
 template <Boundary kBoundary, class Visit>
 PF_HD inline void visit_candidate_ranges(const GridShape& grid, const std::uint32_t* cell_start,
                                          Vec2i position, std::int32_t reach, Visit&& visit) {

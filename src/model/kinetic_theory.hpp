@@ -13,16 +13,16 @@ inline double contact_value(double area_fraction) {
   return (1.0 - 7.0 * area_fraction / 16.0) / (free * free);
 }
 
-// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r) (PHYSICS 1.3).
-// c = sqrt(kT/m), speed per component.
+// Collisions per parcel and second after Enskog: 4 eta chi c / (sqrt(pi) r), c = sqrt(kT/m) the speed per
+// component (docs/physics.md, 'Collision rate').
 inline double enskog_rate_per_s(double area_fraction, double speed_mps, double radius_m) {
   return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
 }
 
-// Share of collisions missed by a pair that moves by step_diameters contact distances (relative) per step:
-// the mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta), chord = 2 sqrt(d^2 - b^2),
-// because the phase of the steps is uniform; for Delta < 2 d only chords below Delta can be missed. Delta^2 /
-// 24 for small Delta, 1 - pi / (2 Delta) from 2 on.
+// Share of collisions that a pair misses if its relative displacement per step is Delta = step_diameters, in
+// contact distances. It is the mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta) with
+// chord = 2 sqrt(d^2 - b^2), because the phase of the steps is uniform. For Delta < 2 d only chords below
+// Delta can be missed. The share is Delta^2 / 24 for small Delta and 1 - pi / (2 Delta) from Delta = 2 on.
 inline double missed_fraction(double step_diameters) {
   if (step_diameters >= 2.0) return 1.0 - kPi / (2.0 * step_diameters);
   if (step_diameters < 1e-3) return step_diameters * step_diameters / 24.0;
@@ -30,8 +30,8 @@ inline double missed_fraction(double step_diameters) {
   return 1.0 - 0.5 * std::cos(phi) - 0.5 * phi / std::sin(phi);
 }
 
-// For a gas in steps of dt: pairs that collide approach with a mean square relative speed of 6 c^2 (two
-// dimensions, weighted by that speed).
+// Share of collisions that a gas misses in steps of dt_s. Colliding pairs approach with a mean square
+// relative speed of 6 c^2 (two dimensions, weighted by that speed).
 inline double missed_fraction_of_gas(double speed_mps, double dt_s, double diameter_m) {
   return missed_fraction(std::sqrt(6.0) * speed_mps * dt_s / diameter_m);
 }

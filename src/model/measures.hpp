@@ -1,4 +1,4 @@
-// What a run measures while it steps, and what it reports.
+// Totals over steps, conserved quantities, and hashes of the state.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace pf {
 
-// Totals over some steps. Sums are integers and extremes, so they do not depend on order or thread count.
+// Totals over steps. They are sums of integers and extremes, so that order and thread count do not matter.
 struct StepTotals {
   std::uint64_t num_steps = 0;
   std::uint64_t num_collisions = 0;  // pair collisions
@@ -19,14 +19,14 @@ struct StepTotals {
   std::uint64_t first_invalid_step = 0;
   std::uint32_t first_invalid_id = UINT32_MAX;
   double impulse_sum_mps = 0.0;        // sum over pair collisions of |impulse| / parcel mass
-  double max_overlap_diameters = 0.0;  // largest overlap found at a contact
+  double max_overlap_diameters = 0.0;  // largest overlap at a contact
   double max_speed_mps = 0.0;          // fastest parcel of the last step
   std::uint64_t num_sorts = 0;
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
   std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
   std::uint64_t event_hash = 0;         // of the list of events
-  Vec2d ball_impulse_kg_mps;            // what parcels did to the ball, also when it is held
+  Vec2d ball_impulse_kg_mps;            // by parcels on the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;
 
   StepTotals& operator+=(const StepTotals& o) {
@@ -52,18 +52,18 @@ struct StepTotals {
   }
 };
 
-// Conserved quantities of parcels (those retired with what they carried off) plus ball.
+// Conserved quantities of parcels, retired ones included, plus ball.
 struct Measures {
   double parcel_energy_j = 0.0;
   double ball_energy_j = 0.0;  // translation plus rotation
   Vec2d momentum_kg_mps;
-  double momentum_scale_kg_mps = 0.0;  // sum of |m v|: what a drift is relative to
+  double momentum_scale_kg_mps = 0.0;  // sum of |m v|, the scale of drifts
   std::uint64_t num_live = 0;
 
   double energy_j() const { return parcel_energy_j + ball_energy_j; }
 };
 
-// Adds the ball's share to what was summed over the parcels.
+// Adds the ball's share to the sums over the parcels.
 inline void add_ball(const BallConstants& ball, const BallState& state, Measures& measures) {
   if (!ball.exists) return;
   const double speed2 = dot(state.velocity_mps, state.velocity_mps);
@@ -73,8 +73,8 @@ inline void add_ball(const BallConstants& ball, const BallState& state, Measures
   measures.momentum_scale_kg_mps += ball.mass_kg * std::sqrt(speed2);
 }
 
-// One parcel's term of the state hash; the hash of a state is the sum over parcels, modulo 2^64, so that it
-// is keyed by id and not by where the parcel lies in memory.
+// One parcel's term of the state hash. The hash of a state is the sum over parcels modulo 2^64, so that it
+// depends on ids and not on the order in memory.
 PF_HD inline std::uint64_t parcel_hash(std::uint32_t id, Vec2i position, Vec2f velocity) {
   const auto join = [](std::uint32_t a, std::uint32_t b) {
     return (static_cast<std::uint64_t>(a) << 32) | b;

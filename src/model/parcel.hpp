@@ -20,7 +20,7 @@ struct StepConstants {
   double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
   double contact_distance2 = 0.0;  // (2 r)^2, position units squared
   double contact_distance = 0.0;   // 2 r, position units
-  float filter_distance2 = 0.0F;   // a little above contact_distance2: the cheap first test, in float
+  float filter_distance2 = 0.0F;   // slightly above contact_distance2, for the cheap first test in float
   std::int32_t contact_reach = 0;  // contact distance, rounded up
   double ball_contact_m = 0.0;     // R + r
   double per_velocity_unit = 0.0;  // counts of a velocity sum per m/s (a power of two)

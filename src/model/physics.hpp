@@ -1,5 +1,5 @@
-// Everything the formulas need to know about one scene: plain data, SI units, passed by value to kernels.
-// Made by scene/derive.hpp from checked settings.
+// Constants of a scene for all formulas: plain data in SI units, passed by value to kernels. scene/derive.hpp
+// makes them from checked settings.
 #pragma once
 
 #include <cstdint>
@@ -8,33 +8,33 @@
 
 namespace pf {
 
-// What stands for the air.
+// Model of the air.
 enum class Air : std::uint8_t { vacuum, drag, parcels };
 
 enum class Method : std::uint8_t { impulse, spring, exact };
 
-// How partners of contacts are searched.
+// Search for partners of contacts.
 enum class Neighbors : std::uint8_t { grid, all_pairs };
 
 struct ParcelConstants {
   std::uint32_t num = 0;
   double radius_m = 0.0;
   double mass_kg = 0.0;
-  double speed_mps = 0.0;      // standard deviation per component at spawning (c = sqrt(kT/m))
+  double speed_mps = 0.0;      // standard deviation per component at spawning, c = sqrt(kT/m)
   double restitution = 1.0;    // parcel-parcel and parcel-ball, in [0, 1]
   double impulse_scale = 1.0;  // the seed's k: multiplies parcel-parcel velocity changes
-  bool contacts = true;        // parcels meet each other
+  bool contacts = true;        // parcels collide with each other
 };
 
 struct BallConstants {
   bool exists = true;
-  bool held = false;  // neither moves nor turns; impulses on it are still summed
+  bool held = false;  // it neither moves nor turns; impulses on it are still summed
   double mass_kg = 0.026;
   double radius_m = 0.185;
   double inertia_kg_m2 = 0.0;
   double friction = 0.0;        // Coulomb coefficient at the contact with a parcel
   double magnus_per_rad = 0.0;  // turn rate of the velocity per spin: k_M / m_b [1/rad]
-  double drag_per_m = 0.0;      // closed-form drag: dv/dt = -drag |v| v; 0 unless air = drag
+  double drag_per_m = 0.0;      // of closed-form drag, dv/dt = -drag |v| v; 0 unless air = drag
 };
 
 struct Physics {
@@ -46,12 +46,12 @@ struct Physics {
   std::uint64_t seed = 1;
 };
 
-// One body in double precision: a hit changes its velocity by 1e-6 of a parcel's, below what float resolves.
+// Double precision: a hit changes the ball's velocity by 1e-6 of the parcel's, which float does not resolve.
 struct BallState {
   Vec2d position_m;
   Vec2d velocity_mps;
   double spin_radps = 0.0;  // counter-clockwise seen from above
-  double angle_rad = 0.0;   // turned so far; only drawn
+  double angle_rad = 0.0;   // since the start; only drawn
 
   bool operator==(const BallState&) const = default;
 };

@@ -1,9 +1,10 @@
-// Where and how fast each parcel starts: a pure function of its id, so that spawning is a parallel loop or a
-// kernel and nothing is drawn in sequence.
+// Initial position and velocity of each parcel. They are pure functions of its id, so that spawning is a
+// parallel loop or a kernel.
 //
-// Parcels sit on the sites of a lattice (odd rows shifted by half a spacing) with enough sites free of the
-// ball; each is moved off its site by a random vector shorter than half of what neighbours leave free.
-// Velocities are Maxwellian; parcel i and i + N/2 get opposite ones, so that the total momentum is zero.
+// Parcels sit on the sites of a lattice whose odd rows are shifted by half a spacing. Sites that the ball
+// covers stay free. A random vector, shorter than half the gap between neighbours, moves each parcel off its
+// site. Velocities are Maxwellian. Parcels i and i + N/2 get opposite velocities, so that the total momentum
+// is zero.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +14,9 @@
 
 namespace pf {
 
-// Planned on the host by scene/spawn_plan.hpp. row_begin: num_rows + 1 entries, free sites before each row;
-// row_blocked_first / row_blocked_count: num_rows entries, the run of sites that the ball blocks (with a
-// periodic world the run may wrap).
+// Lattice and velocities, planned on the host by class Spawner of scene/derive.hpp. row_start: num_rows + 1
+// entries, free sites before each row. row_blocked_first and row_blocked_count: num_rows entries, the run of
+// sites that the ball blocks; in a periodic world the run may wrap.
 struct SpawnPlan {
   std::uint32_t num_parcels = 0;
   std::uint32_t num_rows = 0;
@@ -28,7 +29,7 @@ struct SpawnPlan {
   Vec2d flow_mps;
   std::uint64_t seed = 0;
   World world;
-  const std::uint64_t* row_begin = nullptr;
+  const std::uint64_t* row_start = nullptr;
   const std::uint32_t* row_blocked_first = nullptr;
   const std::uint32_t* row_blocked_count = nullptr;
 };
@@ -37,9 +38,9 @@ PF_HD inline Vec2d site_position_m(const SpawnPlan& plan, std::uint64_t site) {
   std::uint32_t low = 0, high = plan.num_rows;
   while (high - low > 1) {
     const std::uint32_t middle = low + (high - low) / 2;
-    (plan.row_begin[middle] <= site ? low : high) = middle;
+    (plan.row_start[middle] <= site ? low : high) = middle;
   }
-  std::uint64_t column = site - plan.row_begin[low];
+  std::uint64_t column = site - plan.row_start[low];
   const std::uint32_t first = plan.row_blocked_first[low];
   const std::uint32_t count = plan.row_blocked_count[low];
   const std::uint32_t wrapped = first + count > plan.num_columns ? first + count - plan.num_columns : 0;
@@ -57,7 +58,7 @@ PF_HD inline Vec2d normal_pair(std::uint64_t seed, std::uint64_t id) {
   return {radius * angle.cos, radius * angle.sin};
 }
 
-// A site near a periodic edge may be shifted across it.
+// Wraps a position in a periodic world: the random shift may cross the edge.
 PF_HD inline Vec2i wrapped_into(const World& world, Vec2i position) {
   if (world.boundary != Boundary::periodic) return position;
   return {axis_separation<Boundary::periodic>(0, position.x, world.half.x),

@@ -1,5 +1,5 @@
-// The contact of method `spring` from what a person sets: contact duration and restitution of a pair of equal
-// masses (PHYSICS 6.2): e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m.
+// Contact law of method `spring` from contact duration t_c and restitution e of a pair of equal masses:
+// e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m (docs/physics.md, 'Spring contact').
 #pragma once
 
 #include <cmath>
@@ -20,9 +20,9 @@ inline SpringContactRates spring_contact_rates(double restitution, double contac
   return {frequency * frequency + damping * damping, damping};
 }
 
-// The longest stable step of a pair in contact. With x the overlap and v its rate, a step is
-// v' = (1 - 2 g dt) v - w0^2 dt x, x' = x + dt v': its eigenvalues stay within the unit circle as long as
-// w0^2 dt^2 + 4 g dt <= 4, for e = 1 that is dt <= 2 / w0.
+// Longest stable step of a pair in contact. With x the overlap and v its rate, a step is
+// v' = (1 - 2 g dt) v - w0^2 dt x, x' = x + dt v'. Its eigenvalues stay within the unit circle as long as
+// w0^2 dt^2 + 4 g dt <= 4. For e = 1 this is dt <= 2 / w0.
 inline double spring_step_limit_s(const SpringContactRates& rates) {
   const double g = rates.damping_per_s;
   return 2.0 * (std::sqrt(g * g + rates.omega0_squared_per_s2) - g) / rates.omega0_squared_per_s2;

@@ -1,5 +1,5 @@
-// The interface through which formulas report what happens in a step. Every backend has tallies of its own;
-// their sums are integers and extremes, so that the order of reports does not matter.
+// The interface through which formulas report collisions and moves. Every backend has its own tallies. They
+// hold sums of integers and extremes, so that the order of reports does not matter.
 #pragma once
 
 #include <concepts>

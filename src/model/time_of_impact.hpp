@@ -5,8 +5,8 @@
 
 namespace pf {
 
-// First time in [0, dt] at which |offset + velocity t| falls to distance, while approaching; negative if
-// there is none. Touching or overlapping pairs collide at once if and only if they approach.
+// First time in [0, dt] at which |offset + velocity t| falls to distance, or a negative number. A touching or
+// overlapping pair collides at time 0 if and only if it approaches.
 PF_HD inline double time_of_impact(Vec2d offset, Vec2d velocity, double distance, double dt) {
   const double b = dot(offset, velocity);
   if (!(b < 0.0)) return -1.0;

@@ -1,5 +1,5 @@
-// One parcel's whole step after its contacts are summed: new velocity, ball, boundary, new position. The text
-// that the CPU loop and the CUDA kernel both call.
+// One parcel's step after its contacts are summed: new velocity, ball, boundary, new position. The CPU loop
+// and the CUDA kernel both call this text.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace pf {
 
-// Position after a displacement given in 2^-32 position units, rounded without bias: 16 random bits per axis
-// keyed by (seed, id, step) decide which neighbour is taken.
+// Displacement in 2^-32 position units. It is rounded without bias: 16 random bits per axis, keyed by (seed,
+// id, step), choose between the two neighbours.
 struct Displacement {
   std::int64_t x = 0;
   std::int64_t y = 0;
@@ -27,8 +27,7 @@ PF_HD inline std::int64_t round_at_random(std::int64_t fixed, std::uint32_t rand
   return (fixed + ((static_cast<std::int64_t>(random16) << 16) + 32768)) >> 32;
 }
 
-// Hits the ball if the two meet within the step: changes velocity, and moved to what the step's move becomes.
-// Leaves both as they are if they do not meet.
+// Replaces velocity and displacement if the parcel hits the ball within the step.
 template <Boundary kBoundary, EventTally Tally>
 PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, Vec2d& velocity,
                            Displacement& moved, Tally& tally) {
@@ -58,12 +57,12 @@ PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
 
 PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation, std::int64_t moved) {
   const std::int64_t distance = separation < 0 ? -static_cast<std::int64_t>(separation) : separation;
-  const std::int64_t whole = moved >> 32;  // first, since a move that is no number is the least integer
+  const std::int64_t whole = moved >> 32;  // shifted first: NaN rounds to the smallest integer
   const std::int64_t own = whole < 0 ? -whole : whole;
   return distance <= static_cast<std::int64_t>(ball.reach) + own + 2;
 }
 
-// One axis at the boundary. position is where the move ended; returns whether the parcel is still inside.
+// Applies the boundary along one axis to the position after the step. Returns true if the parcel is inside.
 template <Boundary kBoundary>
 PF_HD inline bool apply_boundary(std::int64_t& position, float& velocity, std::int32_t half,
                                  std::int32_t radius) {
@@ -89,8 +88,8 @@ PF_HD inline bool apply_boundary(std::int64_t& position, float& velocity, std::i
   }
 }
 
-// Ends self's step. kBall: whether a ball is there. step: the run's step counter, keys the rounding.
-// A parcel whose move is not a number or beyond the world's integer range is reported and stays where it is.
+// Returns self after the step. kBall: true if a ball exists. step_key: see rounding_key(). A parcel whose
+// displacement is NaN or beyond the world's integer range is reported and stays in place.
 template <bool kBall, Boundary kBoundary, StepTally Tally>
 PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
                                 const Parcel& self, const ContactSums& sums, Tally& tally) {
@@ -111,16 +110,16 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   const std::uint32_t random = mix32(self.id ^ step_key);
   const std::int64_t move_x = round_at_random(moved.x, random >> 16);
   const std::int64_t move_y = round_at_random(moved.y, random & 0xFFFFU);
-  const std::int64_t travelled_x = (move_x < 0 ? -move_x : move_x) + (push.x < 0 ? -push.x : push.x);
-  const std::int64_t travelled_y = (move_y < 0 ? -move_y : move_y) + (push.y < 0 ? -push.y : push.y);
-  const std::int64_t travelled = travelled_x > travelled_y ? travelled_x : travelled_y;
+  const std::int64_t displaced_x = (move_x < 0 ? -move_x : move_x) + (push.x < 0 ? -push.x : push.x);
+  const std::int64_t displaced_y = (move_y < 0 ? -move_y : move_y) + (push.y < 0 ? -push.y : push.y);
+  const std::int64_t displaced = displaced_x > displaced_y ? displaced_x : displaced_y;
   Vec2f new_velocity = to_float(velocity);
   const float speed2 = new_velocity.x * new_velocity.x + new_velocity.y * new_velocity.y;
-  if (!(speed2 < 1e30F) || travelled >= kHalfSide) {
+  if (!(speed2 < 1e30F) || displaced >= kHalfSide) {
     tally.invalid(self.id);
     return self;
   }
-  tally.moved(static_cast<std::int32_t>(travelled), speed2);
+  tally.moved(static_cast<std::int32_t>(displaced), speed2);
   std::int64_t x = start.x + move_x;
   std::int64_t y = start.y + move_y;
   const std::int32_t radius = c.contact_reach / 2;
@@ -133,7 +132,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   return {{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)}, new_velocity, self.id};
 }
 
-// Key of the random roundings of one step.
+// Key of the random roundings of one step. step: steps since the reset.
 PF_HD inline std::uint32_t rounding_key(std::uint64_t seed, std::uint64_t step) {
   return static_cast<std::uint32_t>(random_bits(seed, step, 0x726F756EULL) >> 32);
 }

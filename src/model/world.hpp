@@ -1,8 +1,8 @@
-// The world: a rectangle centred on the origin, positions in it as fixed-point integers.
+// The world: a rectangle centred on the origin. Positions in it are fixed-point integers.
 //
-// A position is two signed 32-bit integers in units of (larger side) / 2^31, so coordinates of the larger
-// side span [-2^30, 2^30] and half of the integer range is margin. Differences of positions are exact, and
-// nothing depends on where in the world it happens.
+// A position is two signed 32-bit integers in units of (larger side) / 2^31. Coordinates along the larger
+// side span [-2^30, 2^30]; half of the integer range is margin. Differences of positions are exact and do not
+// depend on the place in the world.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,12 @@
 
 namespace pf {
 
-// What happens at the edge: parcels leave and are retired; are reflected elastically; come in on the other
-// side.
+// Effect of the edge on a parcel, in this order: it is retired; it is reflected elastically; it enters on the
+// other side.
 enum class Boundary : std::uint8_t { open, walls, periodic };
 
 constexpr std::int32_t kHalfSide = 1 << 30;
-constexpr std::int32_t kRetired = INT32_MIN;  // position.x of a parcel that left; no live parcel has it
+constexpr std::int32_t kRetired = INT32_MIN;  // position.x of a retired parcel; no live parcel has it
 
 struct World {
   Vec2i half{kHalfSide, kHalfSide};  // half extents, position units
@@ -25,7 +25,7 @@ struct World {
   Boundary boundary = Boundary::open;
 };
 
-// width_m, height_m > 0; the larger one sets the unit.
+// width_m, height_m > 0. The larger one sets the unit.
 inline World make_world(double width_m, double height_m, Boundary boundary) {
   const double larger_m = width_m > height_m ? width_m : height_m;
   World world;
@@ -40,7 +40,7 @@ PF_HD inline Vec2d to_metres(const World& world, Vec2i position) {
   return {position.x * world.unit_m, position.y * world.unit_m};
 }
 
-// metres must lie within the world's integer range, |coordinate| < larger side.
+// metres: within the world's integer range, |coordinate| < larger side.
 PF_HD inline Vec2i to_units(const World& world, Vec2d metres) {
   return {static_cast<std::int32_t>(round_to_int64(metres.x / world.unit_m)),
           static_cast<std::int32_t>(round_to_int64(metres.y / world.unit_m))};
@@ -48,7 +48,8 @@ PF_HD inline Vec2i to_units(const World& world, Vec2d metres) {
 
 PF_HD inline bool is_retired(Vec2i position) { return position.x == kRetired; }
 
-// to - from along one axis; with a period of 2 half the nearest image. Wraps modulo 2^32 by design.
+// to - from along one axis, of the nearest image where the world is periodic (period 2 half). Wraps modulo
+// 2^32 by design.
 template <Boundary kBoundary>
 PF_HD inline std::int32_t axis_separation(std::int32_t from, std::int32_t to, std::int32_t half) {
   std::int32_t d =

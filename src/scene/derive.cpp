@@ -13,7 +13,7 @@
 namespace pf {
 namespace {
 
-// Not std::hypot: it rounds differently from one C library to the next.
+// std::hypot is avoided: its rounding differs between C libraries.
 double norm(double x, double y) { return std::sqrt(x * x + y * y); }
 
 double inertia_factor(Inertia inertia) {
@@ -62,8 +62,8 @@ Vec2d world_size_m(const Settings& s) {
   if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
   if (s.parcel_radius_m <= 0.0) {
     throw UserError(
-        "world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box is made from N, "
-        "radius and area fraction; set it, for example --set air.parcel_radius_m=0.5");
+        "world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box follows from N, radius and "
+        "area fraction; set it, for example --set air.parcel_radius_m=0.5");
   }
   const double area =
       static_cast<double>(s.num_parcels) * kPi * s.parcel_radius_m * s.parcel_radius_m / s.area_fraction;
@@ -71,55 +71,60 @@ Vec2d world_size_m(const Settings& s) {
   return {s.width_m * scale, s.height_m * scale};
 }
 
-void check_sizes(const Settings& s, const Physics& physics) {
-  const World& world = physics.world;
-  const double width = 2.0 * world.half.x * world.unit_m;
-  const double height = 2.0 * world.half.y * world.unit_m;
-  const double smaller = std::min(width, height);
-  if (smaller < 1e-4 * std::max(width, height)) {
-    throw UserError(fmt::format(
-        "world: {:g} m x {:g} m is too narrow; sides may differ by a factor of at most 10^4", width, height));
-  }
-  if (physics.parcels.num > 0) {
-    const double diameter = 2.0 * physics.parcels.radius_m;
-    if (diameter > 0.5 * smaller) {
-      throw UserError(
-          fmt::format("air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's "
-                      "smaller side ({:g} m); "
-                      "raise air.num_parcels or lower air.area_fraction",
-                      physics.parcels.num, s.area_fraction, diameter, smaller));
-    }
-    if (diameter < world.unit_m) {  // contacts could not tell where it is
-      throw UserError(
-          fmt::format("air: parcels of radius {:g} m are smaller than positions can tell in a world of "
-                      "{:g} m x {:g} m; the radius must be at least {:g} m; raise air.parcel_radius_m or "
-                      "air.area_fraction, or lower air.num_parcels",
-                      physics.parcels.radius_m, width, height, 0.5 * world.unit_m));
-    }
-    const double fraction = area_fraction_of(physics);
-    if (fraction > 0.7001) {
-      throw UserError(
-          fmt::format("air: parcels of radius {:g} m fill {:.3f} of the world; at most 0.7 can be "
-                      "spawned; lower air.parcel_radius_m or air.num_parcels",
-                      physics.parcels.radius_m, fraction));
-    }
-  }
-  if (!physics.ball.exists) return;
-  const double margin = world.boundary == Boundary::walls ? s.ball_radius_m : 0.0;
-  if (std::fabs(s.ball_x_m) > 0.5 * width - margin || std::fabs(s.ball_y_m) > 0.5 * height - margin) {
+Vec2d size_of(const World& world) {
+  return {2.0 * world.half.x * world.unit_m, 2.0 * world.half.y * world.unit_m};
+}
+
+void check_world_size(Vec2d size) {
+  if (std::min(size.x, size.y) >= 1e-4 * std::max(size.x, size.y)) return;
+  throw UserError(fmt::format(
+      "world: {:g} m x {:g} m is too narrow; sides may differ by a factor of at most 10^4", size.x, size.y));
+}
+
+void check_parcel_size(const Settings& s, const Physics& physics, Vec2d size) {
+  if (physics.parcels.num == 0) return;
+  const double diameter = 2.0 * physics.parcels.radius_m;
+  const double smaller = std::min(size.x, size.y);
+  if (diameter > 0.5 * smaller) {
     throw UserError(
-        fmt::format("ball: starts at ({:g}, {:g}) m, outside the world of {:g} m x {:g} m{}; change "
-                    "ball.x_m and ball.y_m",
-                    s.ball_x_m, s.ball_y_m, width, height, margin > 0.0 ? " less its radius" : ""));
+        fmt::format("air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's "
+                    "smaller side ({:g} m); "
+                    "raise air.num_parcels or lower air.area_fraction",
+                    physics.parcels.num, s.area_fraction, diameter, smaller));
   }
-  if (2.0 * s.ball_radius_m > smaller) {
+  if (diameter < physics.world.unit_m) {  // a contact's position would not be resolved
     throw UserError(
-        fmt::format("ball: radius {:g} m does not fit the world of {:g} m x {:g} m; lower ball.radius_m",
-                    s.ball_radius_m, width, height));
+        fmt::format("air: parcels of radius {:g} m are smaller than positions can resolve in a world of "
+                    "{:g} m x {:g} m; the radius must be at least {:g} m; raise air.parcel_radius_m or "
+                    "air.area_fraction, or lower air.num_parcels",
+                    physics.parcels.radius_m, size.x, size.y, 0.5 * physics.world.unit_m));
+  }
+  const double fraction = area_fraction_of(physics);
+  if (fraction > 0.7001) {
+    throw UserError(
+        fmt::format("air: parcels of radius {:g} m fill {:.3f} of the world; at most 0.7 can be "
+                    "spawned; lower air.parcel_radius_m or air.num_parcels",
+                    physics.parcels.radius_m, fraction));
   }
 }
 
-// What an ordinary fast parcel does in a step: a few thermal speeds, or thrown off the ball.
+void check_ball_size(const Settings& s, const Physics& physics, Vec2d size) {
+  if (!physics.ball.exists) return;
+  const double margin = physics.world.boundary == Boundary::walls ? s.ball_radius_m : 0.0;
+  if (std::fabs(s.ball_x_m) > 0.5 * size.x - margin || std::fabs(s.ball_y_m) > 0.5 * size.y - margin) {
+    throw UserError(
+        fmt::format("ball: starts at ({:g}, {:g}) m, outside the world of {:g} m x {:g} m{}; change "
+                    "ball.x_m and ball.y_m",
+                    s.ball_x_m, s.ball_y_m, size.x, size.y, margin > 0.0 ? " less its radius" : ""));
+  }
+  if (2.0 * s.ball_radius_m > std::min(size.x, size.y)) {
+    throw UserError(
+        fmt::format("ball: radius {:g} m does not fit the world of {:g} m x {:g} m; lower ball.radius_m",
+                    s.ball_radius_m, size.x, size.y));
+  }
+}
+
+// Speed of a typical fast parcel: a few thermal speeds, or that after a hit by the ball.
 double fastest_expected_mps(const Settings& s, const Physics& physics, const BallState& ball) {
   const double thermal = 2.5 * s.parcel_speed_mps + norm(s.flow_x_mps, s.flow_y_mps);
   if (!physics.ball.exists) return thermal;
@@ -128,7 +133,7 @@ double fastest_expected_mps(const Settings& s, const Physics& physics, const Bal
   return std::max(thermal, thrown);
 }
 
-// A step that is set; one that is chosen resolves the contact.
+// Checks a given step. A chosen step resolves the contact.
 void check_spring(const Settings& s) {
   const bool is_set = s.dt_s > 0.0 && s.spring_contact_s > 0.0;
   if (s.method != Method::spring || s.air != Air::parcels || !s.contacts || !is_set || s.allow_unstable)
@@ -142,19 +147,19 @@ void check_spring(const Settings& s) {
       s.dt_s, limit_s, s.spring_contact_s, s.restitution));
 }
 
-// In a periodic world `exact` looks at nearest images only.
+// In a periodic world, `exact` considers nearest images only.
 void check_exact(const Settings& s, const Physics& physics) {
   if (s.method != Method::exact || s.boundary != Boundary::periodic || physics.parcels.num == 0) return;
   const double radius_m = physics.parcels.radius_m;
-  const double widest_m =
+  const double contact_m =
       (physics.ball.exists ? std::max(physics.ball.radius_m, radius_m) : radius_m) + radius_m;
-  const double narrower_m = 2.0 * std::min(physics.world.half.x, physics.world.half.y) * physics.world.unit_m;
-  if (narrower_m > 2.05 * widest_m) return;
+  const double smaller_m = 2.0 * std::min(physics.world.half.x, physics.world.half.y) * physics.world.unit_m;
+  if (smaller_m > 2.05 * contact_m) return;
   throw UserError(
       fmt::format("run.method: exact needs a periodic world wider than 2.05 contact distances, {:.3g} m; it "
                   "is {:.3g} m wide; "
                   "use more or smaller parcels, or world.boundary = walls",
-                  2.05 * widest_m, narrower_m));
+                  2.05 * contact_m, smaller_m));
 }
 
 }  // namespace
@@ -178,7 +183,10 @@ Physics derive_physics(const Settings& s) {
       std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
   check_spring(s);
   check_exact(s, physics);
-  check_sizes(s, physics);
+  const Vec2d rounded_size = size_of(physics.world);
+  check_world_size(rounded_size);
+  check_parcel_size(s, physics, rounded_size);
+  check_ball_size(s, physics, rounded_size);
   return physics;
 }
 
@@ -196,8 +204,8 @@ namespace {
 
 constexpr double kStepsPerContact = 20.0;
 
-// The longest step: displacement_per_step, and what suits `exact` and a contact of `spring`.
-double longest_step_s(const Settings& s, const Physics& physics, const BallState& ball, double rate_per_s) {
+// Longest step that displacement_per_step, `exact` and a contact of `spring` allow.
+double max_step_s(const Settings& s, const Physics& physics, const BallState& ball, double rate_per_s) {
   constexpr double kCollisionsPerStep = 0.1;
   constexpr double kForever_s = 1e30;
   if (physics.parcels.num == 0) return kForever_s;
@@ -226,10 +234,10 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
     const double wanted = s.substeps > 0 ? limit : std::round(frame_s / s.dt_s);
     plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
   } else {
-    const double longest = std::min(frame_s, longest_step_s(s, physics, ball, collision_rate_per_s));
-    const double wanted = s.substeps > 0 ? limit : std::ceil(frame_s / longest);
+    const double max_s = std::min(frame_s, max_step_s(s, physics, ball, collision_rate_per_s));
+    const double wanted = s.substeps > 0 ? limit : std::ceil(frame_s / max_s);
     plan.num_steps = static_cast<std::uint32_t>(std::clamp(wanted, 1.0, limit));
-    plan.dt_s = std::min(longest, frame_s / plan.num_steps);
+    plan.dt_s = std::min(max_s, frame_s / plan.num_steps);
   }
   plan.slow_motion = plan.num_steps * plan.dt_s * s.frame_rate_hz;
   return plan;

@@ -1,4 +1,4 @@
-// From settings to physics: radius and mass of the parcels, the world, the terms, the time step, the lattice.
+// Derives the physics from settings: parcels, world, ball, time step, lattice of the spawned parcels.
 #pragma once
 
 #include <cstdint>
@@ -9,44 +9,44 @@
 
 namespace pf {
 
-// Checks what no single field can: that parcels fit, the ball is inside, a step of `spring` that
-// is set is stable, ... Throws UserError. settings.num_parcels must be resolved (not 0) unless air is not
-// parcels.
+// Checks combinations of fields: parcels fit, the ball is inside, a given step of `spring` is stable, and so
+// on. Throws UserError. settings.num_parcels: not 0 if the air is made of parcels.
 Physics derive_physics(const Settings& settings);
 
 BallState initial_ball(const Settings& settings);
 
-// Area fraction that the physics has: N pi r^2 / area.
+// Area fraction N pi r^2 / area.
 double area_fraction_of(const Physics& physics);
 
-// How one frame is cut into steps. slow_motion: simulated over wall time that comes out, at most time_scale.
+// Division of a frame into steps. slow_motion: resulting simulated over wall time, at most time_scale.
 struct FramePlan {
   std::uint32_t num_steps = 1;
   double dt_s = 0.0;
   double slow_motion = 0.0;
 };
-// collision_rate_per_s: of a parcel, as last seen; 0: not known, then Enskog's. Method `exact` takes steps of
-// at most 0.1 collisions per parcel: a matter of speed, its events do not depend on the step.
+// collision_rate_per_s: last known rate of a parcel; 0: unknown, then Enskog's. Steps of method `exact` have
+// at most 0.1 collisions per parcel. That affects speed alone: its events do not depend on the step.
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,
                      double collision_rate_per_s = 0.0);
 
-// What run.displacement_per_step would be for steps of dt_s: diameters that an ordinary fast parcel moves.
+// Value of run.displacement_per_step that leads to steps of dt_s: displacement of a typical fast parcel, in
+// diameters.
 double displacement_of_step(const Settings& settings, const Physics& physics, const BallState& ball,
                             double dt_s);
 
-// Contact duration of `spring` as set, or 20 steps.
+// Contact duration of `spring`: the setting, or 20 steps if that is 0.
 double spring_contact_s(const Settings& settings, double dt_s);
 
-// Owns the tables that a SpawnPlan points to.
+// Plans the initial positions, and owns the tables that the plan points to.
 class Spawner {
  public:
-  // Throws UserError if the parcels do not fit without overlapping each other, the ball or the walls.
+  // Throws UserError if the parcels do not fit without overlap with each other, the ball or the walls.
   Spawner(const Settings& settings, const Physics& physics, const BallState& ball);
 
   const SpawnPlan& plan() const { return plan_; }
 
  private:
-  std::vector<std::uint64_t> row_begin_;
+  std::vector<std::uint64_t> row_start_;
   std::vector<std::uint32_t> blocked_first_;
   std::vector<std::uint32_t> blocked_count_;
   SpawnPlan plan_;

@@ -1,5 +1,5 @@
-// The table of settings: one row each, by section of the scene file. Ranges refuse nonsense and what would
-// overflow; whether a combination can run is checked by derive_physics.
+// The table of settings, one row each, by section of the scene file. Ranges exclude nonsense and overflow.
+// derive_physics() checks combinations.
 #include "model/methods.hpp"
 #include "scene/settings.hpp"
 
@@ -11,7 +11,7 @@ constexpr double kMaxSpeed = 1e5;
 constexpr double kMaxExactInteger = 9007199254740992.0;  // 2^53: the ends of a range are doubles
 constexpr double kMaxText = 1000;
 
-// A choice by names for an enumeration member of Settings.
+// Names for an enumeration member of Settings.
 template <auto kMember>
 Choice choice(std::vector<std::string> names) {
   using Value = std::remove_cvref_t<decltype(Settings{}.*kMember)>;
@@ -21,20 +21,20 @@ Choice choice(std::vector<std::string> names) {
 
 std::vector<Field> scene_and_world_fields() {
   return {
-      {"scene", "description", "", "what the scene shows", 0, kMaxText, &Settings::description},
+      {"scene", "description", "", "description of the scene", 0, kMaxText, &Settings::description},
       {"world", "width_m", "m", "side along x, centred on the origin", 1e-3, 1e6, &Settings::width_m},
       {"world", "height_m", "m", "side along y, centred on the origin", 1e-3, 1e6, &Settings::height_m},
-      {"world", "boundary", "", "parcels at the edge leave, are reflected, or come in on the other side", 0,
-       0, choice<&Settings::boundary>({"open", "walls", "periodic"})},
+      {"world", "boundary", "", "at the edge, parcels leave, are reflected, or enter on the other side", 0, 0,
+       choice<&Settings::boundary>({"open", "walls", "periodic"})},
       {"world", "box_follows_parcels", "",
-       "take the area from the number of parcels, their radius and the area fraction; the aspect stays", 0, 0,
+       "compute the area from number of parcels, radius and area fraction; the aspect is kept", 0, 0,
        &Settings::box_follows_parcels},
   };
 }
 
 std::vector<Field> air_fields() {
   return {
-      {"air", "kind", "", "what stands for the air; drag is in closed form, without parcels", 0, 0,
+      {"air", "kind", "", "model of the air; drag is in closed form, without parcels", 0, 0,
        choice<&Settings::air>({"vacuum", "drag", "parcels"})},
       {"air", "num_parcels", "", "number of parcels; 0: num_parcels_cpu or num_parcels_gpu, by backend", 0,
        kMaxParcels, &Settings::num_parcels},
@@ -49,7 +49,7 @@ std::vector<Field> air_fields() {
       {"air", "parcel_radius_m", "m", "parcel radius; 0: from area fraction and number", 0, 1e3,
        &Settings::parcel_radius_m},
       {"air", "drawn_area_fraction", "",
-       "draw parcels as wide as if they covered this share of the area; 0: as wide as they are", 0, 1,
+       "draw parcels as if they covered this share of the area; 0: in true size", 0, 1,
        &Settings::drawn_area_fraction},
       {"air", "parcel_mass_kg", "kg", "parcel mass; 0: from areal density and number", 0, 1e6,
        &Settings::parcel_mass_kg},
@@ -61,30 +61,31 @@ std::vector<Field> air_fields() {
        &Settings::flow_y_mps},
       {"air", "restitution", "", "normal speed after over before a collision, of parcels and ball", 0, 1,
        &Settings::restitution},
-      {"air", "impulse_scale", "", "multiplies parcel-parcel impulses; 1 is the right physics", 0, 10,
+      {"air", "impulse_scale", "", "factor on parcel-parcel impulses; 1 is correct physics", 0, 10,
        &Settings::impulse_scale},
-      {"air", "contacts", "", "whether parcels meet each other", 0, 0, &Settings::contacts},
+      {"air", "contacts", "", "parcels collide with each other", 0, 0, &Settings::contacts},
   };
 }
 
 std::vector<Field> ball_fields() {
   return {
-      {"ball", "present", "", "whether there is a ball", 0, 0, &Settings::ball_present},
-      {"ball", "held", "", "hold the ball still; what hits it is still summed", 0, 0, &Settings::ball_held},
+      {"ball", "present", "", "the scene has a ball", 0, 0, &Settings::ball_present},
+      {"ball", "held", "", "hold the ball still; impulses on it are still summed", 0, 0,
+       &Settings::ball_held},
       {"ball", "mass_kg", "kg", "mass of the ball", 1e-9, 1e6, &Settings::ball_mass_kg},
       {"ball", "radius_m", "m", "radius of the ball", 1e-6, 1e5, &Settings::ball_radius_m},
       {"ball", "inertia", "", "moment of inertia: ring m R^2, sphere 2/3 m R^2, disk 1/2 m R^2", 0, 0,
        choice<&Settings::inertia>({"ring", "sphere", "disk"})},
-      {"ball", "x_m", "m", "start of the ball, along x from the centre", -1e6, 1e6, &Settings::ball_x_m},
-      {"ball", "y_m", "m", "start of the ball, along y from the centre", -1e6, 1e6, &Settings::ball_y_m},
-      {"ball", "vx_mps", "m/s", "velocity of the ball along x at the start", -kMaxSpeed, kMaxSpeed,
+      {"ball", "x_m", "m", "initial x of the ball, from the centre", -1e6, 1e6, &Settings::ball_x_m},
+      {"ball", "y_m", "m", "initial y of the ball, from the centre", -1e6, 1e6, &Settings::ball_y_m},
+      {"ball", "vx_mps", "m/s", "initial velocity of the ball along x", -kMaxSpeed, kMaxSpeed,
        &Settings::ball_vx_mps},
-      {"ball", "vy_mps", "m/s", "velocity of the ball along y at the start", -kMaxSpeed, kMaxSpeed,
+      {"ball", "vy_mps", "m/s", "initial velocity of the ball along y", -kMaxSpeed, kMaxSpeed,
        &Settings::ball_vy_mps},
-      {"ball", "spin_radps", "rad/s", "spin of the ball at the start, counter-clockwise seen from above",
-       -1e5, 1e5, &Settings::ball_spin_radps},
+      {"ball", "spin_radps", "rad/s", "initial spin of the ball, counter-clockwise seen from above", -1e5,
+       1e5, &Settings::ball_spin_radps},
       {"ball", "friction", "", "Coulomb coefficient between ball and parcel", 0, 100, &Settings::friction},
-      {"ball", "magnus", "", "whether spin bends the flight", 0, 0, &Settings::magnus},
+      {"ball", "magnus", "", "spin bends the flight (Magnus effect)", 0, 0, &Settings::magnus},
       {"ball", "k_magnus", "kg", "Magnus factor k in acceleration = k (spin x velocity) / ball mass", -1e3,
        1e3, &Settings::k_magnus},
   };
@@ -92,32 +93,33 @@ std::vector<Field> ball_fields() {
 
 std::vector<Field> run_fields() {
   return {
-      {"run", "method", "", "collision method", 0, 0,
-       choice<&Settings::method>(method_names())},
-      {"run", "neighbors", "", "search for partners: sorted cells, or every pair (a slow check)", 0, 0,
+      {"run", "method", "", "collision method", 0, 0, choice<&Settings::method>(method_names())},
+      {"run", "neighbors", "", "search for partners: sorted cells, or every pair (slow, for checks)", 0, 0,
        choice<&Settings::neighbors>({"grid", "all-pairs"})},
       {"run", "dt_s", "s", "time step; 0: from displacement_per_step", 0, 1e3, &Settings::dt_s},
       {"run", "displacement_per_step", "diameters",
        "largest expected displacement of a parcel per step, when dt_s is 0", 1e-6, 100,
        &Settings::displacement_per_step},
-      {"run", "substeps", "", "steps per frame; 0: as many as time_scale asks", 0, 1e6, &Settings::substeps},
-      {"run", "max_substeps", "", "most steps per frame when substeps is 0", 1, 1e6, &Settings::max_substeps},
-      {"run", "time_scale", "", "simulated over wall time; 0.1 is ten times slowed", 1e-6, 100,
+      {"run", "substeps", "", "steps per frame; 0: from time_scale", 0, 1e6, &Settings::substeps},
+      {"run", "max_substeps", "", "maximum steps per frame when substeps is 0", 1, 1e6,
+       &Settings::max_substeps},
+      {"run", "time_scale", "", "simulated over wall time; 0.1 is ten times slower", 1e-6, 100,
        &Settings::time_scale},
       {"run", "frame_rate_hz", "Hz", "frames per second of wall time and of a film", 1, 1000,
        &Settings::frame_rate_hz},
-      {"run", "seconds", "s", "wall-clock length of a headless run; 0: until the ball left", 0, 1e6,
+      {"run", "seconds", "s", "length of a headless run in wall time; 0: until the ball leaves", 0, 1e6,
        &Settings::seconds},
       {"run", "seed", "", "seed of the random numbers", 0, kMaxExactInteger, &Settings::seed},
       {"run", "threads", "", "CPU threads; 0: all", 0, 1024, &Settings::threads},
       {"run", "spring_contact_s", "s", "contact duration of method spring; 0: 20 steps", 0, 1e3,
        &Settings::spring_contact_s},
-      {"run", "allow_unstable", "", "let method spring take steps beyond its stability bound (--force)", 0, 0,
+      {"run", "allow_unstable", "", "allow steps of method spring beyond its stability bound (--force)", 0, 0,
        &Settings::allow_unstable},
       {"run", "contact_clock_s", "s",
-       "exact: collisions that follow the last one within this time lose no energy (TC model); 0: off", 0,
-       1e3, &Settings::contact_clock_s},
-      {"run", "relaunch", "", "launch the ball again a second after it left", 0, 0, &Settings::relaunch},
+       "exact: a collision within this time of the last one loses no energy (TC model); 0: off", 0, 1e3,
+       &Settings::contact_clock_s},
+      {"run", "relaunch", "", "launch the ball again a second after it left the world", 0, 0,
+       &Settings::relaunch},
   };
 }
 

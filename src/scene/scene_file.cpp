@@ -22,8 +22,8 @@ constexpr std::size_t kMaxFileBytes = 1 << 20;
 constexpr std::size_t kMaxNameBytes = 64;
 constexpr const char* kSceneEnding = ".toml";
 
-// What stands in the way of reading the file, without opening it: a pipe would wait, a device may never end,
-// and the size of a file is known beforehand.
+// Reason why the file cannot be read, or "". The file is not opened: a pipe would wait, and a device may
+// never end.
 std::string obstacle_to_reading(const fs::path& file) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
@@ -32,7 +32,7 @@ std::string obstacle_to_reading(const fs::path& file) {
   if (!fs::is_regular_file(status)) return "is not a regular file; give a scene file ending in .toml";
   const std::uintmax_t bytes = fs::file_size(file, error);
   if (error || bytes <= kMaxFileBytes) return "";
-  return fmt::format("is larger than 1 MiB, the most a scene file may have (it has {} bytes)", bytes);
+  return fmt::format("is larger than 1 MiB, the limit for a scene file (it has {} bytes)", bytes);
 }
 
 std::string read_text(const fs::path& file) {
@@ -41,7 +41,7 @@ std::string read_text(const fs::path& file) {
   std::ifstream stream(file, std::ios::binary);
   std::string text(kMaxFileBytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  // Short of what was asked for is right; anything else (no right to read, a failing disk) is not.
+  // The read must end at the end of the file. Any other end is an error: no permission, a failing disk.
   if (!stream.eof() || stream.bad()) {
     throw UserError(fmt::format("{}: cannot be read; check that the file exists and that you may read it",
                                 file.string()));
@@ -65,7 +65,7 @@ toml::table parse(const fs::path& file) {
   }
 }
 
-// The kind of TOML value that a field takes; a wrong one would otherwise pass as text ("0.9" for 0.9).
+// Kind of TOML value that a field takes. Without this check a wrong kind would pass as text ("0.9" for 0.9).
 const char* expected_kind(const Field& field) {
   if (std::holds_alternative<bool Settings::*>(field.member)) return "true or false";
   if (std::holds_alternative<std::string Settings::*>(field.member)) return "a text in quotes";
@@ -191,7 +191,7 @@ void save_new_scene_file(const fs::path& file, Settings settings) {
   }
   std::error_code error;
   if (fs::exists(fs::symlink_status(file, error))) {
-    throw UserError(fmt::format("{}: is there already and stays as it is; choose another name",
+    throw UserError(fmt::format("{}: already exists and is not overwritten; choose another name",
                                 in_quotes(file.string())));
   }
   save_scene_file(file, settings);
@@ -206,7 +206,7 @@ fs::path find_asset(const fs::path& relative) {
     if (fs::exists(folder / relative, ignored)) return folder / relative;
     tried.push_back((folder / relative).string());
   }
-  throw UserError(fmt::format("{}: not found, looked at {}; set PICKLEFLIGHT_ASSETS to the folder 'assets'",
+  throw UserError(fmt::format("{}: not found in {}; set PICKLEFLIGHT_ASSETS to the folder 'assets'",
                               relative.string(), fmt::join(tried, ", ")));
 }
 
@@ -230,7 +230,7 @@ Settings load_scene(const std::string& name_or_path) {
     if (entry.name == name_or_path) return load_scene_file(entry.file);
   }
   const std::vector<std::string> known = scene_names();
-  if (known.empty()) find_asset(fs::path("scenes") / (name_or_path + kSceneEnding));  // says where it looked
+  if (known.empty()) find_asset(fs::path("scenes") / (name_or_path + kSceneEnding));  // names the folders
   throw UserError(
       fmt::format("{} is not a scene; the nearest is {}; known: {}; or give a file ending in .toml",
                   in_quotes(name_or_path), nearest_name(name_or_path, known), fmt::join(known, ", ")));

@@ -1,4 +1,4 @@
-// Settings to and from text.
+// Conversion of settings to and from text.
 #include "scene/settings.hpp"
 
 #include <fmt/format.h>
@@ -23,13 +23,13 @@ struct Overload : Ts... {
 template <class... Ts>
 Overload(Ts...) -> Overload<Ts...>;
 
-// A range narrowed by the caller (as -p does) may leave the default out.
+// False if the caller narrowed the range (as -p does) and the default lies outside.
 bool is_allowed_default(const Field& field) {
   const auto* member = std::get_if<std::int64_t Settings::*>(&field.member);
   return member == nullptr || static_cast<double>(Settings{}.**member) >= field.min;
 }
 
-// What may be given for a field, with unit and default: the tail of every message.
+// Allowed values of a field with unit and default, for the end of every message.
 std::string allowed_text(const Field& field) {
   const std::string unit = field.unit.empty() ? "" : " " + field.unit;
   const std::string range = fmt::format("from {} to {}{}", field.min, field.max, unit);
@@ -55,7 +55,7 @@ std::string allowed_text(const Field& field) {
 
 enum class Reading { good, malformed, too_large };
 
-// The whole of text as a number. A leading '+' is allowed, as people write it.
+// Reads all of text as a number. A leading '+' is allowed.
 template <class T>
 Reading read_number(const std::string& text, T& value) {
   const char* first = text.data();
@@ -80,7 +80,7 @@ double double_from(const Field& field, const std::string& text, const std::strin
   return value;
 }
 
-// Whole numbers may be written as 1e6, too. Their ranges end at 2^53 at most, so a double holds them all.
+// Accepts 1e6 as a whole number, too. Ranges of whole numbers end at 2^53, so that a double holds them.
 std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
   const double value = double_from(field, text, where);
   if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
@@ -99,7 +99,7 @@ int choice_from(const Field& field, const Choice& choice, const std::string& tex
   refuse(field, text, where, fmt::format("is unknown, the nearest is {}", nearest_name(text, choice.names)));
 }
 
-// Levenshtein distance, letters of either case alike.
+// Levenshtein distance, ignoring case.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
   std::vector<std::size_t> row(b.size() + 1);
@@ -159,7 +159,7 @@ void check_settings(const Settings& settings, const std::string& where) {
 
 namespace {
 
-// The field of exactly this path, or null. Nothing is allocated: the panel asks for dozens in every frame.
+// The field of exactly this path, or null. It allocates nothing: the panel calls it dozens of times a frame.
 const Field* exact_field(std::string_view path) {
   for (const Field& field : fields()) {
     const std::size_t dot = field.section.size();
@@ -175,7 +175,7 @@ const Field* exact_field(std::string_view path) {
 const Field& find_field(std::string_view path, std::string_view where) {
   if (const Field* found = exact_field(path)) return *found;
   std::vector<std::string> paths;
-  const Field* same_key = nullptr;  // for a key given without its section, or with a wrong one
+  const Field* same_key = nullptr;  // for a key with a missing or wrong section
   const std::string_view key = path.substr(path.find('.') == std::string_view::npos ? 0 : path.find('.') + 1);
   for (const Field& field : fields()) {
     if (field.key == key) same_key = &field;
@@ -187,7 +187,7 @@ const Field& find_field(std::string_view path, std::string_view where) {
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
-  const std::string tried = name.substr(0, 200);  // keeps the distance cheap for absurd input
+  const std::string tried = name.substr(0, 200);  // bounds the cost of the distance
   return *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
     return edit_distance(tried, a) < edit_distance(tried, b);
   });

@@ -1,5 +1,5 @@
-// Everything a person can set, in the units they are asked for, and the one table that describes it: scene
-// files, --set, --help, the panel's ranges and saved scenes all read that table.
+// All settings, in the units of the user interface, and the table that describes them. Scene files, --set,
+// --help, the panel's ranges and saved scenes read this table.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ struct Settings {
   double width_m = 13.4;
   double height_m = 6.1;
   Boundary boundary = Boundary::open;
-  bool box_follows_parcels = false;  // area from N, parcel radius and area fraction; the aspect stays
+  bool box_follows_parcels = false;  // area from N, parcel radius and area fraction; the aspect is kept
   // air
   Air air = Air::parcels;
   std::int64_t num_parcels = 0;  // 0: num_parcels_cpu or num_parcels_gpu, by backend
@@ -31,7 +31,7 @@ struct Settings {
   double area_fraction = 0.1;
   double areal_density_kg_m2 = 1.76e-3;
   double parcel_radius_m = 0.0;      // 0: from area fraction and N
-  double drawn_area_fraction = 0.0;  // only the renderer uses it; 0: parcels are drawn as wide as they are
+  double drawn_area_fraction = 0.0;  // for the renderer alone; 0: parcels are drawn in true size
   double parcel_mass_kg = 0.0;       // 0: from areal density and N
   double parcel_speed_mps = 1.0;     // standard deviation per component
   double flow_x_mps = 0.0;
@@ -58,22 +58,22 @@ struct Settings {
   Neighbors neighbors = Neighbors::grid;
   double dt_s = 0.0;                    // 0: from displacement_per_step
   double displacement_per_step = 0.25;  // largest expected displacement of a parcel per step, in diameters
-  std::int64_t substeps = 0;  // steps per frame; 0: as many as time_scale asks, at most max_substeps
+  std::int64_t substeps = 0;            // steps per frame; 0: from time_scale, at most max_substeps
   std::int64_t max_substeps = 32;
   double time_scale = 0.1;  // simulated over wall time
   double frame_rate_hz = 60.0;
-  double seconds = 0.0;  // wall-clock length at frame_rate of a headless run; 0: until the ball left
+  double seconds = 0.0;  // length of a headless run at frame_rate_hz; 0: until the ball leaves the world
   std::int64_t seed = 1;
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
-  bool allow_unstable = false;    // `spring` with steps beyond its stability bound
+  bool allow_unstable = false;    // `spring` may take steps beyond its stability bound
   double contact_clock_s = 0.0;   // contact duration of the TC model in `exact`; 0: off
-  bool relaunch = true;           // launch again a second after the ball left
+  bool relaunch = true;           // launch the ball again a second after it left the world
 
   bool operator==(const Settings&) const = default;
 };
 
-// Names of an enumeration's values in the order of the values, and access to it as an index.
+// Names of an enumeration's values, in their order, and access to the value as an index.
 struct Choice {
   std::vector<std::string> names;
   int (*get)(const Settings&);
@@ -83,7 +83,7 @@ struct Choice {
 // One row per setting.
 struct Field {
   std::string section;  // of the scene file
-  std::string key;      // `section.key` is what --set and messages use
+  std::string key;      // --set and messages use `section.key`
   std::string unit;     // "" if a pure number
   std::string doc;      // one line
   double min = 0.0;     // allowed range of a number, ends included
@@ -97,21 +97,21 @@ struct Field {
 
 const std::vector<Field>& fields();
 
-// Text form of a field's value, as it stands in a scene file (strings without quotes).
+// A field's value as text, as in a scene file (strings without quotes).
 std::string value_text(const Field& field, const Settings& settings);
 
-// Sets a field from text. where: what the message names first, as "--set air.restitution" or "court.toml:12".
-// Throws UserError (place, value, allowed, remedy) on what cannot be read, is NaN, or is out of range.
+// Sets a field from text. where: place for the message, such as "--set air.restitution" or "court.toml:12".
+// Throws UserError (place, value, allowed range, remedy) if the text is malformed, NaN, or out of range.
 void set_from_text(const Field& field, Settings& settings, const std::string& text, const std::string& where);
 
-// Every number of `settings` is finite and in the range of its field, for settings that were not read from
-// text. Throws UserError in the words of set_from_text. where: as there.
+// Checks that every number of `settings` is finite and in the range of its field, for settings that were not
+// read from text. Throws UserError as set_from_text() does. where: see there.
 void check_settings(const Settings& settings, const std::string& where);
 
-// The field named `section.key`; throws UserError naming the nearest known one.
+// The field named `section.key`. Throws UserError with the nearest known name. where: see set_from_text().
 const Field& find_field(std::string_view path, std::string_view where);
 
-// The known name nearest to `name` by edit distance, for messages. names must not be empty.
+// The name nearest to `name` by edit distance, for messages. names: not empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names);
 
 }  // namespace pf

@@ -1,5 +1,5 @@
-// The lattice that parcels are spawned on. Rows and columns are searched for the widest spacing that still
-// has N sites free of the ball.
+// The lattice on which parcels are spawned. The numbers of rows and columns are chosen for the largest
+// spacing with N sites free of the ball.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ struct Lattice {
   double spacing_x = 0.0;
   double spacing_y = 0.0;
   double first_y = 0.0;       // of row 0, world centred on the origin
-  double min_distance = 0.0;  // between sites, and twice that from a site to the edge
+  double min_distance = 0.0;  // between sites, and twice the distance from a site to the edge
 };
 
-// Distance of a site from the nearest one of the next row. Not std::hypot: it rounds differently from one C
-// library to the next.
+// Distance of a site from the nearest site of the next row. std::hypot is avoided: its rounding differs
+// between C libraries.
 double diagonal_of(const Lattice& l) {
   return std::sqrt(0.25 * l.spacing_x * l.spacing_x + l.spacing_y * l.spacing_y);
 }
@@ -46,7 +46,7 @@ Lattice make_lattice(std::uint32_t rows, std::uint32_t columns, double width, do
     return l;
   }
   l.min_distance = l.spacing_x;
-  for (int pass = 0; pass < 4; ++pass) {  // the edge keeps half the distance of neighbours
+  for (int pass = 0; pass < 4; ++pass) {  // sites keep half the distance of neighbours from the edge
     l.spacing_y = (height - l.min_distance) / (rows - 1);
     if (l.spacing_y <= 0.0) return {};
     l.min_distance = std::min({l.spacing_x, diagonal_of(l), 2.0 * l.spacing_y});
@@ -62,7 +62,7 @@ struct BlockedRun {
   std::uint32_t count = 0;
 };
 
-// Sites of one row inside the disc; a run that may wrap round a periodic row.
+// Sites of one row inside the disc. In a periodic row the run may wrap.
 BlockedRun blocked_run(const Lattice& l, std::uint32_t row, double width, double height, bool periodic,
                        const Disc& disc) {
   double dy = l.first_y + row * l.spacing_y - disc.centre.y;
@@ -105,7 +105,7 @@ Disc blocked_disc(const Request& q, const Lattice& l) {
   return {q.ball, q.ball_distance + 0.5 * std::max(0.0, l.min_distance - q.diameter)};
 }
 
-// The best lattice with that many rows: as few columns as leave enough free sites.
+// The lattice with that many rows and the fewest columns that leave enough free sites.
 Lattice best_with_rows(const Request& q, std::uint32_t rows) {
   const double blocked_share = std::min(0.9, kPi * q.ball_distance * q.ball_distance / (q.width * q.height));
   auto columns = static_cast<std::uint64_t>(
@@ -145,7 +145,7 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
   if (plan_.num_parcels == 0) return;
 
   const double unit = physics.world.unit_m;
-  const double rounding = 4.0 * unit;  // positions are rounded to units afterwards
+  const double rounding = 4.0 * unit;  // positions are later rounded to units
   const Request q{2.0 * physics.world.half.x * unit,
                   2.0 * physics.world.half.y * unit,
                   2.0 * physics.parcels.radius_m + rounding,
@@ -170,15 +170,15 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
   plan_.jitter_m = 0.5 * (l.min_distance - q.diameter);
 
   const Disc disc = blocked_disc(q, l);
-  row_begin_.assign(l.num_rows + 1, 0);
+  row_start_.assign(l.num_rows + 1, 0);
   for (std::uint32_t row = 0; row < l.num_rows; ++row) {
     const BlockedRun run =
         disc.radius > 0.0 ? blocked_run(l, row, q.width, q.height, q.periodic, disc) : BlockedRun{};
     blocked_first_.push_back(run.first);
     blocked_count_.push_back(run.count);
-    row_begin_[row + 1] = row_begin_[row] + l.num_columns - run.count;
+    row_start_[row + 1] = row_start_[row] + l.num_columns - run.count;
   }
-  plan_.row_begin = row_begin_.data();
+  plan_.row_start = row_start_.data();
   plan_.row_blocked_first = blocked_first_.data();
   plan_.row_blocked_count = blocked_count_.data();
 }

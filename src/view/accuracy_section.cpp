@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
@@ -65,7 +66,7 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
                   r.num_collisions));
 }
 
-// A rectangle of the screen with logarithmic axes; an error of 0 is at its lower edge.
+// A rectangle of the screen with logarithmic axes. An error of 0 lies at its lower edge.
 struct Axes {
   ImVec2 low, high;  // corners: left top, right bottom
   double min_cost, max_cost, min_error, max_error;
@@ -161,12 +162,12 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
   show_readout(rows, frame, readout != nullptr ? *readout : AccuracyReadout{});
   const bool has_parcels = rows.edited().air == Air::parcels;
   ImGui::BeginDisabled(!has_parcels || !table_);
-  const std::string of_help = "what the error is of; drag and path are the ball's";
+  const std::string of_help = "the quantity whose error is bounded; drag and path are the ball's";
   std::vector<std::string> names = {"by scene"};
   names.insert(names.end(), accuracy_targets().begin(), accuracy_targets().end());
   of_ = rows.menu("Error of", of_help, "##accuracy of", names, of_);
   const std::string help =
-      "--accuracy: the cheapest method and time step that err by at most this, by the table of 'pickleflight "
+      "--accuracy: the cheapest method and time step with at most this error, by the table of 'pickleflight "
       "lab "
       "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
   rows.begin_row("Accuracy", help);
@@ -188,8 +189,7 @@ void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
     const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);
     rows.edited() = choice.settings;
     rows.mark_changed();
-    note_ = fmt::format("{}: {} within {}{:.2g} %",
-                        method_name(choice.settings.method), choice.of,
+    note_ = fmt::format("{}: {} within {}{:.2g} %", method_name(choice.settings.method), choice.of,
                         choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
     if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
   } catch (const UserError& error) {
@@ -197,7 +197,7 @@ void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
   }
 }
 
-// Error upwards, cost to the right, both logarithmic; the dot is the present setting.
+// Error upwards, cost to the right, both logarithmic. The dot is the current setting.
 void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme theme) const {
   const Settings& settings = *frame.settings;
   const FramePlan plan = plan_frame(settings, *frame.physics, frame.ball);
@@ -212,10 +212,10 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
       "Work-precision",
       fmt::format("error of {} over cost in nanoseconds per disc and time d/c, at area fraction {:g} and "
                   "restitution {:g}, the nearest of the table; vertical lines are powers of ten. The dot: "
-                  "the present setting{}",
+                  "the current setting{}",
                   picture.of, picture.area_fraction, picture.restitution,
-                  picture.present ? fmt::format(", {:.3g} ns, {:.2g} %", picture.present->ns_per_disc_time,
-                                                100.0 * picture.present->error)
+                  picture.current ? fmt::format(", {:.3g} ns, {:.2g} %", picture.current->ns_per_disc_time,
+                                                100.0 * picture.current->error)
                                   : " has none"));
   const ImVec2 high(low.x + size.x, low.y + size.y);
   const OverlayColors& colors = overlay_colors(theme);
@@ -229,8 +229,8 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
   const std::string caption = fmt::format("error of {}; cost \xE2\x86\x92", picture.of);
   list->AddText(ImGui::GetFont(), 0.85F * font, ImVec2(low.x + 0.3F * font, high.y - font), colors.dim,
                 caption.c_str());
-  if (!picture.present) return;
-  const ImVec2 at = axes->place(*picture.present);
+  if (!picture.current) return;
+  const ImVec2 at = axes->place(*picture.current);
   list->AddCircleFilled(at, 0.42F * font, colors.plot);
   list->AddCircleFilled(at, 0.32F * font, colors.accent);
 }

@@ -1,5 +1,5 @@
-// The panel's section on accuracy: what the run shows of itself, a slider that chooses method and step, and
-// where the present setting stands between cost and error.
+// The panel's section on accuracy: live figures of the run, a slider that chooses method and step, and a
+// chart of error against cost with the current setting in it.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -15,8 +15,8 @@ namespace pf {
 
 class AccuracySection {
  public:
-  // Describes the open section to ImGui. readout: null if nothing is followed yet. What the slider chooses
-  // goes into rows' settings.
+  // Describes the open section to ImGui. readout: null before the first figures. The slider's choice goes
+  // into the settings of rows.
   void edit(SettingRows& rows, const FrameView& frame, const AccuracyReadout* readout, Theme theme);
 
  private:
@@ -27,9 +27,9 @@ class AccuracySection {
 
   bool loaded_ = false;
   std::optional<nlohmann::json> table_;
-  std::string note_;      // why there is no table, or what was chosen
+  std::string note_;      // the reason why there is no table, or the choice made
   double percent_ = 2.0;  // on the slider
-  int of_ = 0;            // 0: by the scene, else a place in accuracy_targets() plus 1
+  int of_ = 0;            // 0: by the scene; else an index of accuracy_targets() plus 1
 };
 
 }  // namespace pf

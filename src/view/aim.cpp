@@ -6,16 +6,16 @@
 namespace pf {
 namespace {
 
-// A pull of 60 layout pixels is 15 m/s: the court's ball stands 70 from the window's edge.
+// A pull of 60 layout pixels is 15 m/s: the court's ball starts 70 pixels from the window's edge.
 constexpr double kMpsPerPx = 0.25;
-constexpr double kFastest_mps = 60.0;  // up to which that does; faster scenes have a stronger sling
+constexpr double kFastest_mps = 60.0;  // with that sling; faster scenes have a stronger one
 constexpr double kRadpsPerPx = 0.5;
-constexpr double kMin_px = 3.0;  // of a pull: a hand is not quite still when it clicks
+constexpr double kMin_px = 3.0;  // of a pull; a shorter one is a click
 
 }  // namespace
 
-void Aim::begin(const BallLaunch& present, double scale) {
-  const double speed_mps = std::sqrt(dot(present.velocity_mps, present.velocity_mps));
+void Aim::begin(const BallLaunch& current, double scale) {
+  const double speed_mps = std::sqrt(dot(current.velocity_mps, current.velocity_mps));
   active_ = true;
   pulled_ = false;
   mps_per_px_ = kMpsPerPx * std::max(1.0, speed_mps / kFastest_mps) / scale;
@@ -23,7 +23,7 @@ void Aim::begin(const BallLaunch& present, double scale) {
   min_px_ = kMin_px * scale;
   pull_px_ = {};
   spin_px_ = 0.0;
-  present_ = launch_ = present;
+  current_ = launch_ = current;
 }
 
 void Aim::drag(Vec2d moved_px, bool spin) {
@@ -34,10 +34,10 @@ void Aim::drag(Vec2d moved_px, bool spin) {
     pull_px_ += moved_px;
   }
   const bool is_pulled = std::sqrt(dot(pull_px_, pull_px_)) >= min_px_;
-  launch_.velocity_mps = is_pulled ? pull_px_ * -mps_per_px_ : present_.velocity_mps;
+  launch_.velocity_mps = is_pulled ? pull_px_ * -mps_per_px_ : current_.velocity_mps;
   launch_.spin_radps =
-      std::fabs(spin_px_) >= min_px_ ? present_.spin_radps + radps_per_px_ * spin_px_ : present_.spin_radps;
-  pulled_ = is_pulled || launch_.spin_radps != present_.spin_radps;
+      std::fabs(spin_px_) >= min_px_ ? current_.spin_radps + radps_per_px_ * spin_px_ : current_.spin_radps;
+  pulled_ = is_pulled || launch_.spin_radps != current_.spin_radps;
 }
 
 std::optional<BallLaunch> Aim::release() {

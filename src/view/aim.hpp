@@ -10,12 +10,12 @@ namespace pf {
 class Aim {
  public:
   bool active() const { return active_; }
-  // present: what the ball would be launched with if nothing were pulled. scale: pixels per layout pixel.
-  void begin(const BallLaunch& present, double scale);
-  // moved_px: of the pointer since the last call, upwards positive. Across with spin up: counter-clockwise.
+  // current: the launch without any pull. scale: pixels per layout pixel.
+  void begin(const BallLaunch& current, double scale);
+  // moved_px: the pointer's way since the last call, upwards positive. With spin, up is counter-clockwise.
   void drag(Vec2d moved_px, bool spin);
   void cancel() { active_ = false; }
-  // Ends it; none if nothing was pulled, as after a mere click.
+  // Ends it. No launch if nothing was pulled, as after a click.
   std::optional<BallLaunch> release();
 
   const BallLaunch& launch() const { return launch_; }
@@ -28,7 +28,7 @@ class Aim {
   double min_px_ = 3.0;
   Vec2d pull_px_;
   double spin_px_ = 0.0;
-  BallLaunch present_, launch_;
+  BallLaunch current_, launch_;
 };
 
 }  // namespace pf

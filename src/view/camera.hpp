@@ -1,4 +1,4 @@
-// Where the eye is: straight above the plane. Pixels count from the lower left corner, as GL does.
+// The camera, straight above the plane. Pixels count from the lower left corner, as in GL.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace pf {
 
-// The part of the picture that is free for the scene: not under the panel or the overlay.
+// The part of the picture that neither the panel nor the overlay covers.
 struct ViewRegion {
   double left_px = 0.0;
   double bottom_px = 0.0;
@@ -49,11 +49,11 @@ struct Camera {
   }
 };
 
-// Shows all of a world, and what lies beyond an open one: the ball leaves through it. scale: pixels per
+// Shows all of a world, and a strip beyond an open one, through which the ball leaves. scale: pixels per
 // layout pixel.
 inline void fit_world(Camera& camera, const World& world, const ViewRegion& region, float scale) {
   constexpr double kMargin_px = 14.0;  // layout pixels
-  constexpr double kApron_m = 0.30;    // of the court, 3.05 m from its middle to its edge
+  constexpr double kApron_m = 0.30;    // for a court, which reaches 3.05 m from its middle
   const Vec2d half_m = to_metres(world, world.half);
   const double apron_m =
       world.boundary == Boundary::open ? kApron_m * std::min(half_m.x, half_m.y) / 3.05 : 0.0;

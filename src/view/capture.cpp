@@ -22,7 +22,7 @@ void append_number(std::string& bytes, std::uint32_t value) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(value >> shift & 0xFFU);
 }
 
-// A chunk of a PNG (second edition, 5.3): length, name, data, check sum of the latter two.
+// A chunk of a PNG (second edition, 5.3): length, name, data, checksum of name and data.
 std::string png_chunk(const std::string& name_and_data) {
   std::string chunk;
   append_number(chunk, static_cast<std::uint32_t>(name_and_data.size() - 4));
@@ -117,7 +117,7 @@ void FrameReader::finish() {
   while (!in_flight_.empty()) hand_on_oldest();
 }
 
-// There is always one: at most most_held are held, and one less than kMostInFlight are being read.
+// There is always one: at most max_held are held, and at most kMaxInFlight - 1 are being read.
 FrameReader::Slot& FrameReader::free_slot() {
   const auto is_free = [](const Slot& slot) {
     return !slot.fence.placed() && !slot.held.load(std::memory_order_acquire);

@@ -1,4 +1,4 @@
-// Frames back from GL: for the film without stalling, for a picture at once.
+// Reads frames back from GL: for a film without stalling, for a picture at once.
 #pragma once
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace pf {
 
-// What stands in a PNG beside its pixels, by keyword (Latin letters, up to 79).
+// Texts in a PNG, by keyword (at most 79 Latin letters).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
 // rgba: height * width * 4 bytes, bottom row first. The alpha channel is left out. texts: UTF-8. Throws
@@ -28,15 +28,15 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);
 
-// Reads frames back into pixel-pack buffers that stay mapped: a frame is handed on two frames after it was
-// asked for, when GL has long finished it, in the buffer that GL wrote; whoever writes it to a file reads it
-// there, on a thread of its own.
+// Reads frames back into pixel-pack buffers that stay mapped. It hands a frame on two frames after the
+// request, when GL has finished it, in the buffer that GL wrote. The file's writer reads it there, on its own
+// thread.
 class FrameReader {
  public:
   using Receiver = std::function<void(HeldFrame frame)>;
 
-  // most_held: frames that the receiver may keep at a time. Takes all its memory here: most_held + 3 frames.
-  // Throws DeviceError if there is none.
+  // max_held: frames that the receiver may keep at a time. Allocates max_held + 3 frames here and nothing
+  // later. Throws DeviceError if there is no memory.
   FrameReader(SizePx size, std::size_t max_held, Receiver receiver);
 
   void read(GLuint framebuffer);  // of the size given; may hand on an older frame

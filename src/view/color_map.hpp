@@ -8,15 +8,15 @@
 
 namespace pf {
 
-// Speed that takes the top colour: four times the parcels' own spread, so that air at rest uses the lower
-// half of the scale and what the ball has kicked stands out.
+// Speed of the top colour: four times the parcels' own spread, so that air at rest uses the lower half of the
+// scale and parcels that the ball has hit stand out.
 inline double top_color_speed_mps(double parcel_speed_mps, double flow_mps) {
   const double top = 4.0 * parcel_speed_mps + flow_mps;
   return top > 0.0 ? top : 1.0;
 }
 
-// Where on the map slow and fast are: what would not show on the floor is left out. On the dark floor fast is
-// bright, on the light one dark.
+// The part of the map that is used; the rest would not show on the floor. Fast is bright on the dark floor
+// and dark on the light one.
 struct MapRange {
   float low, high;
 };

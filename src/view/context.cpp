@@ -25,7 +25,7 @@ std::string glfw_error() {
   return text == nullptr ? "no reason given" : text;
 }
 
-// Renderer and version of whatever GL a window gets here, for the message that it is not enough.
+// Renderer and version of the GL that a window gets here, for the message that it is not enough.
 std::string gl_of_any_window() {
   glfwDefaultWindowHints();
   glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
@@ -79,7 +79,7 @@ class WindowContext final : public GlContext {
   }
   void present() override { glfwSwapBuffers(window_); }
   void poll_events() override { glfwPollEvents(); }
-  bool close_asked() const override { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+  bool close_requested() const override { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
   GLFWwindow* window() const override { return window_; }
   void set_vsync(bool on) override { glfwSwapInterval(on ? 1 : 0); }
   void set_full_screen(bool on) override {
@@ -101,7 +101,7 @@ class WindowContext final : public GlContext {
     int x = 0, y = 0, width = 0, height = 0;
   };
 
-  // The one that has the window's centre, else the first.
+  // The monitor that has the window's centre, else the first.
   GLFWmonitor* monitor_of_window() const {
     int num_monitors = 0;
     GLFWmonitor** monitors = glfwGetMonitors(&num_monitors);
@@ -118,12 +118,12 @@ class WindowContext final : public GlContext {
     return glfwGetPrimaryMonitor();
   }
 
-  Place place_;  // before it filled the screen
+  Place place_;  // before full screen
   GLFWwindow* window_ = nullptr;
 };
 
-// From 3.4 on GLFW tries Wayland first wherever the kind of session is not named, and libwayland complains
-// where there is none.
+// GLFW 3.4 and later try Wayland first if the kind of session is not named, and libwayland complains if there
+// is none.
 void name_session() {
   const bool is_wayland =
       std::getenv("WAYLAND_DISPLAY") != nullptr || std::getenv("WAYLAND_SOCKET") != nullptr;

@@ -1,4 +1,4 @@
-// Where GL draws to: a window on the desk, or nothing but memory. Two kinds behind one small interface.
+// A GL context that draws to a window or to memory: two kinds behind one small interface.
 #pragma once
 
 #include <memory>
@@ -28,17 +28,17 @@ class GlContext {
   virtual ~GlContext() = default;
   const GlContextInfo& info() const { return info_; }
 
-  // What is drawn to: the window's framebuffer as it is now, or the size asked for.
+  // The current size of the window's framebuffer, or the requested size.
   virtual SizePx size_px() const = 0;
   // Screen pixels per layout pixel.
   virtual float content_scale() const = 0;
-  virtual void present() = 0;  // shows the back buffer; nothing offscreen
+  virtual void present() = 0;  // shows the back buffer; does nothing offscreen
   virtual void poll_events() = 0;
-  virtual bool close_asked() const = 0;
+  virtual bool close_requested() const = 0;
   virtual GLFWwindow* window() const { return nullptr; }
-  // Whether present() waits for the screen. Nothing offscreen.
+  // Makes present() wait for the screen, or not. Does nothing offscreen.
   virtual void set_vsync(bool) {}
-  // Fills the monitor that the window is on, or gives it back its place and size. Nothing offscreen.
+  // Fills the monitor that the window is on, or restores its place and size. Does nothing offscreen.
   virtual void set_full_screen(bool) {}
 
  protected:
@@ -58,11 +58,11 @@ struct ContextRequest {
 // Renderer and version of the current context by its glGetString: for contexts older than what glad loads.
 std::string describe_gl(void (*get_string)());
 
-// Whether a window can be opened: DISPLAY or WAYLAND_DISPLAY is set and GLFW starts. Ends GLFW again only at
-// exit.
+// True if a window can be opened: DISPLAY or WAYLAND_DISPLAY is set and GLFW starts. GLFW ends with the
+// program.
 bool display_available();
 
-// Both make the new context current. They throw DeviceError that names what was found if there is no GL 4.5.
+// Both make the new context current. Without GL 4.5 they throw a DeviceError that names the GL found.
 std::unique_ptr<GlContext> open_window(const ContextRequest& request);
 std::unique_ptr<GlContext> open_offscreen(const ContextRequest& request);
 

@@ -59,7 +59,7 @@ std::vector<Candidate> list_candidates(int wanted_device) {
   if (wanted_device >= 0) {
     if (static_cast<std::size_t>(wanted_device) >= devices.size()) {
       throw DeviceError(
-          fmt::format("EGL device {} was asked for, but there are {}", wanted_device, devices.size()));
+          fmt::format("EGL device {} was requested, but there are {}", wanted_device, devices.size()));
     }
     return {devices[static_cast<std::size_t>(wanted_device)]};
   }
@@ -101,7 +101,7 @@ class OffscreenContext final : public GlContext {
   }
   void present() override { glFlush(); }
   void poll_events() override {}
-  bool close_asked() const override { return false; }
+  bool close_requested() const override { return false; }
 
  private:
   void open(const Candidate& candidate) {
@@ -131,7 +131,7 @@ class OffscreenContext final : public GlContext {
     if (gladLoadGL(reinterpret_cast<GLADloadfunc>(eglGetProcAddress)) == 0) fail("loading the GL functions");
   }
 
-  // Renderer and version of whatever GL there is, for the message that it is not enough.
+  // Renderer and version of the GL found, for the message that it is not enough.
   std::string gl_of_any_context() {
     const EGLint attributes[] = {EGL_NONE};
     context_ = eglCreateContext(display_, choose_config(), EGL_NO_CONTEXT, attributes);

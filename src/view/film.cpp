@@ -51,11 +51,11 @@ std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
   const SizePx size = figures_.size;
   const bool is_raw = request.file.extension() == ".rgb" || request.file == kNullDevice;
   if (is_raw) return std::make_unique<RawFrames>(request.file, size.width);
-  const bool frames_asked = is_frame_pattern(request.file);
-  if (!frames_asked && ffmpeg_available())
+  const bool wants_frames = is_frame_pattern(request.file);
+  if (!wants_frames && ffmpeg_available())
     return std::make_unique<Encoder>(request.file, size.width, size.height, request.rate_hz);
-  if (!frames_asked) figures_.file = frames_instead_of(request.file);
-  if (!frames_asked && announce) {
+  if (!wants_frames) figures_.file = frames_instead_of(request.file);
+  if (!wants_frames && announce) {
     announce(fmt::format(
         "--record: no ffmpeg on the PATH to write {} with; its frames go to {} instead (a film of them: "
         "ffmpeg -framerate {} -i FRAMES FILM; to install it on Debian or Ubuntu: apt install ffmpeg)",
@@ -64,7 +64,7 @@ std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
   return std::make_unique<PngFrames>(figures_.file, size);
 }
 
-// How often the frame in hand stands in the film.
+// How many frames of the film the current frame becomes.
 int Film::times_due() {
   if (!real_time_) return 1;
   const Clock::time_point now = Clock::now();
@@ -90,8 +90,8 @@ void Film::add_frame(GLuint framebuffer, SizePx size) {
   reader_->read(scaled_.framebuffer());
 }
 
-// In simulation time the run waits for the encoder; in real time it does not, and the next frame that finds
-// room stands in for those that did not, so that the film keeps the clock's pace.
+// In simulation time the run waits for the encoder. In real time it does not: the next frame that finds room
+// also replaces those that found none, so that the film keeps the clock's pace.
 void Film::hand_on(HeldFrame frame) {
   const int times = repeats_.front();
   repeats_.pop_front();

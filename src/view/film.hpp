@@ -1,4 +1,4 @@
-// One film: frames read back from GL, on their way to an encoder or to files.
+// One film: reads frames back from GL and hands them to an encoder or to files.
 #pragma once
 
 #include <cstdint>
@@ -27,25 +27,26 @@ struct FilmFigures {
   std::string encoder;
   SizePx size;
   double rate_hz = 0.0;
-  std::int64_t num_frames = 0;      // that the encoder has taken
+  std::int64_t num_frames = 0;      // taken by the encoder
   std::int64_t num_dropped = 0;     // drawn and due, but not taken: no room, or the encoder had ended
   std::int64_t num_duplicated = 0;  // real time: repeats, where no newer frame was drawn in time
   std::int64_t num_surplus = 0;     // real time: drawn before a new film frame was due
   double write_ms = 0.0;            // of the encoder or sink, for all frames, on its own thread
-  std::string failure;              // why it ended early; empty: it did not
+  std::string failure;              // reason for an early end; empty: none
 };
 
 class Film {
  public:
-  // Without ffmpeg the frames of a film go into a folder, and `announce` (if it is not null) is told. Throws
-  // UserError and DeviceError if it cannot be begun.
+  // Without ffmpeg the frames go into a folder, and `announce` (if it is not null) gets the reason. Throws
+  // UserError and DeviceError if the film cannot begin.
   Film(const FilmRequest& request, const std::function<void(const std::string&)>& announce);
 
-  // Takes the frame in `framebuffer`; one of another size (the window was resized) is scaled into the film.
+  // Takes the frame in `framebuffer`. A frame of another size (the window was resized) is scaled into the
+  // film.
   void add_frame(GLuint framebuffer, SizePx size);
-  // No frame follows. Does not wait: the film is written on.
+  // Ends the film. Does not wait: writing goes on.
   void close();
-  // All is written, or it has failed.
+  // True when all frames are written, or writing has failed.
   bool done() const { return writer_->done(); }
   std::string failure() const { return writer_->failure(); }
   FilmFigures figures() const;
@@ -58,7 +59,7 @@ class Film {
   int times_due();
   void hand_on(HeldFrame frame);
 
-  FilmFigures figures_;  // what the writer does not know
+  FilmFigures figures_;  // without those that the writer counts
   bool real_time_;
   std::deque<int> repeats_;            // of the frames that are being read back
   std::optional<FrameReader> reader_;  // its memory outlives the writer, which reads it
@@ -66,7 +67,7 @@ class Film {
   ColorTarget scaled_;
   // Real time.
   std::optional<Clock::time_point> start_;
-  std::int64_t num_due_ = 0;  // film frames that the clock has asked for and that were given
+  std::int64_t num_due_ = 0;  // film frames due by the clock and given
 };
 
 }  // namespace pf

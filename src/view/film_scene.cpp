@@ -5,7 +5,7 @@
 namespace pf {
 namespace {
 
-// Text as large beside the picture as that of a window of 1280x720.
+// Text has the share of the picture that it has in a window of 1280x720.
 float scale_of(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
 
 }  // namespace
@@ -26,11 +26,9 @@ OverlayMode FilmScene::mode() const {
 void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
                          const ViewRegion& seen, const Overlay* overlay) {
   const double bottom = overlay == nullptr ? 0.0 : overlay->used_height_px(mode(), scale_);
-  const double top = overlay == nullptr ? 0.0
-                                        : SceneMarks::reserved_px(frame, look_, scale_,
-                                                                  static_cast<float>(size_.height - bottom));
-  const ViewRegion region = {0.0, bottom, static_cast<double>(size_.width),
-                             std::max(size_.height - bottom - top, 1.0)};
+  const ViewRegion free = {0.0, bottom, static_cast<double>(size_.width),
+                           std::max(size_.height - bottom, 1.0)};
+  const ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
   if (window.fitted) {
     fit_world(camera_, frame.physics->world, region, scale_);
   } else {
@@ -50,10 +48,10 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, Gui& w
   gui_.make_current();
   gui_.set_look(look_.theme, scale_);
   gui_.begin_frame(size_, 1.0 / 60.0);
-  Overlay shown = *overlay;  // the window's keeps what it has written for its own place
+  Overlay shown = *overlay;  // the window's own keeps its texts and their places
   shown.show(frame, mode(), place, look_);
-  place.bottom_px -= Overlay::height_px(mode(), scale_);
-  marks_.show(frame, camera_, place, height_px, look_);
+  place.bottom_px -= shown.used_height_px(mode(), scale_);
+  marks_.show(frame, {camera_, place, height_px, look_});
   gui_.end_frame();
   gui_.draw(canvas_.framebuffer(), size_);
   window_gui.make_current();

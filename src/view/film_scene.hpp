@@ -1,4 +1,4 @@
-// The scene drawn for the film alone: at the film's size, without the panel, beside what the window shows.
+// The scene as the film shows it: at the film's size and without the panel, apart from the window's picture.
 #pragma once
 
 #include "view/gui.hpp"
@@ -12,13 +12,13 @@ class FilmScene {
  public:
   explicit FilmScene(SizePx size);
 
-  // Of the window; before each frame.
+  // The window's look; to be set before each frame.
   void set_look(const Look& look);
-  // As Renderer::draw_air, in the window's view: all of the world if that is what it shows, else the same
+  // As Renderer::draw_air, in the window's view: all of the world if the window shows that, else the same
   // middle and at least as much around it. seen: the part of the window that is free for the scene.
   void draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
                 const ViewRegion& seen, const Overlay* overlay);
-  // Paths and ball, and the overlay with the legend if it is not null. window_gui is current before and
+  // Paths and ball, and the overlay with the legend if overlay is not null. window_gui is current before and
   // after.
   void draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui);
 

@@ -1,4 +1,4 @@
-// GL 4.5 core through glad, and owners of GL names. All need the context that made them to be current.
+// GL 4.5 core through glad, and owners of GL names. Each needs the context that made it to be current.
 #pragma once
 
 #include <glad/gl.h>
@@ -54,8 +54,8 @@ GlBuffer make_buffer();
 GlVertexArray make_vertex_array();
 
 // Compiles and links shaders/<name>.vert and shaders/<fragment or name>.frag. The folder is the first that
-// has them: $PICKLEFLIGHT_SHADERS, then those of core/program_files.hpp. Throws DeviceError with the compiler's
-// log.
+// has them: $PICKLEFLIGHT_SHADERS, then those of core/program_files.hpp. Throws DeviceError with the
+// compiler's log.
 GlProgram load_program(const std::string& name, const std::string& fragment = "");
 // The same for shaders/<name>.comp alone.
 GlProgram load_compute_program(const std::string& name);
@@ -81,7 +81,7 @@ class GlFence {
 // An offscreen RGBA8 colour image that can be drawn to.
 class ColorTarget {
  public:
-  // Keeps what it has if the size is the same; else the content is undefined.
+  // Keeps the content if the size is the same; else it is undefined.
   void resize(int width_px, int height_px);
 
   GLuint framebuffer() const { return framebuffer_.get(); }

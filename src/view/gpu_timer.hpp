@@ -1,4 +1,4 @@
-// Time that the GPU spent between begin and end, read some frames later so that nothing waits.
+// The GPU's time between begin and end, read some frames later so that nothing waits.
 #pragma once
 
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace pf {
 
-// By two time stamps. A rasteriser on the CPU (llvmpipe) works tile by tile and stamps each tile, the last
-// one counting: there the first stamp goes out ahead of what is drawn.
+// Takes two time stamps. A rasteriser on the CPU (llvmpipe) works tile by tile and stamps each tile, and the
+// last stamp counts: there the first stamp is flushed before the drawing.
 class GpuTimer {
  public:
   explicit GpuTimer(bool software) : flushes_(software) {
@@ -34,12 +34,12 @@ class GpuTimer {
     ++num_begun_;
   }
 
-  // Milliseconds of the newest measurement that has come back; not a number before the first.
+  // Milliseconds of the newest measurement that has come back; NaN before the first.
   double newest_ms() {
     while (num_read_ < num_begun_) {
       const std::size_t place = num_read_ % kNumKept;
       GLint ready = GL_TRUE;
-      // One that would be begun again next is waited for.
+      // Waits for a measurement whose place is needed next.
       if (num_begun_ - num_read_ < kNumKept)
         glGetQueryObjectiv(ends_[place], GL_QUERY_RESULT_AVAILABLE, &ready);
       if (ready == GL_FALSE) break;

@@ -20,7 +20,7 @@ namespace {
 
 constexpr float kFontHeight_px = 14.0F;
 
-// Fonts that scale, the best first; where none of them exists, ImGui's own bitmap font is enlarged.
+// Fonts that scale, the best first. Without any of them ImGui's own bitmap font is enlarged.
 std::vector<std::filesystem::path> font_files() {
   std::vector<std::filesystem::path> files;
   for (const std::filesystem::path& folder : program_folders("fonts"))
@@ -48,8 +48,8 @@ void load_font(float scale) {
   io.FontGlobalScale = scale;
 }
 
-// Before 1.92 Dear ImGui keeps its font in one texture, which a font of another size replaces; from then on
-// it makes what is drawn as it is drawn.
+// Before 1.92 Dear ImGui keeps its font in one texture, which a font of another size replaces. Later versions
+// make glyphs when they are drawn.
 void drop_font_texture() {
 #if IMGUI_VERSION_NUM < 19200
   ImGui_ImplOpenGL3_DestroyFontsTexture();
@@ -126,8 +126,8 @@ void ControlMap::write(const std::filesystem::path& file) const {
 
 namespace {
 
-// Dear ImGui 1.92 closes the GL library that it has loaded whenever one of its contexts ends, and the next
-// one to end calls into where that library was. So it stays in memory.
+// Dear ImGui 1.92 closes its GL library whenever one of its contexts ends, and the next context to end calls
+// into the closed library. So the library stays in memory.
 void keep_gl_library() {
   for (const char* library : {"libOpenGL.so.0", "libGL.so.1", "libGL.so"})
     ::dlopen(library, RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
@@ -144,7 +144,7 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   imgui_ = ImGui::CreateContext();
   ImGui::SetCurrentContext(imgui_);
   ImGuiIO& io = ImGui::GetIO();
-  io.IniFilename = nullptr;  // nothing is left behind in the folder that the program is called from
+  io.IniFilename = nullptr;  // leaves no file in the current folder
   apply_style(Theme::dark, scale);
   if (window_ != nullptr) ImGui_ImplGlfw_InitForOpenGL(window_, true);
   keep_gl_library();
@@ -199,7 +199,7 @@ void Gui::apply_style(Theme theme, float scale) {
 
 namespace {
 
-// GLFW counts in screen units, of which a pixel may be half (Wayland, macOS); all here counts in pixels.
+// GLFW counts in screen units, which may be two pixels each (Wayland, macOS); this program counts in pixels.
 void count_in_pixels(SizePx size) {
   ImGuiIO& io = ImGui::GetIO();
   if (io.DisplaySize.x <= 0.0F || io.DisplaySize.y <= 0.0F) return;

@@ -1,4 +1,4 @@
-// Dear ImGui for one context: style, font, input, drawing; and a record of where each control is.
+// Dear ImGui for one context: style, font, input, drawing; and the rectangle of each control.
 #pragma once
 
 #include <array>
@@ -30,22 +30,22 @@ class ControlMap {
 
 class Gui {
  public:
-  // Installs its GLFW callbacks around those the window has already. The context must outlive it.
+  // Installs its GLFW callbacks around the window's own. The context must outlive it.
   explicit Gui(GlContext& context);
-  // Without a window and without input, for pictures beside the window's; texts enlarged by scale. Its calls
-  // go between two calls of make_current, the latter of the window's Gui.
+  // Without a window and without input, for pictures beside the window's; texts enlarged by scale. Calls of
+  // it stand between its make_current and that of the window's Gui.
   explicit Gui(float scale);
   ~Gui();
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
-  void make_current();  // ImGui's functions then speak of this one, as of the first that was made
+  void make_current();  // for ImGui's functions; at first, the Gui that was made first
   void begin_frame(SizePx size, double frame_s);
   void end_frame();                                  // ends the description of the frame
-  void draw(unsigned int framebuffer, SizePx size);  // draws what was described
+  void draw(unsigned int framebuffer, SizePx size);  // draws the description
 
-  // Colours and the size of everything, scale in pixels per layout pixel; the font is made anew for another
-  // scale. Between frames only.
+  // Sets the colours, and all sizes by scale in pixels per layout pixel. Another scale loads the font again.
+  // Only between frames.
   void set_look(Theme theme, float scale);
 
   bool wants_mouse() const;
@@ -61,7 +61,7 @@ class Gui {
   float scale_ = 0.0F;
 };
 
-// A line in a dark box at the upper right corner of a picture so wide.
+// A line in a dark box at the upper right corner of a picture of this width.
 void show_corner_notice(const std::string& text, float width_px, float scale);
 
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Draw memory for a backend on the CPU: one GL buffer, mapped for good, in three regions, so that the CPU
+// Draw memory for a backend on the CPU: one GL buffer that stays mapped, in three regions, so that the CPU
 // writes one while GL still reads the others.
 #pragma once
 
@@ -14,9 +14,9 @@ class HostDrawTarget final : public GlDrawTarget {
 
   DrawTargetKind kind() const override { return DrawTargetKind::host; }
   std::string reason() const override { return reason_; }
-  // Over-allocates by half. Throws DeviceError if GL has not that much memory.
+  // Allocates half as much again. Throws DeviceError if GL has no memory for it.
   void reserve(std::size_t num_parcels) override;
-  DrawBuffers map() override;  // waits until GL has read the region that comes next
+  DrawBuffers map() override;  // waits until GL has read the next region
   void unmap() override;
   ParcelBuffers buffers() const override;
   void frame_drawn() override;
@@ -31,7 +31,7 @@ class HostDrawTarget final : public GlDrawTarget {
   std::byte* memory_ = nullptr;
   std::size_t capacity_ = 0;  // parcels per region, a multiple of 64
   std::array<GlFence, kNumRegions> fences_;
-  std::size_t written_ = 0;  // the region that is drawn
+  std::size_t written_ = 0;  // region that is drawn
   std::size_t mapped_ = 0;
   bool has_content_ = false;
 };

@@ -1,4 +1,4 @@
-// What a person chooses about the picture, and the colours that follow.
+// The chosen look of the picture, and its colours.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ struct Look {
   Theme theme = Theme::dark;
   ColorMap color_map = ColorMap::viridis;
   bool paths = true;    // of the ball
-  bool ghosts = false;  // the paths that it would take in a vacuum and with drag in closed form
+  bool ghosts = false;  // its paths in a vacuum and with drag in closed form
 };
 
 using Rgb = std::array<float, 3>;  // in [0, 1]
@@ -32,8 +32,8 @@ inline const ThemeColors& theme_colors(Theme theme) {
   return theme == Theme::light ? kLight : kDark;
 }
 
-// Of the flight that began age + 1 flights before the present one. Hues that are told apart also by
-// colour-blind eyes (Okabe and Ito 2008), darker on the light ground.
+// Colour of the flight that began age + 1 flights before the current one. The hues suit colour-blind eyes too
+// (Okabe and Ito 2008); they are darker on the light ground.
 inline Rgb old_flight_color(Theme theme, std::size_t age) {
   constexpr Rgb kHues[] = {{0.34F, 0.71F, 0.91F},
                            {0.90F, 0.45F, 0.10F},

@@ -1,14 +1,14 @@
-// The instrument strip at the lower edge: where each millisecond goes, what is simulated, what the colours
-// mean.
+// The strip at the lower edge: the time of each phase, figures of the run, the meaning of the colours.
 #pragma once
 
+#include <array>
+#include <span>
 #include <string>
 
 #include "app/simulation.hpp"
 #include "view/look.hpp"
 #include "view/overlay_figures.hpp"
 #include "view/overlay_paint.hpp"
-#include "view/term_costs.hpp"
 
 namespace pf {
 
@@ -26,26 +26,30 @@ struct OverlayPlace {
   bool operator==(const OverlayPlace&) const = default;
 };
 
+struct Columns;
+
 class Overlay {
  public:
-  // every_frame: the figures follow every frame, for pictures; else they stay for a few, to be read.
+  // every_frame: the figures change with every frame, for pictures; else every few frames, so that they can
+  // be read.
   Overlay(OverlayInfo info, bool every_frame) : info_(std::move(info)), every_frame_(every_frame) {}
 
-  // One frame's phases, the wall time from the last frame to this one, and what the GL device took.
+  // One frame's phases, the wall time from the last frame to this one, and the GL device's times.
   void add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame, const DrawTimes& drawing);
   // Describes the strip to ImGui.
   void show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look);
   void set_draw_target(std::string text) { info_.draw_target = std::move(text); }
   void set_copy_bandwidth(double bytes_per_s) { info_.copy_bytes_per_s = bytes_per_s; }
   void set_vsync(bool on) { info_.vsync = on; }
+  // One line above the strip; empty: none.
+  void set_terms(std::string text) { info_.terms = std::move(text); }
   const OverlayInfo& info() const { return info_; }
   const FrameHistory& history() const { return history_; }
 
-  // What is shown of a mode: a strip too narrow for its columns has the most important in one line.
+  // The mode that is shown: a strip too narrow for its columns becomes one line.
   static OverlayMode fitting_mode(OverlayMode mode, float width_px, float scale);
-  // Height that the strip takes.
   static float height_px(OverlayMode mode, float scale);
-  // With the line above it, if there is one.
+  // With the line above the strip, if there is one.
   float used_height_px(OverlayMode mode, float scale) const;
 
  private:
@@ -54,22 +58,25 @@ class Overlay {
   void write_compact(const FrameView& frame, const OverlayPlace& place);
   void write_status(const FrameView& frame, float x, float y, float scale);
   void write_work(const FrameView& frame, float x, float y, float scale);
-  void write_phases(float x, float y, float scale);
+  void write_phases(const OverlayPlace& place, Method method);
+  void write_phase(ImVec2 at, float scale, Phase phase);
+  void write_scale(const OverlayPlace& place);
   void write_terms(const OverlayPlace& place);
   void write_legend(const FrameView& frame, float x, float y, float scale);
   void paint_swatches(const OverlayPlace& place) const;
-  void paint_legend(const FrameView& frame, const OverlayPlace& place, const Look& look) const;
+  void paint_legend(const OverlayPlace& place, const Look& look) const;
   void paint_plot(const OverlayPlace& place) const;
-  double usual_most_ms() const;
+  void paint_bars(const Columns& at, float height, float per_ms) const;
+  double usual_max_ms() const;
 
   OverlayInfo info_;
   bool every_frame_;
-  TermCosts term_costs_;
   FrameHistory history_;
-  // What was written last, for what, and when.
+  // The texts written last, and for what and when.
   TextSheet texts_;
   std::string terms_;
   OverlayFigures figures_;
+  std::array<std::span<const Phase>, 2> shown_phases_;  // of the step, of the picture
   OverlayColors colors_{};
   OverlayMode written_mode_ = OverlayMode::off;
   OverlayPlace written_place_;

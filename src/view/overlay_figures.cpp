@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-// values is left in another order.
+// Reorders values.
 MedianP99 statistics(std::span<double> values) {
   if (values.empty()) return {};
   const auto at = [&](std::size_t rank) {
@@ -24,17 +24,12 @@ MedianP99 statistics(std::span<double> values) {
   return {0.5 * (at((num - 1) / 2) + at(num / 2)), at((99 * num + 99) / 100 - 1)};
 }
 
-double compute_ms(const PhaseTimes& times) {
-  return times[Phase::sort] + times[Phase::grid] + times[Phase::collide_integrate] + times[Phase::ball];
-}
-
 }  // namespace
 
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
-  kept_[num_added_ % kNumKept] = {times, drawing, frame_ms, steps * frame.num_parcels,
-                                  frame.min_bytes_moved};
+  kept_[num_added_ % kNumKept] = {times, drawing, frame_ms, steps * frame.num_parcels, frame.min_bytes_moved};
   ++num_added_;
 }
 
@@ -62,8 +57,8 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   double particle_steps = 0.0;
   double bytes = 0.0;
   for (std::size_t i = 0; i < size(); ++i) {
-    if (kept_[i].particle_steps == 0.0) continue;  // it stood still
-    seconds += 1e-3 * compute_ms(kept_[i].times);
+    if (kept_[i].particle_steps == 0.0) continue;  // no step
+    seconds += 1e-3 * kept_[i].times.step_ms();
     particle_steps += kept_[i].particle_steps;
     bytes += kept_[i].min_bytes;
   }

@@ -1,4 +1,4 @@
-// The figures that the overlay shows, over the last frames; and a file of them, one line per frame.
+// The figures of the overlay, over the last frames, and a CSV file with one line per frame.
 #pragma once
 
 #include <array>
@@ -22,8 +22,8 @@ struct OverlayFigures {
   double gpu_draw_ms = 0.0;  // medians by the clock of the GL device; 0: not known
   double gpu_panel_ms = 0.0;
   MedianP99 frame_ms;                 // from one frame to the next
-  double particle_steps_per_s = 0.0;  // in the phases that compute; 0: nothing stepped
-  double copy_share = 0.0;  // of the speed of a plain copy, by what must be moved at least; 0: unknown
+  double particle_steps_per_s = 0.0;  // in the phases of a step; 0: nothing stepped
+  double copy_share = 0.0;            // least bytes moved per second over those of a plain copy; 0: not known
 };
 
 // The last kNumKept frames.
@@ -52,19 +52,20 @@ class FrameHistory {
   std::size_t num_added_ = 0;
 };
 
-// What the view knows besides the frame.
+// Facts about the view, besides the frame.
 struct OverlayInfo {
-  std::string device;             // what draws
+  std::string device;             // that draws
   std::string draw_target;        // kind and reason
   double copy_bytes_per_s = 0.0;  // 0: not measured
   bool vsync = false;             // frames wait for a screen
+  std::string terms{};            // cost of the model's terms; empty: not shown
 };
 
 // Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
-// each phase (of this frame, median and 99th percentile of the last 120), num_parcels, method, neighbors,
-// dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits, rounds,
-// redone_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks of the
-// host and of the GL device, whose is one or two frames late; empty where it does not tell).
+// each phase of kPhaseNames (of this frame, median and 99th percentile of the last 120), num_parcels, method,
+// neighbors, dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
+// rounds, redone_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks
+// of the host and of the GL device; the device's is one or two frames late, and empty where it has none).
 class OverlayCsv {
  public:
   explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written

@@ -1,5 +1,5 @@
-// What the overlay and the marks in the scene paint with: colours of the theme, texts that are made rarely
-// and painted often.
+// Paints for the overlay and the marks in the scene: colours of the theme, and texts that are made rarely and
+// painted often.
 #pragma once
 
 #include <imgui.h>
@@ -32,35 +32,39 @@ inline ImU32 packed(const Rgb& color, float alpha = 1.0F) {
 }
 
 // size: relative to the font's height.
-inline float text_width(const std::string& what, float size = 1.0F) {
-  return ImGui::GetFont()->CalcTextSizeA(ImGui::GetFontSize() * size, 1e9F, 0.0F, what.c_str()).x;
+inline float text_width(const std::string& text, float size = 1.0F) {
+  return ImGui::GetFont()->CalcTextSizeA(ImGui::GetFontSize() * size, 1e9F, 0.0F, text.c_str()).x;
 }
 
-// Cut with dots to what fits, never within a letter of several bytes.
-inline std::string fitting(std::string what, float width) {
-  if (text_width(what) <= width) return what;
-  while (what.size() > 4 && text_width(what + "...") > width) {
-    while ((static_cast<unsigned char>(what.back()) & 0xC0U) == 0x80U) what.pop_back();
-    what.pop_back();
+// The size of secondary text, relative to the font's height. Below 13 pixels it is not reduced: a minus sign
+// thinner than a pixel would vanish.
+inline float reduced(float size) { return ImGui::GetFontSize() < 13.0F ? 1.0F : size; }
+
+// Shortened with dots to the width, never within a letter of several bytes.
+inline std::string fitting(std::string text, float width) {
+  if (text_width(text) <= width) return text;
+  while (text.size() > 4 && text_width(text + "...") > width) {
+    while ((static_cast<unsigned char>(text.back()) & 0xC0U) == 0x80U) text.pop_back();
+    text.pop_back();
   }
-  return what + "...";
+  return text + "...";
 }
 
 // Texts with their places: made a few times a second, painted in every frame.
 class TextSheet {
  public:
   void clear() { items_.clear(); }
-  void add(float x, float y, ImU32 color, std::string what, float size = 1.0F) {
-    items_.push_back({ImVec2(x, y), color, size, std::move(what)});
+  void add(float x, float y, ImU32 color, std::string text, float size = 1.0F) {
+    items_.push_back({ImVec2(x, y), color, size, std::move(text)});
   }
-  void add_right(float right, float y, ImU32 color, std::string what, float size = 1.0F) {
-    const float left = right - text_width(what, size);
-    add(left, y, color, std::move(what), size);
+  void add_right(float right, float y, ImU32 color, std::string text, float size = 1.0F) {
+    const float left = right - text_width(text, size);
+    add(left, y, color, std::move(text), size);
   }
   void paint(ImDrawList* list) const {
     for (const Item& item : items_)
       list->AddText(ImGui::GetFont(), ImGui::GetFontSize() * item.size, item.at, item.color,
-                    item.what.c_str());
+                    item.text.c_str());
   }
 
  private:
@@ -68,7 +72,7 @@ class TextSheet {
     ImVec2 at;
     ImU32 color;
     float size;
-    std::string what;
+    std::string text;
   };
   std::vector<Item> items_;
 };

@@ -15,16 +15,16 @@ namespace {
 
 constexpr double kDegree = kPi / 180.0;
 
-// A menu of names whose index is chosen.
+// A menu of names; the choice is an index.
 template <class Index>
 void choose(const char* id, const std::vector<std::string>& names, Index& chosen, const char* label,
             ControlMap& controls) {
-  const auto present = static_cast<std::size_t>(chosen);
-  const bool open = ImGui::BeginCombo(id, names[present].c_str());
+  const auto current = static_cast<std::size_t>(chosen);
+  const bool open = ImGui::BeginCombo(id, names[current].c_str());
   controls.note(label);
   if (!open) return;
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (ImGui::Selectable(names[i].c_str(), i == present)) chosen = static_cast<Index>(i);
+    if (ImGui::Selectable(names[i].c_str(), i == current)) chosen = static_cast<Index>(i);
     controls.note(std::string(label) + "." + names[i]);
   }
   ImGui::EndCombo();
@@ -65,24 +65,25 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   return commands;
 }
 
-// The program's name, and the menu of the scenes that are found. Choosing the present one loads it again.
+// The program's name and the menu of scenes. Choosing the current scene loads it again.
 void Panel::edit_scene(const FrameView& frame, Commands& commands) {
-  const std::string& present = frame.settings->name;
+  const std::string& current = frame.settings->name;
   ImGui::AlignTextToFramePadding();
   ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "Pickleball Flight");
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
-  const bool open = ImGui::BeginCombo("##scene", present.c_str(), ImGuiComboFlags_HeightLarge);
-  rows_.end_row("Scene", fmt::format("{}\nAnother scene replaces all settings, those of the command line "
-                                     "too, and starts from its beginning.",
-                                     frame.settings->description));
+  const bool open = ImGui::BeginCombo("##scene", current.c_str(), ImGuiComboFlags_HeightLarge);
+  rows_.end_row("Scene",
+                fmt::format("{}\nAnother scene replaces all settings, also those of the command line, "
+                            "and starts from its beginning.",
+                            frame.settings->description));
   if (!open) return;
   if (ImGui::IsWindowAppearing()) {
     scenes_.clear();
     for (const SceneEntry& scene : list_scenes()) scenes_.push_back(scene.name);
   }
   for (const std::string& name : scenes_) {
-    if (ImGui::Selectable(name.c_str(), name == present)) commands.scene = name;
+    if (ImGui::Selectable(name.c_str(), name == current)) commands.scene = name;
     rows_.controls().note("Scene." + name);
   }
   ImGui::EndCombo();
@@ -92,7 +93,7 @@ void Panel::edit_buttons(const FrameView& frame, Commands& commands) {
   const float space = ImGui::GetStyle().ItemSpacing.x;
   const float width = (ImGui::GetContentRegionAvail().x - 3.0F * space) / 4.0F;
   commands.toggle_pause = rows_.button(frame.paused ? "Run" : "Pause", width, "Space");
-  rows_.controls().note("Pause");  // one place for both labels
+  rows_.controls().note("Pause");  // one label for tests
   ImGui::SameLine();
   ImGui::BeginDisabled(!frame.paused);
   commands.single_step = rows_.button("Step", width, "S: one frame, while paused");
@@ -101,7 +102,7 @@ void Panel::edit_buttons(const FrameView& frame, Commands& commands) {
   commands.reset = rows_.button("Reset", width, "R: back to the start of the scene, same seed");
   ImGui::SameLine();
   ImGui::BeginDisabled(!frame.settings->ball_present);
-  commands.launch = rows_.button("Launch", width, "L: the ball back to its start, the air as it is");
+  commands.launch = rows_.button("Launch", width, "L: launches the ball again, in the same air");
   ImGui::EndDisabled();
 }
 
@@ -117,7 +118,7 @@ void Panel::edit_main(const FrameView& frame) {
   rows_.slider("Time scale", "run.time_scale", {.low = 0.001, .logarithmic = true});
 }
 
-// The number to type and a logarithmic slider, side by side.
+// A field to type the number, and a logarithmic slider.
 void Panel::edit_num_parcels() {
   Settings& edited = rows_.edited();
   if (!holds_num_parcels_) num_parcels_ = edited.num_parcels;
@@ -147,7 +148,7 @@ void Panel::edit_num_parcels() {
   rows_.mark_changed();
 }
 
-// Speed and direction stand for the two components that the scene has.
+// Speed and direction, for the scene's two components of velocity.
 void Panel::edit_launch() {
   Settings& edited = rows_.edited();
   double speed_mps = std::hypot(edited.ball_vx_mps, edited.ball_vy_mps);
@@ -188,7 +189,7 @@ void Panel::edit_air() {
   rows_.checkboxes({{"Contacts", "air.contacts"}});
   rows_.slider("Parcel speed", "air.parcel_speed_mps",
                {.high = 10.0, .format = "%.2f m/s", .on_release = true});
-  // A radius of its own leaves nothing to the area fraction, unless the box is made from both.
+  // With a given radius the area fraction has no effect, unless the box is made from both.
   const bool is_free = edited.parcel_radius_m == 0.0 || edited.box_follows_parcels;
   ImGui::BeginDisabled(!is_free);
   rows_.slider("Area fraction", "air.area_fraction", {.low = 0.001, .high = 0.7, .on_release = true});
@@ -201,11 +202,11 @@ void Panel::edit_method(const FrameView& frame) {
   rows_.combo("Method", "run.method");
   rows_.combo("Neighbours", "run.neighbors");
   ImGui::BeginDisabled(edited.dt_s > 0.0);
-  rows_.slider("Move per step", "run.displacement_per_step",
+  rows_.slider("Displacement / step", "run.displacement_per_step",
                {.low = 0.01, .format = "%.3f diam.", .logarithmic = true});
   ImGui::EndDisabled();
   rows_.slider("Time step", "run.dt_s",
-               {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "from the move"});
+               {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "automatic"});
   rows_.slider("Substeps", "run.substeps", {.high = 64.0, .format = "%lld", .at_zero = "as time scale asks"});
   const bool on_cpu = frame.backend == "cpu";
   const std::string all = on_cpu ? fmt::format("all {}", num_threads_) : "not used";
@@ -220,7 +221,7 @@ void Panel::edit_method(const FrameView& frame) {
 
 void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Checkbox("Ball's path (T)", &switches.show_path);
-  rows_.end_row("Path", "the line that the ball has flown");
+  rows_.end_row("Path", "the ball's path");
   ImGui::SameLine();
   if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
@@ -229,13 +230,14 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
   rows_.end_row("Overlay", overlay_help);
   const std::string target_help = fmt::format(
-      "how parcels reach the renderer, and why so: {}\nChosen at the start: --draw-target", draw_target_);
+      "the way of the parcels to the renderer, and the reason: {}\nChosen at the start: --draw-target",
+      draw_target_);
   rows_.begin_row("Draw target", target_help);
   ImGui::TextDisabled("%s", draw_target_.c_str());
   rows_.end_row("Draw target", target_help);
 }
 
-// What a talk needs: comparing, jumping back, looks, saving.
+// For a talk: comparing, jumping back, looks, saving.
 void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& commands) {
   const float space = ImGui::GetStyle().ItemSpacing.x;
   const float width = (ImGui::GetContentRegionAvail().x - 2.0F * space) / 3.0F;
@@ -247,14 +249,20 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
     commands.compare = Comparison::half_step;
   ImGui::EndDisabled();
   ImGui::SameLine();
-  commands.back = rows_.button("Back", width, "B: to an earlier moment of this flight, about a second each");
+  commands.back =
+      rows_.button("Back", width, "B: back to an earlier checkpoint of this flight, about a second each");
+  if (rows_.button("Measure terms", -1.0F,
+                   "E: the cost of parcels, contacts, friction and Magnus per step, in the line above the "
+                   "overlay. Small "
+                   "scenes measure it by themselves; in large ones the picture stops for a moment."))
+    switches.measure_terms = true;
   edit_look(switches);
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.5F);
   ImGui::InputTextWithHint("##file", "NAME.toml", scene_file_.data(), scene_file_.size());
-  rows_.end_row("Scene file", "a new file; one that is there already stays as it is");
+  rows_.end_row("Scene file", "a new file; an existing one is not overwritten");
   ImGui::SameLine();
   ImGui::BeginDisabled(scene_file_[0] == '\0');
-  if (rows_.button("Save", -1.0F, "write the present settings as a scene: --scene NAME.toml loads it"))
+  if (rows_.button("Save", -1.0F, "write the current settings as a scene: --scene NAME.toml loads it"))
     commands.save_scene = scene_file_.data();
   ImGui::EndDisabled();
 }
@@ -281,9 +289,9 @@ void Panel::edit_look(ViewSwitches& switches) {
   rows_.end_row("Text size", "+ and -");
 }
 
-// Every setting there is, from the table, by its name in a scene file.
+// Every setting of the table, by its name in a scene file.
 void Panel::edit_all() {
-  ImGui::PushID("all");  // some settings have a row above, too
+  ImGui::PushID("all");  // some settings also have a row above
   std::string section;
   for (const Field& field : fields()) {
     if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());

@@ -1,5 +1,5 @@
-// The controls at the left edge. They edit a copy of the settings and return commands; the simulation is
-// never touched.
+// The controls at the left edge. They edit a copy of the settings and return commands; they never touch the
+// simulation.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@
 
 namespace pf {
 
-// What the panel shows and switches that is the view's own.
+// Switches of the view that the panel shows.
 struct ViewSwitches {
   bool show_panel = true;
   bool show_path = true;
@@ -24,26 +24,27 @@ struct ViewSwitches {
   double ui_scale = 1.0;  // of text and overlay
   bool vsync = true;
   bool full_screen = false;
-  bool fit_camera = false;  // asked for; the stage puts it back
+  bool fit_camera = false;     // requested; the stage clears it
+  bool measure_terms = false;  // requested; the stage clears it
 };
 
 class Panel {
  public:
-  // max_parcels: end of the slider of N. draw_target: which one runs, and why.
+  // max_parcels: end of the slider of N. draw_target: the kind and the reason for it.
   Panel(std::int64_t max_parcels, std::string draw_target);
 
   // Describes the panel to ImGui, full height at the left edge. Commands::settings is set only if a value
   // changed.
   Commands edit(const FrameView& frame, ViewSwitches& switches, float scale);
 
-  // What the section on accuracy shows; null: nothing yet. shows_accuracy: the section is open.
+  // Figures of the section on accuracy; null: none yet. shows_accuracy: the section is open.
   void set_readout(const AccuracyReadout* readout) { readout_ = readout; }
   bool shows_accuracy() const { return shows_accuracy_; }
 
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
   float width_px(float scale) const { return kWidth_px * scale; }
   const ControlMap& controls() const { return rows_.controls(); }
-  ControlMap& controls() { return rows_.controls(); }  // for what can be clicked outside the panel
+  ControlMap& controls() { return rows_.controls(); }  // for controls outside the panel
 
  private:
   static constexpr float kWidth_px = 318.0F;
@@ -68,13 +69,13 @@ class Panel {
   AccuracySection accuracy_;
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
-  std::vector<std::string> scenes_;  // found when the menu was opened
-  // A change of N spawns the air anew: it is applied when the person lets go, not on the way.
+  std::vector<std::string> scenes_;  // listed when the menu opened
+  // A change of N spawns the air again, so it is applied on release only.
   std::int64_t num_parcels_ = 0;
   bool holds_num_parcels_ = false;
   std::array<char, 256> scene_file_{};
   double ui_scale_ = 1.0;          // in hand
-  double launch_angle_deg_ = 0.0;  // remembered here, because a speed of 0 has no direction
+  double launch_angle_deg_ = 0.0;  // kept here, because a speed of 0 has no direction
 };
 
 }  // namespace pf

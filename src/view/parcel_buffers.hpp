@@ -1,4 +1,4 @@
-// What the renderer binds to draw the parcels, whichever way they came there.
+// The GL buffers that the renderer draws the parcels from.
 #pragma once
 
 #include <memory>
@@ -17,14 +17,14 @@ struct ParcelBuffers {
   GLintptr speed_offset = 0;
 };
 
-// A draw target whose memory is GL buffers.
+// A draw target with GL buffers as its memory.
 class GlDrawTarget : public DrawTarget {
  public:
   // The buffers of the last unmap(); position_buffer is 0 before the first.
   virtual ParcelBuffers buffers() const = 0;
-  // Called after the frame's draw calls were issued: from here on GL may still read the buffers.
+  // To be called after the frame's draw calls: GL may read the buffers after this.
   virtual void frame_drawn() = 0;
-  // One short line: why this kind was chosen.
+  // The reason for this kind, in one short line.
   virtual std::string reason() const = 0;
 };
 

@@ -1,4 +1,4 @@
-// A film as a folder of PNG files: where there is no ffmpeg, or where single frames are wanted.
+// A film as a folder of PNG files: without ffmpeg, or for single frames.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,13 @@ namespace pf {
 
 class PngFrames final : public FrameSink {
  public:
-  // pattern: as is_frame_pattern wants it. Makes the folder; throws UserError if it cannot.
+  // pattern: one that is_frame_pattern accepts. Makes the folder; throws UserError if it cannot.
   PngFrames(std::filesystem::path pattern, SizePx size);
 
   // rgba: height * width * 4 bytes, bottom row first. Numbered from 0. Throws UserError if it cannot be
   // written.
   void add_frame(std::span<const std::uint8_t> rgba) override;
-  // Removes the frames of a longer, older film that would follow the last one of this.
+  // Removes frames of an older, longer film after the last one of this.
   void finish() override;
   std::string name() const override { return "png"; }
 

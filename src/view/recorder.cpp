@@ -19,7 +19,7 @@ using nlohmann::json;
 
 constexpr double kNewsShown_s = 6.0;
 
-// A name is taken if anything that belongs to it is there.
+// A name is free if no file that belongs to it exists.
 bool is_free(const fs::path& film) {
   std::error_code ignored;
   return !fs::exists(fs::symlink_status(film, ignored)) && !fs::exists(log_beside(film), ignored) &&
@@ -83,8 +83,8 @@ SizePx Recorder::film_size() const {
   return chosen ? SizePx{options_.record_width_px, options_.record_height_px} : seen_;
 }
 
-// A window shows panel and overlay as its person likes them, the film as it was asked for. Without a window
-// what is drawn is the film, unless its size is another. The panel cannot be drawn twice.
+// A window shows panel and overlay as switched there, the film as the options say. Without a window the
+// picture is the film, unless its size differs. The panel cannot be drawn twice.
 bool Recorder::draws_itself() const {
   if (options_.record_panel) return false;
   const SizePx film = film_size();
@@ -107,7 +107,7 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   const FilmRequest request = {file, film_size(), simulation.settings().frame_rate_hz,
                                options_.record_real_time};
   auto film = std::make_unique<Film>(request, announce_);
-  // Beside /dev/null, which `bench` records to, there is no place for a log.
+  // `bench` records to /dev/null, which has no place for a log beside it.
   const fs::path log = film->file() == "/dev/null" ? fs::path() : log_beside(film->file());
   if (!log.empty()) log_.open(log);
   running_.emplace(Running{std::move(film), log, false});
@@ -123,7 +123,7 @@ void Recorder::toggle(Simulation& simulation) {
     const FilmFigures film = running_->film->figures();
     tell(fmt::format("recording {} ({}x{}, {})", in_quotes(film.file.string()), film.size.width,
                      film.size.height, film.encoder));
-  } catch (const std::exception& error) {  // of the file, of ffmpeg, no memory: none of them ends the run
+  } catch (const std::exception& error) {  // a file, ffmpeg or memory: the run goes on
     tell(error.what());
   }
 }
@@ -135,10 +135,10 @@ void Recorder::end(Simulation& simulation) {
   running_.reset();
 }
 
-// Films whose last frame is written, and the one in hand if it has broken.
+// Reports films that are written to their end, and the current one if it has failed.
 void Recorder::follow(Simulation& simulation) {
   if (running_ && !running_->film->failure().empty()) {
-    tell(fmt::format("recording stopped, the run goes on: {}", running_->film->failure()));
+    tell(fmt::format("recording stopped, the run continues: {}", running_->film->failure()));
     running_->failure_told = true;
     end(simulation);
   }
@@ -161,11 +161,11 @@ void Recorder::follow(Simulation& simulation) {
 
 bool Recorder::wants_seen() const {
   if (!has_window_ || !options_.picture.empty()) return true;
-  return (running_ || picture_asked_) && options_.record_panel;
+  return (running_ || picture_requested_) && options_.record_panel;
 }
 
 FilmScene* Recorder::scene() {
-  const bool is_wanted = (running_ || picture_asked_) && draws_itself();
+  const bool is_wanted = (running_ || picture_requested_) && draws_itself();
   if (!is_wanted) return nullptr;
   const SizePx size = film_size();
   if (!scene_ || !(scene_->size() == size)) scene_ = std::make_unique<FilmScene>(size);
@@ -176,8 +176,8 @@ void Recorder::take(const SeenPicture& seen, Simulation& simulation) {
   const FilmScene* drawn = scene();
   const SeenPicture picture = drawn != nullptr ? SeenPicture{drawn->framebuffer(), drawn->size()} : seen;
   if (running_) running_->film->add_frame(picture.framebuffer, picture.size);
-  if (picture_asked_) {
-    picture_asked_ = false;
+  if (picture_requested_) {
+    picture_requested_ = false;
     const std::string name =
         fmt::format("{}_t{:.4f}s.png", file_part(simulation.settings().name), simulation.view().simulated_s);
     int number = 1;
@@ -193,8 +193,8 @@ void Recorder::take(const SeenPicture& seen, Simulation& simulation) {
   follow(simulation);
 }
 
-// For --picture the last frame of the first flight, which shows the whole path, or the last frame of a run
-// without a flight; for --still the last one.
+// --picture takes the last frame of the first flight, which shows the whole path, or the last frame of a run
+// without a flight; --still takes the last frame.
 void Recorder::keep(const SeenPicture& seen, const Simulation& simulation) {
   if (!options_.still_s && simulation.finished_flight() && kept_.texture() != 0) return;
   const auto [width, height] = seen.size;

@@ -1,4 +1,4 @@
-// What leaves the screen: films, begun and ended at any frame, each with a log beside it; pictures.
+// Films and pictures of the run. A film begins and ends at any frame and has a log beside it.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@
 
 namespace pf {
 
-// The picture in the window, or that in memory of a run without one.
+// The picture in the window; without a window, the one in memory.
 struct SeenPicture {
   GLuint framebuffer = 0;
   SizePx size;
@@ -26,34 +26,35 @@ class Recorder {
  public:
   using Announce = std::function<void(const std::string&)>;
 
-  // announce: told what a person should know; null: nobody. log: what a film has beside it.
+  // announce: receives messages for the person; may be null. log: written beside each film.
   Recorder(const Options& options, bool has_window, Announce announce, InputLog& log);
 
-  // Size of the picture that is seen, from the frame in hand on. Before all else.
+  // Size of the picture that is seen, from the current frame on. To be called first.
   void set_seen(SizePx seen) { seen_ = seen; }
   // Begins the film of --record. Throws UserError and DeviceError.
   void begin(Simulation& simulation);
-  // Ends the film in hand, or begins another with a name that is free. Never throws: a film that cannot be
-  // begun is a notice.
+  // Ends the current film, or begins another under a free name. Never throws: a film that cannot begin
+  // becomes a notice.
   void toggle(Simulation& simulation);
-  // The frame in hand becomes a PNG with a name of its own.
-  void ask_picture() { picture_asked_ = true; }
+  // Writes the current frame as a PNG under a free name.
+  void request_picture() { picture_requested_ = true; }
 
-  // How the frame in hand must be drawn: the film wants the picture that is seen, in memory; or one that is
-  // drawn for it.
+  // How the current frame must be drawn: wants_seen() if the seen picture must be in memory; scene() if the
+  // film has a picture of its own.
   bool wants_seen() const;
-  FilmScene* scene();  // null: none is wanted
+  FilmScene* scene();  // null: none
   bool has_overlay() const { return options_.record_overlay; }
+  bool is_recording() const { return running_.has_value(); }
 
   // Takes the frame. seen: in memory if wants_seen().
   void take(const SeenPicture& seen, Simulation& simulation);
   // Ends the film and waits until all films are written; writes the picture of --picture or --still.
   void finish(Simulation& simulation);
 
-  // One line to show in the window, or empty: what is being recorded, or what has just become of it.
+  // One line for the window: the current film, or the end of the last one. Empty: none.
   std::string notice() const;
-  bool failed() const;  // a film could not be written to its end
-  // The last film, null if there is none: file, log, frames, dropped, duplicated, surplus, encoder, width,
+  bool failed() const;  // a film broke off
+  // The last film, null without one: file, log, frames, dropped, duplicated, surplus, encoder, width,
   // height, rate_hz, write_ms_per_frame (of encoder or sink, on their thread), failure (null: none), earlier:
   // the films before it.
   nlohmann::json report() const;
@@ -84,7 +85,7 @@ class Recorder {
   std::vector<Running> ending_;
   std::vector<std::pair<FilmFigures, std::filesystem::path>> ended_;  // with the log of each
   bool failed_ = false;
-  bool picture_asked_ = false;
+  bool picture_requested_ = false;
   SizePx seen_;
   std::unique_ptr<FilmScene> scene_;
   ColorTarget kept_;  // for --picture and --still

@@ -37,12 +37,12 @@ void set_color(auto& style, const std::array<float, 3>& color, float alpha) {
   style.color[3] = alpha;
 }
 
-// From this diameter on a parcel is drawn as a disc of its own; below, it is counted in its pixel.
+// A parcel of this diameter or more is drawn as a disc; a smaller one is counted in its pixel.
 constexpr double kFirstDisc_px = 1.6;
 constexpr float kDiscAlpha = 0.95F;
 
-// A counted parcel's alpha is the share of the pixel that it covers to the power 0.75: a little more than its
-// share, so that air of 10 % area fraction is seen at any N.
+// The alpha of a counted parcel is its share of the pixel to the power 0.75: a little more than the share, so
+// that air of 10 % area fraction can be seen at any N.
 float counted_alpha(double diameter_px) {
   const double share = std::min(1.0, 0.25 * kPi * diameter_px * diameter_px);
   return kDiscAlpha * static_cast<float>(std::pow(share, 0.75));
@@ -128,8 +128,7 @@ void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, view_buffer_.get());
 }
 
-// The floor is painted once per view and then copied: its shader would cost llvmpipe more than 20,000
-// parcels.
+// Painted once per view and then copied: in llvmpipe its shader would cost more than 20,000 parcels.
 void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
   const World& world = frame.physics->world;
   const Vec2d half_m = to_metres(world, world.half);
@@ -188,7 +187,7 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
 }
 
-// Earlier flights fade with age, ghosts are dashed, the present flight is on top.
+// Earlier flights fade with age, ghosts are dashed, the current flight is on top.
 void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
   const ThemeColors& theme = theme_colors(look_.theme);
   if (frame.old_flights != nullptr) {
@@ -219,12 +218,12 @@ void Renderer::draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camer
 }
 
 void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style) {
-  // Points nearer than 1.5 px to the last one kept carry no shape, only trouble for the normals.
-  const auto least = static_cast<float>(1.5 * camera.metres_per_px);
+  // Points within 1.5 px of the last one kept add no shape and make the normals unstable.
+  const auto min_step_m = static_cast<float>(1.5 * camera.metres_per_px);
   path_points_.clear();
   for (const Vec2f& point : points_m) {
-    const Vec2f moved = path_points_.empty() ? Vec2f{least, least} : point - path_points_.back();
-    if (dot(moved, moved) >= least * least) path_points_.push_back(point);
+    const Vec2f moved = path_points_.empty() ? Vec2f{min_step_m, min_step_m} : point - path_points_.back();
+    if (dot(moved, moved) >= min_step_m * min_step_m) path_points_.push_back(point);
   }
   if (path_points_.size() < 2) return;
   path_vertices_.clear();

@@ -14,7 +14,7 @@
 
 namespace pf {
 
-// Where a frame is drawn to: a framebuffer (0: the window's) and its size.
+// The framebuffer that a frame is drawn to (0: the window's), and its size.
 struct Viewport {
   GLuint framebuffer = 0;
   SizePx size;
@@ -25,8 +25,8 @@ class Renderer {
  public:
   Renderer();  // throws DeviceError if a shader is missing or does not compile
 
-  // Floor and parcels; covers the whole viewport. Needs nothing of the frame that is known only when its
-  // steps are done. parcels: null if there are none to draw.
+  // Floor and parcels; covers the whole viewport. Needs no result of the frame's steps. parcels: null if
+  // there are none to draw.
   void draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
                 const Viewport& viewport);
   // Paths and ball, on top.
@@ -35,7 +35,7 @@ class Renderer {
   void set_look(const Look& look) { look_ = look; }
 
  private:
-  // What the kept picture of the floor was drawn for.
+  // The view that the kept picture of the floor belongs to.
   struct FloorKey {
     Vec2d center_m, anchor_px;
     double metres_per_px = 0.0;

@@ -1,47 +1,38 @@
-// What is written into the scene itself: notices, the legend of the flights with their figures, numbers at
-// the ends of paths, and the arrow while a launch is aimed.
+// Marks in the scene itself: notices, the legend of the flights, numbers at the ends of paths, and the arrow
+// while a launch is aimed.
 #pragma once
-
-#include <string>
-#include <vector>
 
 #include "app/simulation.hpp"
 #include "view/camera.hpp"
+#include "view/flight_legend.hpp"
 #include "view/look.hpp"
 #include "view/overlay.hpp"
 
 namespace pf {
 
-// One flight as the legend shows it.
-struct FlightRow {
-  std::string number, method, speed, spin, apart, energy, cost;
+// Where the scene is drawn, and how.
+struct ScenePlace {
+  const Camera& camera;
+  OverlayPlace place;      // of the scene, above the overlay
+  float height_px = 0.0F;  // of the window
+  Look look;
 };
-
-// The flights of a frame, the present one first. Columns apart, energy and cost are filled for flights of the
-// present launch if there are several: apart from the first of them, at the end and at most.
-std::vector<FlightRow> flight_rows(const FrameView& frame);
 
 class SceneMarks {
  public:
-  // place: of the scene, as for the overlay. height_px: of the window.
-  void show(const FrameView& frame, const Camera& camera, const OverlayPlace& place, float height_px,
-            const Look& look);
-  // Kept free for the legend at the top when the world is fitted: that of three flights. Longer ones, and
-  // very large text, let the scene shine through.
-  static float reserved_px(const FrameView& frame, const Look& look, float scale, float height_px);
+  void show(const FrameView& frame, const ScenePlace& scene);
+  // The part of the free region that a fitted world fills, so that the legend stands beside it.
+  ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
+                              float scale) const;
   // Arrow and figures at the ball's start.
-  static void show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m, const Camera& camera,
-                       const OverlayPlace& place, float height_px, const Look& look);
+  static void show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m,
+                       const ScenePlace& scene);
 
  private:
-  void write_rows(const FrameView& frame);
-  ImVec2 show_flights(const FrameView& frame, const OverlayPlace& place, const Look& look);
-  static void show_numbers(const FrameView& frame, const Camera& camera, const OverlayPlace& place,
-                           float height_px, const Look& look);
+  ViewRegion show_legend(const FrameView& frame, const ScenePlace& scene);
+  static void show_numbers(const FrameView& frame, const ScenePlace& scene);
 
-  std::vector<FlightRow> rows_;
-  std::int64_t written_flight_ = -1;
-  int frames_since_ = 0;
+  FlightLegend legend_;
 };
 
 }  // namespace pf

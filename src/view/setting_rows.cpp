@@ -13,7 +13,7 @@ namespace {
 
 const Field& field_of(const char* path) { return find_field(path, "panel"); }
 
-float label_width() { return ImGui::GetFontSize() * 7.6F; }
+float label_width() { return ImGui::GetFontSize() * 9.8F; }
 
 double number_of(const Field& field, const Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
@@ -21,7 +21,7 @@ double number_of(const Field& field, const Settings& settings) {
   return settings.*std::get<double Settings::*>(field.member);
 }
 
-// Into the field's range. What is no finite number goes on as it is: the simulation refuses it, saying why.
+// Clamps to the field's range. A number that is not finite passes: the simulation refuses it with a reason.
 void set_number(const Field& field, double value, Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member)) {
     settings.** whole = static_cast<std::int64_t>(std::clamp(value, field.min, field.max));
@@ -96,7 +96,7 @@ void SettingRows::slider(const char* label, const char* path, const SliderLook& 
   double value = held_path_ == path ? held_value_ : number_of(field, edited_);
   begin_row(label, help);
   const bool moved = move(field, look, value);
-  // What is typed counts when it is finished: 1e9 on the way to 1e-9 must not.
+  // A typed number counts when it is finished: 1e9 on the way to 1e-9 must not.
   const bool waits = look.on_release || ImGui::GetIO().WantTextInput;
   const bool done = held_path_ == path || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
   if (waits && ImGui::IsItemActive()) {
@@ -125,15 +125,15 @@ void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const 
 }
 
 int SettingRows::menu(const char* label, const std::string& help, const char* id,
-                      const std::vector<std::string>& names, int present) {
+                      const std::vector<std::string>& names, int current) {
   begin_row(label, help);
-  int chosen = present;
-  const bool open = ImGui::BeginCombo(id, names[static_cast<std::size_t>(present)].c_str());
+  int chosen = current;
+  const bool open = ImGui::BeginCombo(id, names[static_cast<std::size_t>(current)].c_str());
   end_row(label, help);
-  if (!open) return present;
+  if (!open) return current;
   for (int i = 0; i < static_cast<int>(names.size()); ++i) {
     const std::string& name = names[static_cast<std::size_t>(i)];
-    if (ImGui::Selectable(name.c_str(), i == present)) chosen = i;
+    if (ImGui::Selectable(name.c_str(), i == current)) chosen = i;
     controls_.note(std::string(label) + "." + name);
   }
   ImGui::EndCombo();
@@ -142,10 +142,10 @@ int SettingRows::menu(const char* label, const std::string& help, const char* id
 
 void SettingRows::combo(const char* label, const char* path) {
   const Choice& choice = std::get<Choice>(field_of(path).member);
-  const int present = choice.get(edited_);
+  const int current = choice.get(edited_);
   const std::string id = std::string("##") + path;
-  const int chosen = menu(label, help_of(path), id.c_str(), choice.names, present);
-  if (chosen == present) return;
+  const int chosen = menu(label, help_of(path), id.c_str(), choice.names, current);
+  if (chosen == current) return;
   choice.set(edited_, chosen);
   changed_ = true;
 }

@@ -19,7 +19,7 @@ struct SliderLook {
   const char* format = "%.3f";
   bool logarithmic = false;
   const char* at_zero = nullptr;  // shown in place of the number 0
-  bool on_release = false;  // applied when the person lets go: what spawns the air anew, or costs as much
+  bool on_release = false;        // applied on release: the change spawns the air again, or costs as much
 };
 
 class SettingRows {
@@ -33,12 +33,12 @@ class SettingRows {
   const ControlMap& controls() const { return controls_; }
 
   void slider(const char* label, const char* path, const SliderLook& look);
-  // Beside each other in one row: label and path of each.
+  // Several in one row: label and path of each.
   void checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes);
   void combo(const char* label, const char* path);
-  // Names to choose from that are no setting; id as ImGui wants it, present and result: places in names.
+  // A choice that is no setting. id: ImGui's; current and the result are indices of names.
   int menu(const char* label, const std::string& help, const char* id, const std::vector<std::string>& names,
-           int present);
+           int current);
 
   // Any setting but a text, by its key; a number is typed and counts when finished.
   void any(const Field& field);
@@ -50,20 +50,20 @@ class SettingRows {
   bool header(const char* label, bool open);
 
  private:
-  // What a whole-number or a floating-point slider has in common. Returns whether the value moved.
+  // A slider of a whole or of a floating-point number. True if the value moved.
   static bool move(const Field& field, const SliderLook& look, double& value);
 
   Settings edited_;
   bool changed_ = false;
-  std::string held_path_;  // the slider in hand whose value is not applied yet, and that value
+  std::string held_path_;  // of a slider whose value is not applied yet
   double held_value_ = 0.0;
   ControlMap controls_;
 };
 
-// Meaning, unit and allowed values of a setting, as the scene file has them.
+// Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// For the widget made last.
+// Of the last widget.
 void tooltip(const std::string& text);
 
 }  // namespace pf

@@ -9,7 +9,7 @@ namespace {
 constexpr std::uint32_t kGroup = 256;        // local_size_x of splat.comp
 constexpr std::uint32_t kChunk = 1U << 23U;  // parcels per dispatch: 64 MiB, which every GL can bind
 
-// Far below the 8191 that a pixel can count: the air in front of the ball is denser than the average.
+// Far below 8191, the most that a pixel can count: the air in front of the ball is denser than the average.
 constexpr double kMaxPerPixel = 500.0;
 
 void bind_chunk(GLuint index, GLuint buffer, GLintptr offset, std::size_t item, std::uint32_t first,

@@ -1,5 +1,5 @@
-// Parcels smaller than a pixel or two, drawn as an image of counts: a compute shader adds each parcel to its
-// pixel, one triangle turns counts into colours. On an H200 at 1080p 10^6 parcels cost 1.8 ms as points.
+// Draws parcels smaller than a pixel or two as an image of counts: a compute shader adds each parcel to its
+// pixel, and one triangle turns counts into colours. On an H200 at 1080p 10^6 parcels cost 1.8 ms as points.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace pf {
 struct SplatStyle {
   float per_color_mps = 1.0F;  // speed to place on the colour scale
   float alpha = 1.0F;          // of one parcel, in [0, 1)
-  double per_pixel = 1.0;      // parcels, on average over the world: what a pixel can count is bounded
+  double per_pixel = 1.0;      // parcels, on average over the world; the count of a pixel is bounded
 };
 
 class Splat {

@@ -14,7 +14,7 @@
 namespace pf {
 namespace {
 
-constexpr double kLongestFilm_s = 60.0;  // of a headless run that neither has an end nor a ball that leaves
+constexpr double kLongestFilm_s = 60.0;  // of a headless run without an end or a ball that leaves
 constexpr double kAfterFlight_s = 0.5;
 
 std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const std::string& backend) {
@@ -22,7 +22,7 @@ std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const st
   return std::make_unique<HostDrawTarget>("CPU backend");
 }
 
-// The place of a checked name.
+// The index of a checked name.
 template <class Index>
 Index index_of(const std::string& name, const std::vector<std::string>& names) {
   return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -33,7 +33,7 @@ ViewSwitches switches_of(const Options& options, bool window) {
   switches.show_panel = window ? options.show_panel : options.record_panel;
   switches.show_path = options.show_path || options.ghosts;
   switches.overlay_mode = index_of<int>(options.overlay, kOverlayNames);
-  // Without a window what is drawn is the film.
+  // Without a window the picture is the film.
   if (!window && !options.record_overlay) switches.overlay_mode = static_cast<int>(OverlayMode::off);
   switches.look.theme = index_of<Theme>(options.theme, kThemeNames);
   switches.look.color_map = index_of<ColorMap>(options.color_map, kColorMapNames);
@@ -61,6 +61,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
+      term_costs_(hooks.make_backend),
       overlay_({context.info().renderer, describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
       log_(simulation, simulation.backend().name()),
@@ -75,7 +76,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (!options.log.empty()) log_.open(options.log);
-  if (has_window || replay_) simulation_.keep_moments();  // a log may go back to them
+  if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
   if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
   recorder_.set_seen(context.size_px());
   recorder_.begin(simulation);
@@ -130,6 +131,7 @@ int Stage::finish() {
                                {"height", size_.height}});
   record_.set_part("accuracy",
                    accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
+  record_.set_part("terms", to_json(term_costs_));
   record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool unresolvable =
@@ -138,7 +140,8 @@ int Stage::finish() {
   return unresolvable || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 
-// A log's inputs instead of a person's; the last frame before a still shortened so that it ends there.
+// Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends
+// there.
 void Stage::steer() {
   if (replay_) {
     const bool quit = commands_.quit;
@@ -156,24 +159,24 @@ void Stage::steer() {
   }
 }
 
-// Simulated time from now to the still's. 0 once it is so short that no frame can be shortened to it.
+// Simulated time until the still. 0 when no frame can be as short.
 double Stage::left_to_still_s() const {
   const double left_s = *options_.still_s - simulation_.view().simulated_s;
-  static const double least = find_field("run.time_scale", "--still").min;
-  return left_s * simulation_.settings().frame_rate_hz < least ? 0.0 : left_s;
+  static const double min_scale = find_field("run.time_scale", "--still").min;
+  return left_s * simulation_.settings().frame_rate_hz < min_scale ? 0.0 : left_s;
 }
 
 bool Stage::ended() {
-  if (stop_requested.load(std::memory_order_relaxed) || context_.close_asked()) return true;
+  if (stop_requested.load(std::memory_order_relaxed) || context_.close_requested()) return true;
   if (replay_) return replay_->ended();
   if (options_.still_s) return still_ended();
   const Settings& settings = simulation_.settings();
   const double shown_s = static_cast<double>(num_frames_) / settings.frame_rate_hz;
-  // A scene's own length is that of a headless run: a window stays until it is closed, or as long as asked.
+  // A scene's own length is for headless runs. A window stays until it is closed, or for --seconds.
   const bool has_end = settings.seconds > 0.0 && (context_.window() == nullptr || options_.seconds_given);
   if (has_end && shown_s >= settings.seconds - 1e-9) return true;
   if (context_.window() != nullptr) return false;
-  if (simulation_.view().paused) return true;  // by itself: nobody is there to press a key
+  if (simulation_.view().paused) return true;  // the simulation paused itself, and there are no keys
   if (settings.seconds > 0.0) return false;
   if (simulation_.finished_flight()) ++frames_after_flight_;
   const double after_s = static_cast<double>(frames_after_flight_) / settings.frame_rate_hz;
@@ -189,13 +192,13 @@ bool Stage::still_ended() const {
                               view.simulated_s, view.message.empty() ? "" : ": ", view.message));
 }
 
-// Once per backend: what the share of the copying speed is of. Without it the share is left out.
+// The reference of the overlay's share of copying, once per backend. Without it the overlay shows no share.
 void Stage::measure_copy_bandwidth() {
   Backend& backend = simulation_.backend();
   const std::size_t num_bytes = backend.name() == "cuda" ? 256U << 20 : 32U << 20;  // beyond the caches
   try {
     overlay_.set_copy_bandwidth(backend.measure_copy_bandwidth(num_bytes));
-  } catch (const DeviceError&) {  // no room for the copy
+  } catch (const DeviceError&) {  // no memory for the copy
     overlay_.set_copy_bandwidth(0.0);
   } catch (const std::bad_alloc&) {
     overlay_.set_copy_bandwidth(0.0);
@@ -219,9 +222,10 @@ void Stage::finish_steps() {
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
   follow_accuracy();
+  follow_terms();
 }
 
-// Measuring belongs to what shows it.
+// Measuring takes time of the panel that shows it.
 void Stage::follow_accuracy() {
   ScopedPhase timing(times_, Phase::panel);
   if (panel_.shows_accuracy()) {
@@ -232,7 +236,22 @@ void Stage::follow_accuracy() {
   panel_.set_readout(accuracy_.is_followed() ? &accuracy_.readout() : nullptr);
 }
 
-// The report is about the scene that the run ends with.
+// Only beside a window that shows the costs, and not while it is filmed. The time goes to no phase: it
+// belongs to no step and to no picture.
+void Stage::follow_terms() {
+  const bool is_shown =
+      context_.window() != nullptr && switches_.overlay_mode == static_cast<int>(OverlayMode::full);
+  if (!is_shown || recorder_.is_recording()) {
+    term_costs_.pause();
+    return;
+  }
+  if (switches_.measure_terms) term_costs_.request();
+  switches_.measure_terms = false;
+  term_costs_.follow(simulation_.view(), simulation_.backend());
+  overlay_.set_terms(term_costs_.text());
+}
+
+// The report covers the scene that the run ends with.
 void Stage::begin_record() {
   Backend& backend = simulation_.backend();
   record_ =
@@ -249,7 +268,7 @@ void Stage::follow_fallback() {
     hooks_.announce(fmt::format("{} Draw target {}", simulation_.view().message, describe(*target_)));
 }
 
-// A window shows frames at the rate that the time scale is meant for, also on a faster screen.
+// A window keeps the scene's frame rate also on a faster screen, because the time scale refers to it.
 void Stage::keep_pace() {
   const Clock::time_point now = Clock::now();
   frame_s_ = std::chrono::duration<double>(now - last_frame_).count();

@@ -11,23 +11,27 @@
 #include "app/options.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
+#include "app/term_costs.hpp"
 #include "view/context.hpp"
 #include "view/parcel_buffers.hpp"
 
 namespace pf {
 
-// Set by main's handler of SIGINT and SIGTERM: the run ends after the frame in hand, film and report are
-// finished.
+// Set by main's handler of SIGINT and SIGTERM: the run ends after the current frame and finishes film and
+// report.
 inline std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set it");
 
 struct StageHooks {
   // Makes the draw target for the backend of that name; null: the host target. Called with the context
-  // current, at the start and again if another backend had to take over.
+  // current, at the start and again after a change of backend.
   std::function<std::unique_ptr<GlDrawTarget>(const std::string& backend)> make_draw_target;
-  // Told each thing that a person should know once (what draws and why); null: nobody.
+  // Makes a backend beside the run's, of that name, on the same device: the terms of the model are timed on
+  // it. threads: as in the settings. Null: they are not timed.
+  TermCosts::MakeBackend make_backend;
+  // Receives messages for the person, as what draws and why; may be null.
   std::function<void(const std::string&)> announce;
-  // Written whenever the panel's controls move: where each is (ControlMap). Empty: never.
+  // A file with the rectangle of each control (ControlMap), written when they move. Empty: none.
   std::filesystem::path panel_map;
   // End of the slider of N.
   std::int64_t max_parcels = 1'000'000;

@@ -1,4 +1,4 @@
-// What keys, mouse and panel do to the stage.
+// Effects of keys, mouse and panel on the stage.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace pf {
 namespace {
 
-// Steps of 2^(1/4) from 1, within what the flag takes.
+// Steps of 2^(1/4) from 1, within the range of --ui-scale.
 double scaled_text(double scale, int steps) {
   const double place = std::round(4.0 * std::log2(scale)) + steps;
   return std::clamp(std::exp2(0.25 * place), kMinUiScale, kMaxUiScale);
@@ -15,7 +15,7 @@ double scaled_text(double scale, int steps) {
 
 }  // namespace
 
-// Keys, mouse and panel; the overlay is described after the simulation has moved on.
+// Keys, mouse and panel; the overlay follows after the steps.
 Commands Stage::handle_input() {
   ScopedPhase timing(times_, Phase::panel);
   context_.poll_events();
@@ -33,7 +33,7 @@ Commands Stage::handle_input() {
   commands.time_scale_factor = input.commands.time_scale_factor;
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
   commands.quit = input.commands.quit;
-  // S steps while paused; while running it does nothing.
+  // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();
   aim(input, commands);
@@ -43,7 +43,7 @@ Commands Stage::handle_input() {
   return commands;
 }
 
-// The ball is grabbed where it is, or at its start, and the show waits until it is let go.
+// A drag begins at the ball or at its start. The simulation waits until it ends.
 void Stage::aim(const InputFrame& input, Commands& commands) {
   const FrameView& view = simulation_.view();
   const Settings& settings = *view.settings;
@@ -65,8 +65,7 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
 bool Stage::is_at_ball(Vec2d pointer_px) const {
   const FrameView& view = simulation_.view();
   constexpr double kMinReach_px = 14.0;
-  const double reach_m =
-      std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
+  const double reach_m = std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
   const Vec2d pointer_m = camera_.to_world(pointer_px);
   const auto is_near = [&](Vec2d place_m) {
     const Vec2d away = pointer_m - place_m;
@@ -89,12 +88,13 @@ void Stage::follow_keys(const InputFrame& input) {
   if (input.toggle_vsync) switches_.vsync = !switches_.vsync;
   if (input.toggle_full_screen) switches_.full_screen = !switches_.full_screen;
   if (input.larger_text != 0) switches_.ui_scale = scaled_text(switches_.ui_scale, input.larger_text);
-  // Ghosts are paths; asked for, they are shown.
+  if (input.measure_terms) switches_.measure_terms = true;
+  // Ghosts are paths: switching them on shows paths.
   if (input.toggle_ghosts && look.ghosts) switches_.show_path = true;
 }
 
 void Stage::follow_switches(const Commands& commands) {
-  // What is launched by hand or compared is to be seen.
+  // Shows the path of a launch by hand or a comparison.
   if (commands.fly || commands.compare != Comparison::none) switches_.show_path = true;
   switches_.look.paths = switches_.show_path;
   scale_ = context_.content_scale() * static_cast<float>(switches_.ui_scale);  // from the next frame on
@@ -113,7 +113,7 @@ void Stage::follow_camera(const InputFrame& input) {
   switches_.fit_camera = false;
   if (camera_.fitted) fit_camera();
   if (input.toggle_film) recorder_.toggle(simulation_);
-  if (input.take_picture) recorder_.ask_picture();
+  if (input.take_picture) recorder_.request_picture();
 }
 
 void Stage::write_panel_map() {

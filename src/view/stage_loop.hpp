@@ -1,4 +1,4 @@
-// The stage while it runs: what it holds, and the parts of a frame. Only the sources of the stage include it.
+// The stage while it runs: its members and the parts of a frame. Only the stage's sources include it.
 #pragma once
 
 #include <memory>
@@ -9,6 +9,7 @@
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
 #include "app/replay.hpp"
+#include "app/term_costs.hpp"
 #include "view/aim.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
@@ -42,6 +43,7 @@ class Stage {
   void begin_steps();
   void finish_steps();
   void follow_accuracy();
+  void follow_terms();
   void describe_overlay();
   void draw_air(const Viewport& viewport);
   void draw_flight(const Viewport& viewport);
@@ -67,11 +69,12 @@ class Stage {
   const StageHooks& hooks_;
 
   std::unique_ptr<GlDrawTarget> target_;
-  std::unique_ptr<WindowInput> input_;  // before gui_, which calls on to it
+  std::unique_ptr<WindowInput> input_;  // before gui_, which calls its callbacks
   Gui gui_;
   Renderer renderer_;
   Panel panel_;
   LiveAccuracy accuracy_;
+  TermCosts term_costs_;
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
@@ -81,7 +84,7 @@ class Stage {
   Recorder recorder_;
   std::optional<Replay> replay_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
-  ColorTarget canvas_;  // the frame, where it is read back; else the window is drawn to directly
+  ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
   Camera camera_;
   ViewSwitches switches_;
@@ -89,8 +92,8 @@ class Stage {
   SizePx size_;
   float scale_;  // of text and margins, in pixels per layout pixel
   bool vsync_ = true;
-  PhaseTimes times_;   // of the frame in hand
-  DrawTimes drawing_;  // the host's of the frame in hand, the GL device's of one or two before it
+  PhaseTimes times_;   // of the current frame
+  DrawTimes drawing_;  // host: of the current frame; GL device: of one or two frames before
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
   std::int64_t num_frames_ = 0;

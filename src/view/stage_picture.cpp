@@ -1,4 +1,4 @@
-// A frame of the stage as it is drawn, taken for the film and shown.
+// A frame of the stage: drawing it, taking it for the film, showing it.
 #include <algorithm>
 #include <cmath>
 
@@ -6,7 +6,7 @@
 
 namespace pf {
 
-// Without an overlay there is no legend either: the scene alone.
+// Without an overlay there is no legend either, only the scene.
 Look Stage::look_of_marks() const {
   Look look = switches_.look;
   look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
@@ -18,9 +18,9 @@ ViewRegion Stage::free_region() const {
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_);
-  const double top = SceneMarks::reserved_px(simulation_.view(), look_of_marks(), scale_,
-                                             static_cast<float>(size_.height - bottom));
-  return {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom - top, 1.0)};
+  const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
+                           std::max(size_.height - bottom, 1.0)};
+  return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 
 void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
@@ -35,18 +35,18 @@ void Stage::describe_overlay() {
   const FrameView& view = simulation_.view();
   const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
   overlay_.show(view, mode, place, switches_.look);
-  place.bottom_px -= Overlay::height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
+  place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
   const auto height_px = static_cast<float>(size_.height);
-  marks_.show(view, camera_, place, height_px, look_of_marks());
+  marks_.show(view, {camera_, place, height_px, look_of_marks()});
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
-                         camera_, place, height_px, switches_.look);
+                         {camera_, place, height_px, switches_.look});
   }
   if (context_.window() != nullptr) show_recording();
   gui_.end_frame();
 }
 
-// At the upper right corner of the window; a film that is drawn for itself does not have it.
+// At the upper right corner of the window. A film with a picture of its own does not show it.
 void Stage::show_recording() {
   const std::string text = recorder_.notice();
   if (!text.empty()) show_corner_notice(text, static_cast<float>(size_.width), scale_);
@@ -116,7 +116,7 @@ void Stage::take_frame(const Viewport& viewport) {
 void Stage::present(const Viewport& viewport) {
   ScopedPhase timing(times_, Phase::present);
   if (context_.window() != nullptr && viewport.framebuffer != 0) {
-    // Mesa looks for a new window size when a viewport is set, not when something is copied there.
+    // Mesa notices a new window size when a viewport is set, not on a copy.
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, viewport.size.width, viewport.size.height);
     const auto [width, height] = viewport.size;
@@ -126,7 +126,7 @@ void Stage::present(const Viewport& viewport) {
   context_.present();
 }
 
-// A rasteriser on the CPU starts when something waits for it. Waiting here books its time where it belongs.
+// A rasteriser on the CPU starts when something waits for it. Waiting here books its time to the right phase.
 void Stage::settle() const {
   if (context_.info().software) glFinish();
 }

@@ -12,68 +12,44 @@ namespace {
 
 WindowInput& self(GLFWwindow* window) { return *static_cast<WindowInput*>(glfwGetWindowUserPointer(window)); }
 
+// A switch pressed twice between two frames is as it was.
+void flip(bool& value) { value = !value; }
+
+struct KeyAction {
+  int key;
+  void (*apply)(InputFrame& input);
+};
+
+constexpr KeyAction kKeyActions[] = {
+    {GLFW_KEY_SPACE, [](InputFrame& input) { flip(input.commands.toggle_pause); }},
+    {GLFW_KEY_S, [](InputFrame& input) { input.commands.single_step = true; }},
+    {GLFW_KEY_R, [](InputFrame& input) { input.commands.reset = true; }},
+    {GLFW_KEY_L, [](InputFrame& input) { input.commands.launch = true; }},
+    {GLFW_KEY_B, [](InputFrame& input) { input.commands.back = true; }},
+    {GLFW_KEY_ESCAPE, [](InputFrame& input) { input.commands.quit = true; }},
+    {GLFW_KEY_H, [](InputFrame& input) { flip(input.toggle_panel); }},
+    {GLFW_KEY_O, [](InputFrame& input) { input.next_overlay = true; }},
+    {GLFW_KEY_T, [](InputFrame& input) { flip(input.toggle_path); }},
+    {GLFW_KEY_G, [](InputFrame& input) { flip(input.toggle_ghosts); }},
+    {GLFW_KEY_F, [](InputFrame& input) { input.fit = true; }},
+    {GLFW_KEY_C, [](InputFrame& input) { input.next_color_map = true; }},
+    {GLFW_KEY_D, [](InputFrame& input) { flip(input.next_theme); }},
+    {GLFW_KEY_V, [](InputFrame& input) { flip(input.toggle_vsync); }},
+    {GLFW_KEY_F11, [](InputFrame& input) { flip(input.toggle_full_screen); }},
+    {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
+    {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},
+    {GLFW_KEY_F12, [](InputFrame& input) { input.take_picture = true; }}};
+
 void apply_key(int key, int mods, InputFrame& input) {
-  switch (key) {
-    case GLFW_KEY_SPACE:
-      input.commands.toggle_pause = !input.commands.toggle_pause;
-      break;
-    case GLFW_KEY_S:
-      input.commands.single_step = true;
-      break;
-    case GLFW_KEY_R:
-      input.commands.reset = true;
-      break;
-    case GLFW_KEY_L:
-      input.commands.launch = true;
-      break;
-    case GLFW_KEY_H:
-      input.toggle_panel = !input.toggle_panel;
-      break;
-    case GLFW_KEY_O:
-      input.next_overlay = true;
-      break;
-    case GLFW_KEY_T:
-      input.toggle_path = !input.toggle_path;
-      break;
-    case GLFW_KEY_F:
-      input.fit = true;
-      break;
-    case GLFW_KEY_F9:
-      input.toggle_film = !input.toggle_film;
-      break;
-    case GLFW_KEY_F12:
-      input.take_picture = true;
-      break;
-    case GLFW_KEY_M:
-      input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
-      break;
-    case GLFW_KEY_B:
-      input.commands.back = true;
-      break;
-    case GLFW_KEY_G:
-      input.toggle_ghosts = !input.toggle_ghosts;
-      break;
-    case GLFW_KEY_C:
-      input.next_color_map = true;
-      break;
-    case GLFW_KEY_D:
-      input.next_theme = !input.next_theme;
-      break;
-    case GLFW_KEY_V:
-      input.toggle_vsync = !input.toggle_vsync;
-      break;
-    case GLFW_KEY_F11:
-      input.toggle_full_screen = !input.toggle_full_screen;
-      break;
-    case GLFW_KEY_ESCAPE:
-      input.commands.quit = true;
-      break;
-    default:
-      break;
+  if (key == GLFW_KEY_M)
+    input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
+  for (const KeyAction& action : kKeyActions) {
+    if (action.key == key) action.apply(input);
   }
 }
 
-// Signs come as letters, wherever the keyboard has them; comma and point do for those that hide the brackets.
+// Signs come as letters, independent of the keyboard's layout. Comma and point replace brackets that are hard
+// to reach.
 void apply_letter(unsigned int letter, InputFrame& input) {
   switch (letter) {
     case '+':
@@ -154,7 +130,7 @@ InputFrame WindowInput::take(const Gui& gui) {
   return input;
 }
 
-// A drag belongs to whom it began at: the scene keeps it even when the pointer crosses the panel.
+// A drag that began in the scene stays there even when the pointer crosses the panel.
 void WindowInput::drag(const Gui& gui, InputFrame& input) {
   input.shift = glfwGetKey(window_, GLFW_KEY_LEFT_SHIFT) == GLFW_PRESS ||
                 glfwGetKey(window_, GLFW_KEY_RIGHT_SHIFT) == GLFW_PRESS;

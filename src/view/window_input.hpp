@@ -1,4 +1,4 @@
-// Keys and mouse of a window, gathered per frame. Keys come through GLFW's callbacks: Dear ImGui 1.86 has no
+// Keys and mouse of a window, collected per frame. Keys come from GLFW's callbacks: Dear ImGui 1.86 has no
 // queue, and a short press between two frames must not be lost.
 #pragma once
 
@@ -28,6 +28,7 @@ struct InputFrame {
   bool fit = false;
   bool toggle_film = false;
   bool take_picture = false;
+  bool measure_terms = false;
   bool pressed_left = false;  // in the scene, in this frame
   bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
   bool released = false;      // it ended
@@ -39,13 +40,13 @@ struct InputFrame {
 
 class WindowInput {
  public:
-  // Must be made before the Gui, which calls on to the callbacks it finds. Takes the window's user pointer.
+  // To be made before the Gui, which calls the callbacks that it finds. Takes the window's user pointer.
   explicit WindowInput(GLFWwindow* window);
   ~WindowInput();
   WindowInput(const WindowInput&) = delete;
   WindowInput& operator=(const WindowInput&) = delete;
 
-  // What happened since the last call, without what the panel has taken.
+  // All input since the last call, without the panel's.
   InputFrame take(const Gui& gui);
 
  private:

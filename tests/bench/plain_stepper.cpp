@@ -13,8 +13,8 @@ PlainStepper::PlainStepper(float side, PlainDiscs discs)
       discs_(std::move(discs)),
       next_(discs_.num()),
       cell_(discs_.num()),
-      cell_begin_(static_cast<std::size_t>(cells_per_side_) * static_cast<std::size_t>(cells_per_side_) + 1),
-      cursor_(cell_begin_.size()) {}
+      cell_start_(static_cast<std::size_t>(cells_per_side_) * static_cast<std::size_t>(cells_per_side_) + 1),
+      cursor_(cell_start_.size()) {}
 
 void PlainStepper::step(float dt_s) {
   sort_into_cells();
@@ -27,13 +27,13 @@ int PlainStepper::cell_of(float position) const {
 }
 
 void PlainStepper::sort_into_cells() {
-  std::fill(cell_begin_.begin(), cell_begin_.end(), 0U);
+  std::fill(cell_start_.begin(), cell_start_.end(), 0U);
   for (std::size_t i = 0; i < discs_.num(); ++i) {
     cell_[i] = static_cast<std::uint32_t>(cell_of(discs_.y[i]) * cells_per_side_ + cell_of(discs_.x[i]));
-    ++cell_begin_[cell_[i] + 1];
+    ++cell_start_[cell_[i] + 1];
   }
-  for (std::size_t c = 1; c < cell_begin_.size(); ++c) cell_begin_[c] += cell_begin_[c - 1];
-  cursor_ = cell_begin_;
+  for (std::size_t c = 1; c < cell_start_.size(); ++c) cell_start_[c] += cell_start_[c - 1];
+  cursor_ = cell_start_;
   for (std::size_t i = 0; i < discs_.num(); ++i) {
     const std::uint32_t to = cursor_[cell_[i]]++;
     next_.x[to] = discs_.x[i];
@@ -44,7 +44,7 @@ void PlainStepper::sort_into_cells() {
   std::swap(discs_, next_);
 }
 
-// Jacobi: every disc is answered from the state before the step.
+// Jacobi: each disc responds to the state before the step.
 void PlainStepper::collide() {
   for (std::uint32_t i = 0; i < discs_.num(); ++i) collide_one(i);
   std::swap(discs_, next_);
@@ -58,7 +58,7 @@ void PlainStepper::collide_one(std::uint32_t i) {
   for (int r = std::max(row - 1, 0); r <= std::min(row + 1, last); ++r) {
     for (int c = std::max(column - 1, 0); c <= std::min(column + 1, last); ++c) {
       const auto cell = static_cast<std::size_t>(r * cells_per_side_ + c);
-      for (std::uint32_t j = cell_begin_[cell]; j < cell_begin_[cell + 1]; ++j) {
+      for (std::uint32_t j = cell_start_[cell]; j < cell_start_[cell + 1]; ++j) {
         const float dx = discs_.x[j] - x, dy = discs_.y[j] - y;
         const float distance2 = dx * dx + dy * dy;
         if (distance2 >= 1.0F || j == i || distance2 == 0.0F) continue;
@@ -80,7 +80,7 @@ void PlainStepper::collide_one(std::uint32_t i) {
   next_.vy[i] = vy + change_y;
 }
 
-// Centres turn round at half a diameter from the wall.
+// Walls reflect centres at half a diameter.
 void PlainStepper::move(float dt_s) {
   const auto along = [&](float& position, float& velocity) {
     position += velocity * dt_s;

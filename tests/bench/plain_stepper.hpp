@@ -1,5 +1,5 @@
-// The rival of bench_ratio: the same physics as the gas scene, written the way one does in an hour. One
-// thread, floats, no care taken of determinism. Lengths in disc diameters, masses in disc masses, elastic.
+// The rival of bench_ratio: the physics of the gas scene, written in the plainest way. One thread, floats,
+// not deterministic by design. Lengths in disc diameters, masses in disc masses, elastic.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace pf::test {
 
-// State of discs, each array as long as there are discs; x, y in [0, side].
+// State of discs, one array element per disc; x, y in [0, side].
 struct PlainDiscs {
   std::vector<float> x, y;    // diameters
   std::vector<float> vx, vy;  // diameters per second
@@ -18,13 +18,13 @@ struct PlainDiscs {
 
 class PlainStepper {
  public:
-  // side: of the square box, diameters, at least 1.
+  // side: of the square box, in diameters, at least 1.
   PlainStepper(float side, PlainDiscs discs);
 
   void step(float dt_s);
 
   const PlainDiscs& discs() const { return discs_; }
-  // Approaching overlaps since the start, each pair once.
+  // Approaching overlaps since the start; counts each pair once.
   std::uint64_t num_collisions() const { return num_seen_ / 2; }
 
  private:
@@ -38,11 +38,11 @@ class PlainStepper {
   int cells_per_side_;
   float cells_per_diameter_;
   PlainDiscs discs_;                       // in cell order after sort_into_cells
-  PlainDiscs next_;                        // what the sort scatters to, then what collide writes
+  PlainDiscs next_;                        // output of the sort, then of collide
   std::vector<std::uint32_t> cell_;        // of each disc before the sort
-  std::vector<std::uint32_t> cell_begin_;  // one entry per cell and one more
-  std::vector<std::uint32_t> cursor_;      // where the next disc of each cell goes
-  std::uint64_t num_seen_ = 0;             // each collision is seen from both sides
+  std::vector<std::uint32_t> cell_start_;  // one entry per cell and one more
+  std::vector<std::uint32_t> cursor_;      // position of each cell's next disc
+  std::uint64_t num_seen_ = 0;             // counts each collision from both sides
 };
 
 }  // namespace pf::test

@@ -1,5 +1,4 @@
-// Method `exact` on the CPU against the lab's serial event-driven reference: that it works in parallel and in
-// steps has to pay.
+// Method `exact` on the CPU against the lab's serial event-driven reference: parallel steps must be faster.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,12 +33,12 @@ double median(std::vector<double> values) {
 }
 
 TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
-  if (!PF_IS_OPTIMISED) GTEST_SKIP() << "only a Release build without sanitizers is worth timing";
-  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores, this machine has fewer";
+  if (!PF_IS_OPTIMISED) GTEST_SKIP() << "times only a Release build without sanitizers";
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores; this machine has fewer";
   Settings settings = unit_gas(kNum, kAreaFraction, Boundary::periodic);
   settings.method = Method::exact;
   SceneRun run(settings, 2);
-  run.advance(1, 5.0 * kTime_s);  // the lattice of the start melts
+  run.advance(1, 5.0 * kTime_s);  // the starting lattice melts
   Reference rival = rival_of(run);
   std::vector<double> per_s[2];  // collisions per second: exact, reference
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
@@ -51,8 +50,8 @@ TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
     ASSERT_TRUE(rival.run_until(rival.now_s() + kTime_s));
     const double reference = static_cast<double>(rival.totals().num_collisions) - before;
     per_s[1].push_back(reference / (1e-3 * milliseconds_since(start)));
-    EXPECT_NEAR(exact / reference, 1.0,
-                0.02);  // both in the same gas: 9e4 collisions, 4 sigma of the difference
+    // Both step the same gas: 9e4 collisions, 4 sigma of the difference.
+    EXPECT_NEAR(exact / reference, 1.0, 0.02);
   }
   const double ratio = median(per_s[0]) / median(per_s[1]);
   std::printf(

@@ -1,4 +1,4 @@
-// The lab tells its own work from that of others. Alone, since other tests beside it would be others.
+// The lab tells its own work from that of others. The test must run alone: other tests would count as others.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -40,9 +40,9 @@ double cores_while_another_process_works() {
   return cores;
 }
 
-// What else runs on the machine is in both, so only their difference is asked for; a load average would give
+// Other processes of the machine are in both figures: only the difference counts. A load average would give
 // both the same.
-TEST(MachineLoad, TellsItsOwnWorkFromThatOfOthers) {
+TEST(MachineLoad, CountsOnlyTheWorkOfOthers) {
   double difference = 0.0;
   for (int attempt = 0; attempt < 5 && difference < 0.5; ++attempt)
     difference = cores_while_another_process_works() - cores_while_this_process_works();

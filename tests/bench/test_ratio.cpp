@@ -1,5 +1,4 @@
-// The CPU backend against plain_stepper: the care it takes of determinism and accuracy must not cost its
-// lead.
+// The CPU backend against plain_stepper: it must stay ahead in spite of determinism and accuracy.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,11 +19,11 @@ namespace {
 constexpr std::int64_t kNum = 100000;
 constexpr double kAreaFraction = 0.2;
 constexpr double kDt_s = 0.035;
-constexpr int kWarmUpSteps = 100;  // the lattice of the start has melted by then: 4.5 collisions per disc
-constexpr int kSteps = 60;         // timed at a time
+constexpr int kWarmUpSteps = 100;  // 4.5 collisions per disc melt the starting lattice
+constexpr int kSteps = 60;         // per timing
 constexpr int kRepeats = 9;
 
-// The rival starts from what the backend spawned, so both do the same work.
+// The rival starts from the backend's state: both do the same work.
 PlainStepper rival_of(SceneRun& run) {
   const World& world = run.physics.world;
   const double diameter_m = 2.0 * run.physics.parcels.radius_m;
@@ -65,10 +64,10 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-double least(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
+double minimum(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
 
-// 100,000 discs x 10.5 time units x 1.29 collisions: 0.1 % statistical error. The rest of the 3 % is for
-// what half a step of late contact and its push-out do to the rate, and for the walls.
+// 100,000 discs x 10.5 time units x 1.29 collisions have a statistical error of 0.1 %. The rest of the 3 % is
+// for the walls and for contacts that are found half a step late and pushed out.
 TEST(BenchRatio, PlainStepperCollidesAtEnskogsRate) {
   SceneRun run(gas(kNum, kAreaFraction), 1);
   PlainStepper plain = rival_of(run);
@@ -86,26 +85,27 @@ TEST(BenchRatio, PlainStepperCollidesAtEnskogsRate) {
 }
 
 TEST(BenchRatio, TwoThreadsAreTwiceAsFastAsThePlainStepper) {
-  if (!PF_IS_OPTIMISED) GTEST_SKIP() << "only a Release build without sanitizers is worth timing";
-  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores, this machine has fewer";
+  if (!PF_IS_OPTIMISED) GTEST_SKIP() << "times only a Release build without sanitizers";
+  if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores; this machine has fewer";
   SceneRun run(gas(kNum, kAreaFraction), 2);
   PlainStepper plain = rival_of(run);
   advance(plain, kWarmUpSteps);
   run.advance(kWarmUpSteps, kDt_s);
   const MachineLoad load;
   std::vector<double> plain_ns, backend_ns;
-  for (int repeat = 0; repeat < kRepeats;
-       ++repeat) {  // in turns, so that a slow spell of the machine hits both
+  // Both take turns, so that a slow phase of the machine affects both.
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
     plain_ns.push_back(ns_per_disc_step([&] { advance(plain, kSteps); }));
     backend_ns.push_back(ns_per_disc_step([&] { run.advance(kSteps, kDt_s); }));
   }
   const double ratio = median(plain_ns) / median(backend_ns);
   std::printf(
-      "ns per disc-step, median (least): plain, 1 thread %.2f (%.2f); backend, 2 threads %.2f (%.2f)\n",
-      median(plain_ns), least(plain_ns), median(backend_ns), least(backend_ns));
-  const double others = load.cores_used_by_others();  // two threads suffer from a neighbour, one does not
+      "ns per disc-step, median (minimum): plain, 1 thread %.2f (%.2f); backend, 2 threads %.2f (%.2f)\n",
+      median(plain_ns), minimum(plain_ns), median(backend_ns), minimum(backend_ns));
+  const double others = load.cores_used_by_others();  // slow down two threads, but not one
   std::printf("ratio %.2f; other processes kept %.2f cores busy meanwhile\n", ratio, others);
-  EXPECT_GE(ratio, 2.0) << "other processes kept " << others << " cores busy; worth repeating if many";
+  EXPECT_GE(ratio, 2.0) << "other processes kept " << others
+                        << " cores busy; repeat the test if these are many";
 }
 
 }  // namespace

@@ -4,7 +4,7 @@ import subprocess
 
 
 def probe(film):
-    """Size, rate and number of frames, every frame decoded; and what ffprobe had to complain about."""
+    """Size, rate and number of decoded frames, and the errors of ffprobe."""
     done = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v:0", "-show_entries",
                            "stream=codec_name,width,height,r_frame_rate,nb_read_frames", "-of", "json", str(film)],
                           capture_output=True, text=True, timeout=60)

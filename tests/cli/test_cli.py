@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""The program as a process: what it says to input that it cannot use, and how it ends when it is told to stop.
+"""The program as a process: its errors for invalid input, and its end after a signal.
 
-test_cli.py PROGRAM CASE...   exit 0: as it should be, 1: not, 77: something that the case needs is missing
+test_cli.py PROGRAM CASE...   exit code 0: passed, 1: failed, 77: skipped, since something is missing
 """
 import json
 import os
@@ -36,22 +36,22 @@ class Bench:
         self.program, self.folder = program, pathlib.Path(folder)
 
     def run(self, *words, environment=None, before=None):
-        surroundings = {**os.environ, **SOFTWARE, **(environment or {})}
-        return subprocess.run([self.program, *words], env=surroundings, preexec_fn=before, capture_output=True, text=True,
+        environment_of_run = {**os.environ, **SOFTWARE, **(environment or {})}
+        return subprocess.run([self.program, *words], env=environment_of_run, preexec_fn=before, capture_output=True, text=True,
                               errors="replace", timeout=LIMIT_S)
 
     def refused(self, exit_code, parts, *words, **how):
-        """One line on the error output that holds all parts, nothing on the other, and the exit code."""
+        """Checks the exit code, and for a single line of error output that contains all parts."""
         done = self.run(*words, **how)
         shown = " ".join(words)
-        check(done.returncode == exit_code, f"{shown}: exit code {done.returncode}, to be {exit_code}")
-        # What a driver has to say is not the program's.
+        check(done.returncode == exit_code, f"{shown}: exit code {done.returncode}, expected {exit_code}")
+        # Messages of drivers are not the program's.
         lines = [line for line in done.stderr.splitlines() if not line.startswith(("MESA", "libEGL warning"))]
         last = lines[-1] if lines else ""
         check(last.startswith("pickleflight: "), f"   {last}")
         for part in parts:
             check(part in last, f"   names {part!r}")
-        check(len(lines) == 1 and done.stdout == "", "   in one line, before anything is begun")
+        check(len(lines) == 1 and done.stdout == "", "   in one line, before any work")
 
     def write(self, name, content):
         (self.folder / name).write_bytes(content)
@@ -68,7 +68,7 @@ def settings(bench):
             (("--threads", "-1"), ("--threads: '-1' is out of range", "from 0 to 1024")),
             (("--set", "air.area_fraction=0.8"), ("--set air.area_fraction: '0.8'", "to 0.7")),
             (("--set", "air.parcel_radius_m=1"), ("parcels of radius 1 m fill", "at most 0.7 can be spawned")),
-            (("--set", "air.parcel_radius_m=1e-12"), ("smaller than positions can tell", "at least")),
+            (("--set", "air.parcel_radius_m=1e-12"), ("smaller than positions can resolve", "at least")),
             (("--set", "ball.radius_m=0"), ("--set ball.radius_m: '0' is out of range", "from 1e-06")),
             (("--set", "ball.radius_m=50"), ("does not fit the world", "lower ball.radius_m")),
             (("--set", "ball.x_m=50"), ("outside the world", "ball.x_m")),
@@ -82,7 +82,7 @@ def settings(bench):
 
 
 def no_cuda(bench):
-    """Said where no CUDA device or no CUDA backend is there: an error if it must be, else a line and the CPU."""
+    """Without a CUDA device or backend: an error with --cuda-no-fallback, otherwise a message and the CPU."""
     has_backend = "CUDA backend: no" not in bench.run("--version").stdout
     reason = "no CUDA device (" if has_backend else "this build has no CUDA backend"
     hidden = {"CUDA_VISIBLE_DEVICES": ""}
@@ -90,11 +90,11 @@ def no_cuda(bench):
     done = bench.run("--headless", "--cuda", "--seconds", "0.02", "-p", "100", environment=hidden)
     told = [line for line in done.stderr.splitlines() if line.startswith(f"--cuda: {reason}")]
     check(done.returncode == 0 and len(told) == 1 and told[0].endswith("falling back to the CPU"),
-          "--cuda falls back, and says so in one line")
+          "--cuda falls back, with a message of one line")
 
 
 def scenes(bench):
-    """Scene files that are none."""
+    """Invalid scene files."""
     junk = bytes(i * i % 251 for i in range(1, 5000))
     for file, parts in (
             (bench.write("junk.toml", junk), ("junk.toml:1: not valid TOML",)),
@@ -107,7 +107,7 @@ def scenes(bench):
     soft = bench.write("soft.toml", b'[run]\nmethod = "spring"\ndt_s = 0.01\nspring_contact_s = 0.01\n')
     bench.refused(2, ("stability bound of method spring, 0.006",), "--headless", "--scene", soft)
     done = bench.run("--headless", "--scene", soft, "--force", "--seconds", "0.02", "-p", "100")
-    check(done.returncode == 0, f"--force takes it all the same: exit code {done.returncode}")
+    check(done.returncode == 0, f"--force allows it: exit code {done.returncode}")
     huge = bench.write("huge.toml", b"")
     os.truncate(huge, 100_000_000)
     bench.refused(2, ("larger than 1 MiB", "100000000 bytes"), "--headless", "--scene", huge)
@@ -116,7 +116,7 @@ def scenes(bench):
 
 
 def files(bench):
-    """Files that cannot be written are refused before the run."""
+    """Unwritable files are refused before the run."""
     missing = str(bench.folder / "none" / "a.mp4")
     for words in (("--record", missing), ("--picture", missing.replace("mp4", "png")), ("--report", missing),
                   ("--panel-map", missing)):
@@ -125,7 +125,7 @@ def files(bench):
 
 
 def memory(bench):
-    """More parcels than memory: both figures, and nothing is allocated. The limit is that of the process."""
+    """More parcels than memory: an error with both figures, before any allocation. The process has a limit."""
     def limit():
         resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
     for command in ("run", "bench"):
@@ -134,7 +134,7 @@ def memory(bench):
 
 
 def old_gl(bench):
-    """No GL, or one that is too old: what was found is named."""
+    """No GL, or an old one: the error names it."""
     old = {"MESA_GL_VERSION_OVERRIDE": "3.3"}
     if bench.run("--headless", "--seconds", "0.02", "-p", "100").returncode != 0:
         print("SKIPPED: no GL here")
@@ -167,7 +167,7 @@ def stopped_film(bench, number, name):
         while not (film.exists() and film.stat().st_size > 1000) and time.monotonic() < end:
             time.sleep(0.05)
         process.send_signal(number)
-        check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run that would last for ten minutes: exit code 0")
+        check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run of ten minutes: exit code 0")
     finally:
         process.kill()
     steps = json.loads(report.read_text())["steps"]
@@ -176,7 +176,7 @@ def stopped_film(bench, number, name):
     done = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
                            "stream=nb_read_frames,width", "-of", "json", str(film)], capture_output=True, text=True)
     stream = json.loads(done.stdout)["streams"][0]
-    check(done.stderr == "" and stream["width"] == 160, "and a film that plays to its end without a complaint")
+    check(done.stderr == "" and stream["width"] == 160, "and a film that plays to its end without errors")
     check(int(stream["nb_read_frames"]) > 0, f"of {stream['nb_read_frames']} frames")
 
 
@@ -184,14 +184,14 @@ def signals(bench):
     skip_without("ffmpeg", "ffprobe")
     stopped_film(bench, signal.SIGINT, "SIGINT")
     stopped_film(bench, signal.SIGTERM, "SIGTERM")
-    # A shell's background jobs, as this may be one, start with SIGINT ignored.
+    # Background jobs of a shell, such as this test may be, start with SIGINT ignored.
     process = subprocess.Popen([bench.program, "bench", "-p", "1000", "--steps", "1000000", "--repeats", "1000"],
                                stdout=subprocess.DEVNULL,
                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     try:
         time.sleep(0.3)
         process.send_signal(signal.SIGINT)
-        check(process.wait(timeout=LIMIT_S) == -signal.SIGINT, "SIGINT ends a benchmark, which has nothing to finish")
+        check(process.wait(timeout=LIMIT_S) == -signal.SIGINT, "SIGINT ends a benchmark at once")
     finally:
         process.kill()
 

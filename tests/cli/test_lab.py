@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""`pickleflight lab` as a person calls it.
+"""`pickleflight lab` on the command line.
 
 test_lab.py PROGRAM refusals|terms|resume|no_matplotlib|validate
-exit 0: as it should be, 1: not, 77: skipped
+exit code 0: passed, 1: failed, 77: skipped
 """
 import csv
 import json
@@ -47,22 +47,22 @@ def refusals(folder):
     done = lab(folder, "plot", "full")
     require(done.returncode == 2 and "no result of a study" in done.stderr, done.stderr)
     done = lab(folder, "plot")
-    require(done.returncode == 2 and "takes the folder" in done.stderr, done.stderr)
+    require(done.returncode == 2 and "takes only the folder" in done.stderr, done.stderr)
     done = lab(folder, "terms", "full")
-    require(done.returncode == 2, f"a folder without --out was taken: {done.stderr}")
+    require(done.returncode == 2, f"a folder without --out was accepted: {done.stderr}")
 
 
 def terms(folder):
     done = lab(folder, "terms", "--quick", "--out", "t")
     require(done.returncode == 0, f"exit code {done.returncode}: {done.stderr}")
-    require("\r" not in done.stderr, "a terminal's progress in a pipe")
+    require("\r" not in done.stderr, "a progress display in a pipe")
     study = json.loads((folder / "t/terms.json").read_text())
     require(study["complete"] is True, "complete is not true")
     rows = {row["term"]: row for row in study["points"]}
-    # The court's spin bends the flight by 2.8 m: without Magnus the exit moves across by about that, to the right.
+    # The court's spin bends the flight by 2.8 m. Without Magnus the exit moves by about as much, to the right.
     require(-3.5 < rows["Magnus"]["deflection_m"] < -2.2, rows["Magnus"])
     require(rows["Magnus"]["verdict"] == "keep", rows["Magnus"])
-    # Without air the ball keeps its speed: 15 m/s, and it loses about a third of it with air.
+    # Without air the ball keeps its speed of 15 m/s. With air it loses about a third.
     require(abs(rows["air altogether"]["flights"][0][2] - 15.0) < 1e-9, rows["air altogether"])
     require(0.1 < rows["air altogether"]["speed_shift"] < 0.6, rows["air altogether"])
     lines = list(csv.DictReader((folder / "t/terms.csv").open()))
@@ -78,7 +78,7 @@ def drawn(folder):
 
 
 def resume(folder):
-    """Ctrl-C leaves what is finished; --resume measures only the rest."""
+    """Ctrl-C keeps finished points; --resume measures only the others."""
     process = subprocess.Popen([PROGRAM, "lab", "terms", "--quick", "--out", "t"], cwd=folder, stderr=subprocess.PIPE,
                                text=True, env=environment(folder))
     until = time.monotonic() + 60
@@ -96,25 +96,25 @@ def resume(folder):
     after = json.loads((folder / "t/terms.json").read_text())
     machine = after["machine"]
     require(machine["cores"] == 64 and machine["devices"][0]["device"] == "another one" and len(machine["devices"]) == 2,
-            f"begun elsewhere, but it says {machine}")
+            f"the run was started elsewhere, but the file has {machine}")
     require(after["complete"] is True and len(after["points"]) == 6, f"{len(after['points'])} points")
     first = before["points"][0]
-    # Wall times never repeat: the same one is the old point.
+    # Wall times never repeat: an equal one is that of the old point.
     require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
 
 
 def no_matplotlib(folder):
-    """A Python that has none: a module of that name that cannot be found stands in for it."""
+    """A Python without matplotlib, simulated by a module of that name that raises ModuleNotFoundError."""
     (folder / "hidden/matplotlib").mkdir(parents=True)
     (folder / "hidden/matplotlib/__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'matplotlib'\")\n")
     done = subprocess.run([PROGRAM, "lab", "terms", "--quick", "--out", "t"], cwd=folder, capture_output=True, text=True,
                           timeout=100, env={**environment(folder), "PYTHONPATH": str(folder / "hidden")})
     require(done.returncode == 0, f"exit code {done.returncode}: {done.stderr}")
     require("apt install python3-matplotlib" in done.stderr, done.stderr)
-    require((folder / "t/terms.csv").exists() and not (folder / "t/terms.png").exists(), "CSV missing, or a picture there")
-    require("terms.csv has the figures" in (folder / "t/report.html").read_text(), "the report does not say so")
+    require((folder / "t/terms.csv").exists() and not (folder / "t/terms.png").exists(), "no CSV, or a picture")
+    require("terms.csv has the figures" in (folder / "t/report.html").read_text(), "the report does not name the CSV")
     require("pickleflight lab plot t" in done.stderr, done.stderr)
-    # Elsewhere, where there is one, the folder is drawn without measuring.
+    # With matplotlib, the folder is drawn elsewhere without measuring.
     (folder / "t").rename(folder / "taken away")
     before = (folder / "taken away/terms.json").read_bytes()
     done = lab(folder, "plot", "taken away")
@@ -128,20 +128,19 @@ def no_matplotlib(folder):
 
 
 def validate(folder):
-    """The ladder as a study: rows of a rung together, taken up again; stopped after the first rungs, since all take a
-    minute."""
+    """The validation as a study, resumed after a stop. It is stopped after the first cases, since all take a minute."""
     study = validate_until(folder, 2)
     require(study["failed"] == [] and study["complete"] is False, study)
     require([row["key"] for row in study["points"]][:2] == ["two bodies", "heavy ball"], study["points"])
     require(all(row["verdict"] in ("pass", "-") for row in study["points"]), study["points"])
-    require("two bodies" in (folder / "v/report.html").read_text(), "the yardsticks are not in the report")
+    require("two bodies" in (folder / "v/report.html").read_text(), "the cases are not in the report")
     more = validate_until(folder, len(study["points"]), "--resume")
-    # With the seconds that each took: the same rows, not the same figures measured again.
+    # The rows contain measured times: equal rows were not measured again.
     require(more["points"][:len(study["points"])] == study["points"], "a finished row was measured again")
 
 
 def validate_until(folder, num_rows, *words):
-    """Its file after Ctrl-C once there are more rows than that."""
+    """Content of its file after Ctrl-C at more than num_rows rows."""
     process = subprocess.Popen([PROGRAM, "lab", "validate", "--quick", "--out", "v", *words], cwd=folder,
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=environment(folder))
     file, until = folder / "v/validate.json", time.monotonic() + 60

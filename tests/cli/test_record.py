@@ -1,7 +1,7 @@
 #!/usr/bin/python3
-"""Films, pictures and logs of a run without a window; what becomes of a film when something dies.
+"""Films, pictures and logs of a headless run, and films after failures.
 
-test_record.py PROGRAM CASE...   exit 0: as it should be, 1: not, 77: something that the case needs is missing
+test_record.py PROGRAM CASE...   exit code 0: passed, 1: failed, 77: skipped, since something is missing
 """
 import json
 import os
@@ -21,7 +21,7 @@ from png import read_png
 
 SKIPPED = 77
 LIMIT_S = 60
-SURROUNDINGS = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1"}
+ENVIRONMENT = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1"}
 WIDTH, HEIGHT = 320, 180
 SMALL = ("--size", f"{WIDTH}x{HEIGHT}", "-p", "500")
 
@@ -48,7 +48,7 @@ def wait_for(what, test):
         if test():
             return
         time.sleep(0.02)
-    raise AssertionError(f"after {LIMIT_S} s still no {what}")
+    raise AssertionError(f"no {what} after {LIMIT_S} s")
 
 
 class Bench:
@@ -59,28 +59,28 @@ class Bench:
         return [self.program, "run", *words, "--report", "report.json"]
 
     def run(self, *words, exit_code=0):
-        """Without a window; the report."""
-        done = subprocess.run(self.words("--headless", *words), cwd=self.folder, env=SURROUNDINGS, capture_output=True,
+        """Runs headless and returns the report."""
+        done = subprocess.run(self.words("--headless", *words), cwd=self.folder, env=ENVIRONMENT, capture_output=True,
                               text=True, timeout=LIMIT_S)
         if "no OpenGL 4.5" in done.stderr:
             skip("no OpenGL 4.5 here")
-        self.said = done.stderr
+        self.messages = done.stderr
         if done.returncode != exit_code:
             print(done.stderr)
         check(done.returncode == exit_code, f"{' '.join(words)}: exit code {done.returncode}")
         return json.loads((self.folder / "report.json").read_text())
 
     def start(self, *words):
-        """A run of ten minutes, in the background."""
+        """Starts a run of ten minutes in the background."""
         self.errors = open(self.folder / "errors.txt", "w+", encoding="utf-8")
         return subprocess.Popen(self.words("--headless", *SMALL, "--seconds", "600", *words), cwd=self.folder,
-                                env=SURROUNDINGS, stderr=self.errors)
+                                env=ENVIRONMENT, stderr=self.errors)
 
-    def told(self):
+    def error_output(self):
         return (self.folder / "errors.txt").read_text()
 
     def fragments(self, name):
-        """How many whole parts of a second an mp4 holds."""
+        """Number of fragments, of a second each, in an mp4."""
         file = self.folder / name
         return file.read_bytes().count(b"moof") if file.exists() else 0
 
@@ -88,17 +88,17 @@ class Bench:
         return read_png(self.folder / name).rgb
 
 
-def plays(bench, name, least_frames):
+def check_film(bench, name, min_frames):
     found, complaints = probe(bench.folder / name)
-    check(found["nb_read_frames"] >= least_frames, f"the film plays: {found['nb_read_frames']} frames {complaints}")
+    check(found["nb_read_frames"] >= min_frames, f"the film plays: {found['nb_read_frames']} frames {complaints}")
 
 
 def decoded(bench):
-    """Number, rate and size; first and last frame are those of the pictures."""
+    """Number, rate and size of frames. First and last frame equal the pictures."""
     skip_without("ffmpeg", "ffprobe")
     look = (*SMALL, "--record-overlay", "off", "--set", "run.frame_rate_hz=30")
     bench.run(*look, "--seconds", str(1 / 30), "--picture", "first.png")
-    # So far apart that the ball has moved by several of its diameters.
+    # In between, the ball moves by several of its diameters.
     report = bench.run(*look, "--seconds", "1.5", "--time-scale", "0.3", "--picture", "last.png", "--record", "a.mp4")
     check(report["record"]["frames"] == 45 and report["record"]["dropped"] == 0, f"45 frames: {report['record']}")
     check(report["record"]["encoder"] in ("libx264", "h264_nvenc"), f"by {report['record']['encoder']}")
@@ -110,12 +110,12 @@ def decoded(bench):
     for name, index, same, other in (("first", 0, first, last), ("last", 44, last, first)):
         shown = frame(bench.folder / "a.mp4", index)
         near, far = mean_difference(shown, same), mean_difference(shown, other)
-        # The coder blurs the colour of discs of two pixels; another frame has them all elsewhere.
+        # The encoder blurs the colour of discs of two pixels. In another frame all discs are elsewhere.
         check(near < 6.0 and near < 0.5 * far, f"{name} frame: {near:.2f} from its picture, {far:.2f} from the other")
 
 
 def raw(bench):
-    """Every byte: the sink without an encoder has exactly the pictures, in their order."""
+    """Raw frames equal the pictures in every byte and in order."""
     look = (*SMALL, "--record-overlay", "off")
     pictures = []
     for num in (1, 2, 7):
@@ -128,17 +128,17 @@ def raw(bench):
     for index, picture in pictures:
         rgba = bytearray(data[index * size:(index + 1) * size])
         del rgba[3::4]
-        check(bytes(rgba) == picture, f"frame {index} is its picture to the last byte")
+        check(bytes(rgba) == picture, f"frame {index} equals its picture in every byte")
 
 
 def sizes(bench):
-    """1080p from a small picture, drawn for itself; with the panel, which covers the left; overlay on and off."""
+    """A film of 1080p is drawn in that size. Panel and overlay appear as requested."""
     size = 4 * 1920 * 1080
     few = ("-p", "500", "--seconds", str(3 / 60), "--record", "a.rgb")
     report = bench.run(*few, "--size", f"{WIDTH}x{HEIGHT}", "--record-size", "1920x1080")
     data = (bench.folder / "a.rgb").read_bytes()
     check(len(data) == 3 * size and report["record"]["width"] == 1920, "three frames of 1920x1080")
-    # Enlarged, neighbours in a row would nearly all be alike in groups of six.
+    # In an enlarged picture, groups of six neighbours in a row would be nearly equal.
     row = [data[4 * (1920 * 700 + x):4 * (1920 * 700 + x) + 3] for x in range(1920)]
     steps = sum(max(abs(a - b) for a, b in zip(row[x], row[x + 1])) > 60 for x in range(1919))
     check(steps > 4, f"it is drawn in that size: {steps} sharp edges in a row")
@@ -151,11 +151,11 @@ def sizes(bench):
         x, y = (600, 690) if column is None else (column, 30)
         region = [full[4 * (1280 * (y + i) + x + j)] != bare[4 * (1280 * (y + i) + x + j)]
                   for i in range(20) for j in range(100)]
-        check(sum(region) > 200, f"{flag}: it is in the film, {sum(region)} of 2000 points differ")
+        check(sum(region) > 200, f"{flag} is in the film: {sum(region)} of 2000 points differ")
 
 
 def real_time(bench):
-    """The film is as long as the clock says, however many frames were drawn."""
+    """The film lasts as long as the clock, for any number of drawn frames."""
     skip_without("ffmpeg", "ffprobe")
     for kind, words in (("fast", ("--size", "160x90", "-p", "100", "--seconds", "6")),
                         ("slow", ("--size", "640x360", "-p", "60000", "--seconds", "0.4"))):
@@ -163,7 +163,7 @@ def real_time(bench):
         film, drawn = report["record"], round(60 * float(words[-1]))
         check(film["frames"] == drawn - film["surplus"] - film["dropped"] + film["duplicated"],
               f"{kind}: every frame is accounted for: {drawn} drawn, {film}")
-        plays(bench, "a.mkv", film["frames"])
+        check_film(bench, "a.mkv", film["frames"])
         # The clock of the film starts with its first frame.
         off_s = report["wall_s"] - film["frames"] / 60
         check(-0.05 < off_s < 0.15 + 0.3 * report["wall_s"],
@@ -183,20 +183,20 @@ def encoder_killed(bench):
         wait_for("second of film", lambda: bench.fragments("a.mp4") >= 3)
         for child in child_of(process):
             os.kill(child, signal.SIGKILL)
-        wait_for("message", lambda: "recording stopped, the run goes on" in bench.told())
-        check("ffmpeg was killed" in bench.told(), "the message names ffmpeg")
+        wait_for("message", lambda: "recording stopped, the run continues" in bench.error_output())
+        check("ffmpeg was killed" in bench.error_output(), "the message names ffmpeg")
         time.sleep(0.3)
-        check(process.poll() is None, "the run goes on")
+        check(process.poll() is None, "the run continues")
         process.send_signal(signal.SIGTERM)
-        check(process.wait(timeout=LIMIT_S) == 1, "exit code 1: a film that was asked for is not whole")
+        check(process.wait(timeout=LIMIT_S) == 1, "exit code 1: the film is incomplete")
     finally:
         process.kill()
     report = json.loads((bench.folder / "report.json").read_text())
     film = report["record"]
-    check("ffmpeg was killed" in film["failure"] and film["dropped"] > 0, f"the report says so: {film}")
+    check("ffmpeg was killed" in film["failure"] and film["dropped"] > 0, f"the report has the failure: {film}")
     # 2 steps a frame.
     check(report["steps"] > 2 * (film["frames"] + film["dropped"]), "and has the steps of the whole run")
-    plays(bench, "a.mp4", 60)
+    check_film(bench, "a.mp4", 60)
 
 
 def program_killed(bench):
@@ -207,9 +207,9 @@ def program_killed(bench):
     finally:
         process.kill()
         process.wait()
-    # ffmpeg reads what is there and ends.
-    wait_for("film that has its end", lambda: probe(bench.folder / "a.mp4")[1] == "")
-    plays(bench, "a.mp4", 60)
+    # ffmpeg reads the rest and exits.
+    wait_for("complete film", lambda: probe(bench.folder / "a.mp4")[1] == "")
+    check_film(bench, "a.mp4", 60)
     report = bench.run("a.mp4.toml")
     check(report["replay"]["same"] and report["replay"]["checks"] >= 1, f"and its log, too: {report['replay']}")
 
@@ -228,34 +228,34 @@ def disk_full(bench):
     (bench.folder / "disk").mkdir()
     words = ["unshare", "--map-root-user", "--mount", "sh", "-c", FULL_DISK, "sh",
              *bench.words("--headless", *SMALL, "--seconds", "8", "--record", "disk/a.mp4")]
-    done = subprocess.run(words, cwd=bench.folder, env=SURROUNDINGS, capture_output=True, text=True, timeout=LIMIT_S)
+    done = subprocess.run(words, cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT_S)
     if not (bench.folder / "report.json").exists():
         skip(f"no disk of 120 kB can be mounted here: {done.stderr.strip()}")
-    check("recording stopped, the run goes on" in done.stderr and "No space left on device" in done.stderr,
-          f"it is said: {done.stderr.strip()[-300:]}")
-    check(done.returncode == 1, f"exit code {done.returncode}, to be 1: the film is not whole")
+    check("recording stopped, the run continues" in done.stderr and "No space left on device" in done.stderr,
+          f"the messages: {done.stderr.strip()[-300:]}")
+    check(done.returncode == 1, f"exit code {done.returncode}, expected 1: the film is incomplete")
     report = json.loads((bench.folder / "report.json").read_text())
-    check(report["frame_ms"]["median"] and report["simulated_s"] > 0.79, f"all is flown: {report['simulated_s']} s")
+    check(report["frame_ms"]["median"] and report["simulated_s"] > 0.79, f"the whole flight: {report['simulated_s']} s")
     check(report["record"]["frames"] + report["record"]["dropped"] <= 480 and report["record"]["dropped"] > 0,
           f"frames and dropped: {report['record']}")
-    plays(bench, "kept.mp4", 60)
+    check_film(bench, "kept.mp4", 60)
 
 
 def replay(bench):
-    """The same flight again on another number of threads; one line changed is found."""
+    """A replay on another number of threads gives the same flight. A changed line is detected."""
     first = bench.run(*SMALL, "--seconds", "2.2", "--threads", "2", "--log", "a.toml", "--ball-spin", "-30.1")
-    check(first["replay"] is None and first["record"] is None, "a first flight is no replay")
+    check(first["replay"] is None and first["record"] is None, "a first flight is not a replay")
     again = bench.run("a.toml", "--size", "160x90")
     check(again["replay"]["same"] and again["replay"]["checks"] == 3, f"three states agree: {again['replay']}")
     check(again["state_hash"] == first["state_hash"] and again["steps"] == first["steps"], "the same state at the end")
-    check("replay: the same flight" in bench.said, "which is said")
+    check("replay: the same flight" in bench.messages, "a message says so")
     text = (bench.folder / "a.toml").read_text()
     threads = text.replace("run.threads = 2", "run.threads = 1")
     (bench.folder / "b.toml").write_text(threads)
-    check(threads != text and bench.run("b.toml")["state_hash"] == first["state_hash"], "on one thread, too")
+    check(threads != text and bench.run("b.toml")["state_hash"] == first["state_hash"], "also on one thread")
     changed = text.replace("\n[[frame]]\nnumber = 59",
                            '\n[[frame]]\nnumber = 59\nset = ["ball.spin_radps = -30"]', 1)
-    check(changed != text, "one line is changed, of the last frame of the first second")
+    check(changed != text, "one line is changed, in the last frame of the first second")
     (bench.folder / "c.toml").write_text(changed)
     found = bench.run("c.toml", exit_code=1)["replay"]["first_divergence"]
     check(found["frame"] == 59 and found["last_same_frame"] is None, f"the first divergence: {found}")
@@ -263,8 +263,8 @@ def replay(bench):
                          "\n[[frame]]\nnumber = 119", 1)
     (bench.folder / "d.toml").write_text(later)
     found = bench.run("d.toml", exit_code=1)["replay"]["first_divergence"]
-    check(found["frame"] == 119 and found["last_same_frame"] == 59, f"an input added later: {found}")
-    check("diverged: frame 119" in bench.said and "frame 59 was the same" in bench.said, "which is said")
+    check(found["frame"] == 119 and found["last_same_frame"] == 59, f"an additional input: {found}")
+    check("diverged: frame 119" in bench.messages and "frame 59 was the same" in bench.messages, "a message says so")
     done = subprocess.run([bench.program, "run", "a.toml", "-p", "100"], cwd=bench.folder, capture_output=True, text=True)
     check(done.returncode == 2 and "a log has its own scene" in done.stderr, f"other settings: {done.stderr.strip()}")
 
@@ -282,21 +282,21 @@ def texts_of(file):
 
 
 def stills(bench):
-    """Pictures at a simulated time, with the scene in them."""
+    """Pictures at a simulated time contain the scene."""
     for text in ("0", "0.1234567", "0.05"):
         bench.run(*SMALL, "--ball-spin", "12.5", "--time-scale", "0.2", "--still", text, "a.png")
         texts = texts_of(bench.folder / "a.png")
         at = float(texts["Simulated time"].split()[0])
-        # A frame cannot be shorter than 1e-6 / 60 s (the least time scale).
+        # The shortest frame takes 1e-6 / 60 s (the smallest time scale).
         check(abs(at - float(text)) < 2e-8, f"at {texts['Simulated time']}, asked {text}")
     check(texts["Software"].startswith("pickleflight ") and texts["Backend"] == "cpu", f"{texts['Software']}")
     check("spin_radps = 12.5" in texts["Scene"] and "time_scale = 0.2 " in texts["Scene"], "and the scene as TOML")
     (bench.folder / "scene.toml").write_text(texts["Scene"])
     bench.run("--size", f"{WIDTH}x{HEIGHT}", "--scene", "scene.toml", "--record-overlay", "off", "--still", "0.05", "b.png")
     bench.run(*SMALL, "--ball-spin", "12.5", "--time-scale", "0.2", "--record-overlay", "off", "--still", "0.05", "c.png")
-    check(bench.picture("b.png") == bench.picture("c.png"), "from that scene the same picture comes again")
+    check(bench.picture("b.png") == bench.picture("c.png"), "that scene gives the same picture")
     done = subprocess.run([bench.program, *SMALL, "--set", "run.relaunch=false", "--time-scale", "1", "--still", "9",
-                           "d.png"], cwd=bench.folder, env=SURROUNDINGS, capture_output=True, text=True)
+                           "d.png"], cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True)
     check(done.returncode == 2 and "give an earlier time" in done.stderr, f"too late: {done.stderr.strip()[-120:]}")
 
 

@@ -1,6 +1,5 @@
-// Prints the lines of the golden hashes, with nothing but the project's own code in the program: the memory
-// sanitizer takes what libraries that were built without it write for never written, so GoogleTest cannot be
-// there.
+// Prints the lines of the golden hashes. The program contains no library such as GoogleTest: the memory sanitizer
+// takes memory written by code that was built without it as uninitialised.
 #include <cstdio>
 
 #include "support/golden_scenes.hpp"

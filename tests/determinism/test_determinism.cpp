@@ -1,4 +1,4 @@
-// The same state hash for any number of threads, any neighbour search, any cut into requests.
+// The state hash is the same for any number of threads, neighbour search, and division into requests.
 #include <gtest/gtest.h>
 
 #include "support/scene_support.hpp"
@@ -40,7 +40,7 @@ TEST(Determinism, AnyNumberOfThreads) {
   }
 }
 
-TEST(Determinism, GridFindsWhatAllPairsFind) {
+TEST(Determinism, GridEqualsAllPairs) {
   for (const Case& c : cases()) {
     Settings all_pairs = c.settings;
     all_pairs.neighbors = Neighbors::all_pairs;
@@ -59,16 +59,16 @@ TEST(Determinism, FewParcelsInFewCells) {
   }
 }
 
-TEST(Determinism, AnyCutIntoRequests) {
+TEST(Determinism, AnyDivisionIntoRequests) {
   const Settings s = court(2000, Boundary::walls);
   EXPECT_EQ(hash_after(s, 2, 4e-4, 1, 120), hash_after(s, 2, 4e-4, 120, 1));
 }
 
-TEST(Determinism, RestoredSnapshotIsTheSameState) {
+TEST(Determinism, RestoredSnapshotHasTheSameState) {
   expect_restored_is_the_same_state(gas(1000), make_cpu_backend(2));
 }
 
-TEST(Determinism, ARestoredSnapshotGoesOnAsItDid) {
+TEST(Determinism, RestoredSnapshotContinuesIdentically) {
   expect_restored_goes_on_as_it_did(gas(1000), make_cpu_backend(2));
 }
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <set>
 
-#include "backend/cell_sort.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "backend/exact/broad_phase.hpp"
 #include "backend/exact/positions_at.hpp"
 #include "core/random.hpp"
@@ -49,7 +49,7 @@ struct Gas {
     CellSort cell_sort;
     PhaseTimes times;
     space.grid = choose_grid(run.physics.world, num, cell_width / run.physics.world.unit_m, 20.0);
-    cell_sort.sort(team, space.grid, parcels.position.data(), parcels, trajectories, cell_start, times);
+    cell_sort.sort(team, {space.grid, parcels.position.data(), parcels}, {trajectories, cell_start}, times);
 
     for (std::uint32_t i = 7; num >= 40 && i < num; i += 31) trajectories.position[i] = {kRetired, 0};
     for (std::uint32_t i = 11; num >= 40 && i < num; i += 37)

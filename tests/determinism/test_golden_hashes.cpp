@@ -1,4 +1,4 @@
-// The CPU backend against the golden hashes. To write them anew, from the build folder:
+// The CPU backend against the golden hashes. To write new ones, run in the build folder:
 //   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests
 //     --gtest_filter='GoldenHashes.*'
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ TEST(GoldenHashes, AreThoseOfTheFile) {
   expect_golden_hashes(make_backend);
 }
 
-// Else a fault could hide in a scene that stands still.
+// A fault could hide in a scene without events.
 TEST(GoldenHashes, AreOfScenesInWhichSomethingHappens) {
   const std::map<std::string, std::string> lines = read_golden_hashes();
   std::set<std::string> different;

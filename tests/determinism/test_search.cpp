@@ -4,14 +4,14 @@
 #include <algorithm>
 
 #include "backend/neighbour_search.hpp"
-#include "backend/cell_sort.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
 namespace {
 
-// Finds of every parcel, sorted, with one search.
-std::vector<std::vector<std::uint32_t>> finds_of(const SearchSpace& space, Search search) {
+// Sorted candidates of every parcel.
+std::vector<std::vector<std::uint32_t>> candidates_of(const SearchSpace& space, Search search) {
   std::vector<std::vector<std::uint32_t>> all;
   SearchScratch scratch;
   for (std::uint32_t i = 0; i < space.num_parcels; ++i) {
@@ -22,8 +22,8 @@ std::vector<std::vector<std::uint32_t>> finds_of(const SearchSpace& space, Searc
   return all;
 }
 
-// The filter is three diameters wide, so that rows hold more than eight candidates and every lane finds some.
-TEST(Search, FastestFindsWhatThePlainLoopFinds) {
+// The filter is three diameters wide, so that rows hold more than eight candidates, in every vector lane.
+TEST(Search, FastSearchEqualsThePlainLoop) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     for (const std::int64_t n : {1, 7, 40, 3000}) {
       SceneRun run(gas(n, n == 1 ? 0.05 : 0.15, boundary));
@@ -41,7 +41,7 @@ TEST(Search, FastestFindsWhatThePlainLoopFinds) {
         std::vector<std::uint32_t> cell_start;
         const auto num = static_cast<std::uint32_t>(n);
         const GridShape grid = choose_grid(run.physics.world, num, width * diameter);
-        cell_sort.sort(team, grid, parcels.position.data(), parcels, sorted, cell_start, times);
+        cell_sort.sort(team, {grid, parcels.position.data(), parcels}, {sorted, cell_start}, times);
         const SearchSpace space{sorted.position.data(),
                                 cell_start.data(),
                                 grid,
@@ -50,7 +50,7 @@ TEST(Search, FastestFindsWhatThePlainLoopFinds) {
                                 static_cast<std::int32_t>(reach),
                                 static_cast<float>(reach * reach),
                                 false};
-        EXPECT_EQ(finds_of(space, choose_search(boundary)), finds_of(space, plain_search(boundary)))
+        EXPECT_EQ(candidates_of(space, choose_search(boundary)), candidates_of(space, plain_search(boundary)))
             << n << " parcels, boundary " << static_cast<int>(boundary) << ", cells of " << width;
       }
     }

@@ -14,11 +14,11 @@ namespace {
 // a few collisions after that.
 constexpr double kTolerance = 1e-5;
 
-struct PartnerAt {
+struct PartnerEvent {
   double time_s;
   std::uint32_t partner;  // parcel id or one of the partner codes of model/exact/events.hpp
 };
-using PartnerLists = std::vector<std::vector<PartnerAt>>;  // one for each parcel, then the ball's
+using PartnerLists = std::vector<std::vector<PartnerEvent>>;  // one for each parcel, then the ball's
 
 PartnerLists lists_of(std::vector<EventRecord> events, std::uint32_t num, double tick_s) {
   std::stable_sort(events.begin(), events.end(),
@@ -66,7 +66,8 @@ struct Window {
     return {physics, parcels, ball, options};
   }
 
-  // Whether the closest approach of the two is the contact distance within the tolerance. time_s: of the run.
+  // Returns whether the closest approach of the two equals the contact distance within the tolerance. time_s:
+  // of the run.
   bool grazes(std::uint32_t i, std::uint32_t partner, double time_s) const {
     const auto num = static_cast<std::uint32_t>(parcels.size());
     const bool with_ball = i == num || partner == kBallPartner;
@@ -93,8 +94,8 @@ struct Window {
 struct Difference {
   std::uint32_t body;
   double time_s;
-  const PartnerAt* exact;  // null: no more events
-  const PartnerAt* reference;
+  const PartnerEvent* exact;  // null: no more events
+  const PartnerEvent* reference;
 };
 
 class Comparison {
@@ -111,12 +112,12 @@ class Comparison {
   }
 
  private:
-  void find_difference(std::uint32_t i, const std::vector<PartnerAt>& exact,
-                       const std::vector<PartnerAt>& reference) {
+  void find_difference(std::uint32_t i, const std::vector<PartnerEvent>& exact,
+                       const std::vector<PartnerEvent>& reference) {
     const std::size_t longer = std::max(exact.size(), reference.size());
     for (std::size_t k = 0; k < longer; ++k) {
-      const PartnerAt* a = k < exact.size() ? &exact[k] : nullptr;
-      const PartnerAt* b = k < reference.size() ? &reference[k] : nullptr;
+      const PartnerEvent* a = k < exact.size() ? &exact[k] : nullptr;
+      const PartnerEvent* b = k < reference.size() ? &reference[k] : nullptr;
       const double shift = a && b ? std::fabs(a->time_s - b->time_s) / unit_s_ : 0.0;
       if (a && b && a->partner == b->partner && shift < 1e-2) {
         result_.max_shift = std::max(result_.max_shift, shift);
@@ -128,7 +129,7 @@ class Comparison {
     }
   }
 
-  bool is_tainted(const PartnerAt* event) const {
+  bool is_tainted(const PartnerEvent* event) const {
     if (event == nullptr) return false;
     const std::size_t body = body_of(event->partner);
     return body < tainted_.size() && tainted_[body];
@@ -164,8 +165,8 @@ class Comparison {
     std::ostringstream text;
     text.precision(12);
     text << "window " << window_.start_s << " to " << window_.end_s << ", body " << d.body;
-    const auto add = [&](const char* who, const PartnerAt* event) {
-      text << ", " << who << ": ";
+    const auto add = [&](const char* source, const PartnerEvent* event) {
+      text << ", " << source << ": ";
       if (event)
         text << event->partner << " at " << event->time_s;
       else
@@ -187,7 +188,7 @@ class Comparison {
 // model.
 void keep_contact_times(const PartnerLists& lists, std::vector<double>& last_s) {
   for (std::size_t i = 0; i < last_s.size(); ++i) {
-    for (const PartnerAt& event : lists[i]) {
+    for (const PartnerEvent& event : lists[i]) {
       if (event.partner != kBallPartner) last_s[i] = event.time_s;
     }
   }

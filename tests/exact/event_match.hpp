@@ -1,10 +1,10 @@
 // Compares method `exact` with the lab's reference: the partners of each parcel, in order.
 //
-// In a chaotic gas any two codes diverge within ten collisions, so the reference starts anew from the state
-// of `exact` in each of many short windows. If a parcel's partners differ, there must be a reason: two of its
-// events are closer in time than rounding can order; a pair passes so nearly at one contact distance that
-// rounding decides whether it touches; the window ends; or it collided with a parcel that had such a reason
-// earlier in the window.
+// In a chaotic gas any two codes diverge within ten collisions (docs/physics.md, 'How long two runs can be
+// compared'), so the reference starts anew from the state of `exact` in each of many short windows. If a
+// parcel's partners differ, there must be a reason: two of its events are closer in time than rounding can
+// order; a pair passes so nearly at one contact distance that rounding decides whether it touches; the window
+// ends; or it collided with a parcel that had such a reason earlier in the window.
 #pragma once
 
 #include <cstdint>

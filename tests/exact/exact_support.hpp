@@ -1,12 +1,17 @@
 // Shared by the tests of method `exact`.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
 #include "lab/theory.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
+
+constexpr auto kPeriodic = Boundary::periodic;
+constexpr auto kWalls = Boundary::walls;
 
 inline Settings exact(Settings s) {
   s.method = Method::exact;
@@ -18,5 +23,12 @@ inline int test_scale() {
   const char* text = std::getenv("PF_TEST_SCALE");
   return text == nullptr ? 1 : std::max(1, std::atoi(text));
 }
+
+inline double norm(Vec2d v) { return std::sqrt(dot(v, v)); }
+
+// Rounding velocities to float makes the energy a random walk over two velocities an event. Per component the
+// error is 2.4e-8 of it (rms, 2^-23 / sqrt(12) on average over a factor of two), so 5.9e-8 m c^2 per velocity
+// of a Maxwellian gas. The bound is four standard deviations.
+inline double energy_bound_j(double num_events) { return 4.0 * 5.9e-8 * std::sqrt(2.0 * num_events); }
 
 }  // namespace pf::test

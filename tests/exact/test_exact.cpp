@@ -60,7 +60,7 @@ Settings with_clock(Settings s, double clock_s) {
   return s;
 }
 
-// Whether the gas neither cools nor disperses.
+// Returns whether the gas neither cools nor disperses.
 bool stays_in_equilibrium(const Settings& s) { return s.restitution == 1.0 && s.boundary != Boundary::open; }
 
 class Events : public testing::TestWithParam<MatchCase> {};
@@ -89,8 +89,6 @@ TEST_P(Events, MatchTheReference) {
   EXPECT_LE(static_cast<double>(result.num_explained()), 6.0 + 1e-3 * static_cast<double>(result.num_events));
 }
 
-constexpr auto kPeriodic = Boundary::periodic;
-constexpr auto kWalls = Boundary::walls;
 constexpr auto kOpen = Boundary::open;
 
 INSTANTIATE_TEST_SUITE_P(

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Runs a scene offscreen and checks its last frame: against a stored picture, and against its own report.
+"""Runs a scene offscreen and compares its last frame with a stored picture and with its own report.
 
-check_picture.py PROGRAM SCENE            exit 0: as it should be, 1: not, 77: cannot be drawn here
-check_picture.py PROGRAM SCENE --broken   exit 0 if each broken variant of the run is refused
-check_picture.py PROGRAM SCENE --update   stores the picture as the reference; look at it before it is kept
-check_picture.py ... --keep FOLDER       leaves picture and report there
+check_picture.py PROGRAM SCENE            exit code 0: passed, 1: failed, 77: skipped, since nothing can be drawn
+check_picture.py PROGRAM SCENE --broken   exit code 0 if each broken variant of the run is refused
+check_picture.py PROGRAM SCENE --update   stores the picture as the reference; look at it before a commit
+check_picture.py ... --keep FOLDER       keeps picture and report there
 """
 import argparse
 import json
@@ -21,21 +21,21 @@ from png import read_png
 HERE = pathlib.Path(__file__).resolve().parent
 SKIPPED = 77
 WIDTH, HEIGHT = 640, 360
-SCENE_ROWS = HEIGHT  # nothing but the scene: times and texts differ between runs and machines
+SCENE_ROWS = HEIGHT  # only the scene: times and texts differ between runs and machines
 NO_GL = ("no OpenGL 4.5 without a display", "libEGL cannot be loaded")  # context_egl.cpp
-MARGIN_PX = 14    # stage.cpp leaves it around the world
+MARGIN_PX = 14    # margin of stage.cpp around the world
 
-# The state is the same to the bit on every machine, so only rasterisation may differ: rounding by a grey level
-# or two anywhere, and the coverage of some rim pixels of discs and lines. Two seeds differ by a mean of 7 and
-# in 16 % of the pixels; the smallest broken variants below by 1.8 and 4 % (of parcels), 1.0 and 1.2 % (a path gone), or,
-# if they are local ones, in 20 % of a tile.
-MOST_MEAN_DIFFERENCE = 1.0   # grey levels, over all pixels and channels
+# The state is equal on every machine, bit for bit. Only rasterisation may differ: rounding by a grey level or two
+# anywhere, and coverage of some rim pixels of discs and lines. Two seeds differ by a mean of 7 and in 16 % of the
+# pixels. The smallest broken variants below differ by 1.8 and 4 % (parcels), 1.0 and 1.2 % (missing path), or, if local,
+# in 20 % of a tile.
+MAX_MEAN_DIFFERENCE = 1.0   # grey levels, over all pixels and channels
 FAR_OFF = 24                 # grey levels in any channel: more than rounding, less than a missing disc
-MOST_FAR_OFF = 0.005         # share of the pixels
-TILE_PX = 16                 # so that a small thing gone, as the ball, is seen
-MOST_FAR_OFF_IN_TILE = 0.10
+MAX_FAR_OFF = 0.005         # share of the pixels
+TILE_PX = 16                 # detects small missing things such as the ball
+MAX_FAR_OFF_IN_TILE = 0.10
 
-# What each run is given besides the scene. Pinned where the scene may follow a better method some day.
+# Arguments of each run besides the scene. Values are fixed where the scene may change its method later.
 RUN = {
     "court": ["-p", "3000", "--seconds", "0.5"],
     "gas": ["-p", "3000", "--seconds", "0.5"],
@@ -44,7 +44,7 @@ RUN = {
               "--set", "run.spring_contact_s=5e-3"],
 }
 PATH = ["-t"]
-# Runs that must be refused: words of the command line, and a change of a shader (file, from, to) or None.
+# Runs that must be refused: arguments, and a change of a shader (file, from, to) or None.
 BROKEN = {
     "court": [(["-t", "--seed", "2"], None), (["-t", "--set", "ball.present=false"], None),
               (["-t", "--ball-vx", "14"], None), (["-t", "--ball-spin", "-25"], None),
@@ -71,7 +71,7 @@ NORMAL = {"court": PATH, "gas": [], "orbit": PATH, "dense": []}
 
 
 class View:
-    """Where a world of this size lies in the picture (Camera::fit)."""
+    """Position of a world of this size in the picture (Camera::fit)."""
 
     def __init__(self, shown_width, shown_height):
         self.per_px = max(shown_width / (WIDTH - 2 * MARGIN_PX), shown_height / (SCENE_ROWS - 2 * MARGIN_PX))
@@ -87,7 +87,7 @@ def edited_shaders(edit, folder):
     shutil.copytree(HERE.parent.parent / "shaders", copy, dirs_exist_ok=True)
     text = (copy / file).read_text()
     if old not in text:
-        sys.exit(f"FAILED: {file} no longer says '{old}'; choose another place to break")
+        sys.exit(f"FAILED: {file} no longer contains '{old}'; choose another change")
     (copy / file).write_text(text.replace(old, new))
     return {"PICKLEFLIGHT_SHADERS": str(copy)}
 
@@ -97,12 +97,12 @@ def run_program(program, scene, folder, words, edit=None):
     command = [program, "run", "--headless", "--scene", scene, "--size", f"{WIDTH}x{HEIGHT}", "--overlay", "off",
                *RUN[scene],
                "--picture", str(picture), "--report", str(report), *words]
-    # Mesa is asked for its rasteriser, so that a GPU that it knows does not draw.
+    # Mesa must use its software rasteriser, not a GPU.
     environment = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", **(edited_shaders(edit, folder) if edit else {})}
     done = subprocess.run(command, env=environment, stderr=subprocess.PIPE, text=True, timeout=60)
     print(done.stderr.strip())
     if done.returncode == 3 and any(text in done.stderr for text in NO_GL):
-        print("SKIPPED: nothing here draws offscreen")
+        print("SKIPPED: no offscreen drawing here")
         sys.exit(SKIPPED)
     if done.returncode != 0:
         sys.exit(f"FAILED: exit code {done.returncode} of {' '.join(command)}")
@@ -110,7 +110,7 @@ def run_program(program, scene, folder, words, edit=None):
 
 
 def compare(picture, reference):
-    """Complaints about the difference of the parts above the overlay."""
+    """Errors in a comparison of the parts above the overlay."""
     if (picture.width, picture.height) != (reference.width, reference.height):
         return [f"size {picture.width}x{picture.height}, not {reference.width}x{reference.height}"]
     size = 3 * WIDTH * SCENE_ROWS
@@ -126,12 +126,12 @@ def compare(picture, reference):
     print(f"against the reference: mean difference {mean:.3f} grey levels, {100 * share:.3f} % of the pixels off by "
           f"more than {FAR_OFF}, {100 * worst:.1f} % in the worst tile")
     found = []
-    if mean > MOST_MEAN_DIFFERENCE:
-        found.append(f"mean difference {mean:.3f} > {MOST_MEAN_DIFFERENCE}")
-    if share > MOST_FAR_OFF:
-        found.append(f"{100 * share:.3f} % of the pixels far off, allowed {100 * MOST_FAR_OFF} %")
-    if worst > MOST_FAR_OFF_IN_TILE:
-        found.append(f"{100 * worst:.1f} % of a tile far off, allowed {100 * MOST_FAR_OFF_IN_TILE} %")
+    if mean > MAX_MEAN_DIFFERENCE:
+        found.append(f"mean difference {mean:.3f} > {MAX_MEAN_DIFFERENCE}")
+    if share > MAX_FAR_OFF:
+        found.append(f"{100 * share:.3f} % of the pixels far off, allowed {100 * MAX_FAR_OFF} %")
+    if worst > MAX_FAR_OFF_IN_TILE:
+        found.append(f"{100 * worst:.1f} % of a tile far off, allowed {100 * MAX_FAR_OFF_IN_TILE} %")
     return found
 
 
@@ -144,7 +144,7 @@ def is_line(color):
 
 
 def is_disc(color):
-    """Speed colours are far greener than any floor, and no line is that colourful."""
+    """Speed colours are greener than any floor and more saturated than any line."""
     return color[1] > 90 and max(color) - min(color) > 50
 
 
@@ -164,7 +164,7 @@ def along(view, start, end, num=200):
 
 
 def line_share(picture, pixels):
-    """How much of a line is seen: a point counts if a pixel next to it is light."""
+    """Visible share of a line. A point counts if a pixel next to it is light."""
     def seen(x, y):
         near = [(x + i, y + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
         return any(is_line(picture.at(*p)) for p in near if picture.has(*p))
@@ -175,19 +175,19 @@ def check_lines(picture, view, lines):
     found = []
     for name, start, end in lines:
         share = line_share(picture, along(view, start, end))
-        if share < 0.7:  # parcels lie on top of some of it
-            found.append(f"{name}: only {100 * share:.0f} % of it is seen")
+        if share < 0.7:  # parcels cover parts of it
+            found.append(f"{name}: only {100 * share:.0f} % of it is visible")
     return found
 
 
-def check_discs(picture, view, half_width, half_height, least, most):
+def check_discs(picture, view, half_width, half_height, min_share, max_share):
     left, top = view.pixel(-half_width, half_height)
     right, bottom = view.pixel(half_width, -half_height)
     inside = [(x, y) for x in range(left + 6, right - 5) for y in range(top + 6, bottom - 5)]
     share = share_of(is_disc, picture, inside)
     print(f"parcels cover {100 * share:.1f} % of the floor's pixels")
-    return [] if least <= share <= most else [f"parcels cover {100 * share:.1f} %, expected "
-                                              f"{100 * least:.0f} to {100 * most:.0f} %"]
+    return [] if min_share <= share <= max_share else [f"parcels cover {100 * share:.1f} %, expected "
+                                              f"{100 * min_share:.0f} to {100 * max_share:.0f} %"]
 
 
 def check_ball(picture, view, ball):
@@ -198,7 +198,7 @@ def check_ball(picture, view, ball):
     share = share_of(is_ball_yellow, picture, disc_pixels(center, radius_px))
     print(f"ball reported at pixel {center}: {100 * share:.0f} % of its {radius_px:.1f} px disc is yellow")
     found = [] if share > 0.4 else [f"no ball at pixel {center}: {100 * share:.0f} % yellow"]  # holes are dark
-    # The path, from where the flight began to the ball's rim; its older part is faded.
+    # The path from the start to the ball's rim. Its older part is faded.
     middle = -6.4 + 0.7 * (ball["x_m"] - 0.185 + 6.4)
     path = share_of(is_ball_yellow, picture, along(view, (middle, ball["y_m"]), (ball["x_m"] - 0.2, ball["y_m"]), 20))
     return found if path > 0.5 else found + [f"only {100 * path:.0f} % of the path's younger half is yellow"]
@@ -221,7 +221,7 @@ def check_court(picture, report):
 def check_gas(picture, report):
     half = 0.5 * math.sqrt(report["num_parcels"] * math.pi * 0.25 / report["area_fraction"])
     view = View(2 * half, 2 * half)
-    frame = half + 1.6 * view.per_px   # its middle; it lies outside the box
+    frame = half + 1.6 * view.per_px   # middle of the frame, which lies outside the box
     lines = [("left wall", (-frame, -half), (-frame, half)), ("right wall", (frame, -half), (frame, half)),
              ("lower wall", (-half, -frame), (half, -frame)), ("upper wall", (-half, frame), (half, frame))]
     found = check_lines(picture, view, lines) + check_discs(picture, view, half, half, 0.08, 0.32)
@@ -238,11 +238,11 @@ def check_orbit(picture, report):
     # From (0, -2.5) m counter-clockwise around the middle, 0.1 rad a step.
     angle = -0.5 * math.pi + 0.1 * report["steps"]
     if math.dist((ball["x_m"], ball["y_m"]), (2.5 * math.cos(angle), 2.5 * math.sin(angle))) > 1e-9:
-        found.append(f"the ball is at ({ball['x_m']:.3f}, {ball['y_m']:.3f}) m, not where its circle leads")
+        found.append(f"the ball is at ({ball['x_m']:.3f}, {ball['y_m']:.3f}) m, not on its circle")
     share = share_of(is_ball_yellow, picture, disc_pixels(view.pixel(ball["x_m"], ball["y_m"]), 0.185 / view.per_px))
     print(f"{100 * share:.0f} % of the ball's disc is yellow")
     if share <= 0.4:
-        found.append(f"no ball where it is reported: {100 * share:.0f} % yellow")
+        found.append(f"no ball at its reported position: {100 * share:.0f} % yellow")
     younger = [angle - 0.1 - 0.5 * 0.1 * report["steps"] * i / 99 for i in range(100)]
     path = share_of(is_ball_yellow, picture, [view.pixel(2.5 * math.cos(a), 2.5 * math.sin(a)) for a in younger])
     print(f"{100 * path:.0f} % of the path's younger half is yellow")
@@ -283,21 +283,21 @@ def main():
     parser.add_argument("--broken", action="store_true")
     parser.add_argument("--update", action="store_true")
     parser.add_argument("--keep", type=pathlib.Path)
-    words = parser.parse_args()
-    stored = HERE / f"{words.scene}.png"
+    arguments = parser.parse_args()
+    stored = HERE / f"{arguments.scene}.png"
     with tempfile.TemporaryDirectory() as temporary:
-        folder = words.keep or pathlib.Path(temporary)
-        if words.update:
-            run_program(words.program, words.scene, folder, NORMAL[words.scene])
-            shutil.copy(folder / f"{words.scene}.png", stored)
-        if words.broken:
-            found = check_broken(words.program, words.scene, folder, read_png(stored))
+        folder = arguments.keep or pathlib.Path(temporary)
+        if arguments.update:
+            run_program(arguments.program, arguments.scene, folder, NORMAL[arguments.scene])
+            shutil.copy(folder / f"{arguments.scene}.png", stored)
+        if arguments.broken:
+            found = check_broken(arguments.program, arguments.scene, folder, read_png(stored))
         else:
-            picture, report = run_program(words.program, words.scene, folder, NORMAL[words.scene])
-            found = compare(picture, read_png(stored)) + check_scene(words.scene, picture, report)
+            picture, report = run_program(arguments.program, arguments.scene, folder, NORMAL[arguments.scene])
+            found = compare(picture, read_png(stored)) + check_scene(arguments.scene, picture, report)
     if found:
         sys.exit("FAILED: " + "; ".join(found))
-    print("as it should be")
+    print("passed")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""PNG pictures without a library: 8 bits, RGB or RGBA, not interlaced, as the program writes them."""
+"""Reads PNG pictures as the program writes them: 8 bits, RGB or RGBA, not interlaced."""
 import struct
 import zlib
 
@@ -25,7 +25,7 @@ def read_png(path):
     chunks = list(_chunks(data))
     width, height, bits, colors, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
     if bits != 8 or colors not in (2, 6) or interlaced:
-        raise ValueError(f"{path}: only 8-bit RGB or RGBA without interlacing is read here")
+        raise ValueError(f"{path}: only 8-bit RGB or RGBA without interlacing is supported")
     channels = 3 if colors == 2 else 4
     packed = b"".join(body for name, body in chunks if name == b"IDAT")
     raw = _unfiltered(zlib.decompress(packed), height, width * channels, channels)

@@ -1,4 +1,4 @@
-// Devices smaller than the one that the tests run on, stood in for by PICKLEFLIGHT_DEVICE_LIMITS.
+// Devices smaller than the one that runs the tests; PICKLEFLIGHT_DEVICE_LIMITS stands for them.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -41,7 +41,7 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
-TEST_F(Devices, ASmallMemoryRefusesWhatDoesNotFitAndNamesWhatDoes) {
+TEST_F(Devices, RejectsMoreParcelsThanMemoryHoldsAndNamesANumberThatFits) {
   limit("memory_mb=2000");
   try {
     hash_after_flight(court(200'000'000), make_cuda_backend(0));
@@ -52,7 +52,7 @@ TEST_F(Devices, ASmallMemoryRefusesWhatDoesNotFitAndNamesWhatDoes) {
   EXPECT_NO_THROW(hash_after_flight(court(100'000), make_cuda_backend(0)));
 }
 
-TEST(DeviceLimitsTest, TheVariableIsReadOrRefused) {
+TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   const auto read = [](const char* text) {
     ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", text, 1);
     const DeviceLimits limits = device_limits();

@@ -1,4 +1,4 @@
-// The CUDA backend against the golden hashes, which the CPU wrote.
+// The CUDA backend against the golden hashes, which the CPU backend wrote.
 #include <gtest/gtest.h>
 
 #include "cuda/cuda_backend.hpp"
@@ -16,7 +16,7 @@ class GpuGoldenHashes : public testing::Test {
   }
 };
 
-TEST_F(GpuGoldenHashes, AreThoseOfTheFile) {
+TEST_F(GpuGoldenHashes, MatchTheFile) {
   expect_golden_hashes([] { return make_cuda_backend(0); });
 }
 

@@ -1,4 +1,4 @@
-// A log of a flight on one backend, flown again on the other: the same states.
+// Replays, on one backend, of flights logged on the other: the states are the same.
 #include <gtest/gtest.h>
 
 #include "cuda/cuda_backend.hpp"
@@ -18,7 +18,7 @@ class GpuReplay : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(GpuReplay, OfALogFromTheCpu) {
+TEST_F(GpuReplay, ReplaysALogFromTheCpu) {
   const auto file = folder_.path() / "a.toml";
   const std::uint64_t hash = fly_logged(file, 0, make_cpu_backend(0));
   const Flown flown = fly_again(file, make_cuda_backend(0));
@@ -27,7 +27,7 @@ TEST_F(GpuReplay, OfALogFromTheCpu) {
   EXPECT_EQ(flown.report["same"], true);
 }
 
-TEST_F(GpuReplay, OfALogFromTheGpu) {
+TEST_F(GpuReplay, ReplaysALogFromTheGpu) {
   const auto file = folder_.path() / "a.toml";
   const std::uint64_t hash = fly_logged(file, 0, make_cuda_backend(0));
   const Flown flown = fly_again(file, make_cpu_backend(0));

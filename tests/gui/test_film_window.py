@@ -102,7 +102,7 @@ def picture_key(bench):
 
 
 def replay_in_window(bench):
-    """A log, in a window: its own inputs, nobody's hands, and the same state at the end."""
+    """A log in a window: its inputs, no hands, and the same state at the end."""
     with bench.open("--log", "a.toml") as window:
         window.drag_slider("Ball spin", 0.56, 0.85)
         window.press_key("r")

@@ -10,8 +10,8 @@
 
 namespace pf::test {
 
-// n parcels of unit diameter, not overlapping each other, the walls or the ball, placed at random one by one:
-// area fractions up to 0.4.
+// Places parcels of unit diameter at random, one by one. They overlap neither each other nor the walls or the
+// ball. Area fractions up to 0.4.
 inline std::vector<ReferenceParcel> random_gas(const Physics& physics, const BallState& ball,
                                                std::uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -39,7 +39,7 @@ inline std::vector<ReferenceParcel> random_gas(const Physics& physics, const Bal
   return parcels;
 }
 
-// Parcels of a gas as the backend spawns them, momentum zero.
+// Parcels of a gas as the backend spawns them, with zero momentum.
 struct SpawnedGas {
   Physics physics;
   std::vector<ReferenceParcel> parcels;

@@ -1,4 +1,4 @@
-// The reference one law at a time: collisions, conservation, boundaries, contact clock, frozen ball.
+// The reference, one law at a time: collisions, conservation, boundaries, contact duration, frozen ball.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -19,9 +19,9 @@ Physics box(double side_m, Boundary boundary, std::uint32_t num, double restitut
   return physics;
 }
 
-// Meeting at a given direction and speed, apart by 3 before: time and velocities in closed form. Coordinates
-// up to 8 have an ulp of 1e-15; a handful of operations.
-TEST(Reference, TwoParcelsMeetWhereMechanicsSays) {
+// Two parcels 3 m apart collide at a given direction and speed. Time and velocities have closed forms.
+// Coordinates up to 8 m have an ulp of 1e-15, and few operations round.
+TEST(Reference, TwoParcelsCollideAsMechanicsSays) {
   for (const double e : {0.3, 0.9, 1.0}) {
     for (int k = 0; k < 24; ++k) {
       const double direction = 2.0 * kPi * k / 24.0 + 0.05;
@@ -45,7 +45,7 @@ TEST(Reference, TwoParcelsMeetWhereMechanicsSays) {
   }
 }
 
-TEST(Reference, TouchingPairsMeetAtOnceIfTheyApproach) {
+TEST(Reference, TouchingPairsCollideAtOnceIfTheyApproach) {
   const Physics physics = box(16.0, Boundary::open, 2);
   for (const double distance : {1.0, 0.9}) {
     Reference approaching(physics, {{{0, 0}, {0.5, 0}}, {{distance, 0}, {0, 0}}}, {});
@@ -54,14 +54,14 @@ TEST(Reference, TouchingPairsMeetAtOnceIfTheyApproach) {
     ASSERT_EQ(events.size(), 1U);
     EXPECT_EQ(events[0].time_s, 0.0);
     EXPECT_NEAR(approaching.totals().max_overlap_m, 1.0 - distance, 1e-15);
-    Reference parting(physics, {{{0, 0}, {-0.5, 0}}, {{distance, 0}, {0, 0}}}, {});
-    parting.run_until(1.0);
-    EXPECT_EQ(parting.totals().num_collisions, 0U);
+    Reference separating(physics, {{{0, 0}, {-0.5, 0}}, {{distance, 0}, {0, 0}}}, {});
+    separating.run_until(1.0);
+    EXPECT_EQ(separating.totals().num_collisions, 0U);
   }
 }
 
-// Coordinates are sums of powers of two, so that all four pairs meet at exactly 1 s.
-TEST(Reference, SimultaneousEventsComeByNumber) {
+// Coordinates are sums of powers of two, so that all four pairs collide at exactly 1 s.
+TEST(Reference, OrdersSimultaneousEventsByNumber) {
   std::vector<ReferenceParcel> parcels(8);
   const int number[4][2] = {{6, 1}, {0, 7}, {5, 2}, {4, 3}};
   for (int k = 0; k < 4; ++k) {
@@ -77,9 +77,9 @@ TEST(Reference, SimultaneousEventsComeByNumber) {
   EXPECT_EQ(events, expected);
 }
 
-// 6 strikes 7 at 0.25 s, which then meets 0 at 1 s: only 7 was predicted anew, so that the event is kept with
-// it alone. 1 and 2 meet at 1 s too.
-TEST(Reference, SimultaneousEventsComeByNumberWhoeverKeepsThem) {
+// 6 hits 7 at 0.25 s, then 7 hits 0 at 1 s. Only 7 is predicted again, so that it alone owns the event. 1 and
+// 2 collide at 1 s too.
+TEST(Reference, OrdersSimultaneousEventsByNumberForAnyOwner) {
   std::vector<ReferenceParcel> parcels(8);
   for (int k = 3; k < 6; ++k) parcels[k] = {{-6.0 + 2.0 * k, 6.0}, {0.0, 0.0}};
   parcels[6] = {{-3.0, 0.0}, {4.0, 0.0}};
@@ -95,9 +95,9 @@ TEST(Reference, SimultaneousEventsComeByNumberWhoeverKeepsThem) {
   EXPECT_EQ(events, expected);
 }
 
-// Every collision rounds energy by some 2^-52 of a parcel's: the sum wanders by that times the root of their
-// number, relative to N parcels. 1e-10 is what is asked for, 1e-13 what comes out.
-TEST(Reference, KeepsEnergyMomentumAndDistance) {
+// Every collision rounds the energy by about 2^-52 of a parcel's. The sum drifts by that times the root of
+// the number of collisions, relative to N parcels: 1e-13. The test allows 1e-11.
+TEST(Reference, ConservesEnergyMomentumAndDistance) {
   for (const Boundary boundary : {Boundary::periodic, Boundary::walls}) {
     const SpawnedGas start(gas(500, 0.5, boundary));
     Reference reference(start.physics, start.parcels, {});
@@ -111,7 +111,7 @@ TEST(Reference, KeepsEnergyMomentumAndDistance) {
     } else {
       EXPECT_GT(reference.totals().num_wall_hits, 10000U);
     }
-    // Coordinates up to 14 and times up to 500: an ulp of each is 1e-13 at most.
+    // Coordinates up to 14 and times up to 500 have an ulp of at most 1e-13.
     EXPECT_LT(reference.totals().max_overlap_m, 1e-12);
     const Vec2d side = to_metres(start.physics.world, start.physics.world.half) * 2.0;
     const auto parcels = reference.parcels();
@@ -127,8 +127,9 @@ TEST(Reference, KeepsEnergyMomentumAndDistance) {
   }
 }
 
-// Parcels, ball and its spin together; smooth and rough elastic contacts keep energy too.
-TEST(Reference, BallSharesMomentumAndEnergy) {
+// Momentum of parcels and ball together. Smooth elastic hits also keep energy and spin; friction takes
+// energy.
+TEST(Reference, ConservesMomentumAndEnergyWithTheBall) {
   Physics physics = box(12.0, Boundary::periodic, 40);
   physics.ball = {true, false, 15.0, 2.0, 0.5 * 15.0 * 4.0, 0.0, 0.0, 0.0};
   const BallState ball{{0.0, 0.0}, {2.0, 1.0}, 3.0, 0.0};
@@ -152,7 +153,7 @@ TEST(Reference, BallSharesMomentumAndEnergy) {
   }
 }
 
-TEST(Reference, FrozenBallTakesItsImpulsesWhenAsked) {
+TEST(Reference, FrozenBallTakesItsImpulsesOnRequest) {
   Physics physics = box(12.0, Boundary::periodic, 40);
   physics.ball = {true, false, 1500.0, 2.0, 0.5 * 1500.0 * 4.0, 0.3, 0.0, 0.0};
   const BallState ball{{0.0, 0.0}, {2.0, 1.0}, 3.0, 0.0};
@@ -175,7 +176,7 @@ TEST(Reference, FrozenBallTakesItsImpulsesWhenAsked) {
               totals.ball_torque_impulse_kg_m2ps / physics.ball.inertia_kg_m2, 1e-12);
 }
 
-// A third parcel comes 0.1 s after the first collision: within the clock that second collision is elastic.
+// The second collision comes 0.13 s after the first: within the contact duration it is elastic.
 TEST(Reference, ContactClockMakesQuickSuccessionElastic) {
   const std::vector<ReferenceParcel> row = {{{-2.0, 0}, {1.0, 0}}, {{0.0, 0}, {0, 0}}, {{1.1, 0}, {0, 0}}};
   for (const double clock : {0.0, 0.05, 0.2}) {
@@ -183,15 +184,16 @@ TEST(Reference, ContactClockMakesQuickSuccessionElastic) {
     std::vector<ReferenceEvent> events;
     reference.run_until(1.3, &events);
     ASSERT_EQ(events.size(), 2U);
-    // 1 hits 2 with speed 1: 0.25 and 0.75; 2 passes on 0.75 of its speed, or all of it.
+    // The first hits the second with speed 1: 0.25 and 0.75. The second passes on 0.75 of its speed, or all
+    // of it.
     EXPECT_NEAR(events[1].time_s, 1.0 + 0.1 / 0.75, 1e-14);
     const double passed_on = clock == 0.2 ? 0.75 : 0.75 * 0.75;
     EXPECT_NEAR(reference.parcels()[2].velocity_mps.x, passed_on, 1e-14) << clock;
   }
 }
 
-// Walls set the clock; the ball reads it but does not set it.
-TEST(Reference, ContactClockOfWallAndBall) {
+// A wall starts the contact duration. The ball reads it but does not start it.
+TEST(Reference, WallsSetTheContactClockAndTheBallReadsIt) {
   Physics physics = box(16.0, Boundary::walls, 1, 0.5);
   physics.ball = {true, true, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
   const BallState ball{{5.0, 0.0}, {0.0, 0.0}, 0.0, 0.0};
@@ -201,18 +203,18 @@ TEST(Reference, ContactClockOfWallAndBall) {
     reference.run_until(time_s);
     return reference.parcels()[0].velocity_mps.x;
   };
-  // Wall at 0.5 s, ball at 1.5 s, wall again.
+  // Wall at 0.5 s, ball at 1.5 s, wall at 2.5 s, ball at 3.5 s.
   EXPECT_EQ(speed_after(0.0, 0.6), -1.0) << "walls are elastic";
-  EXPECT_NEAR(speed_after(0.5, 1.6), 0.5, 1e-15) << "the clock of the wall has run out";
-  EXPECT_NEAR(speed_after(1.2, 1.6), 1.0, 1e-15) << "elastic within the wall's clock";
-  // Wall again at 2.5 s; clock 1.2 s: ball again at 3.5 s, elastic again because of the wall.
+  EXPECT_NEAR(speed_after(0.5, 1.6), 0.5, 1e-15) << "the contact duration of the wall is over";
+  EXPECT_NEAR(speed_after(1.2, 1.6), 1.0, 1e-15) << "elastic within the contact duration of the wall";
+  // The second hit of the ball is elastic again because of the second wall.
   EXPECT_NEAR(speed_after(1.2, 3.6), 1.0, 1e-15);
 }
 
-// Inelastic collapse (McNamara and Young 1994): without the clock a chain of parcels collides ever faster
-// until time no longer passes, with it the run goes on. At e = 0.6, their case, this start has not collapsed
-// after 600 collisions per parcel; at 0.4 it does after 50.
-TEST(Reference, ContactClockCuresInelasticCollapse) {
+// Inelastic collapse (McNamara and Young 1994): without a contact duration a chain of parcels collides ever
+// faster until time stops; with it the run continues. At e = 0.6, their case, this start has not collapsed
+// after 600 collisions per parcel; at 0.4 it collapses after 50.
+TEST(Reference, ContactClockPreventsInelasticCollapse) {
   for (const double restitution : {0.6, 0.4}) {
     Settings settings = gas(1024, 0.25, Boundary::periodic);
     settings.restitution = restitution;
@@ -227,14 +229,14 @@ TEST(Reference, ContactClockCuresInelasticCollapse) {
     std::vector<ReferenceEvent> events;
     without.run_until(2000.0, &events, 1000);
     ASSERT_FALSE(events.empty());
-    EXPECT_LT(events.back().time_s - events.front().time_s, 1e-9) << "time stands still";
+    EXPECT_LT(events.back().time_s - events.front().time_s, 1e-9) << "time has stopped";
     std::set<std::uint32_t> chain;
     for (const ReferenceEvent& event : events) chain.insert({event.a, event.b});
-    EXPECT_GT(chain.size(), 2U) << "a chain, not a pair that rounding holds together";
+    EXPECT_GT(chain.size(), 2U) << "a chain of parcels, not a pair that rounding holds together";
   }
 }
 
-TEST(Reference, WallsReflectRimsAndOpenEdgesTakeCentres) {
+TEST(Reference, WallsReflectRimsAndOpenEdgesRetireCentres) {
   std::vector<ReferenceEvent> events;
   Reference walls(box(16.0, Boundary::walls, 1), {{{7.0, 0.0}, {1.0, 0.0}}}, {});
   walls.run_until(1.0, &events);
@@ -247,7 +249,7 @@ TEST(Reference, WallsReflectRimsAndOpenEdgesTakeCentres) {
   EXPECT_EQ(open.measure().num_live, 0U);
 }
 
-TEST(Reference, RetiredParcelsAreInert) {
+TEST(Reference, RetiredParcelsDoNotCollide) {
   Reference reference(box(16.0, Boundary::open, 2),
                       {{{0.0, 0.0}, {0.0, 0.0}, true}, {{-2.0, 0.0}, {1.0, 0.0}}}, {});
   reference.run_until(4.0);
@@ -267,7 +269,8 @@ TEST(Reference, RestartsFromItsOwnStateAndFromASnapshot) {
   Reference reference(start.physics, parcels, {});
   reference.run_until(5.0);
   EXPECT_EQ(reference.measure().num_live, 299U);
-  // The same in two halves: rounding of one restart grows by 1e4 or so within a collision time or two.
+  // Two halves agree with one run: the rounding of a restart grows by about 1e4 within one or two collision
+  // times.
   Reference first(start.physics, start.parcels, {});
   first.run_until(0.4);
   Reference second(start.physics, first.parcels(), {});
@@ -278,7 +281,7 @@ TEST(Reference, RestartsFromItsOwnStateAndFromASnapshot) {
   }
 }
 
-TEST(Reference, RefusesWhatItCannotDo) {
+TEST(Reference, RejectsUnsupportedInput) {
   const std::vector<ReferenceParcel> one = {{{0, 0}, {1, 0}}};
   EXPECT_THROW(Reference(box(16.0, Boundary::open, 1, 0.0), one, {}), UserError);
   EXPECT_THROW(Reference(box(1.9, Boundary::periodic, 1), one, {}), UserError);

@@ -1,5 +1,5 @@
-// The reference against the plainest event-driven simulation there is: before every event all bodies, all
-// images and all walls are searched for what comes first. No queue, no cells, nothing kept.
+// The reference against the plainest event-driven simulation: before each event it searches all bodies,
+// images and walls for the earliest event. It has no queue and no cells, and keeps no prediction.
 #include <gtest/gtest.h>
 
 #include <tuple>
@@ -23,7 +23,7 @@ struct PlainSearch {
     double time_s = 1e300;
     Kind kind = Kind::pair;
     std::uint32_t a = 0, b = 0;
-    Vec2d offset;  // between the centres at that time, to b or from the ball
+    Vec2d offset;  // between the centres at that time: to b, or from the ball
 
     auto key() const {
       const std::uint32_t rank =
@@ -52,14 +52,14 @@ struct PlainSearch {
     }
   }
 
-  void consider_edges(Vec2d position, Vec2d velocity, double radius, std::uint32_t who, bool may_leave) {
+  void consider_edges(Vec2d position, Vec2d velocity, double radius, std::uint32_t body, bool may_leave) {
     const Boundary boundary = physics.world.boundary;
     if (boundary == Boundary::periodic || (boundary == Boundary::open && !may_leave)) return;
     const bool walls = boundary == Boundary::walls;
     const double room = walls ? radius : 0.0;
     const auto axis = [&](double x, double v, double limit, Kind kind) {
-      if (v > 0.0) consider((limit - x) / v, kind, who, 0);
-      if (v < 0.0) consider((-limit - x) / v, kind, who, 0);
+      if (v > 0.0) consider((limit - x) / v, kind, body, 0);
+      if (v < 0.0) consider((-limit - x) / v, kind, body, 0);
     };
     axis(position.x, velocity.x, half.x - room, walls ? Kind::wall_x : Kind::exit);
     axis(position.y, velocity.y, half.y - room, walls ? Kind::wall_y : Kind::exit);
@@ -164,11 +164,11 @@ Physics case_physics(const Case& c) {
   return physics;
 }
 
-// Two runs part by rounding that grows, per collision of a parcel, by twice its free path over the diameter:
-// 5 on average at area fraction 0.05 where that is most, 100 in rare chains (PHYSICS 1.6). So the search
-// starts again from the reference's state after every event per parcel (2 collisions); rounding of times up
-// to 300 is 1e-13.
-TEST_P(AgainstPlainSearch, EventForEvent) {
+// Rounding makes two runs diverge. Per collision of a parcel the difference grows by twice its free path over
+// the diameter: by 10 on average at area fraction 0.05, the largest, and by 100 in rare chains
+// (docs/physics.md, 'How long two runs can be compared'). Therefore the search restarts from the reference's
+// state after every event per parcel (2 collisions). Rounding of times up to 300 is 1e-13.
+TEST_P(AgainstPlainSearch, AgreesEventForEvent) {
   const Case& c = GetParam();
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     PlainSearch plain;
@@ -183,7 +183,7 @@ TEST_P(AgainstPlainSearch, EventForEvent) {
       plain.now = reference.now_s();
       for (std::uint32_t k = 0; k < c.num; ++k) {
         plain.search();
-        if (plain.next.time_s > 1e200) break;  // all have left
+        if (plain.next.time_s > 1e200) break;  // all parcels have left
         plain.move_all(plain.next.time_s);
         plain.respond();
         std::vector<ReferenceEvent> events;

@@ -1,4 +1,5 @@
-// The reference against what is known of hard-disc gases: collision rate, pressure, cooling; and its speed.
+// The reference against known properties of hard-disc gases: collision rate, pressure, cooling. Prints its
+// speed.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,9 +14,10 @@ namespace {
 
 class Equilibrium : public testing::TestWithParam<double> {};
 
-// Error of the rate and of the sum of impulses over M collisions: counted as independent 1/sqrt(M); measured
-// at N = 4,096 up to 1.4 times that (PHYSICS 9). 4 of these. Temperature is K / (N - 1): momentum is zero.
-TEST_P(Equilibrium, RateAndPressureAreKolafasAndRottners) {
+// The rate and the sum of impulses over M collisions have an error of 1/sqrt(M) if collisions are
+// independent; at N = 4,096 up to 1.4 times that was measured. The test allows 4 of these. Temperature is K /
+// (N - 1), since the momentum is zero (docs/physics.md, 'Measuring rate and pressure').
+TEST_P(Equilibrium, RateAndPressureAgreeWithKolafaAndRottner) {
   const double eta = GetParam();
   const double num = 1000.0;
   const SpawnedGas gas_1000(gas(1000, eta, Boundary::periodic));
@@ -40,7 +42,7 @@ TEST_P(Equilibrium, RateAndPressureAreKolafasAndRottners) {
 
 INSTANTIATE_TEST_SUITE_P(AreaFraction, Equilibrium, testing::Values(0.2, 0.5));
 
-// Energy of the shear waves of one length over that of equipartition at energy_j: mean over both axes.
+// Energy of the longest shear waves over that of equipartition at energy_j: mean over both axes.
 double longest_waves(const std::vector<ReferenceParcel>& parcels, double side_m, double energy_j) {
   double sum = 0.0;
   for (const bool along_x : {true, false}) {
@@ -57,11 +59,11 @@ double longest_waves(const std::vector<ReferenceParcel>& parcels, double side_m,
   return sum / num / (energy_j / (num - 1.0));
 }
 
-// Homogeneous cooling at e = 0.9, area fraction 0.2, N = 200, below the 242 from which clusters form. Mean
-// over seeds of T / T0 after 14 initial collision times, and what the longest shear waves hold then; 4
-// standard errors from the scatter over the seeds, and 0.2 % for what the theory leaves out (8,000
-// seeds: 1.00043(40)).
-TEST(Cooling, FollowsHaffWithShearWaves) {
+// Homogeneous cooling at e = 0.9, area fraction 0.2, N = 200, below the 242 from which clusters form. Means
+// over seeds of T / T0 after 14 initial collision times, and of the energy in the longest shear waves. The
+// test allows 4 standard errors from the scatter over the seeds, and 0.2 % for effects that the theory omits
+// (8,000 seeds: 1.00043(40)).
+TEST(Cooling, FollowsHaffsLawWithShearWaves) {
   const double eta = 0.2, restitution = 0.9, num = 200.0, times = 14.0;
   Mean ratio, waves;
   for (int seed = 1; seed <= 400; ++seed) {
@@ -83,21 +85,21 @@ TEST(Cooling, FollowsHaffWithShearWaves) {
   EXPECT_NEAR(ratio.value() / expected, 1.0, 4.0 * ratio.error() / expected + 0.002);
   const double excess = theory::shear_wave_excess(eta, restitution, num, 1.0, -std::log(expected));
   EXPECT_NEAR(waves.value(), 1.0 + excess, 4.0 * waves.error());
-  EXPECT_GT(excess, 10.0 * waves.error()) << "seeds enough to tell";
+  EXPECT_GT(excess, 10.0 * waves.error()) << "enough seeds to resolve the excess";
   std::printf("T / T0 over theory %.4f +- %.4f; longest shear waves %.3f +- %.3f, theory %.3f\n",
               ratio.value() / expected, ratio.error() / expected, waves.value(), waves.error(), 1.0 + excess);
 }
 
-// Not a test: what the reference does per second, printed.
-TEST(Benchmark, CollisionsPerSecond) {
+// Not a test: prints the collisions that the reference solves per second.
+TEST(Benchmark, PrintsCollisionsPerSecond) {
   for (const std::int64_t num : {10000, 100000}) {
     const SpawnedGas start(gas(num, 0.2, Boundary::periodic));
     Reference reference(start.physics, start.parcels, {});
     reference.run_until(2.0);
     const ReferenceTotals before = reference.totals();
-    const auto begin = std::chrono::steady_clock::now();
+    const auto start_time = std::chrono::steady_clock::now();
     reference.run_until(1e9, nullptr, 300000);
-    const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_time).count();
     const ReferenceTotals& after = reference.totals();
     const auto collisions = static_cast<double>(after.num_collisions - before.num_collisions);
     std::printf("N = %lld: %.3g collisions/s; per collision %.2f changes of cell, %.2f predictions\n",

@@ -1,5 +1,4 @@
-// The theory against the tables it was published or derived with. Tables are rounded to the digits shown, so
-// a tolerance is half of the last digit; expected is the value, digits those of the table.
+// The theory against published or derived tables. A tolerance is half of the last digit that the table shows.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,15 +11,15 @@
 namespace pf::theory {
 namespace {
 
-void expect_digits(double value, double expected, int digits_after_point, const char* what, double at) {
-  EXPECT_NEAR(value, expected, 0.5001 * std::pow(10.0, -digits_after_point)) << what << " at " << at;
+void expect_digits(double value, double expected, int digits_after_point, const char* name, double at) {
+  EXPECT_NEAR(value, expected, 0.5001 * std::pow(10.0, -digits_after_point)) << name << " at " << at;
 }
 
 struct GasRow {
   double eta, z, chi;
 };
 
-TEST(Theory, EquationOfStateIsKolafasAndRottners) {
+TEST(Theory, EquationOfStateAgreesWithKolafaAndRottner) {
   const GasRow rows[] = {{0.01, 1.020317, 1.01586}, {0.05, 1.108388, 1.08388}, {0.10, 1.236144, 1.18072},
                          {0.20, 1.570366, 1.42592}, {0.30, 2.063261, 1.77210}, {0.40, 2.829331, 2.28666},
                          {0.50, 4.106364, 3.10636}, {0.60, 6.455337, 4.54611}, {0.65, 8.408044, 5.69850},
@@ -31,8 +30,8 @@ TEST(Theory, EquationOfStateIsKolafasAndRottners) {
   }
 }
 
-// Their own simulation, Table 1: value, its standard error; 4 of them.
-TEST(Theory, EquationOfStateMeetsPublishedSimulation) {
+// Table 1 of Kolafa and Rottner: simulated value and its standard error. The test allows 4 of them.
+TEST(Theory, EquationOfStateAgreesWithPublishedSimulation) {
   const double rows[][3] = {{0.40, 2.1514393, 52e-7}, {0.50, 2.7601235, 79e-7}, {0.60, 3.663691, 12e-6},
                             {0.70, 5.082362, 19e-6},  {0.80, 7.476491, 36e-6},  {0.85, 9.245785, 72e-6}};
   for (const auto& [density, z, error] : rows) {
@@ -40,7 +39,7 @@ TEST(Theory, EquationOfStateMeetsPublishedSimulation) {
   }
 }
 
-TEST(Theory, RateAndMeanFreePath) {
+TEST(Theory, RateAndMeanFreePathAgreeWithTables) {
   const double rows[][3] = {{0.05, 0.12230, 10.248}, {0.10, 0.26646, 4.7036}, {0.20, 0.64359, 1.9474},
                             {0.30, 1.19976, 1.0446}, {0.40, 2.06418, 0.6072}, {0.50, 3.50516, 0.3576},
                             {0.60, 6.15569, 0.2036}};
@@ -51,7 +50,7 @@ TEST(Theory, RateAndMeanFreePath) {
   }
 }
 
-TEST(Theory, ViscosityIsEnskogs) {
+TEST(Theory, ViscosityAgreesWithEnskog) {
   const double rows[][2] = {{0.05, 9.348}, {0.10, 4.928}, {0.20, 2.945}, {0.30, 2.598},
                             {0.40, 2.847}, {0.50, 3.653}, {0.60, 5.385}};
   for (const auto& [eta, viscosity] : rows) {
@@ -61,25 +60,26 @@ TEST(Theory, ViscosityIsEnskogs) {
   }
 }
 
-// The longest wave neither decays nor grows at the number of parcels from which clusters form: 242 at area
-// fraction 0.2 and e = 0.9 (PHYSICS 2), without the Sonine correction 0.5 % less; there its excess is what
-// the gas has cooled.
-TEST(Theory, ShearWavesGrowFromTheOnsetOfClustersOn) {
+// At the number of parcels from which clusters form the longest wave neither decays nor grows, and its excess
+// equals the cooling. That number is 242 at area fraction 0.2 and e = 0.9; without the Sonine correction it
+// is 0.5 % less (docs/physics.md, 'Cooling').
+TEST(Theory, ShearWavesGrowBeyondTheOnsetOfClusters) {
   EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 242.0, 1.0, 1.0), 1.0, 0.005);
-  EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 200.0, 1.0, 50.0), 1.0 / (242.0 / 200.0 - 1.0), 0.2) << "settled";
+  EXPECT_NEAR(shear_wave_excess(0.2, 0.9, 200.0, 1.0, 50.0), 1.0 / (242.0 / 200.0 - 1.0), 0.2)
+      << "stationary";
   EXPECT_GT(shear_wave_excess(0.2, 0.9, 400.0, 1.0, 10.0), 25.0) << "unstable";
   EXPECT_LT(shear_wave_excess(0.2, 0.9, 200.0, 100.0, 1.0), 0.02);
 }
 
-// With few waves that matter it is Haff's law.
-TEST(Theory, CoolingInABoxIsHaffsLawBeforeShearWaves) {
+// Where shear waves hold little energy, cooling follows Haff's law.
+TEST(Theory, CoolingInABoxFollowsHaffsLawWithoutShearWaves) {
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.9, 200.0, 0.1) / cooled_fraction(0.9, 1.0, 0.1), 1.0, 1e-5);
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.99, 200.0, 14.0) / cooled_fraction(0.99, 1.0, 14.0), 1.0, 3e-4);
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.9, 200.0, 14.0) / cooled_fraction(0.9, 1.0, 14.0), 1.015, 1e-3);
 }
 
-// Mean impulse over mass of an elastic collision is the mean normal approach speed, sqrt(pi) c: rate and
-// pressure are one yardstick, Z - 1 = sqrt(pi)/2 Gamma r / c.
+// The mean impulse over mass of an elastic collision is the mean normal closing speed, sqrt(pi) c. Rate and
+// pressure therefore agree: Z - 1 = sqrt(pi)/2 Gamma r / c.
 TEST(Theory, PressureFromImpulsesAgreesWithTheRate) {
   const double num = 1000.0, c = 1.3, radius = 0.5, time_s = 7.0, eta = 0.3;
   const double collisions = 0.5 * num * time_s * collision_rate_per_s(eta, c, radius);
@@ -87,14 +87,14 @@ TEST(Theory, PressureFromImpulsesAgreesWithTheRate) {
   EXPECT_NEAR(measured_compressibility(sum, time_s, num, c * c, 2.0 * radius), compressibility(eta), 1e-12);
 }
 
-TEST(Theory, CoolingFollowsHaff) {
+TEST(Theory, CoolingFollowsHaffsLaw) {
   EXPECT_NEAR(sonine_a2(0.9), -0.0269, 5e-5);
   EXPECT_EQ(sonine_a2(1.0), 0.0);
   EXPECT_EQ(cooled_fraction(1.0, 2.0, 5.0), 1.0);
-  // A direct simulation Monte Carlo run gave 0.2929 after 13 collisions per parcel, four digits shown; its
-  // noise is below 3e-4. Without the correction: 0.2908.
+  // A direct simulation Monte Carlo run gave 0.2929 after 13 collisions per parcel, with noise below 3e-4.
+  // The value without the correction is 0.2908.
   EXPECT_NEAR(cooled_fraction_by_collisions(0.9, 13.0), 0.2929, 5e-4);
-  // Both laws belong together: d tau = Gamma dt, Gamma = Gamma0 sqrt(T/T0) (1 - a2/16).
+  // Both laws agree: d tau = Gamma dt, Gamma = Gamma0 sqrt(T/T0) (1 - a2/16).
   const double rate = 1.7, end_s = 9.0;
   const int steps = 20000;
   double tau = 0.0;
@@ -105,7 +105,7 @@ TEST(Theory, CoolingFollowsHaff) {
   EXPECT_NEAR(cooled_fraction_by_collisions(0.8, tau), cooled_fraction(0.8, rate, end_s), 1e-7);
 }
 
-TEST(Theory, MissedCollisions) {
+TEST(Theory, MissedCollisionsAgreeWithTables) {
   expect_digits(missed_fraction(0.1), 4.2e-4, 5, "missed", 0.1);
   expect_digits(missed_fraction(0.2), 1.7e-3, 4, "missed", 0.2);
   expect_digits(missed_fraction(0.5), 0.0105, 4, "missed", 0.5);
@@ -117,9 +117,9 @@ TEST(Theory, MissedCollisions) {
   EXPECT_NEAR(missed_fraction(1.001e-3) / (1.001e-3 * 1.001e-3 / 24.0), 1.0, 1e-6);
 }
 
-// The closed form against its definition: a chord is missed if no end of a step, at a uniform phase, falls in
-// it. Midpoint rule over impact parameters; the integrand has a square root at 1, hence 1e-5.
-TEST(Theory, MissedCollisionsByQuadrature) {
+// The closed form against its definition: a chord is missed if no end of a step, at a uniform phase, lies in
+// it. The midpoint rule over impact parameters is off by 1e-5, since the integrand has a square root at 1.
+TEST(Theory, MissedCollisionsAgreeWithQuadrature) {
   for (const double step : {0.3, 0.8, 1.5, 1.9, 2.5, 7.0}) {
     double sum = 0.0;
     const int num = 200000;
@@ -131,7 +131,7 @@ TEST(Theory, MissedCollisionsByQuadrature) {
   }
 }
 
-TEST(Theory, DragAndHitsOfADisc) {
+TEST(Theory, DragAndHitsAgreeWithTables) {
   const double rows[][5] = {
       {0.1, 35.5376, 44.4220, 40.5740, 8.90653}, {0.3, 12.0803, 15.1003, 13.7005, 3.08555},
       {0.5, 7.52398, 9.40497, 8.42715, 1.98736}, {1, 4.36548, 5.45685, 4.66619, 1.28192},
@@ -148,9 +148,9 @@ TEST(Theory, DragAndHitsOfADisc) {
   }
 }
 
-TEST(Theory, DragLimits) {
+TEST(Theory, DragHasItsLimits) {
   EXPECT_NEAR(drag_specular(1e-3) * 1e-3, 2.0 * std::sqrt(kPi), 1e-5);
-  // To S = 60 the Bessel functions alone would leave the range of double. 8/3 + O(1/S^2): 0.0020 / (S/10)^2.
+  // Up to S = 60, where unscaled Bessel functions exceed the range of double. Drag is 8/3 + 2 / S^2 + ...
   for (const double s : {20.0, 24.0, 25.0, 40.0, 60.0}) {
     EXPECT_NEAR(drag_specular(s), 8.0 / 3.0 + 2.0 / (s * s), 1.0 / (s * s * s)) << s;
     EXPECT_NEAR(hit_factor(s), 1.0 + 0.25 / (s * s), 0.1 / (s * s * s)) << s;
@@ -158,7 +158,7 @@ TEST(Theory, DragLimits) {
   EXPECT_NEAR(drag_specular(24.4949), drag_specular(24.4950), 1e-7) << "both forms of the Bessel function";
 }
 
-TEST(Theory, ColdDragWithFriction) {
+TEST(Theory, ColdDragWithFrictionAgreesWithTable) {
   const double rows[][2] = {{0.0, 2.66667}, {0.1, 2.79741}, {0.3, 3.00966}, {0.5, 3.13807}, {1.0, 3.26295}};
   for (const auto& [friction, drag] : rows)
     expect_digits(cold_drag_coefficient(1.0, friction), drag, 5, "cold", friction);
@@ -166,8 +166,8 @@ TEST(Theory, ColdDragWithFriction) {
   expect_digits(cold_drag_coefficient(0.8, 0.3), 2.71677, 5, "cold", 0.3);
 }
 
-// The same by summing the model's own impulses over the impact parameters of a cold beam.
-TEST(Theory, ColdDragIsThatOfTheModelsImpulses) {
+// Sums the model's impulses over the impact parameters of a cold beam.
+TEST(Theory, ColdDragIsTheSumOfTheModelsImpulses) {
   BallConstants ball;
   ball.held = true;
   ball.radius_m = 0.5;
@@ -188,8 +188,8 @@ TEST(Theory, ColdDragIsThatOfTheModelsImpulses) {
   }
 }
 
-// air = drag uses the same coefficient: dv/dt = -rho Cd R / m_b v^2.
-TEST(Theory, ColdDragIsThatOfTheScenes) {
+// air = drag uses the coefficient: dv/dt = -rho Cd R / m_b v^2.
+TEST(Theory, ScenesUseColdDrag) {
   Settings s;
   s.air = Air::drag;
   const double drag = derive_physics(s).ball.drag_per_m;
@@ -199,16 +199,16 @@ TEST(Theory, ColdDragIsThatOfTheScenes) {
               1e-12 * drag);
 }
 
-// Slip w R of a rough ball in a resting gas: every hit hands over m w R on average, at lever R. Transverse:
-// half the displaced mass times w V, against z x V.
-TEST(Theory, SpinTorqueAndTransverseForce) {
+// A rough ball with slip w R in a resting gas: each hit transfers m w R on average, at lever R. The
+// transverse force is half the displaced mass times w V, against z x V.
+TEST(Theory, SpinTorqueAndTransverseForceFollowTheirLaws) {
   const double hit_mass = 2e-3 * hits_per_s(0.2, 500.0, 3.0, 2.0);
   EXPECT_NEAR(hit_mass, 2e-3 * 2.0 * 0.2 * 500.0 * 3.0 * 1.06508, 1e-5 * hit_mass);
   EXPECT_NEAR(spin_torque_n_m(0.5, 4.0, 0.2, hit_mass), -0.5 * 4.0 * 0.04 * hit_mass, 1e-15);
   EXPECT_NEAR(transverse_force_n(1.0, 2.0, 0.3, 0.3, 4.0, 5.0), -0.5 * (2.0 * kPi * 0.09) * 4.0 * 5.0, 1e-12);
 }
 
-TEST(Theory, GainsOfMethodsThatDoNotConserve) {
+TEST(Theory, EnergyGainsAgreeWithClosedForms) {
   EXPECT_NEAR(jacobi_triple_gain(kPi / 6.0), 1.75, 1e-12);
   EXPECT_NEAR(jacobi_triple_gain(kPi / 4.0), 1.0, 1e-12);
   EXPECT_NEAR(jacobi_triple_gain(kPi / 3.0), 0.75, 1e-12);

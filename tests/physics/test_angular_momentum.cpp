@@ -1,8 +1,8 @@
-// Angular momentum of ball and parcels in an open world, hit by hit and in sum, with friction.
+// Angular momentum of ball and parcels in an open world, per hit and in total, with friction.
 //
 // Impulse and counter-impulse act at the point of contact, on the ball's rim. A parcel is a disc without
-// spin, so of the friction J_t only its centre's share is kept: each hit leaves r J_t behind, r the parcel's
-// radius, and nothing else. That much is expected here, exactly.
+// spin: it keeps only its centre's share of the friction J_t. Each hit therefore loses exactly r J_t, with
+// the parcel's radius r.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -37,17 +37,17 @@ Settings lone_ball(std::int64_t n, double friction) {
   return s;
 }
 
-// Parcels on their way to the ball from all sides, off its centre by up to a radius.
+// Parcels that fly towards the ball from all sides, at impact parameters up to its radius.
 ParcelSnapshot incoming(const SceneRun& run) {
   ParcelSnapshot state;
   for (std::uint32_t i = 0; i < run.physics.parcels.num; ++i) {
     const double angle = 2.0 * kPi * uniform(random_bits(5, i, 0));
-    const Vec2d toward{std::cos(angle), std::sin(angle)};
+    const Vec2d direction{std::cos(angle), std::sin(angle)};
     const double off_m = run.physics.ball.radius_m * (2.0 * uniform(random_bits(5, i, 1)) - 1.0);
     const double away_m = 0.6 + 1.5 * uniform(random_bits(5, i, 2));
-    state.position.push_back(
-        to_units(run.physics.world, run.ball.position_m - toward * away_m + perpendicular(toward) * off_m));
-    state.velocity.push_back(to_float(toward * kSpeed));
+    state.position.push_back(to_units(
+        run.physics.world, run.ball.position_m - direction * away_m + perpendicular(direction) * off_m));
+    state.velocity.push_back(to_float(direction * kSpeed));
   }
   return state;
 }
@@ -63,8 +63,8 @@ double angular_momentum(SceneRun& run, const BallState& ball) {
   return sum;
 }
 
-// What rounding may add for one parcel: its position by a unit per step and axis, times its momentum; its
-// velocity to float once, times its distance from the origin; the ball's sums to half a unit of 2^-32 of the
+// Bound on the rounding for one parcel: its position by a unit per step and axis, times its momentum; its
+// velocity once to float, times its distance from the origin; the ball's sums to half a unit of 2^-32 of the
 // reference speed (4 m/s), times that distance.
 double rounding_bound(const SceneRun& run, int num_steps) {
   const double mass = run.physics.parcels.mass_kg;
@@ -80,26 +80,27 @@ TEST_P(AngularMomentum, IsKeptInEveryHit) {
   for (std::int64_t k = 0; k < 200; ++k) {
     SceneRun run(s, 1);
     ParcelSnapshot state = incoming(run);
-    const Vec2d toward{std::cos(0.1 * k), std::sin(0.1 * k)};  // another side and impact parameter each time
+    const Vec2d direction{std::cos(0.1 * k),
+                          std::sin(0.1 * k)};  // a new direction and impact parameter each time
     const double off_m = 0.5 * std::sin(1.7 * k);
     state.position[0] =
-        to_units(run.physics.world, run.ball.position_m - toward * 0.9 + perpendicular(toward) * off_m);
-    state.velocity[0] = to_float(toward * kSpeed);
+        to_units(run.physics.world, run.ball.position_m - direction * 0.9 + perpendicular(direction) * off_m);
+    state.velocity[0] = to_float(direction * kSpeed);
     run.backend->restore(state);
     const double before = angular_momentum(run, run.ball);
     const StepReport report = run.advance(40, 0.01);
     ASSERT_EQ(report.totals.num_ball_hits, 1U);
     const double torque = report.totals.ball_torque_impulse_kg_m2ps;
-    const double left_behind = -torque * run.physics.parcels.radius_m / run.physics.ball.radius_m;
-    EXPECT_NEAR(angular_momentum(run, report.ball) - before, left_behind, rounding_bound(run, 40));
+    const double lost = -torque * run.physics.parcels.radius_m / run.physics.ball.radius_m;
+    EXPECT_NEAR(angular_momentum(run, report.ball) - before, lost, rounding_bound(run, 40));
     EXPECT_EQ(torque != 0.0, GetParam() > 0.0);
   }
 }
 
-// 2,000 parcels and a ball that they set moving. The ball takes a step's impulses at the end of the step: up
-// to dt late, and by then it has moved by V dt. So each hit may add |V| dt |J| of either sign on top of its
-// rounding; four times the random walk of those is allowed.
-TEST_P(AngularMomentum, IsKeptInSum) {
+// 2,000 parcels set a ball in motion. The ball takes a step's impulses at the end of the step, up to dt late,
+// and has moved by V dt until then. Each hit may add |V| dt |J| of either sign to its rounding. The test
+// allows four times the random walk of these.
+TEST_P(AngularMomentum, IsKeptInTotal) {
   SceneRun run(lone_ball(2000, GetParam()));
   run.backend->restore(incoming(run));
   const double before = angular_momentum(run, run.ball);
@@ -119,13 +120,13 @@ TEST_P(AngularMomentum, IsKeptInSum) {
   const double late = fastest_mps * dt * 2.0 * kSpeed * run.physics.parcels.mass_kg;
   const double hits = static_cast<double>(totals.num_ball_hits);
   const double bound = 4.0 * std::sqrt(hits) * late + hits * rounding_bound(run, steps);
-  const double left_behind =
+  const double lost =
       -totals.ball_torque_impulse_kg_m2ps * run.physics.parcels.radius_m / run.physics.ball.radius_m;
   const double change = angular_momentum(run, ball) - before;
-  EXPECT_NEAR(change, left_behind, bound);
-  // The bound means something: friction takes more than that from the ball's spin.
+  EXPECT_NEAR(change, lost, bound);
+  // The bound is sharp enough: friction takes more than that from the ball's spin.
   EXPECT_EQ(std::fabs(totals.ball_torque_impulse_kg_m2ps) > 10.0 * bound, GetParam() > 0.0);
-  RecordProperty("change", std::to_string(change - left_behind));
+  RecordProperty("change", std::to_string(change - lost));
   RecordProperty("bound", std::to_string(bound));
   RecordProperty("torque", std::to_string(totals.ball_torque_impulse_kg_m2ps));
 }

@@ -1,5 +1,5 @@
-// What contacts do besides exchanging an impulse: push overlaps out, in every method that does, and lose no
-// energy where the contact clock says so. And the spring's contact: how long it lasts, what it leaves.
+// Contacts beyond the exchange of an impulse: push-out of overlaps, the contact duration of the TC model, and
+// the spring's duration and restitution.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,7 +22,7 @@ Settings two_discs(Method method, double restitution) {
   return s;
 }
 
-// Two unit discs, the second at an offset from the first.
+// Places two unit discs, the second at an offset from the first.
 void place_pair(SceneRun& run, Vec2d offset_m, Vec2f v1 = {}, Vec2f v2 = {}) {
   const World& world = run.physics.world;
   run.backend->restore({{to_units(world, offset_m * -0.5), to_units(world, offset_m * 0.5)}, {v1, v2}});
@@ -32,8 +32,8 @@ Vec2d direction(int k) { return {std::cos(0.3 + 0.7 * k), std::sin(0.3 + 0.7 * k
 
 class PushOut : public testing::TestWithParam<Method> {};
 
-// At rest, so nothing else moves them. Each place is rounded to a unit, by half of one along x and y: of the
-// distance two times 0.71 units.
+// The discs are at rest: only the push-out moves them. Each position is rounded by half a unit along x and y,
+// the distance by two times 0.71 units.
 TEST_P(PushOut, LeavesAPairJustTouching) {
   for (int k = 0; k < 16; ++k) {
     SceneRun run(two_discs(GetParam(), 0.5), 1);
@@ -47,9 +47,9 @@ TEST_P(PushOut, LeavesAPairJustTouching) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, PushOut, testing::Values(Method::impulse, Method::exact));
 
-// The ball's contact distance is 1.5 m; the parcel is found inside it, on its way in. Bounds as above, and
-// 1e-9 of a unit for the ball's own place.
-TEST(PushOut, LeavesAParcelJustTouchingTheBallThatItMeets) {
+// The contact distance is 1.5 m. The parcel starts inside it and approaches. Bounds as above, and 1e-9 of a
+// unit for the ball's position.
+TEST(PushOut, LeavesAParcelJustTouchingTheBall) {
   for (int k = 0; k < 16; ++k) {
     Settings s = two_discs(Method::impulse, 0.5);
     s.ball_present = s.ball_held = true;
@@ -67,7 +67,7 @@ TEST(PushOut, LeavesAParcelJustTouchingTheBallThatItMeets) {
   }
 }
 
-// A collision of method exact at a distance of 0.9999 diameters.
+// A collision by `exact` at a distance of 0.9999 diameters.
 struct Collision {
   Vec2d v1, v2, normal;
 };
@@ -84,12 +84,12 @@ Collision collision(double restitution, bool elastic, int k, Vec2d v1, Vec2d v2)
   return {to_double(first.velocity), to_double(second.velocity), direction(k)};
 }
 
-// Speeds are up to 3.5 m/s, and each of four components is rounded to float twice: 2^-24 of 3.5 m/s at most.
-// So the normal speed is off by 4 x 2.1e-7, and kinetic energy, at up to 3.5 m/s, by 8 x 3.5 x 2.1e-7 J.
+// Speeds are up to 3.5 m/s. Each of four components is rounded to float twice, by at most 2^-24 of 3.5 m/s.
+// The normal speed is then off by 4 x 2.1e-7 m/s, and the kinetic energy by 8 x 3.5 x 2.1e-7 J.
 constexpr double kFloatSpeed = 4.0 * 2.1e-7;
 constexpr double kFloatEnergy = 8.0 * 3.5 * 2.1e-7;
 
-TEST(ContactClock, AContactWithinItLosesNothing) {
+TEST(ContactClock, ContactsWithinItLoseNothing) {
   for (const double restitution : {0.0, 0.5, 0.9}) {
     for (int k = 0; k < 16; ++k) {
       const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
@@ -101,25 +101,23 @@ TEST(ContactClock, AContactWithinItLosesNothing) {
   }
 }
 
-TEST(ContactClock, AContactBeyondItLosesByRestitution) {
+TEST(ContactClock, ContactsBeyondItLoseByRestitution) {
   for (const double restitution : {0.0, 0.5, 0.9, 1.0}) {
     for (int k = 0; k < 16; ++k) {
       const Vec2d n = direction(k), v1 = n * 2.0 + perpendicular(n), v2 = n * -1.5 - perpendicular(n) * 3.0;
       const Collision after = collision(restitution, false, k, v1, v2);
-      const double least = 0x1p-20 * 15.0;  // of the reference speed: parts even without restitution
-      EXPECT_NEAR(dot(after.v2 - after.v1, n), restitution * 3.5, kFloatSpeed + least);
-      EXPECT_GT(dot(after.v2 - after.v1, n), 0.0) << "else the pair would meet again at once";
+      const double min_separation = 0x1p-20 * 15.0;  // a share of the reference speed, 15 m/s
+      EXPECT_NEAR(dot(after.v2 - after.v1, n), restitution * 3.5, kFloatSpeed + min_separation);
+      EXPECT_GT(dot(after.v2 - after.v1, n), 0.0) << "otherwise the pair would collide again at once";
       EXPECT_NEAR(cross(n, after.v2 - after.v1), -4.0, kFloatSpeed);
     }
   }
 }
 
-// ---- a hit of the ball in method exact
-
-// Ball and parcel part with restitution times the speed at which they met, of a ball that recoils as of one
-// that does not, and never more slowly than the least parting speed. The parcel's velocity is rounded to
-// float, by 1.2e-7 m/s along x and y.
-TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
+// Ball and parcel separate at restitution times their closing speed, whether or not the ball recoils, and at
+// least at the minimum separation speed. The parcel's velocity is rounded to float, by 1.2e-7 m/s along x and
+// y.
+TEST(BallCollision, SeparatesByRestitutionForAnyBallMass) {
   for (const double mass_kg : {0.1, 1.0, 1e6}) {
     for (const double restitution : {0.0, 0.5, 1.0}) {
       Settings s = two_discs(Method::exact, restitution);
@@ -132,22 +130,22 @@ TEST(ExactHit, PartsByRestitutionWhateverTheMassOfTheBall) {
       ExactConstants c{constants, {constants.reference_ticks}};
       c.plan.ball = BallRole::participant;
       const Vec2d n = direction(4);
-      Trajectory line{to_units(run.physics.world, n * 1.5), to_float(n * -2.0 + perpendicular(n)), 0};
+      Trajectory trajectory{to_units(run.physics.world, n * 1.5), to_float(n * -2.0 + perpendicular(n)), 0};
       CpuTally tally;
-      const BallReaction kick = collide_with_ball<Boundary::periodic>(c, {}, 0, line, tally);
-      const Vec2d ball_mps = kick.velocity_mps * (1.0 / mass_kg);
-      const Vec2d after = to_double(line.velocity) - ball_mps;
+      const BallReaction reaction = collide_with_ball<Boundary::periodic>(c, {}, 0, trajectory, tally);
+      const Vec2d ball_mps = reaction.velocity_mps * (1.0 / mass_kg);
+      const Vec2d after = to_double(trajectory.velocity) - ball_mps;
       EXPECT_NEAR(dot(after, n), std::fmax(restitution * 2.0, c.plan.min_separation_speed_mps), 2.5e-7)
           << mass_kg;
       EXPECT_NEAR(cross(n, after), 1.0, 2.5e-7);
-      const Vec2d momentum = to_double(line.velocity) + kick.velocity_mps;
-      EXPECT_NEAR(dot(momentum, n), -2.0, 2.5e-7) << "what the parcel loses the ball takes";
+      const Vec2d momentum = to_double(trajectory.velocity) + reaction.velocity_mps;
+      EXPECT_NEAR(dot(momentum, n), -2.0, 2.5e-7) << "the ball takes the momentum that the parcel loses";
     }
   }
 }
 
-// The seed's factor multiplies what the velocities change by. Rounding: of two velocities to float, of the
-// normal to units of 4e-9 m.
+// The seed's factor multiplies the change of velocity. Rounding: two velocities to float, the normal to units
+// of 4e-9 m.
 TEST(ImpulseScale, MultipliesTheChangeOfVelocity) {
   for (const double scale : {0.5, 1.0, 1.3}) {
     Settings s = two_discs(Method::impulse, 0.5);
@@ -161,14 +159,12 @@ TEST(ImpulseScale, MultipliesTheChangeOfVelocity) {
   }
 }
 
-// ---- the spring
-
-// A pair in head-on contact, in steps of a 2000th of its duration: the restitution is met to the order of the
-// step (semi-implicit: first order, 1 / 2000 of pi), the duration to a step, and the impulse is what changed.
-TEST(Spring, AContactLastsAsLongAndLeavesAsMuchAsSet) {
+// A head-on contact in steps of a 2000th of its duration. The restitution is reached to the order of the step
+// (semi- implicit: first order, pi / 2000), the duration to a step. The impulse is the change of momentum.
+TEST(Spring, ContactHasTheSetDurationAndRestitution) {
   for (const double restitution : {1.0, 0.8, 0.3}) {
     Settings s = two_discs(Method::spring, restitution);
-    s.spring_contact_s = 0.002;  // overlaps are up to 1 m/s x 0.002 s / pi, so forces act at one distance
+    s.spring_contact_s = 0.002;  // overlaps stay below 1 m/s x 0.002 s / pi
     SceneRun run(s, 1);
     const double dt_s = 1e-6;
     place_pair(run, {1.0 + 1e-7, 0.0}, {0.5F, 0.0F}, {-0.5F, 0.0F});
@@ -187,8 +183,7 @@ TEST(Spring, AContactLastsAsLongAndLeavesAsMuchAsSet) {
   }
 }
 
-// A contact that is being left is none that begins.
-TEST(Spring, APairThatPartsBeginsNoContact) {
+TEST(Spring, SeparatingPairStartsNoContact) {
   Settings s = two_discs(Method::spring, 1.0);
   s.spring_contact_s = 0.02;
   SceneRun run(s, 1);
@@ -196,9 +191,9 @@ TEST(Spring, APairThatPartsBeginsNoContact) {
   EXPECT_EQ(run.advance(5, 1e-4).totals.num_collisions, 0U);
 }
 
-// x'' = -w0^2 x - 2 g x' in steps, velocity first: 1e-3 below the limit it dies away or stays, 1e-3 above it
-// grows without end, by 1e-3 a step or more near an eigenvalue of -1.
-TEST(Spring, StepsAreStableUpToTheLimitAndNoFurther) {
+// x'' = -w0^2 x - 2 g x' in steps, velocity first. 1e-3 below the limit the motion decays or stays bounded.
+// 1e-3 above it the motion grows without bound, by at least 1e-3 per step near an eigenvalue of -1.
+TEST(Spring, StepsAreStableOnlyUpToTheLimit) {
   for (const double restitution : {1.0, 0.7, 0.2}) {
     const SpringContactRates rates = spring_contact_rates(restitution, 0.01);
     const auto after_steps = [&](double dt_s) {

@@ -1,4 +1,4 @@
-// The edge of the world: what is reflected, comes in on the other side, or leaves, and where exactly.
+// The edge of the world: reflection at walls, entry on the other side, and exit, with exact positions.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,8 +21,9 @@ BallState flown_ball(Boundary boundary, Vec2d position_m, Vec2d velocity_mps, do
   return state;
 }
 
-// The rim touches the wall at 4.5 m; the centre would have come to 4.7 m. Rounding: a few 1e-16 of 5 m.
-TEST(Walls, ReflectTheBallByWhatItOvershot) {
+// The rim touches the wall at 4.5 m; without the wall the centre would reach 4.7 m. Rounding: a few 1e-16 of
+// 5 m.
+TEST(Walls, ReflectTheBallByItsOvershoot) {
   for (const double side : {1.0, -1.0}) {
     const BallState x = flown_ball(Boundary::walls, {side * 4.2, 1.0}, {side * 5.0, 1.0}, 0.1);
     EXPECT_NEAR(x.position_m.x, side * 4.3, 1e-14);
@@ -34,9 +35,9 @@ TEST(Walls, ReflectTheBallByWhatItOvershot) {
   }
 }
 
-// So a ball flies as far as without walls, and comes back after a whole number of times to and fro (9 m each
-// way). Each step rounds to 1e-15 m.
-TEST(Walls, TheBallComesBackWhereAndWhenItShould) {
+// A ball flies as far as without walls, and returns after a whole number of round trips (9 m each way). Each
+// step rounds to 1e-15 m.
+TEST(Walls, ReflectedBallReturnsToItsStart) {
   BallConstants ball;
   ball.radius_m = kRadius;
   ball.inertia_kg_m2 = 1e-3;
@@ -48,8 +49,8 @@ TEST(Walls, TheBallComesBackWhereAndWhenItShould) {
   EXPECT_EQ(state.velocity_mps, (Vec2d{3.0, 4.5}));
 }
 
-// Hit on its way out by something strong, a ball may be beyond a wall and on its way back.
-TEST(Walls, ABallThatIsComingBackKeepsItsVelocity) {
+// A strong hit may leave a ball beyond a wall and already on its way back.
+TEST(Walls, ReturningBallKeepsItsVelocity) {
   for (const double side : {1.0, -1.0}) {
     const BallState ball = flown_ball(Boundary::walls, {side * 4.7, 0.0}, {side * -1.0, 0.0}, 0.1);
     EXPECT_NEAR(ball.position_m.x, side * 4.4, 1e-14);
@@ -57,7 +58,7 @@ TEST(Walls, ABallThatIsComingBackKeepsItsVelocity) {
   }
 }
 
-TEST(PeriodicEdge, TheBallComesInByWhatItOvershot) {
+TEST(PeriodicEdge, BallEntersByItsOvershoot) {
   for (const double side : {1.0, -1.0}) {
     const BallState ball = flown_ball(Boundary::periodic, {side * 4.8, 1.0}, {side * 5.0, 0.0}, 0.1);
     EXPECT_NEAR(ball.position_m.x, side * -4.7, 1e-14);
@@ -65,7 +66,8 @@ TEST(PeriodicEdge, TheBallComesInByWhatItOvershot) {
   }
 }
 
-// A parcel of radius 0.5 m at x_m, along a diagonal for 0.1 s; a move may be rounded by a unit.
+// Flies a parcel of radius 0.5 m from x_m along a diagonal for 0.1 s. A displacement may be rounded by a
+// unit.
 ParcelSnapshot flown_parcel(Method method, Boundary boundary, double x_m, float vx_mps) {
   Settings s = gas(1, 0.01, boundary);
   s.box_follows_parcels = false;
@@ -84,7 +86,7 @@ constexpr double kUnit = kSide / 2147483648.0;
 
 class ParcelAtEdge : public testing::TestWithParam<Method> {};
 
-TEST_P(ParcelAtEdge, AWallReflectsItsRimByWhatItOvershot) {
+TEST_P(ParcelAtEdge, WallReflectsTheRimByTheOvershoot) {
   for (const float side : {1.0F, -1.0F}) {
     const ParcelSnapshot after = flown_parcel(GetParam(), Boundary::walls, side * 4.2, side * 5.0F);
     EXPECT_NEAR(after.position[0].x * kUnit, side * 4.3, 4.0 * kUnit);
@@ -93,7 +95,7 @@ TEST_P(ParcelAtEdge, AWallReflectsItsRimByWhatItOvershot) {
   }
 }
 
-TEST_P(ParcelAtEdge, APeriodicOneLetsItInByWhatItOvershot) {
+TEST_P(ParcelAtEdge, PeriodicEdgeWrapsByTheOvershoot) {
   for (const float side : {1.0F, -1.0F}) {
     const ParcelSnapshot after = flown_parcel(GetParam(), Boundary::periodic, side * 4.8, side * 5.0F);
     EXPECT_NEAR(after.position[0].x * kUnit, side * -4.7, 4.0 * kUnit);
@@ -101,8 +103,8 @@ TEST_P(ParcelAtEdge, APeriodicOneLetsItInByWhatItOvershot) {
   }
 }
 
-// An open edge takes centres: at 5 m, not a rim before.
-TEST_P(ParcelAtEdge, AnOpenOneTakesItWhenItsCentreIsThere) {
+// An open edge retires a parcel when its centre reaches 5 m, not its rim.
+TEST_P(ParcelAtEdge, OpenEdgeRetiresTheCentre) {
   for (const float side : {1.0F, -1.0F}) {
     EXPECT_FALSE(
         is_retired(flown_parcel(GetParam(), Boundary::open, side * 4.499999, side * 5.0F).position[0]));
@@ -113,12 +115,10 @@ TEST_P(ParcelAtEdge, AnOpenOneTakesItWhenItsCentreIsThere) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, ParcelAtEdge, testing::Values(Method::impulse, Method::exact));
 
-// ---- the nearest image
-
-// Two images half a period away are equally near. The one to the left counts, whichever of the two parcels is
-// asked: no collision depends on it, since parcels and balls that would touch across half a world are refused
-// or meet at either image alike; but all that sorts, wraps and searches must agree on one, and a position
-// that is brought into the world must not come out at its upper edge, which belongs to the other side.
+// Two images half a period away are equally near. The left one counts, for either of the two parcels. No
+// collision depends on the choice: bodies that would touch across half a world are rejected, or collide with
+// both images alike. But sorting, wrapping and searching must agree on one image, and a wrapped position must
+// not lie on the upper edge of the world, which belongs to the other side.
 TEST(NearestImage, LiesInTheHalfOpenPeriod) {
   for (const std::int32_t half : {kHalfSide, kHalfSide / 3}) {
     for (const std::int32_t from : {-half, -1, 0, 7, half - 1}) {
@@ -135,8 +135,9 @@ TEST(NearestImage, LiesInTheHalfOpenPeriod) {
   }
 }
 
-// Method `exact`, in doubles: within a period, and by whole periods from what was given.
-TEST(NearestImage, OfALongWayIsFoundByWholePeriods) {
+// Method `exact`, in doubles: the result lies within half a period and differs from the input by whole
+// periods.
+TEST(NearestImage, OfALongOffsetDiffersByWholePeriods) {
   const std::int32_t half = kHalfSide / 3;
   for (int periods = -5; periods <= 5; ++periods) {
     for (const double d : {-0.49, -0.2, 0.0, 0.3, 0.49}) {

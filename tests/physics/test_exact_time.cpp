@@ -158,7 +158,7 @@ TEST(CollisionTick, UsesNearestImagesAtTheStepsStart) {
 
 // The same order on every machine: by tick, then by the partner's id; parcels before walls, walls before the
 // ball.
-TEST(Events, AtOneTickAreOrderedByThePartnersId) {
+TEST(EventOrder, IsByTickThenByThePartnersId) {
   const Event early{5, 9, 90}, low{6, 9, 3}, high{6, 1, 4}, wall{6, kWallX, kWallX},
       ball{6, kBallPartner, kBallPartner};
   const Event* in_order[] = {&early, &low, &high, &wall, &ball};

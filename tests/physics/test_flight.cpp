@@ -1,4 +1,4 @@
-// The ball's own flight: Magnus circle, closed-form drag.
+// The flight of the ball alone: Magnus circle, closed-form drag.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -67,8 +67,8 @@ TEST(Flight, SmallTurnsJoinTheSeriesSmoothly) {
   EXPECT_NEAR(closed.displacement_m.x, series.displacement_m.x, 1e-8);
 }
 
-// The chord of an arc of angle theta: along v (sin theta) / theta, across v (1 - cos theta) / theta. Here
-// theta is so small that the series is summed; rounding is 2e-15 of 10 m.
+// The chord of an arc of angle theta is (sin theta) / theta along v and (1 - cos theta) / theta across v.
+// Here theta is small enough for the series; rounding is 2e-15 of 10 m.
 TEST(Flight, SmallTurnsFollowTheChordOfTheArc) {
   BallConstants ball = spinning_ball();
   const BallState state{{0, 0}, {10.0, 0.0}, 1.0, 0.0};
@@ -80,27 +80,27 @@ TEST(Flight, SmallTurnsFollowTheChordOfTheArc) {
   }
 }
 
-TEST(Flight, TheBallTurnsAtItsSpin) {
+TEST(Flight, BallTurnsAtItsSpin) {
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   BallState state{{0.0, 0.0}, {5.0, 0.0}, 25.0, 0.5};
   for (int k = 0; k < 10; ++k) advance_ball(world, spinning_ball(), {}, 1.0, 0.03, state);
   EXPECT_NEAR(state.angle_rad, 0.5 + 10 * 0.03 * 25.0, 1e-13);
 }
 
-// With drag and turn at once the way has no closed form: a step against a hundred short ones. Five points of
-// Gauss and Legendre are exact up to t^9, and speed and heading change by a tenth here: 1e-10 of the way is
-// left, of 10 m.
-TEST(Flight, ALongStepWithDragAndSpinGoesWhereManyShortOnesGo) {
+// With both drag and turn the displacement has no closed form. One step is compared with a hundred short
+// ones. Five points of Gauss and Legendre are exact up to t^9; speed and heading change by a tenth, which
+// leaves 1e-10 of the displacement, 10 m.
+TEST(Flight, OneLongStepAgreesWithManyShortOnes) {
   BallConstants ball = spinning_ball();
   ball.drag_per_m = 0.01;
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   const BallState start{{1.0, 2.0}, {8.0, -6.0}, 5.0, 0.0};
-  BallState once = start, often = start;
-  advance_ball(world, ball, {}, 1.0, 1.0, once);
-  for (int k = 0; k < 100; ++k) advance_ball(world, ball, {}, 1.0, 0.01, often);
-  EXPECT_NEAR(once.position_m.x, often.position_m.x, 1e-9);
-  EXPECT_NEAR(once.position_m.y, often.position_m.y, 1e-9);
-  EXPECT_NEAR(once.velocity_mps.x, often.velocity_mps.x, 1e-12);
+  BallState one_step = start, many_steps = start;
+  advance_ball(world, ball, {}, 1.0, 1.0, one_step);
+  for (int k = 0; k < 100; ++k) advance_ball(world, ball, {}, 1.0, 0.01, many_steps);
+  EXPECT_NEAR(one_step.position_m.x, many_steps.position_m.x, 1e-9);
+  EXPECT_NEAR(one_step.position_m.y, many_steps.position_m.y, 1e-9);
+  EXPECT_NEAR(one_step.velocity_mps.x, many_steps.velocity_mps.x, 1e-12);
 }
 
 }  // namespace

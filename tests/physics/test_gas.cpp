@@ -1,4 +1,4 @@
-// Many parcels, against the statistics of hard discs.
+// Many parcels against the statistics of hard discs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,9 +14,9 @@ double mean_square_speed_per_component(SceneRun& run) {
   return m.parcel_energy_j / (run.physics.parcels.num * run.physics.parcels.mass_kg);
 }
 
-// 30,000 parcels x 15 time units x 1.29 collisions: 0.19 % statistical error, well inside the 2 % that the
-// method's missed collisions and walls (+0.4 %) are allowed.
-TEST(Gas, CollisionRateIsEnskogs) {
+// 30,000 parcels x 15 time units x 1.29 collisions have a statistical error of 0.19 %. The 2 % are for the
+// method's missed collisions and for the walls (+0.4 %).
+TEST(Gas, CollisionRateAgreesWithEnskog) {
   SceneRun run(gas(30000));
   run.advance(500, 0.01);
   const double c2_before = mean_square_speed_per_component(run);
@@ -26,7 +26,7 @@ TEST(Gas, CollisionRateIsEnskogs) {
   EXPECT_NEAR(rate / enskog_rate_per_s(0.2, c, 0.5), 1.0, 0.02);
 }
 
-// Speeds start Maxwellian: mean square per component c^2, fourth moment 8 c^4, both within 4 sigma.
+// Mean square per component c^2, fourth moment 8 c^4, both within 4 sigma.
 TEST(Gas, StartsMaxwellian) {
   SceneRun run(gas(100000));
   const ParcelSnapshot s = run.backend->snapshot();
@@ -42,9 +42,9 @@ TEST(Gas, StartsMaxwellian) {
   EXPECT_NEAR(run.backend->measure().momentum_kg_mps.x, 0.0, 1e-9 * n);
 }
 
-// Momentum of parcels and ball together, periodic. The parcels' velocities are floats: rounding errors of
-// 2^-25 |v| per step add up like a random walk over parcels and steps.
-TEST(Gas, MomentumIsConservedBallIncluded) {
+// Momentum of parcels and ball together in a periodic world. The parcels' velocities are floats: rounding
+// errors of 2^-25 |v| per step add up as a random walk over parcels and steps.
+TEST(Gas, MomentumIsConservedWithTheBall) {
   Settings s = court(20000, Boundary::periodic);
   s.ball_x_m = 0.0;
   s.ball_vx_mps = 10.0;
@@ -63,14 +63,14 @@ TEST(Gas, MomentumIsConservedBallIncluded) {
   EXPECT_NEAR(after.momentum_kg_mps.y, before.momentum_kg_mps.y, bound);
 }
 
-TEST(Gas, OpenWorldRetiresAndCountsThoseThatLeave) {
+TEST(Gas, OpenWorldRetiresAndCountsLeavingParcels) {
   Settings s = court(2000);
   s.ball_present = false;
   s.contacts = false;
   SceneRun run(s);
   const StepReport report = run.advance(2000, 0.01);
   const Measures m = run.backend->measure();
-  EXPECT_GT(report.totals.num_retired, 1900U) << "after 20 s at 1 m/s almost all are out";
+  EXPECT_GT(report.totals.num_retired, 1900U) << "after 20 s at 1 m/s almost all have left";
   EXPECT_EQ(m.num_live + report.totals.num_retired, 2000U);
 }
 
@@ -85,7 +85,7 @@ TEST(Gas, WallsKeepEveryParcelInside) {
   EXPECT_EQ(run.backend->measure().num_live, 3000U);
 }
 
-// A parcel that flies free for many steps must arrive where v t says: the random rounding has no bias.
+// A parcel that flies freely for many steps arrives at v t: the random rounding has no bias.
 TEST(Gas, RoundingOfPositionsHasNoBias) {
   Settings s = court(4000, Boundary::periodic);
   s.contacts = false;
@@ -104,7 +104,7 @@ TEST(Gas, RoundingOfPositionsHasNoBias) {
             expected;
   }
   bias /= static_cast<double>(before.position.size()) * steps;  // units per step
-  // One rounding scatters by at most half a unit, so the mean over all of them by 0.5 / sqrt(1.6e7).
+  // One rounding scatters by at most half a unit, so that the mean of all scatters by 0.5 / sqrt(1.6e7).
   EXPECT_NEAR(bias, 0.0, 5.0 * 0.5 / std::sqrt(4000.0 * steps));
 }
 

@@ -1,5 +1,5 @@
-// Where `impulse` breaks, and by how much: collisions that a step jumps over, energy that simultaneous
-// contacts gain or lose. The figures are exact, so the method is held to its own faults.
+// Errors of `impulse`: collisions that a step misses, and energy that simultaneous contacts gain or lose.
+// Theory knows these errors exactly.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 namespace pf::test {
 namespace {
 
-// Elastic unit discs in a periodic box of a side.
+// Elastic unit discs in a periodic square.
 Settings unit_discs(std::int64_t n, double side_m) {
   Settings s = gas(n, 0.1, Boundary::periodic);
   s.box_follows_parcels = false;
@@ -19,18 +19,19 @@ Settings unit_discs(std::int64_t n, double side_m) {
   return s;
 }
 
-// Chance that a disc flying past a resting one, its line within a contact distance of the other's centre, is
-// never found overlapping: looked at once per step of `step` contact distances, at a random phase. Over an
-// impact parameter u (uniform in 0..1) the chord is 2 sqrt(1 - u^2), and it is missed with probability
-// 1 - chord / step; the integral of that over the u with chord < step. For step >= 2: 1 - pi / (2 step).
+// Probability that a disc flies past a resting one within a contact distance and overlaps it at no end of a
+// step. A step moves by `step` contact distances, at a random phase. At impact parameter u (uniform in 0..1)
+// the chord is 2 sqrt(1 - u^2). It is missed with probability 1 - chord / step, integrated over the u with
+// chord < step. From step = 2 on this is 1 - pi / (2 step).
 double unseen_share(double step) {
   const double u0 = step < 2.0 ? std::sqrt(1.0 - 0.25 * step * step) : 0.0;
   const double chords = 0.5 * (0.5 * kPi - u0 * std::sqrt(1.0 - u0 * u0) - std::asin(u0));
   return 1.0 - u0 - 2.0 / step * chords;
 }
 
-// An impulse is exchanged only while approaching, on the first half of the chord: as if steps were twice as
-// long. So `impulse` misses step^2 / 6 of the collisions at short steps, four times what it does not see.
+// A pair exchanges an impulse only while it approaches, on the first half of the chord, as if steps were
+// twice as long. At short steps `impulse` therefore misses step^2 / 6 of the collisions, four times the
+// unseen share.
 double missed_share(double step) { return unseen_share(2.0 * step); }
 
 TEST(Impulse, UnseenShareHasItsKnownLimits) {
@@ -43,21 +44,20 @@ struct Shares {
   double unseen, missed;
 };
 
-// Of 100,000 pairs, each alone in its place of a lattice: a resting disc, and one that is to hit it at a
-// random impact parameter, starting at a random distance. A pair's place is wide enough that nothing leaves
-// it in the steps taken, so each pair collides once or never. A resting disc that was seen is pushed off its
-// place.
 constexpr std::uint32_t kPairs = 100000;
 
+// Flies 100,000 isolated pairs on a lattice: a resting disc, and one that approaches it at a random impact
+// parameter from a random distance. Nothing leaves a pair's cell, so that each pair collides once or never.
+// The push-out moves a resting disc whose overlap was seen.
 Shares fly_past(double step_m) {
   constexpr std::uint32_t kPerSide = 317;
   const auto num_steps = static_cast<std::uint32_t>(std::ceil(2.0 / step_m)) + 2;
-  const double place_m = 2.0 * (num_steps + 1) * step_m + 4.0;
-  SceneRun run(unit_discs(2 * kPairs, kPerSide * place_m));
+  const double cell_m = 2.0 * (num_steps + 1) * step_m + 4.0;
+  SceneRun run(unit_discs(2 * kPairs, kPerSide * cell_m));
   ParcelSnapshot state{std::vector<Vec2i>(2 * kPairs), std::vector<Vec2f>(2 * kPairs)};
   for (std::uint32_t i = 0; i < kPairs; ++i) {
-    const Vec2d target{(i % kPerSide + 0.5) * place_m - 0.5 * kPerSide * place_m,
-                       (i / kPerSide + 0.5) * place_m - 0.5 * kPerSide * place_m};
+    const Vec2d target{(i % kPerSide + 0.5) * cell_m - 0.5 * kPerSide * cell_m,
+                       (i / kPerSide + 0.5) * cell_m - 0.5 * kPerSide * cell_m};
     const double impact_m = 2.0 * uniform(random_bits(7, i, 0)) - 1.0;
     const double phase_m = step_m * uniform(random_bits(7, i, 1));
     state.position[2 * i] = to_units(run.physics.world, target);
@@ -74,8 +74,8 @@ Shares fly_past(double step_m) {
 
 class MissedCollisions : public testing::TestWithParam<double> {};
 
-// Binomial: four standard errors, which is 5e-4 at a step of 0.2 diameters and 6e-3 at 3.
-TEST_P(MissedCollisions, FollowTheCurve) {
+// The test allows four binomial standard errors: 5e-4 at a step of 0.2 diameters, 6e-3 at 3.
+TEST_P(MissedCollisions, FollowTheory) {
   const double step_m = GetParam();
   const Shares shares = fly_past(step_m);
   const auto error = [](double share) { return std::sqrt(share * (1.0 - share) / kPairs); };
@@ -87,7 +87,7 @@ TEST_P(MissedCollisions, FollowTheCurve) {
 
 INSTANTIATE_TEST_SUITE_P(StepOverDiameter, MissedCollisions, testing::Values(0.2, 0.5, 1.0, 2.0, 3.0, 5.0));
 
-// Kinetic energy after one step over that before; parcels touch, overlapping by 1e-7 of a diameter.
+// Kinetic energy after one step over that before. Parcels touch and overlap by 1e-7 of a diameter.
 double energy_ratio(const std::vector<Vec2d>& position_m, const std::vector<Vec2f>& velocity) {
   SceneRun run(unit_discs(static_cast<std::int64_t>(velocity.size()), 16.0));
   ParcelSnapshot state{{}, velocity};
@@ -98,10 +98,10 @@ double energy_ratio(const std::vector<Vec2d>& position_m, const std::vector<Vec2
   return run.backend->measure().parcel_energy_j / before;
 }
 
-// One disc runs into two resting ones at +-theta. Each takes cos(theta) of the speed as if it were alone, so
-// E/E0 = (1 - 2 cos^2)^2 + 2 cos^2: 1.75 with the two as close as they can be, at 30 degrees. Rounding: the
-// normals to 16 m / 2^31 = 7e-9, velocities to float, 6e-8; four terms of order 1.
-TEST(Impulse, TwoContactsAtOnceGainEnergy) {
+// One disc hits two resting ones at +-theta. Each takes cos(theta) of the speed as if it were alone: E/E0 =
+// (1 - 2 cos^2)^2 + 2 cos^2. At 30 degrees, where the two touch, this is 1.75. Rounding: normals to 16 m /
+// 2^31 = 7e-9, velocities to float, 6e-8; four terms of order 1.
+TEST(Impulse, SimultaneousContactsGainEnergy) {
   const double degrees[] = {30.0, 45.0, 60.0};
   const double expected[] = {1.75, 1.0, 0.75};
   for (int k = 0; k < 3; ++k) {
@@ -112,14 +112,14 @@ TEST(Impulse, TwoContactsAtOnceGainEnergy) {
   }
 }
 
-// Two equal discs meet a resting one head-on from both sides. In truth the outer two rebound; summed from the
-// old state, all three stop: exactly, by symmetry.
+// Two discs hit a resting one head-on from both sides. Correctly the outer two rebound. Impulses summed from
+// the old state stop all three, exactly, by symmetry.
 TEST(Impulse, HeadOnTripleLosesAllEnergy) {
   EXPECT_EQ(energy_ratio({{-1, 0}, {0, 0}, {1, 0}}, {{1.0F, 0.0F}, {}, {-1.0F, 0.0F}}), 0.0);
 }
 
-// The same triple with one side a step later: the collisions come one after the other and nothing is lost.
-TEST(Impulse, ContactsOneAfterTheOtherKeepEnergy) {
+// The same triple with one collision a step later than the other loses no energy.
+TEST(Impulse, SuccessiveContactsKeepEnergy) {
   SceneRun run(unit_discs(3, 16.0));
   const auto at = [&](double x) { return to_units(run.physics.world, {x, 0.0}); };
   run.backend->restore({{at(-0.9999), at(0.0), at(1.5)}, {{1.0F, 0.0F}, {}, {-1.0F, 0.0F}}});

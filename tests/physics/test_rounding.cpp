@@ -1,5 +1,5 @@
-// Positions are whole units: what of a move is not whole is rounded up or down at random, without bias, along
-// x and y independently, and anew in each step.
+// Positions are whole units. The fraction of a displacement is rounded up or down at random: without bias,
+// along x and y independently, and independently in each step.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace pf {
 namespace {
 
-// A step in which a parcel at speed_mps in x and y moves by half a unit along each.
+// A step in which a parcel moves by half a unit along x and y.
 struct HalfAUnit {
   StepConstants c;
   Vec2f velocity;
@@ -23,7 +23,7 @@ struct HalfAUnit {
     c = make_step_constants(physics, 0.5 * physics.world.unit_m, 0.0);
     velocity = {1.0F, 1.0F};
   }
-  // Which of the two moves were rounded up.
+  // 1 along each axis whose displacement was rounded up, else 0.
   Vec2i moved(std::uint32_t id, std::uint64_t step) const {
     CpuTally tally;
     const Parcel self{{0, 0}, velocity, id};
@@ -31,14 +31,15 @@ struct HalfAUnit {
   }
 };
 
-// The two up together in a quarter of all, each in half of them: binomial, five standard errors.
+// Each rounds up in half of all cases, both together in a quarter. The test allows five binomial standard
+// errors.
 void expect_independent_halves(double num_x, double num_y, double num_both, double num) {
   EXPECT_NEAR(num_x / num, 0.5, 5.0 * std::sqrt(0.25 / num));
   EXPECT_NEAR(num_y / num, 0.5, 5.0 * std::sqrt(0.25 / num));
   EXPECT_NEAR(num_both / num, 0.25, 5.0 * std::sqrt(0.25 * 0.75 / num));
 }
 
-TEST(Rounding, OfXSaysNothingOfThatOfY) {
+TEST(Rounding, IsIndependentInXAndY) {
   const HalfAUnit step;
   constexpr std::uint32_t kNum = 40000;
   Vec2d sum;
@@ -52,8 +53,8 @@ TEST(Rounding, OfXSaysNothingOfThatOfY) {
   expect_independent_halves(sum.x, sum.y, num_both, kNum);
 }
 
-// Else a parcel would drift by up to half a unit in each step.
-TEST(Rounding, OfAStepSaysNothingOfTheNext) {
+// Otherwise a parcel would drift by up to half a unit in each step.
+TEST(Rounding, IsIndependentBetweenSteps) {
   const HalfAUnit step;
   constexpr std::uint32_t kNum = 40000;
   double num_up = 0.0, num_next = 0.0, num_both = 0.0;
@@ -66,8 +67,8 @@ TEST(Rounding, OfAStepSaysNothingOfTheNext) {
   expect_independent_halves(num_up, num_next, num_both, kNum);
 }
 
-// Over all random numbers a move of k / 2^16 units goes up in k of 2^16 cases, whatever its last bits are up
-// to half of one; a move to the other side does as its mirror image.
+// Over all random numbers a displacement of k / 2^16 units is rounded up in k of 2^16 cases, whatever its
+// lower bits are, up to half of one. A displacement to the other side is rounded as the mirror image.
 TEST(Rounding, HasNoBiasInAnyFraction) {
   for (const std::int64_t part : {0, 1, 300, 32768, 65535}) {
     for (const std::int64_t rest : {-32768, -20000, 0, 20000, 32767}) {
@@ -85,8 +86,8 @@ TEST(Rounding, HasNoBiasInAnyFraction) {
   }
 }
 
-// Both of a pair are pushed by the same fraction of a unit, in opposite directions.
-TEST(Rounding, OfAPushOutIsTheSameToBothSides) {
+// Both parcels of a pair are pushed by the same fraction of a unit, in opposite directions.
+TEST(Rounding, OfPushOutsIsSymmetric) {
   HalfAUnit step;
   step.velocity = {0.0F, 0.0F};
   const auto pushed = [&](std::int64_t x, std::int64_t y) {
@@ -98,10 +99,10 @@ TEST(Rounding, OfAPushOutIsTheSameToBothSides) {
         .position;
   };
   for (const std::int64_t push : {1, 30000, 40000, 65535, 100000, 12345678}) {
-    const Vec2i there = pushed(push, -push), back = pushed(-push, push);
-    EXPECT_EQ(there.x, -back.x) << push;
-    EXPECT_EQ(there.y, -back.y) << push;
-    EXPECT_EQ(there.x, std::llround(static_cast<double>(push) / kPushOutUnit)) << push;
+    const Vec2i first = pushed(push, -push), second = pushed(-push, push);
+    EXPECT_EQ(first.x, -second.x) << push;
+    EXPECT_EQ(first.y, -second.y) << push;
+    EXPECT_EQ(first.x, std::llround(static_cast<double>(push) / kPushOutUnit)) << push;
   }
 }
 

@@ -1,5 +1,5 @@
-// The scenes that ship: all can run, those with a ball also without parcels, and `regulation` slows as it
-// says.
+// The shipped scenes: all run, scenes with a ball also without parcels, and the ball of `regulation` slows
+// down as published.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Settings scene(const std::string& name) {
   return s;
 }
 
-TEST(Scenes, AllAreThere) {
+TEST(Scenes, AllExist) {
   std::vector<std::string> names;
   for (const SceneEntry& entry : list_scenes()) names.push_back(entry.name);
   for (const char* name : {"bullet", "collapse", "cooling", "court", "dense", "gas", "orbit", "regulation",
@@ -41,7 +41,7 @@ TEST(Scenes, AllRunAndKeepTheirParcels) {
   }
 }
 
-TEST(Scenes, SeedHasTheReportsConstants) {
+TEST(Scenes, SeedHasTheConstantsOfItsReport) {
   const Settings s = scene("seed");
   const Physics physics = derive_physics(s);
   EXPECT_EQ(physics.parcels.mass_kg, 1e-8);
@@ -53,10 +53,10 @@ TEST(Scenes, SeedHasTheReportsConstants) {
   EXPECT_EQ(s.ball_mass_kg, 0.026);
   EXPECT_EQ(s.ball_radius_m, 0.185);
   EXPECT_EQ(s.k_magnus, 0.0005);
-  EXPECT_GT(s.drawn_area_fraction, 0.01) << "else nothing would be seen";
+  EXPECT_GT(s.drawn_area_fraction, 0.01) << "otherwise nothing would be visible";
 }
 
-TEST(Scenes, DenserThanCanBeSpawnedIsRefused) {
+TEST(Scenes, RejectsTooDenseGas) {
   Settings s = scene("dense");
   EXPECT_THROW(set_from_text(find_field("air.area_fraction", ""), s, "0.75", "test"), UserError);
   s.area_fraction = 0.75;
@@ -69,9 +69,9 @@ TEST(Scenes, DenserThanCanBeSpawnedIsRefused) {
   }
 }
 
-// 200 steps of 4 ms, 13 collisions per parcel from the lattice: each event is off by the rounding of float
-// velocities, 6e-8 of a random sign, so 5,700 of them move the energy of 870 parcels by 5e-9 of it. With
-// `impulse` or `spring` and the step that the scene then takes it bursts, or loses a third.
+// 200 steps of 4 ms, 13 collisions per parcel from the lattice. Each event rounds velocities to float, by
+// 6e-8 of a random sign: 5,700 events change the energy of 870 parcels by 5e-9 of it. With `impulse` or
+// `spring` and their steps for the scene the gas explodes, or loses a third of its energy.
 TEST(Scenes, DenseKeepsItsEnergy) {
   SceneRun run(scene("dense"));
   const double before = run.backend->measure().parcel_energy_j;
@@ -80,7 +80,7 @@ TEST(Scenes, DenseKeepsItsEnergy) {
   EXPECT_NEAR(run.backend->measure().parcel_energy_j / before, 1.0, 5e-8);
 }
 
-// Runs the scene with that air for 40 frames, or until the ball has left; returns the last view of its
+// Runs the scene with that air for 40 frames, or until the ball has left. Returns the last view of its
 // flight.
 FrameView fly(const std::string& name, Air air) {
   Settings s = scene(name);
@@ -95,20 +95,21 @@ FrameView fly(const std::string& name, Air air) {
   return last;
 }
 
-// Without parcels the velocity turns at a constant rate, k_magnus spin / mass, and slows as 1/v = 1/v0 + k t
-// with k = 0 or the drag constant; the way flown is ln(1 + k v0 t) / k. Each step rounds to a few 1e-16; the
-// turn may be off by 2e-16 of up to 80 rad per step. The way is summed from chords, from frame to frame and
-// between positions kept as floats (1e-6 m): an arc of angle a is longer than its chord by a^2 / 24.
-TEST(Scenes, BallsFlyTheClosedFormsWithoutParcels) {
-  int flown = 0;
+// Without parcels the velocity turns at a constant rate, k_magnus spin / mass, and slows down as 1/v = 1/v0 +
+// k t with k = 0 or the drag constant. The length of the path is ln(1 + k v0 t) / k. Each step rounds to a
+// few 1e-16; the turn may be off by 2e-16 of up to 80 rad per step. The length is summed from chords from
+// frame to frame, between positions stored as floats (1e-6 m). An arc of angle a is longer than its chord by
+// a^2 / 24.
+TEST(Scenes, BallsFollowTheClosedFormsWithoutParcels) {
+  int num_flights = 0;
   for (const SceneEntry& entry : list_scenes()) {
     const Settings s = scene(entry.name);
     if (!s.ball_present || s.ball_held) continue;
-    ++flown;
+    ++num_flights;
     for (const Air air : {Air::vacuum, Air::drag}) {
-      Settings with = s;
-      with.air = air;
-      const double k = derive_physics(with).ball.drag_per_m;
+      Settings without = s;
+      without.air = air;
+      const double k = derive_physics(without).ball.drag_per_m;
       EXPECT_EQ(k > 0.0, air == Air::drag) << entry.name;
       const FrameView view = fly(entry.name, air);
       const double t = view.simulated_s;
@@ -120,13 +121,13 @@ TEST(Scenes, BallsFlyTheClosedFormsWithoutParcels) {
       const double heading = std::atan2(s.ball_vy_mps, s.ball_vx_mps) + rate * t;
       EXPECT_NEAR(view.ball.velocity_mps.x, speed * std::cos(heading), 1e-11 * v0) << entry.name;
       EXPECT_NEAR(view.ball.velocity_mps.y, speed * std::sin(heading), 1e-11 * v0) << entry.name;
-      EXPECT_EQ(view.ball.spin_radps, s.ball_spin_radps) << "nothing slows the spin";
-      const double way = k > 0.0 ? std::log1p(k * v0 * t) / k : v0 * t;
+      EXPECT_EQ(view.ball.spin_radps, s.ball_spin_radps) << "the spin is constant";
+      const double length = k > 0.0 ? std::log1p(k * v0 * t) / k : v0 * t;
       const double arc = rate * view.dt_s * view.steps_per_frame;
-      EXPECT_NEAR(view.ball_distance_m, way, way * arc * arc / 20.0 + 1e-4) << entry.name;
+      EXPECT_NEAR(view.ball_distance_m, length, length * arc * arc / 20.0 + 1e-4) << entry.name;
     }
   }
-  EXPECT_GE(flown, 6);
+  EXPECT_GE(num_flights, 6);
 }
 
 TEST(Scenes, HeldBallStaysWithoutParcels) {
@@ -139,14 +140,14 @@ TEST(Scenes, HeldBallStaysWithoutParcels) {
 
 struct Regulation {
   const char* scene;
-  double loss;  // of the speed, over 13.41 m
+  double loss;  // share of the speed, over 13.41 m
 };
 
 void PrintTo(const Regulation& ball, std::ostream* out) { *out << ball.scene; }
 
 class RegulationBall : public testing::TestWithParam<Regulation> {};
 
-// ln(v0 / v) at some distances flown, averaged over flights through air of other seeds.
+// Mean of ln(v0 / v) at the given distances, over flights with different seeds of the air.
 std::vector<double> mean_slowing(const std::string& name, const std::vector<double>& distances_m,
                                  int flights) {
   std::vector<double> mean(distances_m.size());
@@ -154,44 +155,45 @@ std::vector<double> mean_slowing(const std::string& name, const std::vector<doub
     Settings s = scene(name);
     s.seed = 1001 + k;
     SceneRun run(s);
-    double way_m = 0.0, before = 0.0;
+    double length_m = 0.0, last = 0.0;
     std::size_t next = 0;
     for (Vec2d at = run.ball.position_m; next < distances_m.size();) {
       const BallState ball = run.advance(1).ball;
       const Vec2d moved = ball.position_m - at;
       at = ball.position_m;
-      way_m += std::sqrt(dot(moved, moved));
+      length_m += std::sqrt(dot(moved, moved));
       const double slowing = std::log(s.ball_vx_mps / std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)));
-      if (way_m >= distances_m[next]) mean[next++] += slowing / flights;
-      before = slowing;
+      if (length_m >= distances_m[next]) mean[next++] += slowing / flights;
+      last = slowing;
     }
-    EXPECT_GT(before, 0.0);
+    EXPECT_GT(last, 0.0);
   }
   return mean;
 }
 
-// v(x) = v0 exp(-k x). On its way the ball meets 250 parcels in 13.41 m, each with a random impact parameter:
-// a hit's slowing goes with cos^2, which has <cos^4> / <cos^2>^2 = 1.2, so ln(v0 / v) scatters by sqrt(1.2 /
-// hits) of itself. Three standard errors are allowed, and 1 % for that of the calibration and the ends of the
-// court, where parcels have left: 6.2 % of k over the whole way with 8 flights, 13 % after the first quarter.
+// v(x) = v0 exp(-k x). The ball hits 250 parcels in 13.41 m, each at a random impact parameter. The loss of a
+// hit is proportional to cos^2, with <cos^4> / <cos^2>^2 = 1.2: ln(v0 / v) scatters by sqrt(1.2 / hits) of
+// itself. The test allows three standard errors, and 1 % for the calibration's error and for the ends of the
+// court, where parcels have left: 6.2 % of k over the whole distance with 8 flights, 13 % after the first
+// quarter.
 TEST_P(RegulationBall, SlowsExponentiallyAsPublished) {
   const auto [name, loss] = GetParam();
-  constexpr double kWay = 13.41;
+  constexpr double kDistance = 13.41;
   constexpr int kFlights = 8;
-  const double k = -std::log(1.0 - loss) / kWay;
-  const std::vector<double> distances = {0.25 * kWay, 0.5 * kWay, 0.75 * kWay, kWay};
+  const double k = -std::log(1.0 - loss) / kDistance;
+  const std::vector<double> distances = {0.25 * kDistance, 0.5 * kDistance, 0.75 * kDistance, kDistance};
   const std::vector<double> slowing = mean_slowing(name, distances, kFlights);
   for (std::size_t i = 0; i < distances.size(); ++i) {
-    const double hits = 250.0 * kFlights * distances[i] / kWay;
+    const double hits = 250.0 * kFlights * distances[i] / kDistance;
     const double allowed = 3.0 * std::sqrt(1.2 / hits) + 0.01;
     EXPECT_NEAR(slowing[i] / (k * distances[i]), 1.0, allowed) << distances[i] << " m";
     RecordProperty("at_" + std::to_string(i), std::to_string(slowing[i] / (k * distances[i])));
   }
 }
 
-// The closed form has neither the parcels' own radius (2 % of the ball's), nor the spin's effect on friction,
-// nor the ends of the court: within 3 %.
-TEST_P(RegulationBall, ClosedFormDragIsTheSame) {
+// The closed form omits the parcels' radius (2 % of the ball's), the spin's effect on friction and the ends
+// of the court: 3 % together.
+TEST_P(RegulationBall, ClosedFormDragAgrees) {
   const auto [name, loss] = GetParam();
   Settings s = scene(name);
   s.air = Air::drag;
@@ -202,8 +204,8 @@ INSTANTIATE_TEST_SUITE_P(Balls, RegulationBall,
                          testing::Values(Regulation{"regulation", 0.36},
                                          Regulation{"regulation-indoor", 0.46}));
 
-// The seed's explicit Euler step, v += dt Omega x v, gains sqrt(1 + theta^2) of speed per step, whatever the
-// turn theta per step; the exact rotation keeps the speed.
+// The seed's explicit Euler step, v += dt Omega x v, multiplies the speed by sqrt(1 + theta^2) per turn of
+// theta. The exact rotation keeps the speed.
 TEST(Scenes, OrbitKeepsItsSpeedWhereEulerSpiralsOut) {
   const Settings s = scene("orbit");
   SceneRun run(s);

@@ -1,3 +1,4 @@
+// The start of a run: no overlaps, positions around lattice sites, reproducible from the seed.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +42,7 @@ TEST(Spawn, NothingOverlapsAtAnyDensityAndBoundary) {
   }
 }
 
-TEST(Spawn, FewParcelsWork) {
+TEST(Spawn, AcceptsFewParcels) {
   for (const std::int64_t n : {1, 2, 3, 5, 7}) {
     SceneRun run(gas(n, 0.1));
     EXPECT_EQ(run.backend->measure().num_live, static_cast<std::uint64_t>(n));
@@ -78,7 +79,7 @@ TEST(Spawn, IsReproducibleFromTheSeed) {
   EXPECT_NE(SceneRun(s).backend->state_hash(), first);
 }
 
-TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
+TEST(Spawn, FillsAHexagonalBox) {
   Settings s = gas(870, 0.69, Boundary::periodic);
   s.width_m = 29.0;
   s.height_m = 30.0 * std::sqrt(3.0) / 2.0;
@@ -86,30 +87,31 @@ TEST(Spawn, ExactHexagonalBoxTakesItsParcels) {
   EXPECT_GE(smallest_gap(run), 1.0);
 }
 
-// Each is moved off its site to a place that is uniform over a disc: the square of the way is uniform from 0
-// to the square of the radius, of mean 1/2 with a standard error of 0.289 / sqrt(N); five are allowed. Its
-// direction is any: the mean way has an error of 0.5 / sqrt(N) along x and y.
-TEST(Spawn, MovesEvenlyOffTheSitesOfTheLattice) {
+// Each parcel is displaced from its site to a position that is uniform over a disc. The square of the
+// displacement is uniform from 0 to the square of the radius: its mean is 1/2 with a standard error of 0.289
+// / sqrt(N). The direction is uniform too: the mean displacement has an error of 0.5 / sqrt(N) along x and y.
+// The test allows five errors.
+TEST(Spawn, MovesUniformlyAwayFromLatticeSites) {
   const SceneRun run(gas(10000, 0.2, Boundary::open));
   const Spawner spawner(run.settings, run.physics, run.ball);
   const SpawnPlan& plan = spawner.plan();
-  const std::uint64_t num_sites = plan.row_begin[plan.num_rows];
+  const std::uint64_t num_sites = plan.row_start[plan.num_rows];
   double square = 0.0;
   Vec2d mean;
   for (std::uint32_t id = 0; id < plan.num_parcels; ++id) {
     const std::uint64_t site = num_sites * id / plan.num_parcels;
     const Vec2d at = to_metres(plan.world, spawn_parcel(plan, num_sites, id).position);
-    const Vec2d way = (at - site_position_m(plan, site)) * (1.0 / plan.jitter_m);
-    ASSERT_LE(dot(way, way), 1.0 + 1e-6) << id;
-    square += dot(way, way) / plan.num_parcels;
-    mean += way * (1.0 / plan.num_parcels);
+    const Vec2d displacement = (at - site_position_m(plan, site)) * (1.0 / plan.jitter_m);
+    ASSERT_LE(dot(displacement, displacement), 1.0 + 1e-6) << id;
+    square += dot(displacement, displacement) / plan.num_parcels;
+    mean += displacement * (1.0 / plan.num_parcels);
   }
   EXPECT_NEAR(square, 0.5, 5.0 * 0.289 / 100.0);
   EXPECT_NEAR(mean.x, 0.0, 5.0 * 0.5 / 100.0);
   EXPECT_NEAR(mean.y, 0.0, 5.0 * 0.5 / 100.0);
 }
 
-TEST(Spawn, RefusesWhatCannotFit) {
+TEST(Spawn, RejectsTooManyParcels) {
   Settings s = gas(1000, 0.7);
   s.box_follows_parcels = false;
   s.width_m = 20.0;

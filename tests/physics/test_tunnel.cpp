@@ -1,9 +1,9 @@
-// What parcels do to a held ball in free flow, against the closed forms of free-molecular flow (Schaaf and
-// Chambre 1961, in two dimensions; Weidman and Herczynski 2004 for the force across).
+// Force and torque of a stream of parcels on a held ball, against the closed forms of free-molecular flow
+// (Schaaf and Chambre 1961, in two dimensions; Weidman and Herczynski 2004 for the transverse force).
 //
-// Parcels do not meet each other, the world is periodic, and a run ends before a parcel off the ball, or the
-// gap it left, can come round to it again. Then the ball's surface meets undisturbed gas from the first
-// moment.
+// Parcels do not collide with each other, and the world is periodic. A run ends before a reflected parcel, or
+// the gap that it left, can cross the edge and reach the ball again. The ball is therefore in undisturbed gas
+// from the start.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ namespace {
 constexpr double kSide = 10.0;
 constexpr double kBallRadius = 2.0;
 
-// Sums over some runs, in units of parcel mass and m/s.
+// Sums over several runs, in units of parcel mass and m/s.
 struct Push {
   double hits = 0.0;
   Vec2d impulse;
@@ -45,17 +45,17 @@ Settings tunnel(const FreeStream& stream, std::int64_t seed) {
   return s;
 }
 
-// Parcels per area away from the ball: those per site of the lattice over a site's area.
+// Parcels per area away from the ball: parcels per lattice site over the area of a site.
 double spawned_density(const SceneRun& run) {
   const Spawner spawner(run.settings, run.physics, run.ball);
   const SpawnPlan& plan = spawner.plan();
   return plan.num_parcels /
-         (static_cast<double>(plan.row_begin[plan.num_rows]) * plan.spacing_x_m * plan.spacing_y_m);
+         (static_cast<double>(plan.row_start[plan.num_rows]) * plan.spacing_x_m * plan.spacing_y_m);
 }
 
-// The fastest parcel counted on is 4.5 thermal speeds faster than the stream (one in 25,000 is faster, and
-// hardly any of those off the ball come round). The first of 16 steps is not counted: next to the ball
-// parcels are spawned on a lattice with a hole, not at random.
+// The run's length assumes that parcels are at most 4.5 thermal speeds faster than the stream; one in 25,000
+// is faster, and hardly any of these returns. The first of 16 steps does not count: parcels next to the ball
+// start on a lattice with a hole, not at random.
 Push push(const FreeStream& stream, int num_runs) {
   const double fastest_mps = stream.speed_mps + 4.5 * stream.thermal_mps;
   constexpr int kSteps = 16;
@@ -85,10 +85,11 @@ void PrintTo(const SpeedRatio& ratio, std::ostream* out) { *out << "S = " << rat
 
 class Tunnel : public testing::TestWithParam<SpeedRatio> {};
 
-// Four runs make 2.8e5 (S = 0.5) to 6.4e5 (S = 5) hits: the rate is known to 0.19 % to 0.13 %. The impulse of
-// a hit scatters by 1.6 times its mean at S = 0.5, by 0.5 at S = 5: drag to 0.30 % and below. So 0.5 % and 1
-// % are more than two standard errors of independent hits; the lattice they start on makes them scatter less.
-TEST_P(Tunnel, HitRateAndDragAreThoseOfFreeMolecularFlow) {
+// Four runs give 2.8e5 (S = 0.5) to 6.4e5 (S = 5) hits: the rate has an error of 0.19 % to 0.13 %. The
+// impulse of a hit scatters by 1.6 times its mean at S = 0.5, by 0.5 at S = 5: the drag has an error of at
+// most 0.30 %. 0.5 % and 1 % are more than two standard errors of independent hits. Hits from a lattice
+// scatter less.
+TEST_P(Tunnel, HitRateAndDragFollowFreeMolecularFlow) {
   const auto [s, drag, factor] = GetParam();
   const double speed = s * std::sqrt(2.0);
   const Push measured = push({.speed_mps = speed}, 4);
@@ -113,9 +114,9 @@ void PrintTo(const ColdCase& cold, std::ostream* out) {
 
 class ColdStream : public testing::TestWithParam<ColdCase> {};
 
-// Without thermal motion. The 2.6e5 parcels that hit start on a lattice, moved by less than half its spacing,
-// so chance plays only along the edge of the area they come from, some 4,000 sites long: 60 hits, 0.02 %.
-// Five of these are allowed.
+// Without thermal motion. The 2.6e5 parcels that hit start on a lattice, displaced by less than half its
+// spacing. Their number is random only along the edge of their starting area, about 4,000 sites long: 60
+// hits, 0.02 %. The test allows five of these.
 TEST_P(ColdStream, DragFollowsTheClosedForm) {
   const auto [e, mu] = GetParam();
   const double expected = cold_drag_coefficient(e, mu);
@@ -130,9 +131,9 @@ INSTANTIATE_TEST_SUITE_P(Cases, ColdStream,
                          testing::Values(ColdCase{1.0, 0.0}, ColdCase{1.0, 0.3}, ColdCase{0.8, 0.3},
                                          ColdCase{1.0, 1.0}));
 
-// A smooth ball takes 1 + e of each hit's normal momentum, and no parcel hits twice: the same hits give
-// impulses in the ratio (1 + e) / 2. Each is rounded by at most half a unit of 2^-32 of the reference speed
-// (2.8 to 4 m/s): 5e-10 m/s per hit, of a mean of 2 m/s or more.
+// A smooth ball takes 1 + e of each hit's normal momentum, and no parcel hits twice. The same hits therefore
+// give impulses in the ratio (1 + e) / 2. Each is rounded by at most half a unit of 2^-32 of the reference
+// speed (2.8 to 4 m/s): 5e-10 m/s per hit, of a mean of at least 2 m/s.
 TEST(Tunnel, RestitutionScalesTheDrag) {
   const double speed = 2.0 * std::sqrt(2.0);
   const Push elastic = push({.speed_mps = speed}, 1);
@@ -143,7 +144,7 @@ TEST(Tunnel, RestitutionScalesTheDrag) {
   }
 }
 
-// Where nothing rubs, spin must have no effect at all.
+// Without friction the spin has no effect at all.
 TEST(Tunnel, SmoothBallFeelsNeitherTorqueNorSpin) {
   const double speed = 2.0 * std::sqrt(2.0);
   const Push still = push({.speed_mps = speed}, 1);
@@ -155,12 +156,13 @@ TEST(Tunnel, SmoothBallFeelsNeitherTorqueNorSpin) {
   EXPECT_NEAR(spinning.impulse.y, still.impulse.y, 1e-9 * still.hits);
 }
 
-// All slip stopped at each hit (mu = 100: of the hits only those sink that graze by less than 1/200 of the
-// slip): torque = -omega R^2 per parcel mass and hit; force across = 1/2 rho pi R_c R omega V to the right of
-// the stream for counter-clockwise spin, at any speed ratio. With a rim speed of 2 thermal ones and 1e5 hits:
-// slip scatters by 1 to 2.2 m/s (the stream's share), so the torque is known to 0.4 %; an impulse across by 3
-// m/s of a mean of 1.5, so the force to 0.7 %. Four and five standard errors.
-TEST(Tunnel, RoughSpinningBallFollowsTheLawsOfTorqueAndForceAcross) {
+// Each hit stops all slip (mu = 100; exceptions are hits that graze by less than 1/200 of the slip). The
+// torque is -omega R^2 per parcel mass and hit. The transverse force is 1/2 rho pi R_c R omega V, to the
+// right of the stream for counter-clockwise spin, at any speed ratio. At a rim speed of 2 thermal speeds and
+// 1e5 hits the slip scatters by 1 to 2.2 m/s (the stream's share), the torque by 0.4 %. The transverse
+// impulse scatters by 3 m/s around a mean of 1.5, the force by 0.7 %. The test allows four and five standard
+// errors.
+TEST(Tunnel, RoughSpinningBallFollowsTorqueAndTransverseForceLaws) {
   const double spin = 1.0;
   const double rim = spin * kBallRadius;
   for (const double s : {0.5, 2.0}) {
@@ -170,7 +172,7 @@ TEST(Tunnel, RoughSpinningBallFollowsTheLawsOfTorqueAndForceAcross) {
     EXPECT_NEAR(rough.torque / (rough.hits * kBallRadius * rim), -1.0, 0.016) << "S = " << s;
     const double across = 0.5 * kPi * rough.density_m2 * rough.contact_m * rim * speed * rough.seconds;
     EXPECT_NEAR(std::fabs(rough.impulse.y) / across, 1.0, 0.035) << "S = " << s;
-    EXPECT_GT(rough.impulse.y, 0.0) << "against the Magnus force";
+    EXPECT_GT(rough.impulse.y, 0.0) << "opposite to the Magnus force";
     RecordProperty("torque_" + std::to_string(s),
                    std::to_string(rough.torque / (rough.hits * kBallRadius * rim)));
     RecordProperty("across_" + std::to_string(s), std::to_string(rough.impulse.y / across));

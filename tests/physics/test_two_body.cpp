@@ -1,4 +1,4 @@
-// One collision at a time, against the laws of mechanics: momentum, energy, angular momentum, restitution.
+// Single collisions against the laws of mechanics: momentum, energy, angular momentum, restitution.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ struct Outcome {
   Vec2d v1, v2;
 };
 
-// Velocities after one `impulse` contact of two parcels at distance 0.99 diameters in a direction.
+// Velocities after one contact by `impulse` of two parcels at a distance of 0.99 diameters.
 Outcome collide(double restitution, double direction, Vec2f v1, Vec2f v2, bool swap_ids = false) {
   const StepConstants c = make_step_constants(pair_physics(restitution), 1e-3, 0.0);
   const Vec2d offset{0.99 * std::cos(direction), 0.99 * std::sin(direction)};
@@ -41,8 +41,8 @@ Outcome collide(double restitution, double direction, Vec2f v1, Vec2f v2, bool s
   return {after(a, of_a), after(b, of_b)};
 }
 
-// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here) and the change of
-// velocity to its fixed-point unit (4e-12 m/s); speeds are up to 5 m/s.
+// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here), the change of velocity
+// to its fixed-point unit (4e-12 m/s). Speeds are up to 5 m/s.
 constexpr double kRounding = 5.0 * 2.0 * (8.0 / 2147483648.0) + 1e-11;
 
 TEST(TwoBody, ParcelsConserveMomentumAndReverseTheNormalSpeed) {
@@ -73,7 +73,7 @@ TEST(TwoBody, SeparatingParcelsKeepTheirVelocities) {
   EXPECT_EQ(o.v2.y, 0.5);
 }
 
-TEST(TwoBody, CoincidentCentresPartAlongTheFixedNormal) {
+TEST(TwoBody, CoincidentCentresSeparateAlongTheFixedNormal) {
   const StepConstants c = make_step_constants(pair_physics(1.0), 1e-3, 0.0);
   const Parcel low{{100, 100}, {1.0F, 0.25F}, 3};
   const Parcel high{{100, 100}, {-1.0F, 0.0F}, 8};
@@ -94,7 +94,7 @@ struct BallCase {
 
 class BallContact : public testing::TestWithParam<BallCase> {};
 
-TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
+TEST_P(BallContact, ConservesMomentumAndExchangesAngularMomentum) {
   const auto [e, mu] = GetParam();
   BallConstants ball;  // mass ratio 2.6e6
   ball.inertia_kg_m2 = 2.0 / 3.0 * ball.mass_kg * ball.radius_m * ball.radius_m;
@@ -106,7 +106,7 @@ TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
   for (int k = 0; k < 16; ++k) {
     const double direction = 0.2 + 2.0 * kPi * k / 16.0;
     const Vec2d n{std::cos(direction), std::sin(direction)};
-    const Vec2d relative = n * -3.0 + perpendicular(n) * 1.5;  // parcel minus ball
+    const Vec2d relative = n * -3.0 + perpendicular(n) * 1.5;  // parcel relative to ball
     const BallImpulse j = ball_impulse(ball, parcel, n, relative, spin);
     const double ratio = parcel.mass_kg / ball.mass_kg;
     const Vec2d after = relative + j.per_mass_mps * (1.0 + ratio);
@@ -121,7 +121,7 @@ TEST_P(BallContact, ConservesMomentumAndTurnsOverAngularMomentum) {
     } else {
       EXPECT_GE(slip_before * slip_after, 0.0) << "friction never reverses the slip";
     }
-    // Energy in the frame of the pair: what is lost is what restitution and friction take.
+    // Energy in the frame of the pair: restitution and friction take energy and add none.
     const double reduced = 1.0 / (1.0 + ratio);
     const double kinetic_before = 0.5 * reduced * dot(relative, relative);
     const double kinetic_after =
@@ -138,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(Sweep, BallContact,
                          testing::Values(BallCase{0.0, 0.0}, BallCase{0.5, 0.0}, BallCase{1.0, 0.0},
                                          BallCase{0.9, 0.3}, BallCase{1.0, 10.0}, BallCase{0.0, 0.1}));
 
-TEST(TwoBody, TimeOfImpactIsWhereTheDistanceIsReached) {
+TEST(TwoBody, TimeOfImpactIsWhenBodiesTouch) {
   for (int k = 0; k < 40; ++k) {
     const Vec2d offset{3.0 + 0.1 * k, 0.02 * k};
     const Vec2d velocity{-2.0, 0.01 * (k % 7)};
@@ -147,11 +147,11 @@ TEST(TwoBody, TimeOfImpactIsWhereTheDistanceIsReached) {
     const Vec2d at = offset + velocity * t;
     EXPECT_NEAR(std::hypot(at.x, at.y), 1.0, 1e-12);
   }
-  EXPECT_LT(time_of_impact({3.0, 0.0}, {1.0, 0.0}, 1.0, 100.0), 0.0) << "moving away";
+  EXPECT_LT(time_of_impact({3.0, 0.0}, {1.0, 0.0}, 1.0, 100.0), 0.0) << "separating";
   EXPECT_LT(time_of_impact({3.0, 2.0}, {-1.0, 0.0}, 1.0, 100.0), 0.0) << "passes by";
   EXPECT_LT(time_of_impact({3.0, 0.0}, {-1.0, 0.0}, 1.0, 1.9), 0.0) << "too late";
   EXPECT_EQ(time_of_impact({0.5, 0.0}, {-1.0, 0.0}, 1.0, 1.9), 0.0) << "overlapping and approaching: at once";
-  EXPECT_LT(time_of_impact({0.5, 0.0}, {1.0, 0.0}, 1.0, 1.9), 0.0) << "overlapping and parting: never";
+  EXPECT_LT(time_of_impact({0.5, 0.0}, {1.0, 0.0}, 1.0, 1.9), 0.0) << "overlapping and separating: never";
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
-// The golden hashes: what the golden scenes come to, one line each, kept in
-// tests/determinism/golden_hashes.txt. Every compiler, optimisation and backend must find the same.
-// PF_GOLDEN_HASHES is where the file is.
+// Golden hashes of the golden scenes, one line each, in tests/determinism/golden_hashes.txt. They must be
+// equal for every compiler, optimisation and backend. PF_GOLDEN_HASHES: path of the file.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -17,9 +16,9 @@ namespace pf::test {
 inline constexpr const char* kGoldenHeader =
     "# State hash, event hash, pair collisions and ball hits of each scene of "
     "tests/support/golden_scenes.hpp.\n"
-    "# They are the same for every compiler, every optimisation and every backend. After a change that is "
-    "meant\n"
-    "# to change them, write them anew from the build folder and read the difference:\n"
+    "# They are equal for every compiler, every optimisation and every backend. After an intended change, "
+    "write\n"
+    "# new ones in the build folder and check the difference:\n"
     "#   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests "
     "--gtest_filter='GoldenHashes.*'\n";
 
@@ -55,7 +54,8 @@ inline void expect_golden_hashes(const MakeBackend& make_backend) {
     }
     expected.erase(scene.name);
   }
-  for (const auto& line : expected) ADD_FAILURE() << line.first << " is in the file, but is no golden scene";
+  for (const auto& line : expected)
+    ADD_FAILURE() << line.first << " is in the file, but is not a golden scene";
 }
 
 }  // namespace pf::test

@@ -1,5 +1,5 @@
-// The scenes of the golden hashes: every method and boundary, with and without a ball, and what is rare in
-// them. The CPU's test and the GPU's run the same ones against the same file.
+// The scenes of the golden hashes: every method and boundary, with and without a ball, and rare cases. The tests
+// of CPU and GPU compare the same scenes with the same file.
 #pragma once
 
 #include <cstdio>
@@ -17,7 +17,7 @@ struct GoldenScene {
   Settings settings;
   std::uint32_t num_steps = 0;
   double dt_s = 0.0;                     // 0: that of the scene's first frame
-  void (*prepare)(SceneRun&) = nullptr;  // what is done to the spawned scene first; null: nothing
+  void (*prepare)(SceneRun&) = nullptr;  // changes the spawned scene first; null: no change
 };
 
 inline GoldenScene golden(std::string name, const Settings& settings, std::uint32_t num_steps, double dt_s,
@@ -25,7 +25,7 @@ inline GoldenScene golden(std::string name, const Settings& settings, std::uint3
   return {std::move(name), settings, num_steps, dt_s, prepare};
 }
 
-// A ball of 5 parcel radii and 20 parcel masses that flies, spins, rubs and curves.
+// A ball of 5 parcel radii and 20 parcel masses, with velocity, spin, friction and Magnus effect.
 inline Settings with_golden_ball(Settings s) {
   s.ball_present = true;
   s.ball_radius_m = 2.5;
@@ -43,13 +43,13 @@ inline Settings with_golden_ball(Settings s) {
 inline Settings golden_gas(Method method, Boundary boundary, double restitution = 0.9,
                            double area_fraction = 0.3) {
   Settings s = gas(200, area_fraction, boundary);
-  s.width_m = 1.4;  // the sides differ
+  s.width_m = 1.4;  // different sides
   s.method = method;
   s.restitution = restitution;
   return s;
 }
 
-// Three parcels to a place, in places that touch: some coincide, all overlap.
+// Groups of three parcels, in groups that touch: some parcels coincide, all overlap.
 inline void crowd_together(SceneRun& run) {
   ParcelSnapshot state = run.backend->snapshot();
   const std::int32_t diameter = static_cast<std::int32_t>(1.0 / run.physics.world.unit_m);
@@ -61,8 +61,8 @@ inline void crowd_together(SceneRun& run) {
   run.backend->restore(state);
 }
 
-// The ball's centre is on the edge of a periodic world, that of each parcel half a world away: their two
-// images are equally near, and the ball is so large that it overlaps either. Half of the parcels approach it.
+// The ball's centre is on the edge of a periodic world, and each parcel's centre half a world away. Its two
+// images are equally near, and the ball is large enough to overlap both. Half of the parcels approach it.
 inline void put_half_a_world_away(SceneRun& run) {
   BallState ball = run.ball;
   ball.position_m = {-run.physics.world.half.x * run.physics.world.unit_m, 0.0};
@@ -75,14 +75,14 @@ inline void put_half_a_world_away(SceneRun& run) {
   run.backend->restore(state);
 }
 
-// As a step of another method leaves it: parcels overlap the ball and one another.
+// A state left by another method: parcels overlap the ball and each other.
 inline void step_with_impulse(SceneRun& run) {
   run.settings.method = Method::impulse;
   run.advance(25, 0.1);
   run.settings.method = Method::exact;
 }
 
-// Cools until ticks are coarse, then something is fast again.
+// Cools until ticks are long, then a parcel becomes fast again.
 inline void cool_and_kick(SceneRun& run) {
   run.advance(1, 2e4);
   BallState ball = run.ball;
@@ -90,7 +90,7 @@ inline void cool_and_kick(SceneRun& run) {
   run.backend->set_ball(ball);
 }
 
-// Too fast to be a number, too fast for the world, and as fast as floats still tell.
+// Velocities of NaN, too fast for the world, and the largest finite ones.
 inline void break_some(SceneRun& run) {
   ParcelSnapshot state = run.backend->snapshot();
   state.velocity[3] = {1e20F, 0.0F};
@@ -99,14 +99,14 @@ inline void break_some(SceneRun& run) {
   run.backend->restore(state);
 }
 
-// One parcel goes round the world many times while lines of others stay as they are.
+// One parcel crosses the periodic world many times while the trajectories of others stay unchanged.
 inline void make_one_fast(SceneRun& run) {
   ParcelSnapshot state = run.backend->snapshot();
   state.velocity[7] = {40.0F, -30.0F};
   run.backend->restore(state);
 }
 
-// A ball that is coming back from beyond a wall.
+// A ball that returns from beyond a wall.
 inline void put_beyond_a_wall(SceneRun& run) {
   BallState ball = run.ball;
   ball.position_m.x = run.physics.world.half.x * run.physics.world.unit_m + 0.1;
@@ -136,7 +136,7 @@ inline void add_methods(std::vector<GoldenScene>& list) {
   }
 }
 
-// What the time-stepped methods do besides.
+// Further cases of the time-stepped methods.
 inline void add_stepped(std::vector<GoldenScene>& list) {
   Settings s = court(600);
   list.push_back(golden("court", s, 250, 0.0));
@@ -179,7 +179,7 @@ inline void add_large_ball(std::vector<GoldenScene>& list) {
   list.push_back(golden("half_a_world_away", s, 30, 0.05, put_half_a_world_away));
 }
 
-// The ball by itself.
+// The ball alone.
 inline void add_flights(std::vector<GoldenScene>& list) {
   Settings s = court(0, Boundary::walls);
   s.air = Air::vacuum;
@@ -187,14 +187,14 @@ inline void add_flights(std::vector<GoldenScene>& list) {
   list.push_back(golden("ball_beyond_a_wall", s, 100, 0.02, put_beyond_a_wall));
   s.boundary = Boundary::periodic;
   s.ball_vy_mps = 9.0;
-  s.ball_spin_radps = 1e-3;  // turns so small that their series is summed
+  s.ball_spin_radps = 1e-3;  // small angles, for which a series is used
   list.push_back(golden("ball_vacuum_periodic", s, 400, 0.02));
   s.air = Air::drag;
   s.ball_spin_radps = 40.0;
   list.push_back(golden("ball_drag", s, 400, 0.02));
 }
 
-// What is rare in `exact`.
+// Rare cases of `exact`.
 inline void add_exact(std::vector<GoldenScene>& list) {
   Settings s = court(400, Boundary::walls);
   s.method = Method::exact;
@@ -208,7 +208,7 @@ inline void add_exact(std::vector<GoldenScene>& list) {
   s.contact_clock_s = 0.05;
   list.push_back(golden("exact_clock", s, 40, 0.05));
   s = golden_gas(Method::exact, Boundary::walls, 1.0, 0.65);
-  s.dt_s = 0.0;  // as long as the rate of collisions says
+  s.dt_s = 0.0;  // from the collision rate
   s.time_scale = 10.0;
   list.push_back(golden("exact_dense_elastic", s, 200, 0.0));
   list.push_back(golden("exact_dilute_one_fast", golden_gas(Method::exact, Boundary::periodic, 1.0, 0.003),

@@ -1,4 +1,4 @@
-// A flight with one input of every kind, logged; and the same flight from its log.
+// A logged flight with one input of every kind, and its replay.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace pf::test {
 
 inline constexpr int kNumFrames = 70;
 
-// What a person does in the flight below, by frame.
+// Inputs of the flight below, by frame.
 inline Commands inputs_at(int frame, const Settings& present) {
   Commands commands;
   const auto edit = [&](const std::function<void(Settings&)>& change) {
@@ -63,7 +63,7 @@ inline Commands inputs_at(int frame, const Settings& present) {
   return commands;
 }
 
-// Flies it, with a log from `from_frame` on, and returns the last state.
+// Runs the flight with a log from `from_frame` on, and returns the last state.
 inline std::uint64_t fly_logged(const std::filesystem::path& file, int from_frame,
                                 std::unique_ptr<Backend> backend) {
   Simulation simulation(court(500), std::move(backend));
@@ -89,7 +89,7 @@ struct Flown {
 inline Flown fly_again(const std::filesystem::path& file, std::unique_ptr<Backend> backend) {
   const RunLog log = read_log(file);
   Simulation simulation(log.settings, std::move(backend));
-  simulation.keep_moments();
+  simulation.keep_checkpoints();
   Replay replay(log);
   while (!replay.ended()) {
     simulation.advance_frame(replay.commands(simulation.settings()), nullptr);

@@ -22,8 +22,7 @@ inline Settings court(std::int64_t n, Boundary boundary = Boundary::open) {
   return s;
 }
 
-// A parcel between a wall and a held ball that leave it no room: in method exact it meets one and the other
-// without end.
+// A parcel between a wall and a held ball without room: in method exact it collides endlessly with both.
 inline SceneRun parcel_in_a_vice(std::unique_ptr<Backend> backend) {
   Settings s = gas(1, 0.02);
   s.method = Method::exact;

@@ -1,4 +1,4 @@
-// What every backend must do with a snapshot that it is given back.
+// Checks that every backend restores a snapshot.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ inline void expect_restored_is_the_same_state(const Settings& s, std::unique_ptr
   EXPECT_EQ(run.backend->state_hash(), hash);
 }
 
-// The count of steps goes with it: it keys the random roundings.
+// The snapshot includes the count of steps, which keys the random roundings.
 inline void expect_restored_goes_on_as_it_did(const Settings& s, std::unique_ptr<Backend> backend) {
   SceneRun run(s, std::move(backend));
   run.advance(50);

@@ -1,4 +1,4 @@
-// A folder that goes away with the test.
+// A folder that is removed after the test.
 #pragma once
 
 #include <cstdlib>

@@ -21,7 +21,7 @@ json row(const char* method, double eta, double displacement, double error, doub
           {"ns_per_disc_time", cost}, {"errors", {{"rate", {{"value", error}, {"bound", false}}}}}};
 }
 
-// impulse is cheap and rough, and its error at the longest step crosses zero; exact costs 100.
+// impulse is cheap and inaccurate, and its error crosses zero at the longest step. exact costs 100.
 json table() {
   json rows = json::array();
   for (const double eta : {0.1, 0.3}) {
@@ -48,52 +48,52 @@ AccuracyChoice choose(double error, double eta) {
   return choose_by_accuracy(table(), gas_scene(eta), {error, "rate", false}, "cpu");
 }
 
-TEST(Accuracy, TakesTheCheapestThatMeetsIt) {
+TEST(Accuracy, ChoosesTheCheapestThatMeetsTheError) {
   const AccuracyChoice rough = choose(0.1, 0.1);
   EXPECT_EQ(rough.settings.method, Method::impulse);
   EXPECT_EQ(rough.settings.displacement_per_step, 0.5);
   EXPECT_EQ(rough.expected_error, 0.05);
   const AccuracyChoice fine = choose(0.002, 0.1);
-  EXPECT_EQ(fine.settings.method, Method::exact) << "impulse at 160 is dearer than exact at 100";
+  EXPECT_EQ(fine.settings.method, Method::exact) << "impulse costs 160, exact 100";
   EXPECT_EQ(fine.settings.displacement_per_step, 0.2) << "the cheaper of its steps";
 }
 
-// The nearest case is that of 0.1; half way (in logarithms) between two steps lies the mean of their
+// The nearest case has area fraction 0.1. Half way between two steps, in logarithms, lies the mean of their
 // logarithms.
-TEST(WorkPrecision, PresentSettingLiesBetweenItsNeighbours) {
+TEST(WorkPrecision, CurrentPointIsInterpolated) {
   Settings scene = gas_scene(0.12);
   const WorkPrecision picture = work_precision(table(), scene, "rate", "cpu", std::sqrt(0.5));
   EXPECT_EQ(picture.area_fraction, 0.1);
   ASSERT_EQ(picture.methods[static_cast<int>(Method::impulse)].size(), 5U);
   EXPECT_TRUE(picture.methods[static_cast<int>(Method::spring)].empty());
-  ASSERT_TRUE(picture.present);
-  EXPECT_NEAR(picture.present->error, std::sqrt(0.2 * 0.05), 1e-12);
-  EXPECT_NEAR(picture.present->ns_per_disc_time, std::sqrt(10.0 * 20.0), 1e-12);
-  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 1e-3).present->error, 0.0008);
-  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 9.0).present->error, 0.0001);
+  ASSERT_TRUE(picture.current);
+  EXPECT_NEAR(picture.current->error, std::sqrt(0.2 * 0.05), 1e-12);
+  EXPECT_NEAR(picture.current->ns_per_disc_time, std::sqrt(10.0 * 20.0), 1e-12);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 1e-3).current->error, 0.0008);
+  EXPECT_EQ(work_precision(table(), scene, "rate", "cpu", 9.0).current->error, 0.0001);
   scene.method = Method::spring;
-  EXPECT_FALSE(work_precision(table(), scene, "rate", "cpu", 0.5).present);
+  EXPECT_FALSE(work_precision(table(), scene, "rate", "cpu", 0.5).current);
   EXPECT_TRUE(work_precision(table(), scene, "drag", "cpu", 0.5).methods[0].empty());
 }
 
-// A small error at a step beyond one that fails is chance.
-TEST(Accuracy, DoesNotTrustAnErrorThatCrossesZero) {
+// A small error at a step longer than a failing one is accidental.
+TEST(Accuracy, IgnoresAnErrorThatCrossesZero) {
   EXPECT_EQ(choose(0.2, 0.1).settings.displacement_per_step, 0.5);
 }
 
-TEST(Accuracy, BetweenCasesTheStricterCounts) {
+TEST(Accuracy, BetweenCasesTheStricterDecides) {
   const AccuracyChoice between = choose(0.1, 0.2);
   EXPECT_EQ(between.settings.displacement_per_step, 0.25) << "at 0.3 the step of 0.5 errs by 0.1";
   EXPECT_EQ(between.expected_error, 0.025);
 }
 
-TEST(Accuracy, BeyondTheTableOnlyExactIsSafe) {
+TEST(Accuracy, BeyondTheTableOnlyExactIsChosen) {
   const AccuracyChoice dense = choose(0.5, 0.6);
   EXPECT_EQ(dense.settings.method, Method::exact);
   EXPECT_EQ(dense.remarks.size(), 1U);
 }
 
-TEST(Accuracy, ParcelsFollowFromTheTableAndItsLaw) {
+TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   json with = table();
   for (const double num : {500.0, 2000.0}) {
     json wall = row("exact", 0.2, 0.2, num == 500.0 ? 0.04 : 0.02, 1.0);
@@ -110,7 +110,7 @@ TEST(Accuracy, ParcelsFollowFromTheTableAndItsLaw) {
   EXPECT_EQ(kept.settings.num_parcels, 1000);
 }
 
-TEST(Accuracy, RefusesWhatItCannotAnswer) {
+TEST(Accuracy, RejectsUnanswerableWishes) {
   const AccuracyWish path{0.01, "path", false};
   EXPECT_THROW(choose_by_accuracy(table(), gas_scene(0.1), path, "cpu"), UserError) << "no ball";
   EXPECT_EQ(read_accuracy("--accuracy", "1%"), 0.01);

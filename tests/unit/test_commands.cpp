@@ -1,4 +1,4 @@
-// What the panel and the keys ask of the simulation: obeyed, or refused with a message and nothing changed.
+// Commands from panel and keys: executed, or refused with a message and without any change.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -43,17 +43,17 @@ class SimulationCommands : public testing::Test {
   Simulation simulation_{test::court(500), make_cpu_backend(2)};
 };
 
-TEST_F(SimulationCommands, SceneReplacesEverything) {
+TEST_F(SimulationCommands, SceneReplacesAllSettings) {
   advance(5);
   edit([](Settings& s) { s.restitution = 0.123; });
   load("gas");
   EXPECT_EQ(view().message, "");
   EXPECT_EQ(view().num_scenes, 2);
-  EXPECT_EQ(view().simulated_s, 0.0);  // shown as it starts
+  EXPECT_EQ(view().simulated_s, 0.0);  // the initial state is shown
   EXPECT_EQ(view().totals.num_collisions, 0U);
   Settings expected = load_scene("gas");
   expected.num_parcels = expected.num_parcels_cpu;
-  expected.seconds = 0.0;  // the length of this run, which has none
+  expected.seconds = 0.0;  // belongs to the run, not the scene
   EXPECT_EQ(simulation_.settings(), expected);
   EXPECT_EQ(view().num_parcels, 20000U);
   EXPECT_FALSE(view().physics->ball.exists);
@@ -61,7 +61,7 @@ TEST_F(SimulationCommands, SceneReplacesEverything) {
   EXPECT_DOUBLE_EQ(view().simulated_s, 0.035);
 }
 
-TEST_F(SimulationCommands, ASceneLoadedLiveRunsAsOneLoadedAtTheStart) {
+TEST_F(SimulationCommands, SceneLoadedLaterRunsLikeOneLoadedAtTheStart) {
   advance(3);
   load("gas");
   advance(2);
@@ -72,7 +72,7 @@ TEST_F(SimulationCommands, ASceneLoadedLiveRunsAsOneLoadedAtTheStart) {
   EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash());
 }
 
-TEST_F(SimulationCommands, ASceneThatCannotBeLoadedChangesNothing) {
+TEST_F(SimulationCommands, InvalidSceneChangesNothing) {
   TemporaryFolder folder;
   advance(4);
   pause();
@@ -92,7 +92,7 @@ TEST_F(SimulationCommands, ASceneThatCannotBeLoadedChangesNothing) {
   EXPECT_GT(view().simulated_s, 0.0);
 }
 
-TEST_F(SimulationCommands, WhatIsNoNumberIsRefused) {
+TEST_F(SimulationCommands, RejectsNan) {
   edit([](Settings& s) { s.ball_spin_radps = std::nan(""); });
   EXPECT_TRUE(contains(view().message, "panel: 'nan' is not a finite number; ball.spin_radps takes"));
   EXPECT_EQ(simulation_.settings().ball_spin_radps, 25.0);
@@ -102,7 +102,7 @@ TEST_F(SimulationCommands, WhatIsNoNumberIsRefused) {
   EXPECT_EQ(simulation_.settings().restitution, 0.5);
 }
 
-TEST_F(SimulationCommands, WhatDoesNotFitIsRefused) {
+TEST_F(SimulationCommands, RejectsParcelsThatDoNotFit) {
   advance(2);
   edit([](Settings& s) { s.num_parcels = 1; });  // one parcel would be wider than half the court
   EXPECT_TRUE(contains(view().message, "raise air.num_parcels")) << view().message;
@@ -110,7 +110,7 @@ TEST_F(SimulationCommands, WhatDoesNotFitIsRefused) {
   EXPECT_EQ(simulation_.settings().num_parcels, 500);
 }
 
-// Threads change who computes, not what: the parcels are those of before, to the last bit.
+// A change of threads keeps the parcels bit for bit.
 TEST_F(SimulationCommands, ThreadsKeepTheParcels) {
   advance(20);
   pause();
@@ -124,7 +124,7 @@ TEST_F(SimulationCommands, ThreadsKeepTheParcels) {
   EXPECT_EQ(simulation_.backend().state_hash(), hash);
 }
 
-TEST_F(SimulationCommands, ParcelsComeBackAsManyAsTheyWere) {
+TEST_F(SimulationCommands, NumberOfParcelsIsRestored) {
   edit([](Settings& s) { s.air = Air::vacuum; });
   EXPECT_EQ(view().num_parcels, 0U);
   edit([](Settings& s) { s.air = Air::parcels; });
@@ -140,8 +140,8 @@ TEST_F(SimulationCommands, ResetRepeatsTheRun) {
   EXPECT_EQ(simulation_.backend().state_hash(), hash);
 }
 
-// A launch by hand is the settings' own, so that a run that begins with them is the same.
-TEST_F(SimulationCommands, FlyingStartsAsTheSettingsSay) {
+// A launch by hand is stored in the settings, so that a run that starts with them is the same.
+TEST_F(SimulationCommands, LaunchByHandEqualsOneBySettings) {
   advance(7);
   Commands commands;
   commands.fly = BallLaunch{{9.0, 4.0}, -30.0};
@@ -156,11 +156,11 @@ TEST_F(SimulationCommands, FlyingStartsAsTheSettingsSay) {
   Simulation other(same, make_cpu_backend(1));
   for (int k = 0; k < 5; ++k) other.advance_frame({}, nullptr);
   EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash());
-  ASSERT_EQ(view().old_flights->size(), 1U);  // the one before stays
+  ASSERT_EQ(view().old_flights->size(), 1U);  // the previous one is kept
   EXPECT_EQ(view().old_flights->front().speed_mps, 15.0);
 }
 
-TEST_F(SimulationCommands, FlyingTooFastIsRefused) {
+TEST_F(SimulationCommands, RejectsALaunchThatIsTooFast) {
   Commands commands;
   commands.fly = BallLaunch{{1e9, 0.0}, 0.0};
   advance(1, commands);
@@ -182,7 +182,7 @@ TEST_F(SimulationCommands, NextMethodRepeatsTheLaunch) {
     for (int k = 0; k < 4; ++k) other.advance_frame({}, nullptr);
     EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash()) << static_cast<int>(method);
   }
-  ASSERT_EQ(view().old_flights->size(), 2U);  // the first impulse has given way to the newer
+  ASSERT_EQ(view().old_flights->size(), 2U);  // the newer flight with impulse replaced the first
   for (const FlightRecord& old : *view().old_flights) {
     EXPECT_EQ(old.launch, view().flight_record->launch);
     EXPECT_TRUE(old.energy_drift());
@@ -190,7 +190,7 @@ TEST_F(SimulationCommands, NextMethodRepeatsTheLaunch) {
   }
 }
 
-TEST_F(SimulationCommands, HalfTheStep) {
+TEST_F(SimulationCommands, HalfStepRepeatsTheLaunch) {
   advance(3);
   const double dt_s = view().dt_s;
   Commands half;
@@ -202,7 +202,7 @@ TEST_F(SimulationCommands, HalfTheStep) {
   EXPECT_EQ(view().old_flights->front().launch, view().flight_record->launch);
 }
 
-// Compared flights stay to be looked at: nothing is launched over them.
+// Compared flights stay visible: the ball is not relaunched.
 TEST_F(SimulationCommands, ComparedFlightsAreNotRelaunched) {
   edit([](Settings& s) { s.ball_x_m = 6.0; });
   Commands next;
@@ -217,7 +217,7 @@ TEST_F(SimulationCommands, ComparedFlightsAreNotRelaunched) {
   EXPECT_GT(view().old_flights->size(), 0U);
 }
 
-TEST_F(SimulationCommands, AFlightByHandStays) {
+TEST_F(SimulationCommands, FlightByHandIsNotRelaunched) {
   Commands fly;
   fly.fly = BallLaunch{{-15.0, 0.0}, 0.0};  // out over the near edge
   advance(200, fly);
@@ -230,8 +230,8 @@ TEST_F(SimulationCommands, AFlightByHandStays) {
   EXPECT_FALSE(view().waits);
 }
 
-TEST_F(SimulationCommands, BackIsTheSameStateAsThen) {
-  simulation_.keep_moments();
+TEST_F(SimulationCommands, BackRestoresTheState) {
+  simulation_.keep_checkpoints();
   std::vector<std::uint64_t> hashes = {simulation_.backend().state_hash()};
   for (int frame = 0; frame < 160; ++frame) {
     advance(1);
@@ -245,21 +245,21 @@ TEST_F(SimulationCommands, BackIsTheSameStateAsThen) {
   EXPECT_EQ(simulation_.backend().state_hash(), hashes[120]);  // 160 frames are 2.7 s
   EXPECT_EQ(view().flight_record->points_m.size(), 121U);
   advance(40);
-  EXPECT_EQ(simulation_.backend().state_hash(), hashes[160]);  // and it goes on as it did
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[160]);  // and continues identically
   simulation_.advance_frame(back, nullptr);
   simulation_.advance_frame(back, nullptr);
   EXPECT_EQ(simulation_.backend().state_hash(), hashes[60]);
 }
 
-TEST_F(SimulationCommands, BackNeedsAMoment) {
+TEST_F(SimulationCommands, BackNeedsACheckpoint) {
   Commands back;
   back.back = true;
   advance(3);
   simulation_.advance_frame(back, nullptr);
-  EXPECT_TRUE(contains(view().message, "no moment is kept yet")) << view().message;
+  EXPECT_TRUE(contains(view().message, "there is no checkpoint yet")) << view().message;
 }
 
-TEST_F(SimulationCommands, TimeIsScaledDownToAThousandth) {
+TEST_F(SimulationCommands, KeysScaleTimeDownToAThousandth) {
   Commands slower;
   slower.time_scale_factor = 0.5;
   simulation_.advance_frame(slower, nullptr);
@@ -272,7 +272,7 @@ TEST_F(SimulationCommands, TimeIsScaledDownToAThousandth) {
   EXPECT_DOUBLE_EQ(simulation_.settings().time_scale, 100.0);
 }
 
-TEST_F(SimulationCommands, HoldingStandsStill) {
+TEST_F(SimulationCommands, HoldTakesNoStep) {
   advance(3);
   const std::uint64_t hash = simulation_.backend().state_hash();
   Commands hold;
@@ -282,7 +282,7 @@ TEST_F(SimulationCommands, HoldingStandsStill) {
   EXPECT_FALSE(view().paused);
 }
 
-TEST_F(SimulationCommands, SavedSettingsLoadBackTheSame) {
+TEST_F(SimulationCommands, SavedSettingsReloadUnchanged) {
   TemporaryFolder folder;
   edit([](Settings& s) { s.restitution = 0.123; });
   Commands save;
@@ -295,7 +295,7 @@ TEST_F(SimulationCommands, SavedSettingsLoadBackTheSame) {
   const std::string text = contents_of(folder.path() / "mine.toml");
   edit([](Settings& s) { s.restitution = 0.5; });
   simulation_.advance_frame(save, nullptr);
-  EXPECT_TRUE(contains(view().message, "is there already")) << view().message;
+  EXPECT_TRUE(contains(view().message, "already exists")) << view().message;
   EXPECT_EQ(contents_of(folder.path() / "mine.toml"), text);
 }
 

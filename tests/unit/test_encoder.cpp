@@ -1,4 +1,4 @@
-// Films: what ffmpeg wrote is read back with ffprobe and ffmpeg.
+// Films by ffmpeg, read back with ffprobe and ffmpeg.
 #include "app/encoder.hpp"
 
 #include <gtest/gtest.h>
@@ -46,14 +46,14 @@ std::string first_frame(const std::filesystem::path& file) {
                    "' -frames:v 1 -f rawvideo -pix_fmt gray - 2>/dev/null");
 }
 
-// As GL hands it over: bottom row first. The upper half is white, the lower black.
+// A frame in the row order of GL, bottom row first. The upper half is white, the lower black.
 Bytes white_above(int width, int height) {
   Bytes frame(4U * static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
   for (std::size_t i = frame.size() / 2; i < frame.size(); ++i) frame[i] = 255;
   return frame;
 }
 
-// Sets an environment variable for the life of the object.
+// Sets an environment variable during the lifetime of the object.
 class PathVariable {
  public:
   explicit PathVariable(const std::string& value) : old_(std::getenv("PATH")) {
@@ -73,7 +73,7 @@ class Film : public testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(Film, Mp4HasTheFramesAndTheFormat) {
+TEST_F(Film, Mp4HasFramesAndFormat) {
   const auto file = folder_.path() / "a.mp4";
   Encoder encoder(file, 64, 48, 30.0);
   const Bytes frame = white_above(64, 48);
@@ -83,7 +83,7 @@ TEST_F(Film, Mp4HasTheFramesAndTheFormat) {
   EXPECT_NE(contents_of(file).find("moof"), std::string::npos) << "the film is not fragmented";
 }
 
-TEST_F(Film, BottomRowFirstIsTurnedOver) {
+TEST_F(Film, FlipsRowsOfGl) {
   const auto file = folder_.path() / "a.mp4";
   Encoder encoder(file, 64, 48, 30.0);
   encoder.add_frame(white_above(64, 48));
@@ -103,7 +103,7 @@ TEST_F(Film, OddSizesArePadded) {
   EXPECT_EQ(probe(file), "h264,yuv420p,64,48,60/1,2");
 }
 
-TEST_F(Film, FramesLargerThanTheSocketAndDestructorFinishes) {
+TEST_F(Film, FramesMayExceedTheSocketAndTheDestructorFinishes) {
   const auto file = folder_.path() / "a.mkv";
   {
     Encoder encoder(file, 1280, 720, 60.0);
@@ -113,33 +113,33 @@ TEST_F(Film, FramesLargerThanTheSocketAndDestructorFinishes) {
   EXPECT_EQ(probe(file), "h264,yuv420p,1280,720,60/1,3");
 }
 
-TEST_F(Film, NamesWithColonQuoteAndDashAreNames) {
+TEST_F(Film, AcceptsNamesWithColonQuoteAndDash) {
   const auto old = std::filesystem::current_path();
   std::filesystem::current_path(folder_.path());
   {
     Encoder encoder("-a:b $(x);.mp4", 16, 16, 10.0);
     for (int i = 0; i < 3; ++i)
-      encoder.add_frame(white_above(16, 16));  // of one frame, ffprobe guesses the rate
+      encoder.add_frame(white_above(16, 16));  // with one frame, ffprobe guesses the rate
     encoder.finish();
   }
   std::filesystem::current_path(old);
   EXPECT_EQ(probe(folder_.path() / "-a:b $(x);.mp4"), "h264,yuv420p,16,16,10/1,3");
 }
 
-TEST_F(Film, FinishTwiceIsHarmless) {
+TEST_F(Film, FinishMayBeCalledTwice) {
   Encoder encoder(folder_.path() / "a.mp4", 16, 16, 10.0);
   encoder.add_frame(white_above(16, 16));
   encoder.finish();
   EXPECT_NO_THROW(encoder.finish());
 }
 
-// ffmpeg cannot write into a folder that has gone: it dies, and the next frames must neither raise SIGPIPE
-// nor be taken silently.
-TEST_F(Film, DeathOfFfmpegIsReportedWithItsWords) {
+// ffmpeg dies because it cannot write into a missing folder. The next frames must neither raise SIGPIPE nor
+// be accepted silently.
+TEST_F(Film, ReportsTheErrorsOfADeadFfmpeg) {
   struct sigaction deadly = {}, before = {}, after = {};
   deadly.sa_handler = SIG_DFL;
   ASSERT_EQ(::sigaction(SIGPIPE, &deadly, &before), 0);
-  std::filesystem::create_directory(folder_.path() / "a.mp4");  // a folder where the film should go
+  std::filesystem::create_directory(folder_.path() / "a.mp4");  // a folder with the film's name
   Encoder encoder(folder_.path() / "a.mp4", 640, 480, 60.0);
   const Bytes frame = white_above(640, 480);
   std::string message;
@@ -154,16 +154,16 @@ TEST_F(Film, DeathOfFfmpegIsReportedWithItsWords) {
   EXPECT_THROW(encoder.add_frame(frame), DeviceError);
   EXPECT_NO_THROW(encoder.finish());
   ASSERT_EQ(::sigaction(SIGPIPE, &before, &after), 0);
-  EXPECT_EQ(after.sa_handler, SIG_DFL) << "the encoder touched the handler";
+  EXPECT_EQ(after.sa_handler, SIG_DFL) << "the encoder changed the handler";
 }
 
-TEST_F(Film, FinishReportsFailureToo) {
+TEST_F(Film, FinishReportsFailure) {
   std::filesystem::create_directory(folder_.path() / "a.mkv");
   Encoder encoder(folder_.path() / "a.mkv", 16, 16, 60.0);
   EXPECT_THROW(encoder.finish(), DeviceError);
 }
 
-TEST_F(Film, WrongEndingAndMissingFolderAreRefused) {
+TEST_F(Film, RejectsWrongEndingAndMissingFolder) {
   EXPECT_THROW(Encoder(folder_.path() / "a.avi", 16, 16, 60.0), UserError);
   try {
     Encoder encoder(folder_.path() / "none" / "a.mp4", 16, 16, 60.0);
@@ -185,8 +185,8 @@ TEST(FfmpegMissing, IsSaid) {
   }
 }
 
-// A program that fails at once: its words reach the message, its exit status is not lost.
-TEST(FfmpegFailing, LastWordsAreKept) {
+// If ffmpeg fails at once, the message contains its errors.
+TEST(FfmpegFailing, ErrorsAreReported) {
   TemporaryFolder folder;
   const auto program =
       folder.write("ffmpeg", "#!/bin/sh\necho first >&2\necho the encoder is gone >&2\nexit 3\n");
@@ -203,7 +203,7 @@ TEST(FfmpegFailing, LastWordsAreKept) {
   }
 }
 
-// An ffmpeg that encodes with h264_nvenc if told so, and writes down what it was asked for.
+// A fake ffmpeg that logs its arguments, and that accepts h264_nvenc if has_nvenc.
 std::string encoder_chosen(bool has_nvenc, const TemporaryFolder& folder) {
   const std::string asked = (folder.path() / "asked").string();
   const auto program =
@@ -220,7 +220,7 @@ std::string encoder_chosen(bool has_nvenc, const TemporaryFolder& folder) {
   return encoder.name();
 }
 
-TEST(FfmpegEncoder, IsNvencWhereATrialWorks) {
+TEST(FfmpegEncoder, IsNvencIfATrialSucceeds) {
   TemporaryFolder with, without;
   EXPECT_EQ(encoder_chosen(true, with), "h264_nvenc");
   EXPECT_EQ(encoder_chosen(false, without), "libx264");

@@ -1,4 +1,4 @@
-// The queue between the run and its film: order, repeats, what happens when it is full and when it breaks.
+// The queue between the run and its film: order, repeats, a full queue, failures.
 #include "app/film_writer.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Taken {
   std::vector<int> frames;  // first byte of each
   bool finished = false;
   int fail_at = -1;                // the frame that cannot be written
-  std::shared_future<void> go_on;  // waited for before each frame, if valid
+  std::shared_future<void> go_on;  // if valid, each frame waits for it
 };
 
 class RecordingSink final : public FrameSink {
@@ -56,13 +56,13 @@ TEST(FilmWriter, KeepsOrderAndRepeats) {
   EXPECT_TRUE(taken->finished);
 }
 
-TEST(FilmWriter, RefusesWhenFullAndTakesAgainLater) {
+TEST(FilmWriter, RefusesWhenFullAndAcceptsLater) {
   const auto taken = std::make_shared<Taken>();
   std::promise<void> gate;
   taken->go_on = gate.get_future().share();
   {
     FilmWriter writer(std::make_unique<RecordingSink>(taken), 3);
-    // Each of the three buffers is either waiting or in the writer's hand.
+    // Each of the three buffers is either waiting or being written.
     for (int i = 0; i < 3; ++i) EXPECT_TRUE(writer.add(frame(i), 1, FilmWriter::WhenFull::refuse));
     EXPECT_FALSE(writer.add(frame(3), 1, FilmWriter::WhenFull::refuse));
     gate.set_value();
@@ -71,7 +71,7 @@ TEST(FilmWriter, RefusesWhenFullAndTakesAgainLater) {
   EXPECT_EQ(taken->frames, (std::vector<int>{0, 1, 2, 4}));
 }
 
-TEST(FilmWriter, FailureIsKeptLossesCountedAndNobodyWaits) {
+TEST(FilmWriter, FailureIsReportedAndLossesAreCounted) {
   const auto taken = std::make_shared<Taken>();
   taken->fail_at = 2;
   FilmWriter writer(std::make_unique<RecordingSink>(taken), 2);
@@ -86,7 +86,7 @@ TEST(FilmWriter, FailureIsKeptLossesCountedAndNobodyWaits) {
   EXPECT_FALSE(taken->finished);
 }
 
-TEST(FilmWriter, AFailureLetsGoOfWhatWaits) {
+TEST(FilmWriter, FailureReleasesWaitingFrames) {
   const auto taken = std::make_shared<Taken>();
   taken->fail_at = 0;
   std::promise<void> gate;
@@ -103,8 +103,8 @@ TEST(FilmWriter, AFailureLetsGoOfWhatWaits) {
   for (const auto& keeper : keepers) EXPECT_TRUE(keeper.expired());
 }
 
-// What GL reads into must not be written to again before a frame has gone, and must be afterwards.
-TEST(FilmWriter, MemoryIsHeldUntilItIsWrittenAndNoLonger) {
+// A frame's memory must be held until it is written, and released afterwards.
+TEST(FilmWriter, MemoryIsHeldExactlyUntilItIsWritten) {
   const auto taken = std::make_shared<Taken>();
   std::promise<void> gate;
   taken->go_on = gate.get_future().share();
@@ -138,7 +138,7 @@ TEST(RawFrames, HasTheTopRowFirst) {
   EXPECT_EQ(contents_of(file), std::string("\5\6\7\10\1\2\3\4"));
 }
 
-TEST(RawFrames, AFullDiskIsNamed) {
+TEST(RawFrames, ReportsAFullDisk) {
   if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
   RawFrames raw("/dev/full", 1);
   try {

@@ -1,4 +1,4 @@
-// Flights beside each other: how far they are apart, and what the same launch would do without parcels.
+// Comparison of flights: their distance, and the same launch without parcels.
 #include "app/flight.hpp"
 
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ FlightRecord straight(double y, double rise, double every_s, double until_s) {
   return flight;
 }
 
-TEST(FlightDistance, IsTakenAtTheSameTimes) {
+TEST(FlightDistance, ComparesEqualTimes) {
   const auto distance = distance_between(straight(0.0, 0.0, 0.1, 2.0), straight(0.5, 0.25, 0.07, 1.4));
   ASSERT_TRUE(distance);
   EXPECT_NEAR(distance->until_s, 1.4, 1e-9);
@@ -29,14 +29,14 @@ TEST(FlightDistance, IsTakenAtTheSameTimes) {
   EXPECT_NEAR(distance->largest_m, distance->at_end_m, 1e-6);
 }
 
-TEST(FlightDistance, LargestNeedNotBeTheEnd) {
+TEST(FlightDistance, LargestMayPrecedeTheEnd) {
   const auto distance = distance_between(straight(0.0, 0.0, 0.1, 2.0), straight(-1.0, 1.0, 0.1, 1.0));
   ASSERT_TRUE(distance);
   EXPECT_NEAR(distance->at_end_m, 0.0, 1e-6);
   EXPECT_NEAR(distance->largest_m, 1.0, 1e-6);
 }
 
-TEST(FlightDistance, NothingToCompare) {
+TEST(FlightDistance, IsEmptyWithoutAPath) {
   EXPECT_FALSE(distance_between(straight(0.0, 0.0, 0.1, 1.0), FlightRecord{}));
 }
 
@@ -50,7 +50,7 @@ TEST(FlightRecord, EnergyDriftNeedsAnUndisturbedEnd) {
   EXPECT_FALSE(flight.energy_drift());
 }
 
-TEST(Ghost, VacuumWithoutSpinIsAStraightLineOutOfTheCourt) {
+TEST(Ghost, VacuumWithoutSpinIsAStraightLine) {
   Settings s = test::court(100);
   s.ball_spin_radps = 0.0;
   const auto path = ghost_path(s, Air::vacuum);
@@ -61,18 +61,18 @@ TEST(Ghost, VacuumWithoutSpinIsAStraightLineOutOfTheCourt) {
 }
 
 // A circle of radius v / (k_M omega / m) = 15 / (0.0005 * 25 / 0.026) = 31.2 m about a point above the start.
-TEST(Ghost, SpinBendsTheVacuumsPathToACircle) {
+TEST(Ghost, SpinBendsTheVacuumPathToACircle) {
   const auto path = ghost_path(test::court(100), Air::vacuum);
   for (const Vec2f& point : path) EXPECT_NEAR(std::hypot(point.x + 6.4, point.y + 1.4 - 31.2), 31.2, 1e-4);
 }
 
-// Drag slows, so that the same spin has more time to bend.
+// Drag slows the ball, so that the same spin has more time to bend its path.
 TEST(Ghost, DragBendsMore) {
   EXPECT_GT(ghost_path(test::court(100), Air::drag).back().y,
             ghost_path(test::court(100), Air::vacuum).back().y + 0.1F);
 }
 
-TEST(Ghost, OnlyOfWhatTheSettingsAreNot) {
+TEST(Ghost, OmitsTheSettingsOwnAir) {
   Settings s = test::court(100);
   EXPECT_EQ(ghosts_of(s).size(), 2U);
   s.air = Air::drag;
@@ -83,41 +83,41 @@ TEST(Ghost, OnlyOfWhatTheSettingsAreNot) {
   EXPECT_TRUE(ghosts_of(s).empty());
 }
 
-Checkpoint moment_at(double shown_s, std::size_t num_parcels) {
+Checkpoint checkpoint_at(double shown_s, std::size_t num_parcels) {
   Checkpoint moment;
   moment.shown_s = shown_s;
   moment.parcels.position.resize(num_parcels);
   return moment;
 }
 
-TEST(Checkpoints, ASecondApartAndEightAtMost) {
-  Checkpoints moments;
+TEST(Checkpoints, KeepsAtMostEightASecondApart) {
+  Checkpoints checkpoints;
   for (double t = 0.0; t < 20.0; t += 0.25) {
-    if (moments.is_due(t, 10)) moments.keep(moment_at(t, 10));
+    if (checkpoints.is_due(t, 10)) checkpoints.keep(checkpoint_at(t, 10));
   }
-  EXPECT_EQ(moments.size(), 8U);
-  EXPECT_EQ(moments.back_from(19.75)->shown_s, 19.0);
+  EXPECT_EQ(checkpoints.size(), 8U);
+  EXPECT_EQ(checkpoints.back_from(19.75)->shown_s, 19.0);
 }
 
-TEST(Checkpoints, EachJumpGoesFurtherBackDownToTheOldest) {
-  Checkpoints moments;
-  for (double t : {0.0, 1.0, 2.0}) moments.keep(moment_at(t, 10));
-  EXPECT_EQ(moments.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
-  EXPECT_EQ(moments.back_from(1.0)->shown_s, 0.0);
-  EXPECT_EQ(moments.back_from(0.0)->shown_s, 0.0);
-  moments.clear();
-  EXPECT_EQ(moments.back_from(3.0), nullptr);
+TEST(Checkpoints, EachJumpGoesFurtherBack) {
+  Checkpoints checkpoints;
+  for (double t : {0.0, 1.0, 2.0}) checkpoints.keep(checkpoint_at(t, 10));
+  EXPECT_EQ(checkpoints.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
+  EXPECT_EQ(checkpoints.back_from(1.0)->shown_s, 0.0);
+  EXPECT_EQ(checkpoints.back_from(0.0)->shown_s, 0.0);
+  checkpoints.clear();
+  EXPECT_EQ(checkpoints.back_from(3.0), nullptr);
 }
 
-TEST(Checkpoints, MemoryBoundsThem) {
-  const Checkpoints moments(3 * Checkpoints::bytes_of(1000) + 1);
-  EXPECT_EQ(moments.most(1000), 3U);
-  EXPECT_EQ(moments.most(4000), 0U);
-  EXPECT_FALSE(moments.is_due(0.0, 4000));
-  // A gigabyte holds 8 moments of up to 7.8 million parcels and one of 62 million.
-  EXPECT_EQ(Checkpoints().most(7'800'000), 8U);
-  EXPECT_EQ(Checkpoints().most(62'000'000), 1U);
-  EXPECT_EQ(Checkpoints().most(63'000'000), 0U);
+TEST(Checkpoints, MemoryLimitsTheirNumber) {
+  const Checkpoints checkpoints(3 * Checkpoints::bytes_of(1000) + 1);
+  EXPECT_EQ(checkpoints.max_count(1000), 3U);
+  EXPECT_EQ(checkpoints.max_count(4000), 0U);
+  EXPECT_FALSE(checkpoints.is_due(0.0, 4000));
+  // A gigabyte holds 8 checkpoints of up to 7.8 million parcels, and one of 62 million.
+  EXPECT_EQ(Checkpoints().max_count(7'800'000), 8U);
+  EXPECT_EQ(Checkpoints().max_count(62'000'000), 1U);
+  EXPECT_EQ(Checkpoints().max_count(63'000'000), 0U);
 }
 
 }  // namespace

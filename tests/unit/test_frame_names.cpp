@@ -1,4 +1,4 @@
-// Single frames: their names, and what --record makes of them.
+// Names of single frames, and their use by --record.
 #include "app/frame_names.hpp"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ std::string refusal(const std::string& value) {
   return "accepted";
 }
 
-TEST(FrameNames, PatternsAreTold) {
+TEST(FrameNames, RecognisesPatterns) {
   for (const char* name : {"%05d.png", "a/%d.png", "a/b-%09d-c.PNG", "/%03d.png"}) {
     EXPECT_TRUE(is_frame_pattern(name)) << name;
   }
@@ -34,23 +34,23 @@ TEST(FrameNames, PatternsAreTold) {
   }
 }
 
-TEST(FrameNames, NumbersAreFilledIn) {
+TEST(FrameNames, InsertsNumbers) {
   EXPECT_EQ(frame_file("a/%05d.png", 0), "a/00000.png");
   EXPECT_EQ(frame_file("a/%05d.png", 123456), "a/123456.png");
   EXPECT_EQ(frame_file("x-%03d-y.png", 7), "x-007-y.png");
   EXPECT_EQ(frame_file("%d.png", 42), "42.png");
 }
 
-TEST(FrameNames, FolderBesideTheFilm) {
+TEST(FrameNames, DerivesTheFramesFolderFromTheFilm) {
   EXPECT_EQ(frames_instead_of("out/flight.mp4"), "out/flight_frames/%05d.png");
   EXPECT_EQ(frames_instead_of("a.b.mkv"), "a.b_frames/%05d.png");
 }
 
-TEST(FrameNames, RecordTakesAPatternWhoseFolderCanBeMade) {
+TEST(FrameNames, RecordAcceptsAPatternInANewFolder) {
   TemporaryFolder folder;
   const std::string in_new = (folder.path() / "new" / "%05d.png").string();
   EXPECT_EQ(recorded(in_new), in_new);
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "new")) << "reading the command line left something";
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "new")) << "reading the command line created a folder";
   EXPECT_EQ(recorded((folder.path() / "%05d.png").string()), folder.path() / "%05d.png");
   EXPECT_NE(refusal((folder.path() / "no" / "new" / "%05d.png").string()).find("does not exist"),
             std::string::npos);

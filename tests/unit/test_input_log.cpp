@@ -1,4 +1,4 @@
-// The log of a run, and the same flight from it.
+// The log of a run, and its replay.
 #include "app/input_log.hpp"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace pf::test {
 namespace {
 
-TEST(InputLog, TheSameFlightAgain) {
+TEST(InputLog, ReplayGivesTheSameFlight) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   const std::uint64_t hash = fly_logged(file, 0, make_cpu_backend(2));
@@ -34,11 +34,11 @@ Commands launches_at(int frame) {
   return commands;
 }
 
-TEST(InputLog, LaunchesByHandAgain) {
+TEST(InputLog, ReplaysLaunchesByHand) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   Simulation simulation(court(500), make_cpu_backend(2));
-  simulation.keep_moments();
+  simulation.keep_checkpoints();
   InputLog log(simulation, "cpu");
   log.open(file);
   for (int frame = 0; frame < 45; ++frame) {
@@ -53,15 +53,15 @@ TEST(InputLog, LaunchesByHandAgain) {
   EXPECT_EQ(flown.report["same"], true) << flown.summary;
 }
 
-// A film may begin at any time; its log has all from the start.
-TEST(InputLog, BegunLaterItHoldsTheWholeFlight) {
+// A film may start at any time. Its log contains the whole flight.
+TEST(InputLog, OpenedLaterItHoldsTheWholeFlight) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   const std::uint64_t hash = fly_logged(file, 33, make_cpu_backend(2));
   EXPECT_EQ(fly_again(file, make_cpu_backend(2)).hash, hash);
 }
 
-TEST(InputLog, OneLineChangedDivergesAtTheNextState) {
+TEST(InputLog, ChangedLineDivergesAtTheNextState) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   fly_logged(file, 0, make_cpu_backend(2));
@@ -76,8 +76,8 @@ TEST(InputLog, OneLineChangedDivergesAtTheNextState) {
   EXPECT_NE(flown.summary.find("diverged: frame 69"), std::string::npos) << flown.summary;
 }
 
-// Without its end, as a program that was killed leaves it.
-TEST(InputLog, CutShortItStillPlays) {
+// A killed program leaves a log without its end.
+TEST(InputLog, TruncatedLogStillPlays) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   fly_logged(file, 0, make_cpu_backend(2));
@@ -88,7 +88,7 @@ TEST(InputLog, CutShortItStillPlays) {
   EXPECT_EQ(flown.report["same"], true);
 }
 
-TEST(InputLog, WhatIsNoLogIsRefused) {
+TEST(InputLog, RejectsFilesThatAreNotLogs) {
   TemporaryFolder folder;
   const std::string head = "scene = \"x\"\nsettings = [\"air.num_parcels = 5\"]\n[[frame]]\n";
   const std::vector<std::pair<std::string, std::string>> wrong = {
@@ -99,7 +99,7 @@ TEST(InputLog, WhatIsNoLogIsRefused) {
       {head + "number = 1\npress = [\"rest\"]\n", "the nearest is reset"},
       {head + "number = 1\nset = [\"air.restitution = 3\"]\n", "is out of range"},
       {head + "number = 1\nset = [\"air.restituton = 1\"]\n", "the nearest is air.restitution"},
-      {head + "number = 5\n[[frame]]\nnumber = 4\n", "in their order"},
+      {head + "number = 5\n[[frame]]\nnumber = 4\n", "sort the frames"},
       {head + "number = 1\nhash = 5\n", "hash takes a text"},
       {head + "number = 1\nfly = [1.0, 2.0]\n", "fly takes velocity and spin"},
       {head + "number = 1\nfly = [1.0, 2.0, inf]\n", "fly takes finite numbers"},

@@ -1,4 +1,4 @@
-// What the panel says about the run's accuracy, and steps of `spring` beyond their stability bound.
+// The panel's figures of accuracy, and steps of `spring` beyond their stability bound.
 #include "app/live_accuracy.hpp"
 
 #include <gtest/gtest.h>
@@ -41,7 +41,7 @@ struct Followed {
 
 // An elastic gas with walls, 2000 discs, some 14,000 collisions: the rate is Enskog's within 4 standard
 // errors (1 / sqrt(14000) = 0.8 %) and the 0.4 % by which 2000 discs between walls differ.
-TEST(LiveAccuracy, ExactGasIsAtEnskogsRateAndKeepsItsEnergy) {
+TEST(LiveAccuracy, ExactGasHasEnskogsRateAndConservesEnergy) {
   Settings settings = gas(2000, 0.2);
   settings.method = Method::exact;
   Followed run(settings);
@@ -68,7 +68,7 @@ TEST(LiveAccuracy, LongStepsMissCollisionsAndOverlap) {
   EXPECT_GT(std::fabs(r.rate_over_enskog - 1.0), 4.0 * r.rate_error);
 }
 
-TEST(LiveAccuracy, BeginsAnewWithWhatMattersOnly) {
+TEST(LiveAccuracy, RestartsOnlyOnRelevantChanges) {
   Followed run(gas(500, 0.2));
   run.frames(5);
   run.measure();
@@ -77,14 +77,14 @@ TEST(LiveAccuracy, BeginsAnewWithWhatMattersOnly) {
   Settings slower = run.simulation.settings();
   slower.time_scale *= 0.5;
   run.frames(1, changing(slower));
-  EXPECT_EQ(run.accuracy.readout().simulated_s, before_s) << "kept until the next measurement";
+  EXPECT_EQ(run.accuracy.readout().simulated_s, before_s) << "unchanged until the next measurement";
   Settings other = slower;
   other.method = Method::spring;
   run.frames(1, changing(other));
   EXPECT_EQ(run.accuracy.readout().simulated_s, 0.0);
 }
 
-// Relative coordinate of a pair in contact under the constants that the method steps with.
+// Relative coordinate of a pair in contact, with the constants of the method's steps.
 double growth_of_spring(double restitution, double contact_s, double dt_s) {
   Settings settings = gas(2, 0.01);
   settings.restitution = restitution;
@@ -98,7 +98,7 @@ double growth_of_spring(double restitution, double contact_s, double dt_s) {
   return std::fabs(x);
 }
 
-TEST(SpringStep, LimitIsWhereAPairInContactBeginsToGrow) {
+TEST(SpringStep, APairGrowsExactlyBeyondTheLimit) {
   for (const double restitution : {1.0, 0.9, 0.3, 0.0}) {
     const double contact_s = 0.02;
     const double limit_s = spring_step_limit_s(spring_contact_rates(restitution, contact_s));
@@ -108,7 +108,7 @@ TEST(SpringStep, LimitIsWhereAPairInContactBeginsToGrow) {
   EXPECT_NEAR(spring_step_limit_s(spring_contact_rates(1.0, 0.02)), 2.0 * 0.02 / kPi, 1e-15);
 }
 
-TEST(SpringStep, BeyondItsBoundIsRefusedUnlessForced) {
+TEST(SpringStep, RejectsStepsBeyondTheLimitUnlessForced) {
   Settings s = gas(100);
   s.method = Method::spring;
   s.spring_contact_s = 0.05;
@@ -132,7 +132,7 @@ TEST(SpringStep, BeyondItsBoundIsRefusedUnlessForced) {
   }
 }
 
-// A step that is chosen resolves the contact that is set.
+// A chosen step resolves a given contact duration.
 TEST(SpringStep, ChosenStepIsATwentiethOfTheContact) {
   Settings s = gas(100);
   s.method = Method::spring;
@@ -143,7 +143,7 @@ TEST(SpringStep, ChosenStepIsATwentiethOfTheContact) {
   EXPECT_LE(plan_frame(s, physics, {}).dt_s, 1e-4 / 20.0 * (1.0 + 1e-12));
 }
 
-TEST(SpringStep, InTheRunTheChangeIsRefusedWithItsReason) {
+TEST(SpringStep, RejectsSuchAChangeInARun) {
   Settings s = gas(100);
   s.spring_contact_s = 0.02;
   Simulation run(s, make_cpu_backend(1));

@@ -1,4 +1,4 @@
-// Memory needed against memory there.
+// Needed and available memory.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -20,10 +20,10 @@ std::string refusal(std::int64_t num_parcels, std::uint64_t needed, std::uint64_
   return "accepted";
 }
 
-// The law is what the backend itself holds after a step, at any density, method and number of threads, and
-// not much more: twice at most, where cells are few (a dense gas), slices of the sort are not all used, or a
-// step of `exact` has little to undo.
-TEST(Memory, LawHoldsForTheBackend) {
+// The bound covers the memory of the backend after a step, for any density, method and number of threads. It
+// is at most twice that memory: with few cells (a dense gas), unused slices of the sort, or little backup of
+// a step of `exact`.
+TEST(Memory, BoundHoldsForTheBackend) {
   for (const Method method : {Method::impulse, Method::exact}) {
     for (const double area_fraction : {0.01, 0.1, 0.5}) {
       for (const unsigned threads : {1U, 2U, 6U}) {
@@ -47,7 +47,7 @@ TEST(Memory, RefusalNamesBothFigures) {
       "most about 4.8e+07 parcels (-p)");
 }
 
-TEST(Memory, AvailableIsReadFromTheKernelsTable) {
+TEST(Memory, ReadsAvailableMemoryFromProc) {
   TemporaryFolder folder;
   const auto table = folder.write("meminfo",
                                   "MemTotal:       32000000 kB\nMemFree:        1000 kB\n"

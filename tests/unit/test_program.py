@@ -1,8 +1,8 @@
 #!/usr/bin/python3
-"""Jobs of the whole program that leave files: the sweep, films without ffmpeg, whole frames timed.
+"""Jobs of the whole program that write files: the sweep, films without ffmpeg, timing of whole frames.
 
 test_program.py PROGRAM sweep|sweep_stopped|frames|frames_without_ffmpeg|bench_clocks|bench_recording
-exit 0: as it should be, 1: not, 77: nothing can be drawn here
+exit code 0: passed, 1: failed, 77: skipped, since nothing can be drawn
 """
 import json
 import math
@@ -45,28 +45,28 @@ def sweep(folder):
     require(result["complete"] is True, "complete is not true")
     series = {entry["name"]: entry for entry in result["series"]}
     for name in CPU_SERIES:
-        require(name in series and name in done.stdout, f"no series '{name}'")
+        require(name in series and name in done.stdout, f"series '{name}' is missing")
         require(len(series[name]["points"]) == 1, f"{name}: {len(series[name]['points'])} points")
         point = series[name]["points"][0]
         require(point["num_parcels"] == 1000 and not point["extrapolated"], f"{name}: {point}")
         require(point["frames"] == 60 and point["warmup_frames"] == 10, f"{name}: {point}")
         parts = [point[f"{part}_ms"] for part in ("physics", "render", "overhead")]
         require(min(parts) > 0, f"{name}: a part costs nothing: {parts}")
-        # The three parts are the frame, up to rounding.
+        # The three parts add up to the frame.
         require(math.isclose(sum(parts), point["frame_ms"], rel_tol=1e-9), f"{name}: parts {parts} of {point}")
         shares = [point[f"{part}_percent"] for part in ("physics", "render", "overhead")]
         require(math.isclose(sum(shares), 100.0, rel_tol=1e-9), f"{name}: shares {shares}")
         require(math.isclose(point["total_ms"], 60 * point["frame_ms"], rel_tol=1e-9), f"{name}: {point}")
-        # Positions, velocities and ids alone are 20 bytes a parcel; a program without 10 MB does not draw.
+        # Positions, velocities and ids take 20 bytes a parcel. A program that draws needs over 10 MB.
         require(point["parcel_memory_bytes"] >= 20_000 and point["process_peak_bytes"] > 10_000_000, f"{name}: {point}")
     gone = {entry["name"]: entry["reason"] for entry in result["skipped"]}
     for name in ("CUDA, all-pairs", "CUDA, grid"):
-        require((name in series) != (name in gone), f"{name} is neither measured nor said to be skipped")
+        require((name in series) != (name in gone), f"{name} is neither measured nor reported as skipped")
         require(name in series or gone[name], f"{name}: no reason")
 
 
 def sweep_stopped(folder):
-    """Ctrl-C after the first point: it stays, what follows is not there, and nothing keeps running."""
+    """Ctrl-C after the first point keeps it, adds no others, and leaves no process."""
     file = folder / "s.json"
     child = subprocess.Popen([PROGRAM, "bench", "--sweep", "--json", file], cwd=folder, text=True,
                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
@@ -82,16 +82,16 @@ def sweep_stopped(folder):
     skip_without_gl(text)
     require(child.returncode == 1 and "stopped" in text, f"exit code {child.returncode}: {text}")
     result = json.loads(file.read_text())
-    require(result["complete"] is False, "an unfinished sweep calls itself complete")
-    require(result["series"][0]["points"][0]["num_parcels"] == 1000, "the finished point is not there")
-    require(sum(len(entry["points"]) for entry in result["series"]) < 16, "was not stopped")
+    require(result["complete"] is False, "an unfinished sweep is marked complete")
+    require(result["series"][0]["points"][0]["num_parcels"] == 1000, "the finished point is missing")
+    require(sum(len(entry["points"]) for entry in result["series"]) < 16, "the sweep continued")
 
 
 def check_frames(frames, width, height):
-    """Whole PNG files of this size that are not all of one colour."""
+    """Checks for complete, different PNG files of this size with some content."""
     for file in frames:
         data = file.read_bytes()
-        require(data[:8] == b"\x89PNG\r\n\x1a\n" and data[-8:-4] == b"IEND", f"{file} is no whole PNG")
+        require(data[:8] == b"\x89PNG\r\n\x1a\n" and data[-8:-4] == b"IEND", f"{file} is not a complete PNG")
         require(struct.unpack(">II", data[16:24]) == (width, height), f"{file} has another size")
         require(len(data) > 2000, f"{file} shows nothing: {len(data)} bytes")
     require(len({zlib.crc32(file.read_bytes()) for file in frames}) == len(frames), "frames repeat")
@@ -106,7 +106,7 @@ def frames(folder):
         (folder / "f" / name).write_text("old")
     done = run([*FIVE_FRAMES, "--record", "f/%03d.png"], folder)
     require(done.returncode == 0, done.stderr)
-    require("ffmpeg" not in done.stderr, f"speaks of ffmpeg: {done.stderr}")
+    require("ffmpeg" not in done.stderr, f"mentions ffmpeg: {done.stderr}")
     names = sorted(file.name for file in (folder / "f").iterdir())
     require(names == ["000.png", "001.png", "002.png", "003.png", "004.png", "009.png"], f"left: {names}")
     check_frames([folder / "f" / name for name in names[:5]], 320, 180)
@@ -116,9 +116,9 @@ def frames_without_ffmpeg(folder):
     bare = dict(os.environ, PATH=str(folder))
     done = run([*FIVE_FRAMES, "--record", "flight.mp4"], folder, env=bare)
     require(done.returncode == 0, done.stderr)
-    require(done.stderr.count("no ffmpeg on the PATH") == 1, f"not said once: {done.stderr}")
-    require("flight_frames/%05d.png" in done.stderr, f"does not say where: {done.stderr}")
-    require(not (folder / "flight.mp4").exists(), "an empty film was left")
+    require(done.stderr.count("no ffmpeg on the PATH") == 1, f"not one message: {done.stderr}")
+    require("flight_frames/%05d.png" in done.stderr, f"the message lacks the folder: {done.stderr}")
+    require(not (folder / "flight.mp4").exists(), "an empty film was written")
     found = sorted((folder / "flight_frames").iterdir())
     require([file.name for file in found] == [f"{i:05d}.png" for i in range(5)], f"left: {found}")
     check_frames(found, 320, 180)
@@ -128,7 +128,7 @@ TIMED_FRAMES = ["bench", "--frames", "40", "-p", "500", "--scene", "court"]
 
 
 def bench_clocks(folder):
-    """What draws, by the host's clock and by GL's: there, positive, within the frame of the same run."""
+    """Times of drawing by the clocks of host and GL exist, are positive, and are shorter than the frame."""
     reports = {}
     for name, words in (("plain", []), ("panel", ["--panel"])):
         done = run([*TIMED_FRAMES, "--size", "640x480", *words, "--json", f"{name}.json"], folder)
@@ -142,13 +142,13 @@ def bench_clocks(folder):
             require(gpu is not None and 0 < gpu < whole, f"{name} {part}: {gpu} ms of GL in a frame of {whole}")
             require(report["gpu_ms"][part]["p99"] < 1e4, f"{name} {part}: {report['gpu_ms'][part]}")
     require(reports["plain"]["state_hash"] == reports["panel"]["state_hash"], "the panel changes the flight")
-    # The panel has many times the letters of the overlay, which both have.
+    # The panel has many times the letters of the overlay, which is in both runs.
     more = reports["panel"]["host_ms"]["panel"]["median"] / reports["plain"]["host_ms"]["panel"]["median"]
     require(more > 1.1, f"the panel is not drawn: {more:.2f} times the cost")
 
 
 def bench_recording(folder):
-    """Without and with a film in one command; the sink has every frame."""
+    """Times frames without and with a film in one command. The film has every frame."""
     small = ["--size", "320x180", "--json", "r.json"]
     done = run([*TIMED_FRAMES, *small, "--record", "film.rgb"], folder)
     require(done.returncode == 0, done.stderr)
@@ -156,14 +156,14 @@ def bench_recording(folder):
     require(cost["ratio"] > 0 and math.isclose(cost["ratio"], cost["frame_ms_with"] / cost["frame_ms_without"]),
             f"ratio: {cost}")
     require(cost["film_frames"] == 40 and cost["dropped"] == 0, f"frames: {cost}")
-    require((folder / "film.rgb").stat().st_size == 40 * 320 * 180 * 4, "the sink has not every frame")
+    require((folder / "film.rgb").stat().st_size == 40 * 320 * 180 * 4, "frames are missing in the file")
     require(cost["write_ms_per_frame"] > 0 and cost["encoder"] == "raw", f"writing: {cost}")
     require(f"ratio {cost['ratio']:.3f}" in done.stdout, f"not in the table: {done.stdout}")
     done = run([*TIMED_FRAMES, *small, "--record", "/dev/null"], folder)
     require(done.returncode == 0, done.stderr)
     cost = json.loads((folder / "r.json").read_text())["recording"]
-    require(cost["film_frames"] == 40 and cost["dropped"] == 0 and cost["ratio"] > 0, f"forgotten frames: {cost}")
-    require(not pathlib.Path("/dev/null.toml").exists(), "a log was left beside /dev/null")
+    require(cost["film_frames"] == 40 and cost["dropped"] == 0 and cost["ratio"] > 0, f"dropped frames: {cost}")
+    require(not pathlib.Path("/dev/null.toml").exists(), "a log was written beside /dev/null")
 
 
 with tempfile.TemporaryDirectory(prefix="pf_test_") as name:

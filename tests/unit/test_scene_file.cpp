@@ -1,4 +1,4 @@
-// Scene files: reading, refusing, writing, and the scenes that ship.
+// Scene files: reading, errors, writing, and the shipped scenes.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -30,7 +30,7 @@ std::string message_of(Call call) {
 class SceneFile : public testing::Test {
  protected:
   Settings load(const std::string& text) { return load_scene_file(folder_.write("s.toml", text)); }
-  // The refusal of a file with this text, without the name of its folder.
+  // The error for a file with this text, without the name of its folder.
   std::string refusal(const std::string& text) {
     const std::string message = message_of([&] { load(text); });
     const std::size_t at = message.find("s.toml");
@@ -40,7 +40,7 @@ class SceneFile : public testing::Test {
   TemporaryFolder folder_;
 };
 
-// Sets PICKLEFLIGHT_ASSETS for the life of the object.
+// Sets PICKLEFLIGHT_ASSETS during the lifetime of the object.
 class AssetsVariable {
  public:
   explicit AssetsVariable(const std::filesystem::path& folder) {
@@ -67,7 +67,7 @@ TEST_F(SceneFile, ReadsValuesOverTheBase) {
   EXPECT_EQ(read, expected);
 }
 
-TEST_F(SceneFile, TakesNameAndDescription) {
+TEST_F(SceneFile, ReadsNameAndDescription) {
   const Settings read = load("[scene]\nname = \"drive\"\ndescription = \"x\"\n");
   EXPECT_EQ(read.name, "drive");
   EXPECT_EQ(read.description, "x");
@@ -90,7 +90,7 @@ TEST_F(SceneFile, UnknownSectionNamesLineAndNearest) {
   EXPECT_TRUE(contains(refusal("[[air]]\n"), "'air' must be a section"));
 }
 
-TEST_F(SceneFile, WrongTypeIsRefused) {
+TEST_F(SceneFile, RejectsAWrongType) {
   EXPECT_EQ(refusal("[air]\nrestitution = \"0.9\"\n"),
             "s.toml:2: air.restitution has a value of the wrong type; it takes a number without quotes, as "
             "restitution = 0.9");
@@ -122,7 +122,7 @@ TEST_F(SceneFile, MalformedTomlNamesTheLine) {
   EXPECT_TRUE(contains(refusal(std::string("a\0b", 3)), "not valid TOML"));
 }
 
-TEST_F(SceneFile, WhatIsNoTextIsRefused) {
+TEST_F(SceneFile, RejectsBinaryFiles) {
   std::string junk;
   for (unsigned i = 0, x = 1; i < 4096; ++i)
     junk += static_cast<char>((x = x * 1664525U + 1013904223U) >> 24);
@@ -136,28 +136,28 @@ TEST_F(SceneFile, WhatIsNoTextIsRefused) {
   }
 }
 
-TEST_F(SceneFile, EmptyOnesAreRefused) {
+TEST_F(SceneFile, RejectsEmptyFiles) {
   for (const char* text : {"", "\n \n", "# a comment\n"}) {
     EXPECT_EQ(refusal(text), "s.toml: is empty; a scene names itself at least: [scene] with name = \"s\"");
   }
 }
 
-TEST_F(SceneFile, SizeIsLimited) {
+TEST_F(SceneFile, RejectsLargeFiles) {
   const std::string head = "[run]\nseed = 7\n#";
   EXPECT_EQ(load(head + std::string((1U << 20) - head.size(), 'x')).seed, 7);
   EXPECT_EQ(refusal(head + std::string((1U << 20) - head.size() + 1, 'x')),
-            "s.toml: is larger than 1 MiB, the most a scene file may have (it has 1048577 bytes)");
+            "s.toml: is larger than 1 MiB, the limit for a scene file (it has 1048577 bytes)");
 }
 
-// A file of 100 MB that takes no room on the disk. Refused by its size: to read it would take a while, and
-// its zeros would be refused in other words.
-TEST_F(SceneFile, AHugeFileIsNotRead) {
+// A file of 100 MB that takes no space on the disk. It is refused for its size. Reading it would take long
+// and lead to another message.
+TEST_F(SceneFile, DoesNotReadAHugeFile) {
   const auto file = folder_.write("huge.toml", "");
   std::filesystem::resize_file(file, 100'000'000);
   EXPECT_TRUE(contains(message_of([&] { load_scene_file(file); }), "(it has 100000000 bytes)"));
 }
 
-TEST_F(SceneFile, UnreadableFilesAreRefused) {
+TEST_F(SceneFile, RejectsUnreadableFiles) {
   const auto message = [](const std::filesystem::path& file) {
     return message_of([&] { load_scene_file(file); });
   };
@@ -167,14 +167,14 @@ TEST_F(SceneFile, UnreadableFilesAreRefused) {
   const auto pipe = folder_.path() / "pipe.toml";  // opening it would wait for a writer
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
   EXPECT_TRUE(contains(message(pipe), "is not a regular file"));
-  // Opens, has no size, and fails when it is read: for root, too, whom no mode keeps out.
+  // This file opens, has no size, and fails when read, even for root, which ignores permissions.
   EXPECT_TRUE(contains(message("/proc/self/mem"), "cannot be read"));
   const auto secret = folder_.write("secret.toml", "[scene]\n");
   std::filesystem::permissions(secret, std::filesystem::perms::none);
   EXPECT_TRUE(::geteuid() == 0 || contains(message(secret), "cannot be read"));
 }
 
-TEST_F(SceneFile, SavedSettingsReadBackTheSame) {
+TEST_F(SceneFile, SavedSettingsReadBackUnchanged) {
   Settings settings;
   settings.name = "odd \"name\" \\ \n\x01";
   settings.description = "tab\there, caf\xc3\xa9";
@@ -191,22 +191,22 @@ TEST_F(SceneFile, SavedSettingsReadBackTheSame) {
   EXPECT_EQ(load_scene_file(file), settings) << contents_of(file);
 }
 
-TEST_F(SceneFile, SavesOnlyWhatDiffersWithUnits) {
+TEST_F(SceneFile, SavesOnlyChangesWithUnits) {
   Settings settings;
   settings.ball_vx_mps = 20.0;
   const auto file = folder_.path() / "saved.toml";
   save_scene_file(file, settings);
   EXPECT_EQ(contents_of(file),
-            "[scene]\nname = \"court\"\n\n[ball]\nvx_mps = 20  # [m/s] velocity of the ball along x "
-            "at the start\n");
+            "[scene]\nname = \"court\"\n\n[ball]\nvx_mps = 20  # [m/s] initial velocity of the "
+            "ball along x\n");
 }
 
-TEST_F(SceneFile, UnwritableTargetIsRefused) {
+TEST_F(SceneFile, RejectsAnUnwritableFile) {
   const auto file = folder_.path() / "missing" / "s.toml";
   EXPECT_TRUE(contains(message_of([&] { save_scene_file(file, Settings{}); }), "cannot be written"));
 }
 
-TEST(Scenes, ShippedOnesAreListedAndLoad) {
+TEST(Scenes, ShippedScenesAreListedAndLoad) {
   std::vector<std::string> names;
   for (const SceneEntry& scene : list_scenes()) {
     names.push_back(scene.name);
@@ -219,13 +219,13 @@ TEST(Scenes, ShippedOnesAreListedAndLoad) {
   }
 }
 
-TEST(Scenes, CourtIsTheDefaults) {
+TEST(Scenes, CourtHasTheDefaults) {
   Settings court = load_scene("court");
   court.description.clear();
   EXPECT_EQ(court, Settings{});
 }
 
-TEST(Scenes, GasIsTheYardstick) {
+TEST(Scenes, GasIsTheReference) {
   const Settings gas = load_scene("gas");
   EXPECT_TRUE(gas.box_follows_parcels);
   EXPECT_FALSE(gas.ball_present);
@@ -242,7 +242,7 @@ TEST(Scenes, GasIsTheYardstick) {
   EXPECT_GE(gas.time_scale, gas.dt_s * gas.frame_rate_hz);  // never slows the run
 }
 
-TEST(Scenes, UnknownNameListsTheKnown) {
+TEST(Scenes, UnknownNameListsKnownOnes) {
   const std::string message = message_of([] { load_scene("cort"); });
   EXPECT_TRUE(contains(message, "'cort' is not a scene; the nearest is court; known: ")) << message;
   EXPECT_TRUE(contains(message, "gas")) << message;
@@ -263,9 +263,9 @@ TEST(Scenes, EnvironmentComesFirst) {
   for (const SceneEntry& scene : list_scenes()) EXPECT_NE(scene.name, "readme");
 }
 
-TEST(Assets, MissingOneListsThePlaces) {
+TEST(Assets, MissingAssetListsSearchedFolders) {
   const std::string message = message_of([] { find_asset("no/such.png"); });
-  EXPECT_TRUE(contains(message, "no/such.png: not found, looked at ")) << message;
+  EXPECT_TRUE(contains(message, "no/such.png: not found in ")) << message;
   for (const auto& folder : asset_folders()) EXPECT_TRUE(contains(message, folder.string())) << message;
 }
 

@@ -1,4 +1,4 @@
-// The table of settings, and settings to and from text.
+// The table of settings, and conversion of settings to and from text.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(Fields, CoversEverySettingOnce) {
+TEST(Fields, CoverEverySettingOnce) {
   const std::set<std::string> expected = {"scene.description",
                                           "world.width_m",
                                           "world.height_m",
@@ -93,7 +93,7 @@ TEST(Fields, CoversEverySettingOnce) {
   EXPECT_EQ(found, expected);
 }
 
-// Each row must reach a member of its own: changing it changes its own text and no other's.
+// Each row must reach its own member: a change of its value changes its text and no other.
 TEST(Fields, RowsReachDifferentMembers) {
   for (const Field& field : fields()) {
     Settings changed;
@@ -107,7 +107,7 @@ TEST(Fields, RowsReachDifferentMembers) {
       set_from_text(field, changed, "other", "test");
     } else {
       set_from_text(field, changed, number_text(field.max),
-                    "test");  // no default lies at the end of its range
+                    "test");  // no default equals an end of its range
     }
     for (const Field& other : fields()) {
       const bool same = value_text(other, changed) == value_text(other, Settings{});
@@ -126,7 +126,7 @@ TEST(Fields, DefaultsLieInTheirRanges) {
   }
 }
 
-TEST(Fields, DocumentedRangesAreKept) {
+TEST(Fields, HaveTheDocumentedRanges) {
   const auto range = [](const char* path) {
     const Field& field = find_field(path, "test");
     return std::pair(field.min, field.max);
@@ -175,7 +175,7 @@ TEST(SetFromText, ReadsEveryKind) {
   EXPECT_EQ(with("scene.description", "a b").description, "a b");
 }
 
-TEST(SetFromText, RefusesWithPlaceValueAllowedAndDefault) {
+TEST(SetFromText, ErrorNamesPlaceValueRangeAndDefault) {
   EXPECT_EQ(message_of("air.restitution", "1.5"),
             "here: '1.5' is out of range; air.restitution takes a number from 0 to 1 (default 0.9)");
   EXPECT_EQ(
@@ -187,7 +187,7 @@ TEST(SetFromText, RefusesWithPlaceValueAllowedAndDefault) {
       "(default open)");
 }
 
-TEST(SetFromText, RefusesWhatIsNoUsableNumber) {
+TEST(SetFromText, RejectsUnusableNumbers) {
   for (const char* text : {"nan", "-nan", "inf", "-inf", "NaN"}) {
     EXPECT_TRUE(contains(message_of("ball.vx_mps", text), "is not a finite number")) << text;
     EXPECT_TRUE(contains(message_of("run.seed", text), "is not a finite number")) << text;
@@ -203,9 +203,9 @@ TEST(SetFromText, RefusesWhatIsNoUsableNumber) {
   EXPECT_TRUE(contains(message_of("scene.description", std::string(1001, 'a')), "is too long"));
 }
 
-// What is just beyond a range, absurd or no number at all is refused for every number, in the same words; the
-// ends are allowed.
-TEST(SetFromText, KeepsTheRangeOfEveryNumber) {
+// Every number rejects values just beyond its range, absurd ones and NaN with the same error. The ends of the
+// range are allowed.
+TEST(SetFromText, ChecksTheRangeOfEveryNumber) {
   for (const Field& field : fields()) {
     const bool is_whole = std::holds_alternative<std::int64_t Settings::*>(field.member);
     if (!is_whole && !std::holds_alternative<double Settings::*>(field.member)) continue;
@@ -228,7 +228,7 @@ TEST(SetFromText, KeepsTheRangeOfEveryNumber) {
   }
 }
 
-TEST(SetFromText, RefusesAbsurdSizesMassesAndSteps) {
+TEST(SetFromText, RejectsAbsurdSizesMassesAndSteps) {
   for (const char* path : {"ball.radius_m", "ball.mass_kg", "world.width_m", "air.areal_density_kg_m2",
                            "air.area_fraction", "run.time_scale", "run.displacement_per_step"}) {
     EXPECT_TRUE(contains(message_of(path, "0"), "'0' is out of range")) << path;
@@ -244,7 +244,7 @@ TEST(SetFromText, RefusesAbsurdSizesMassesAndSteps) {
   EXPECT_TRUE(contains(message_of("air.area_fraction", "0.71"), "from 1e-12 to 0.7"));
 }
 
-TEST(CheckSettings, RefusesInTheWordsOfText) {
+TEST(CheckSettings, GivesTheSameErrorsAsText) {
   const auto message = [](const Settings& settings) {
     try {
       check_settings(settings, "panel");
@@ -268,13 +268,13 @@ TEST(CheckSettings, RefusesInTheWordsOfText) {
   EXPECT_TRUE(contains(message(settings), "panel: '-1' is out of range; run.threads takes"));
 }
 
-TEST(SetFromText, LeavesSettingsAloneWhenRefusing) {
+TEST(SetFromText, KeepsSettingsOnError) {
   Settings settings;
   EXPECT_THROW(set_from_text(find_field("air.restitution", "t"), settings, "2", "t"), UserError);
   EXPECT_EQ(settings, Settings{});
 }
 
-TEST(SetFromText, MessagesStayOnOneLine) {
+TEST(SetFromText, ErrorsHaveOneLine) {
   const std::string message = message_of("ball.vx_mps", "1\n2\x1b[0m" + std::string(500, 'x'));
   EXPECT_FALSE(contains(message, "\n"));
   EXPECT_FALSE(contains(message, "\x1b"));

@@ -1,4 +1,4 @@
-// The simulation loop when something breaks: a device that fails, a number that is none.
+// Failures in the simulation loop: a failing device, NaN.
 #include "app/simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace pf::test {
 namespace {
 
-// The CPU backend under another name, whose device is lost at one call.
+// The CPU backend under another name. Its device fails at one call.
 class LosingBackend final : public Backend {
  public:
   enum class At { submit, collect, draw };
@@ -56,11 +56,11 @@ class LosingBackend final : public Backend {
 
 class Fallback : public testing::TestWithParam<LosingBackend::At> {};
 
-TEST_P(Fallback, GoesOnFromTheStartOfTheSceneAndSaysSo) {
+TEST_P(Fallback, ContinuesFromTheStartOfTheScene) {
   Simulation simulation(court(500), std::make_unique<LosingBackend>(GetParam(), 3));
   simulation.set_fallback([] { return make_cpu_backend(1); });
   Commands pause;
-  pause.toggle_pause = GetParam() == LosingBackend::At::draw;  // a paused frame is only drawn
+  pause.toggle_pause = GetParam() == LosingBackend::At::draw;  // a paused frame is drawn without a step
   struct NoTarget final : DrawTarget {
     DrawTargetKind kind() const override { return DrawTargetKind::host; }
     void reserve(std::size_t n) override { position.resize(n), speed.resize(n); }
@@ -78,7 +78,7 @@ TEST_P(Fallback, GoesOnFromTheStartOfTheSceneAndSaysSo) {
 
   Simulation fresh(court(500), make_cpu_backend(1));
   if (pause.toggle_pause)
-    simulation.advance_frame(pause, nullptr);  // go on
+    simulation.advance_frame(pause, nullptr);  // continue
   else
     simulation.advance_frame({}, nullptr);
   fresh.advance_frame({}, nullptr);
@@ -89,12 +89,12 @@ INSTANTIATE_TEST_SUITE_P(EveryCall, Fallback,
                          testing::Values(LosingBackend::At::submit, LosingBackend::At::collect,
                                          LosingBackend::At::draw));
 
-TEST(Simulation, WithoutAFallbackTheErrorGoesToTheCaller) {
+TEST(Simulation, WithoutFallbackTheCallerGetsTheError) {
   Simulation simulation(court(500), std::make_unique<LosingBackend>(LosingBackend::At::collect, 0));
   EXPECT_THROW(simulation.advance_frame({}, nullptr), DeviceError);
 }
 
-TEST(Simulation, ANumberThatIsNonePausesTheRunWithStepCountAndFirstId) {
+TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
   Simulation simulation(court(500), make_cpu_backend(1));
   simulation.advance_frame({}, nullptr);
   const std::uint64_t steps_before = simulation.view().totals.num_steps;

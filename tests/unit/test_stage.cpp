@@ -1,4 +1,4 @@
-// What the window does that needs no window: aiming, the figures of the overlay, the legend of flights.
+// Parts of the window that need no window: aiming, the overlay's figures and colours, the legend of flights.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,17 +9,19 @@
 #include "temporary_folder.hpp"
 #include "view/aim.hpp"
 #include "view/color_map.hpp"
+#include "view/legend_place.hpp"
 #include "view/overlay_figures.hpp"
+#include "view/phase_styles.hpp"
 #include "view/scene_marks.hpp"
 
 namespace pf {
 namespace {
 
-const BallLaunch kPresent = {{15.0, 0.0}, 25.0};
+const BallLaunch kCurrent = {{15.0, 0.0}, 25.0};
 
 TEST(Aim, PullingBackLaunchesTheOtherWay) {
   Aim aim;
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({-40.0, 0.0}, false);
   aim.drag({-20.0, -30.0}, false);
   const auto launch = aim.release();
@@ -32,9 +34,9 @@ TEST(Aim, PullingBackLaunchesTheOtherWay) {
 
 TEST(Aim, WithShiftThePullIsSpin) {
   Aim aim;
-  aim.begin(kPresent, 2.0);
+  aim.begin(kCurrent, 2.0);
   aim.drag({5.0, 100.0}, true);
-  EXPECT_EQ(aim.launch().velocity_mps, kPresent.velocity_mps);
+  EXPECT_EQ(aim.launch().velocity_mps, kCurrent.velocity_mps);
   EXPECT_DOUBLE_EQ(aim.launch().spin_radps, 50.0);  // 50 layout pixels up
   aim.drag({0.0, -300.0}, true);
   EXPECT_DOUBLE_EQ(aim.release()->spin_radps, -25.0);
@@ -42,10 +44,10 @@ TEST(Aim, WithShiftThePullIsSpin) {
 
 TEST(Aim, AClickLaunchesNothing) {
   Aim aim;
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({1.0, -2.0}, false);
   EXPECT_FALSE(aim.release());
-  aim.begin(kPresent, 1.0);
+  aim.begin(kCurrent, 1.0);
   aim.drag({-50.0, 0.0}, false);
   aim.cancel();
   EXPECT_FALSE(aim.release());
@@ -92,7 +94,7 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
   Frames frames;
   FrameHistory history;
   for (int i = 0; i < 500; ++i)
-    history.add(computing(99.0), 99.0, frames.view);  // pushed out by what follows
+    history.add(computing(99.0), 99.0, frames.view);  // pushed out by the next 120
   for (int i = 1; i <= 120; ++i) history.add(computing(i), 2.0 * i, frames.view);
   const OverlayFigures figures = history.figures(0.0);
   const auto phase = static_cast<std::size_t>(Phase::collide_integrate);
@@ -103,8 +105,124 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
   EXPECT_EQ(figures.copy_share, 0.0);
 }
 
+// Method exact spends its step in phases of its own.
+TEST(OverlayFigures, StepTimeIncludesEveryPhaseOfAStep) {
+  PhaseTimes times;
+  for (std::size_t phase = 0; phase < kNumPhases; ++phase) times.ms[phase] = std::exp2(phase);
+  EXPECT_EQ(times.step_ms(), std::exp2(kNumStepPhases) - 1.0);
+  Frames frames;
+  FrameHistory history;
+  PhaseTimes exact;
+  exact[Phase::predict] = exact[Phase::solve] = exact[Phase::reconcile] = exact[Phase::commit] = 0.5;
+  history.add(exact, 16.0, frames.view);
+  EXPECT_DOUBLE_EQ(history.figures(0.0).particle_steps_per_s, 2e6);
+}
+
+TEST(OverlayPhases, EveryPhaseHasARow) {
+  std::vector<Phase> shown(picture_phases().begin(), picture_phases().end());
+  for (const Method method : {Method::impulse, Method::exact}) {
+    EXPECT_LE(step_phases(method).size(), 6U) << "rows of the overlay";
+    shown.insert(shown.end(), step_phases(method).begin(), step_phases(method).end());
+  }
+  for (const PhaseStyle& style : kPhaseStyles)
+    EXPECT_NE(std::find(shown.begin(), shown.end(), style.phase), shown.end()) << style.label;
+}
+
+using Matrix = std::array<std::array<double, 3>, 3>;
+
+double linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+
+// CIELAB (CIE 1976, white D65) of a colour. eye: matrix of linear RGB that simulates a vision.
+std::array<double, 3> lab_of(const PhaseStyle& style, const Matrix& eye) {
+  std::array<double, 3> rgb{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) rgb[i] += eye[i][j] * linear(style.color[j] / 255.0);
+    rgb[i] = std::clamp(rgb[i], 0.0, 1.0);
+  }
+  const auto f = [](double t) { return t > 0.008856 ? std::cbrt(t) : 7.787 * t + 16.0 / 116.0; };
+  const double x = f((0.4124 * rgb[0] + 0.3576 * rgb[1] + 0.1805 * rgb[2]) / 0.95047);
+  const double y = f(0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]);
+  const double z = f((0.0193 * rgb[0] + 0.1192 * rgb[1] + 0.9505 * rgb[2]) / 1.08883);
+  return {116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)};
+}
+
+// Full dichromacy (Machado, Oliveira and Fernandes 2009).
+TEST(OverlayPhases, ColoursDifferForColourBlindEyes) {
+  const Matrix eyes[] = {
+      {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}},
+      {{{0.152286, 1.052583, -0.204868}, {0.114503, 0.786281, 0.099216}, {-0.003882, -0.048116, 1.051998}}},
+      {{{0.367322, 0.860646, -0.227968}, {0.280085, 0.672501, 0.047413}, {-0.011820, 0.042940, 0.968881}}},
+      {{{1.255528, -0.076749, -0.178779}, {-0.078411, 0.930809, 0.147602}, {0.004733, 0.691367, 0.303900}}}};
+  for (const Method method : {Method::impulse, Method::exact}) {
+    std::vector<Phase> shown(step_phases(method).begin(), step_phases(method).end());
+    shown.insert(shown.end(), picture_phases().begin(), picture_phases().end());
+    for (const Matrix& eye : eyes) {
+      for (std::size_t i = 0; i < shown.size(); ++i) {
+        for (std::size_t j = 0; j < i; ++j) {
+          const auto a = lab_of(style_of(shown[i]), eye);
+          const auto b = lab_of(style_of(shown[j]), eye);
+          EXPECT_GT(std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]), 20.0)
+              << style_of(shown[i]).label << " and " << style_of(shown[j]).label;
+        }
+      }
+    }
+  }
+}
+
+struct WorldInWindow {
+  Settings settings;
+  ViewRegion free = {318.0, 150.0, 962.0, 570.0};
+  LegendSize legend = {300.0, 92.0};
+
+  World world() const { return derive_physics(settings).world; }
+  // Of the legend beside the world, in square pixels.
+  double overlap() const {
+    Camera camera;
+    fit_world(camera, world(), region_beside(free, legend, world(), 1.0F), 1.0F);
+    const ViewRegion world_px = region_of_world(camera, world());
+    return overlap_px2(place_legend(free, legend, world_px), world_px);
+  }
+};
+
+TEST(LegendPlace, StandsBesideACourtInWindowsOfAnyShape) {
+  WorldInWindow window;
+  window.settings = test::court(100);
+  for (const double width_px : {482.0, 768.0, 962.0, 1920.0}) {
+    for (const double height_px : {300.0, 570.0, 1000.0}) {
+      for (const double legend_px : {92.0, 177.0}) {
+        window.free.width_px = width_px;
+        window.free.height_px = height_px;
+        window.legend.height_px = legend_px;
+        EXPECT_EQ(window.overlap(), 0.0) << width_px << " x " << height_px << ", legend " << legend_px;
+      }
+    }
+  }
+}
+
+TEST(LegendPlace, StandsAtTheSideOfASquareWorld) {
+  WorldInWindow window;
+  window.settings = test::court(100);
+  window.settings.width_m = window.settings.height_m = 6.1;
+  window.settings.ball_x_m = window.settings.ball_y_m = 0.0;
+  const ViewRegion region = region_beside(window.free, window.legend, window.world(), 1.0F);
+  EXPECT_EQ(region.height_px, window.free.height_px);
+  EXPECT_EQ(window.overlap(), 0.0);
+}
+
+// After zooming in, the world covers all but the left of the free region.
+TEST(LegendPlace, TakesTheCornerWithLeastOfTheWorld) {
+  const WorldInWindow window;
+  const ViewRegion world = {700.0, 200.0, 2000.0, 2000.0};
+  const ViewRegion at = place_legend(window.free, window.legend, world);
+  EXPECT_EQ(at.left_px, window.free.left_px);
+  const ViewRegion everywhere = {0.0, 0.0, 2000.0, 2000.0};
+  const ViewRegion usual = place_legend(window.free, window.legend, everywhere);
+  EXPECT_EQ(usual.left_px + usual.width_px, 1280.0);
+  EXPECT_EQ(usual.bottom_px + usual.height_px, 720.0);
+}
+
 // 4 steps of 1000 parcels in 2 ms are 2 million parcel-steps a second; 1e5 bytes in 2 ms are 5e7 a second, a
-// fifth of the copy's. Frames that stand still do not count.
+// fifth of the copy's. Frames without steps do not count.
 TEST(OverlayFigures, RateAndShareOfCopying) {
   Frames frames;
   FrameHistory history;
@@ -136,7 +254,8 @@ TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
   const auto num_columns = [](const std::string& line) {
     return std::count(line.begin(), line.end(), ',') + 1;
   };
-  for (const std::string& line : lines) EXPECT_EQ(num_columns(line), 4 + 3 * 12 + 17) << line;
+  for (const std::string& line : lines)
+    EXPECT_EQ(num_columns(line), 4 + 3 * (2 + int{kNumPhases}) + 17) << line;
   EXPECT_TRUE(lines[3].starts_with("2,"));
   EXPECT_TRUE(lines[3].ends_with(",1.0000,0.5000,,")) << lines[3];  // the panel's are not known
   EXPECT_NE(lines[3].find(",1000,impulse,grid,"), std::string::npos) << lines[3];

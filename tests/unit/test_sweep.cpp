@@ -1,4 +1,4 @@
-// The plan of a sweep: sizes, frames, extrapolation; and the flags. The sweep itself: test_program.py.
+// The plan of a sweep: sizes, frames, extrapolation, and the flags. test_program.py tests the sweep itself.
 #include <gtest/gtest.h>
 
 #include <set>
@@ -12,13 +12,13 @@ namespace {
 
 using Sizes = std::vector<std::int64_t>;
 
-TEST(SweepPlan, SizesArePowersOfTenUpToTheEnd) {
+TEST(SweepPlan, SizesArePowersOfTenAndTheMaximum) {
   EXPECT_EQ(sweep_sizes(1000), Sizes({1000}));
   EXPECT_EQ(sweep_sizes(1'000'000), Sizes({1000, 10'000, 100'000, 1'000'000}));
   EXPECT_EQ(sweep_sizes(25'000), Sizes({1000, 10'000, 25'000}));
 }
 
-TEST(SweepPlan, EverySeriesIsThereOnce) {
+TEST(SweepPlan, HasEverySeriesOnce) {
   std::set<std::string> names;
   int cuda = 0, all_pairs = 0;
   for (const SweepSeries& series : sweep_series()) {
@@ -31,7 +31,7 @@ TEST(SweepPlan, EverySeriesIsThereOnce) {
   EXPECT_EQ(all_pairs, 3);
 }
 
-TEST(SweepPlan, AllPairsGrowsAsTheSquare) {
+TEST(SweepPlan, AllPairsGrowsWithTheSquare) {
   const FrameCost cost = {2.0, 3.0, 5.0};
   const FrameCost pairs = scaled_cost(cost, 1000, 10'000, Neighbors::all_pairs);
   EXPECT_DOUBLE_EQ(pairs.physics_ms, 200.0);
@@ -42,7 +42,7 @@ TEST(SweepPlan, AllPairsGrowsAsTheSquare) {
   EXPECT_DOUBLE_EQ(grid.total_ms(), 100.0);
 }
 
-// What is measured stays within 20 s: 4 frames of 5 s are, of 5.1 s are not.
+// Measured points take at most 20 s: 4 frames of 5 s do, 4 frames of 5.1 s do not.
 TEST(SweepPlan, SlowPointsGetFewFramesOrNone) {
   const auto frames_at = [](double frame_ms) { return plan_frames(FrameCost{frame_ms, 0.0, 0.0}); };
   EXPECT_EQ(plan_frames(std::nullopt)->timed, 60);
@@ -74,7 +74,7 @@ TEST(SweepFlags, Parse) {
   EXPECT_EQ(parse({"bench", "--warmup", "7"}).bench_warmup, 7);
 }
 
-TEST(SweepFlags, WhatWouldBeDroppedIsRefused) {
+TEST(SweepFlags, RejectsOptionsThatSweepsIgnore) {
   EXPECT_THROW(parse({"bench", "--sweep-max", "5000"}), UserError);
   EXPECT_THROW(parse({"bench", "--sweep", "--sweep-max", "999"}), UserError);
   EXPECT_THROW(parse({"bench", "--sweep", "-p", "500"}), UserError);

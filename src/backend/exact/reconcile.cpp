@@ -46,7 +46,7 @@ class SegmentCursor {
   std::uint32_t next_ = kInvalidIndex;
 };
 
-// Whether a collision happens while both bodies are on their trajectories.
+// Returns whether a collision happens while both bodies are on their trajectories.
 bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= std::min(first_end, second_end);
 }

@@ -120,7 +120,7 @@ class ClusterSolver {
     if (window_.records_events) worker_.events.push_back({at, low, high});
   }
 
-  // Whether an event of m at `tick` follows its last contact so soon that it loses no energy (the TC model).
+  // Returns whether an event of m follows its last contact so soon that it loses no energy (the TC model).
   bool is_in_contact(std::uint32_t m, std::uint32_t tick) {
     const std::uint32_t duration = c_.plan.contact_duration_ticks;
     return duration != 0 && c_.plan.start + tick - member(m).last_contact_tick <= duration;
@@ -161,8 +161,8 @@ class ClusterSolver {
     return true;
   }
 
-  // Whether the partner of m's event has left the trajectory that the event was predicted on. It does not
-  // notify m. The true next event of m is not earlier: it would have replaced this one.
+  // Returns whether the partner of m's event has left the trajectory that the event was predicted on. It does
+  // not notify m. The true next event of m is not earlier: it would have replaced this one.
   bool is_stale(std::uint32_t m, std::uint32_t partner) {
     const Member& other = member(partner);
     if (!other.has_changed) return false;

@@ -242,7 +242,7 @@ void ExactTimeline::advance_until(std::uint64_t until, const StepRequest& reques
   }
 }
 
-// Whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
+// Returns whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
 bool ExactTimeline::ball_needs_finer_ticks() const {
   if (!ball_is_new_ || progress_.tick_exponent == 0 || !run_.physics.ball.exists) return false;
   return surface_speed_mps(run_.physics, progress_.ball) >

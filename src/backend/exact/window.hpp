@@ -13,14 +13,15 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/cell_sort.hpp"
 #include "backend/cpu_tally.hpp"
 #include "backend/exact/broad_phase.hpp"
 #include "backend/exact/calendar.hpp"
 #include "backend/exact/event_queue.hpp"
 #include "backend/exact/event_record.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "core/thread_team.hpp"
 #include "model/exact/epoch_plan.hpp"
+#include "model/tally.hpp"
 
 namespace pf {
 
@@ -84,6 +85,7 @@ struct ClusterTally {
     sum.num_ball_hits += num_ball_hits - 1;
   }
 };
+static_assert(EventTally<ClusterTally>);
 
 struct Cluster {
   std::uint32_t first_seed = 0, num_seeds = 0;      // in EpochMemory::seeds

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""One page of all studies in a folder, pictures inside: report.html.
+"""Writes report.html: one page of all studies in a folder, with their pictures.
 
 report.py FOLDER    reads NAME.json and the pictures that the other scripts wrote
 Needs nothing but Python.
@@ -11,12 +11,11 @@ import pathlib
 import sys
 
 ORDER = ["work-precision", "stability", "terms", "validate"]
-CAPTIONS = {"-order": "Order of convergence. Each line is a method; one decade down per decade of the time step is "
-                      "first order.",
-            "-parcels": "Scatter of the flight over 16 seeds. Left of where a method's error meets the scatter, a better "
-                        "method buys nothing: only more parcels do.",
-            "-curves": "Breaking points that theory knows. Lines are theory; dots are the program and lie on them within "
-                       "their error bars."}
+CAPTIONS = {"-order": "Order of convergence. Each line is a method; first order falls one decade per decade of the "
+                      "time step.",
+            "-parcels": "Scatter of the flight over 16 seeds. Where the scatter exceeds a method's error, only more "
+                        "parcels help, not a better method.",
+            "-curves": "Breaking points that theory knows. Lines are theory; dots are measured."}
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:1180px;margin:2.5em auto;padding:0 1em}
 h1{font-size:1.9em;margin-bottom:.1em}h2{margin-top:2.2em;border-top:1px solid #ddd;padding-top:1em}
 img{width:100%;margin:.6em 0}code{background:#f3f3f0;padding:.1em .35em;border-radius:3px}
@@ -38,18 +37,18 @@ def sentences(study):
     return "".join(f"<li>{html.escape(text)}</li>" for text in study.get("words", [])).join(("<ul>", "</ul>"))
 
 
-def figures_in_words(study):
+def summary(study):
     if study["study"] == "work-precision" and study.get("orders"):
         return sentences(study) + table(["device", "method", "area fraction", "order of convergence"],
                      [(entry.get("device", "cpu"), entry["method"], entry["area_fraction"],
                        "not fitted" if entry["order"] is None else f"{entry['order']:.2f}") for entry in study["orders"]])
     if study["study"] == "terms":
-        return table(["term", "place of exit moves", "across", "speed changes", "saves", "verdict"],
+        return table(["term", "shift of exit", "across", "change of speed", "cost", "verdict"],
                      [(row["term"], f"{100 * row['exit_shift']:.2g} %", f"{row['deflection_m']:+.2g} m",
                        f"{100 * row['speed_shift']:+.2g} %", f"{100 * row['saved_share']:.0f} %", row["verdict"])
                       for row in study["points"] if "verdict" in row])
     if study["study"] == "validate":
-        return table(["yardstick", "method", "expected", "measured", "off", "standard error", "verdict"],
+        return table(["reference", "method", "expected", "measured", "error", "standard error", "verdict"],
                      [(row["yardstick"], row["method"], f"{row['expected']:.6g}", f"{row['measured']:.6g}",
                        share(row, "error"), share(row, "sigma"), row["verdict"]) for row in study["points"]])
     return ""
@@ -70,10 +69,10 @@ def section(folder, study):
         caption = CAPTIONS.get(file.stem.removeprefix(name))
         if caption:
             parts.append(f"<p>{html.escape(caption)}</p>")
-    parts.append(figures_in_words(study))
+    parts.append(summary(study))
     devices = "; ".join(entry["device"] for entry in machine["devices"])
     load = " The machine was under load: times are upper bounds." if machine["measured_under_load"] else ""
-    state = "" if study["complete"] else " Not complete: go on with --resume."
+    state = "" if study["complete"] else " Not complete: continue with --resume."
     parts.append(f"<p class=faint>Repeat: <code>{html.escape(study['command'])}</code>. Measured on {html.escape(devices)}, "
                  f"{machine['cores']} cores, pickleflight {html.escape(study['version'])}.{load}{state} "
                  f"Data: {name}.json, {name}.csv.</p>")
@@ -86,11 +85,11 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     studies = [json.loads(file.read_text()) for name in ORDER if (file := folder / f"{name}.json").exists()]
     if not studies:
-        sys.exit(f"{folder}: no study in it; make one: pickleflight lab all --out {folder}")
+        sys.exit(f"{folder} holds no study; measure one: pickleflight lab all --out {folder}")
     body = "\n".join(section(folder, study) for study in studies)
     page = (f"<!doctype html><html lang=en><meta charset=utf-8><title>Pickleball Flight: the lab</title><style>{STYLE}</style>"
-            f"<h1>Pickleball Flight: the lab</h1><p>How accurate each collision method is, what that costs, and where it "
-            f"breaks.</p>{body}</html>\n")
+            f"<h1>Pickleball Flight: the lab</h1><p>Accuracy, cost and limits of each collision "
+            f"method.</p>{body}</html>\n")
     (folder / "report.html").write_text(page)
 
 

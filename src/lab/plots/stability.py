@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Charts of `pickleflight lab stability`: heat maps of what goes wrong first, and the curves of theory.
+"""Charts of `pickleflight lab stability`: heat maps of the worst failure, and curves of theory.
 
 stability.py FOLDER    reads FOLDER/stability.json, writes stability.svg/.png and stability-curves.svg/.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
@@ -10,7 +10,7 @@ from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
 from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-# From harmless to worst; also told apart by lightness, for any kind of colour vision.
+# From harmless to worst. They also differ in lightness, for all kinds of colour vision.
 CLASSES = {"fine": "#F4F4F1", "overlap": "#F0E442", "collisions missed": "#56B4E9", "energy lost": "#0072B2",
            "energy grows": "#E69F00", "blown up": "#8B1A1A", "collapsed": "#8B1A1A"}
 MAPS = [("area fraction", "area_fraction", "area fraction, e = 1"),
@@ -26,9 +26,9 @@ def draw_map(axes, rows, value_key, ticks_left):
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
     axes.set_xlim(-0.5, len(steps) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
-    every = 2 if len(steps) <= 12 else 4  # counted from the longest, so that they do not run into each other
-    places = range((len(steps) - 1) % every, len(steps), every)
-    axes.set_xticks(places, [f"{steps[place]:.2g}" for place in places])
+    every = 2 if len(steps) <= 12 else 4  # counted from the longest step; keeps labels apart
+    ticks = range((len(steps) - 1) % every, len(steps), every)
+    axes.set_xticks(ticks, [f"{steps[tick]:.2g}" for tick in ticks])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values] if ticks_left else [""] * len(values))
     axes.tick_params(length=0)
     for spine in axes.spines.values():
@@ -48,16 +48,17 @@ def missed_by_impulse(step):
 
 
 def draw_known_edges(axes, method, steps, values):
-    """Where theory puts the edge, on the index axes of the map of area fractions."""
+    """The limit of theory, on the index axes of the map of area fractions."""
     at = lambda step: np.interp(np.log(step), np.log(steps), range(len(steps)))
     if method == "impulse":
         axes.axvline(at(np.sqrt(0.05 * 6 / 4)), color=INK, lw=1.4, ls=(0, (4, 2)))
-        axes.text(at(np.sqrt(0.05 * 6 / 4)) - 0.1, len(values) - 0.45, "5 % missed: \u0394\u00b2/6d\u00b2", fontsize=7.5,
-                  color=INK, ha="center", va="bottom")
+        axes.text(at(np.sqrt(0.05 * 6 / 4)) - 0.1, len(values) - 0.45, "5 % missed: \u0394\u00b2/6d\u00b2",
+                  fontsize=7.5, color=INK, ha="center", va="bottom")
     if method == "spring":
         edge = [at(0.05 / (20 * rate(value))) for value in values]
         axes.plot(edge, range(len(values)), color=INK, lw=1.4, ls=(0, (4, 2)))
-        axes.text(edge[-1], len(values) - 0.45, "contact 5 % of the time", fontsize=7.5, color=INK, ha="left", va="bottom")
+        axes.text(edge[-1], len(values) - 0.45, "in contact 5 % of the time", fontsize=7.5, color=INK, ha="left",
+                  va="bottom")
 
 
 def draw_maps(study):
@@ -75,12 +76,12 @@ def draw_maps(study):
         row_axes[0].set_ylabel(label)
     for axes in grid[-1]:
         axes.set_xlabel("time step, d/c")
-    figure.text(0.01, 0.975, "What goes wrong first", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.975, "Worst failure of each method", fontsize=15, color=INK, fontweight="bold", va="top")
     seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed"}
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
-    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each. Worst first: blown up (10 times the energy), energy off by "
-                "5 % of the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
+    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each. From the worst: blown up (10 times the energy), energy 5 % "
+                "off the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
                 color=FAINT)
     return figure
 
@@ -90,7 +91,7 @@ def points_of(study, name):
 
 
 def unseen_share(step):
-    """Mean over impact parameters of 1 - chord / step, chords below the step (PHYSICS: missed collisions)."""
+    """Mean over impact parameters of 1 - chord / step, for chords below the step (docs/physics.md, 'Missed collisions')."""
     if step >= 2:
         return 1 - np.pi / (2 * step)
     phi = np.arcsin(step / 2)
@@ -99,67 +100,66 @@ def unseen_share(step):
 
 def draw_missed(axes, study):
     steps = np.geomspace(0.08, 6, 200)
-    axes.plot(steps, [unseen_share(2 * step) for step in steps], color=COLOURS["impulse"], lw=1.5)
+    axes.plot(steps, [unseen_share(2 * step) for step in steps], color=COLOURS["impulse"], lw=1.5,
+              label="impulse: \u0394\u00b2/6d\u00b2, then 1 \u2212 \u03c0d/4\u0394")
     for method in METHODS:
         rows = [row for row in points_of(study, "missed") if row["method"] == method]
         at = [(row["step"], row["missed"], row["sigma"]) for row in rows if row["missed"] > 2 * row["sigma"]]
         if at:
             x, y, sigma = zip(*at)
-            axes.errorbar(x, y, sigma, fmt=MARKS[method], ms=5.5, color=COLOURS[method], zorder=4)
-        for row in rows:
-            if row["missed"] <= 2 * row["sigma"]:
-                axes.plot(row["step"], 2.5 * row["sigma"], MARKS[method], ms=5.5, mfc="white", mec=COLOURS[method])
-                style.arrow_down(axes, row["step"], 2.5 * row["sigma"], COLOURS[method])
+            axes.errorbar(x, y, sigma, fmt=MARKS[method], ms=5.5, color=COLOURS[method], zorder=4,
+                          label=None if method == "impulse" else method)
+        bounds = [row for row in rows if row["missed"] <= 2 * row["sigma"]]
+        for row in bounds:
+            style.arrow_down(axes, row["step"], 2.5 * row["sigma"], COLOURS[method])
+        if bounds:
+            axes.plot([row["step"] for row in bounds], [2.5 * row["sigma"] for row in bounds], MARKS[method], ms=5.5,
+                      mfc="white", mec=COLOURS[method], label=f"{method}: none (upper bounds)")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_ylim(bottom=3e-5)  # room for the arrows of upper bounds
+    axes.set_ylim(bottom=1e-6)  # room for the arrows of upper bounds, and for the legend below them
     axes.set_title("Collisions missed", loc="left")
     axes.set_xlabel("displacement per step, diameters")
-    axes.text(0.42, 0.012, "impulse:\n\u0394\u00b2/6d\u00b2, then 1 \u2212 \u03c0d/4\u0394", color=COLOURS["impulse"], fontsize=9)
-    axes.text(0.5, 1.6e-4, "exact: none (less than)", color=COLOURS["exact"], fontsize=9)
 
 
 def draw_turn(axes, study):
     rows = sorted(points_of(study, "turn"), key=lambda row: row["step"])
     steps = np.geomspace(rows[0]["step"], rows[-1]["step"], 100)
-    axes.plot(steps, (1 + steps**2) ** (np.pi / steps) - 1, color=COLOURS["spring"], lw=1.5)
+    axes.plot(steps, (1 + steps**2) ** (np.pi / steps) - 1, color=COLOURS["spring"], lw=1.5,
+              label="explicit Euler: (1 + \u03b8\u00b2)^(\u03c0/\u03b8) \u2212 1")
     axes.plot([row["step"] for row in rows], [row["euler"] - 1 for row in rows], "o", color=COLOURS["spring"], ms=5.5)
     axes.plot([row["step"] for row in rows], [max(abs(row["rotation"] - 1), 1e-15) for row in rows], "D",
-              color=COLOURS["exact"], ms=5.5)
+              color=COLOURS["exact"], ms=5.5, label="exact rotation of the program: rounding")
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_title("Speed gained in one turn of the ball", loc="left")
     axes.set_xlabel("turn per step, radians")
-    axes.text(0.011, 1e-3, "explicit Euler:\n(1 + \u03b8\u00b2)^(\u03c0/\u03b8) \u2212 1", color=COLOURS["spring"], fontsize=9, va="top")
-    axes.text(0.011, 1e-13, "exact rotation, as built: rounding", color=COLOURS["exact"], fontsize=9)
 
 
 def draw_spring(axes, study):
     rows = sorted(points_of(study, "spring pair"), key=lambda row: row["step"])
-    axes.plot([row["step"] for row in rows], [row["energy_ratio"] for row in rows], "-s", color=COLOURS["spring"], ms=5.5)
-    edge = 2 / np.pi
+    axes.plot([row["step"] for row in rows], [row["energy_ratio"] for row in rows], "-s", color=COLOURS["spring"], ms=5.5,
+              label="spring")
     axes.set_yscale("log")
-    axes.axvline(edge, color=INK, lw=1.2, ls=(0, (4, 2)))
-    axes.text(edge * 0.97, 20, "dt = 2/\u03c9\u2080", ha="right", fontsize=9, color=INK)
+    axes.axvline(2 / np.pi, color=INK, lw=1.2, ls=(0, (4, 2)), label="dt = 2/\u03c9\u2080")
     axes.axhline(1, color=FAINT, lw=0.8)
-    axes.set_title("spring: energy after an elastic contact", loc="left")
+    axes.set_title("Energy after an elastic contact by spring", loc="left")
     axes.set_xlabel("time step over contact duration")
 
 
 def draw_fork(axes, study):
     theta = np.radians(np.linspace(30, 60, 100))
-    axes.plot(np.degrees(theta), (1 - 2 * np.cos(theta) ** 2) ** 2 + 2 * np.cos(theta) ** 2, color=COLOURS["impulse"], lw=1.5)
+    axes.plot(np.degrees(theta), (1 - 2 * np.cos(theta) ** 2) ** 2 + 2 * np.cos(theta) ** 2, color=COLOURS["impulse"],
+              lw=1.5)
     for method in METHODS:
         rows = [row for row in points_of(study, "fork") if row["method"] == method]
         axes.plot([row["degrees"] for row in rows], [row["energy_ratio"] for row in rows], MARKS[method], ms=5.5,
-                  color=COLOURS[method], mfc=COLOURS[method] if method == "impulse" else "none")
-    lost = next((row["energy_ratio"] for row in points_of(study, "head-on") if row["method"] == "impulse"), None)
-    axes.set_title("Energy after one disc meets two at once", loc="left")
-    axes.set_xlabel("angle of the two, degrees")
-    axes.text(31.5, 1.72, "impulse: 1.75 at 30\u00b0", color=COLOURS["impulse"], fontsize=9)
-    axes.text(60, 1.04, "exact, spring", ha="right", color=COLOURS["exact"], fontsize=9)
-    if lost is not None:
-        axes.text(60, 1.55, f"head-on from both sides,\nimpulse keeps {lost:.3g}", ha="right", va="top", color=COLOURS["impulse"], fontsize=9)
+                  color=COLOURS[method], mfc=COLOURS[method] if method == "impulse" else "none", label=method)
+    kept = next((row["energy_ratio"] for row in points_of(study, "head-on") if row["method"] == "impulse"), None)
+    if kept is not None:
+        axes.plot([], [], " ", label=f"head-on from both sides,\nimpulse keeps {kept:.3g}")
+    axes.set_title("Energy after one disc hits two at once", loc="left")
+    axes.set_xlabel("angle of the two to the path, degrees")
 
 
 def draw_collapse(axes, study):
@@ -169,25 +169,24 @@ def draw_collapse(axes, study):
         x, y = clocks.index(row["clock"]), values.index(row["restitution"])
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
         if row["reached_share"] < 1:
-            axes.text(x, y, f"{100 * row['reached_share']:.0f} %", color="white" if row["class"] == "collapsed" else FAINT, ha="center", va="center", fontsize=8.5)
+            axes.text(x, y, f"{100 * row['reached_share']:.0f} %", ha="center", va="center", fontsize=8.5,
+                      color="white" if row["class"] == "collapsed" else FAINT)
     axes.set_xlim(-0.5, len(clocks) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
     axes.set_xticks(range(len(clocks)), ["off"] + [rf"$10^{{{round(np.log10(clock))}}}$" for clock in clocks[1:]])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
-    axes.set_xlabel("contact clock times collision rate")
-    axes.set_title("Collapse: time stands still (red), at % of the run", loc="left")
+    axes.set_xlabel("contact duration times collision rate")
+    axes.set_title("Collapse (red), and % of the run reached", loc="left")
 
 
 def draw_positions(axes, study):
     rows = sorted(points_of(study, "positions"), key=lambda row: row["num_parcels"])
-    for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point, as built")):
-        axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5)
-        row = rows[0 if key == "float" else 3]
-        axes.text(row["num_parcels"] * 0.9, row[key] * (3.2 if key == "float" else 0.25), text, color=colour, fontsize=9)
+    for key, colour, text in (("float", COLOURS["spring"], "float"), ("fixed", COLOURS["exact"], "fixed point (program)")):
+        axes.plot([row["num_parcels"] for row in rows], [row[key] for row in rows], "-o", color=colour, ms=4.5, label=text)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_title("Grain of positions at the far side, diameters", loc="left")
+    axes.set_title("Step of positions at the far side, diameters", loc="left")
     axes.set_xlabel("air parcels N")
 
 
@@ -200,6 +199,8 @@ def draw_curves(study):
         if points_of(study, name):
             style.tidy(axes)
             draw(axes, study)
+            if name != "collapse":
+                axes.legend(loc="best", frameon=False, fontsize=9)
             if axes.get_xscale() == "log":
                 axes.xaxis.set_minor_locator(NullLocator())
             if axes.get_yscale() == "log":
@@ -208,7 +209,7 @@ def draw_curves(study):
             axes.set_visible(False)
         if name == "collapse":
             axes.grid(False)
-    figure.text(0.01, 0.975, "Breaking points that theory knows: lines are theory, dots are the program", fontsize=14,
+    figure.text(0.01, 0.975, "Breaking points that theory knows: lines are theory, dots are measured", fontsize=14,
                 color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.012, style.machine_text(study), fontsize=8, color=FAINT)
     return figure

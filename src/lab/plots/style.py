@@ -1,4 +1,4 @@
-"""What the lab's charts share: colours, direct labels, reading and saving."""
+"""Shared by the lab's charts: colours, reading and saving."""
 import json
 import pathlib
 import sys
@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-# Okabe and Ito (2008): told apart with any kind of colour vision. The shape of the dot says it again.
+# Okabe and Ito (2008): distinct for all kinds of colour vision. Each method also has its own shape of dot.
 COLOURS = {"impulse": "#0072B2", "spring": "#D55E00", "exact": "#009E73"}
 MARKS = {"impulse": "o", "spring": "s", "exact": "D"}
 METHODS = ("impulse", "spring", "exact")
@@ -59,7 +59,7 @@ def save(figure, where, name):
 
 
 def percent(value, _=None):
-    """0.01 -> '1 %'; what is small as a power of ten."""
+    """0.01 -> '1 %'; small values as a power of ten."""
     shown = 100.0 * value
     if shown >= 1e-4 * 0.999 and shown < 1e4:
         return f"{shown:g} %"

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Chart of `pickleflight bench --sweep --json FILE`: physics over N, and where a frame goes.
+"""Chart of `pickleflight bench --sweep --json FILE`: time of physics over N, and shares of a frame.
 
 sweep.py FILE.json OUT    writes OUT.svg and OUT.png
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
@@ -15,10 +15,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-# Okabe and Ito (2008): told apart with any kind of colour vision. One colour a device, one dash a search.
+# Okabe and Ito (2008): distinct for all kinds of colour vision. One colour per device, one dash per search.
 COLOURS = {"1 thread": "#0072B2", "all threads": "#D55E00", "CUDA": "#009E73"}
 PARTS = [("physics", "#0072B2"), ("render", "#E69F00"), ("overhead", "#BBBBBB")]
-# The project report that started this one: 10^6 parcels, grid, on an RTX 2080 (its section 4.5).
+# The report of the seed project: 10^6 parcels, grid, on an RTX 2080 (its section 4.5).
 SEED = {"physics": 27.56, "render": 68.75, "overhead": 3.69}
 INK, FAINT = "#222222", "#8A8A8A"
 SIXTIETH_MS = 1000.0 / 60.0
@@ -43,25 +43,25 @@ def threads_text(series):
     return series["device"].rsplit(", ", 1)[-1]
 
 
-def spread(values, least):
-    """The values moved apart to differ by `least`, their order and as far as it can be their place kept."""
+def spread(values, min_gap):
+    """Moves values apart until they differ by min_gap. Keeps their order, and their positions as far as possible."""
     order = sorted(range(len(values)), key=values.__getitem__)
 
     def height(group):
-        return (len(group[0]) - 1) * least
+        return (len(group[0]) - 1) * min_gap
 
     merged = []  # groups of members and their centre
     for i in order:
         merged.append([[i], values[i]])
         while len(merged) > 1 and (merged[-1][1] - height(merged[-1]) / 2
-                                   < merged[-2][1] + height(merged[-2]) / 2 + least):
+                                   < merged[-2][1] + height(merged[-2]) / 2 + min_gap):
             upper, lower = merged.pop(), merged.pop()
             members = lower[0] + upper[0]
             merged.append([members, sum(values[i] for i in members) / len(members)])
     places = list(values)
     for members, centre in merged:
         for rank, i in enumerate(members):
-            places[i] = centre + (rank - (len(members) - 1) / 2) * least
+            places[i] = centre + (rank - (len(members) - 1) / 2) * min_gap
     return places
 
 
@@ -96,7 +96,7 @@ def draw_growth(axes, sweep):
 
 
 def label_ends(axes, ends):
-    """Each series named at its last point, names moved apart where the points are close."""
+    """Labels each series at its last point. Labels of close points are moved apart."""
     axes.figure.canvas.draw()
     heights = [axes.transData.transform((size, time))[1] for _, size, time in ends]
     places = spread(heights, 15.0 * axes.figure.dpi / 72)
@@ -113,7 +113,7 @@ def last_measured(series):
 
 
 def bars_of(sweep):
-    """The seed's bar, then the grid on every device at the largest N that was measured."""
+    """The bar of the seed, then the grid on each device at the largest measured N."""
     bars = [("the seed's report\nRTX 2080, grid", 10**6, SEED, None)]
     for series in sweep["series"]:
         point = last_measured(series)
@@ -142,7 +142,7 @@ def draw_shares(axes, sweep):
         if frame_ms is not None:
             axes.text(102, row, f"{frame_ms:.3g} ms", va="center", color=INK, fontsize=9.5)
     left = 0.0
-    for part, _ in PARTS:  # named once, over the first bar
+    for part, _ in PARTS:  # labels over the first bar
         at, align = (100, "right") if part == "overhead" else (left + SEED[part] / 2, "center")
         axes.text(at, -0.40, part, ha=align, va="bottom", color=INK, fontsize=9.5)
         left += SEED[part]
@@ -151,7 +151,7 @@ def draw_shares(axes, sweep):
     axes.set_xlim(0, 100)
     axes.set_xticks([0, 25, 50, 75, 100], ["0", "25", "50", "75", "100 %"])
     size = max(number for _, number, _, _ in bars[1:]) if len(bars) > 1 else 10**6
-    axes.set_title(f"Where a frame of {size:,} parcels goes", loc="left", fontsize=11.5, color=INK, pad=10)
+    axes.set_title(f"Shares of a frame of {size:,} parcels", loc="left", fontsize=11.5, color=INK, pad=10)
     axes.spines["left"].set_visible(False)
     axes.tick_params(axis="y", length=0)
 
@@ -170,7 +170,7 @@ def draw(sweep):
     hollow = any(point["extrapolated"] for series in sweep["series"] for point in series["points"])
     note = f"Court scene, one step a frame, 1280x720. CPU: {device}."
     if hollow:
-        note += " Hollow: extrapolated, would take over 20 s (all-pairs as N\u00b2, grid as N)."
+        note += " Hollow: extrapolated, longer than 20 s (all-pairs as N\u00b2, grid as N)."
     figure.text(0.05, 0.02, note, fontsize=8.5, color=FAINT)
     return figure
 
@@ -180,7 +180,7 @@ def main():
         sys.exit(__doc__)
     sweep = json.loads(pathlib.Path(sys.argv[1]).read_text())
     if sweep.get("kind") != "sweep" or not sweep["series"]:
-        sys.exit(f"{sys.argv[1]}: no sweep with a series in it; make one: pickleflight bench --sweep --json FILE")
+        sys.exit(f"{sys.argv[1]}: no sweep with a series; measure one: pickleflight bench --sweep --json FILE")
     figure = draw(sweep)
     figure.savefig(sys.argv[2] + ".svg", metadata={"Date": None})
     figure.savefig(sys.argv[2] + ".png", dpi=110, metadata={"Software": None})

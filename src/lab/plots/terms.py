@@ -1,11 +1,12 @@
 #!/usr/bin/python3
-"""Chart of `pickleflight lab terms`: what leaving out a term does to the flight, and what it saves.
+"""Chart of `pickleflight lab terms`: effect of leaving out a term on the flight, and its cost.
 
 terms.py FOLDER    reads FOLDER/terms.json, writes terms.svg and terms.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import style
 from style import FAINT, INK, plt
+from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 PLACE, SPEED, COST = "#0072B2", "#E69F00", "#999999"
@@ -29,26 +30,25 @@ def draw_effects(axes, rows, tolerance):
     axes.text(tolerance, -0.62, f"tolerance {100 * tolerance:g} %", ha="center", va="bottom", fontsize=9, color=INK)
     axes.set_yticks(range(len(rows)), [row["term"] for row in rows], fontsize=10)
     axes.set_ylim(len(rows) - 0.5, -0.65)
-    axes.text(FLOOR * 1.15, -0.15, "place of exit", color="white" if rows[0]["exit_shift"] >= 2 * rows[0]["exit_shift_sigma"] else INK, fontsize=8, va="center", zorder=6)
-    axes.text(FLOOR * 1.15, 0.15, "speed", color=INK, fontsize=8, va="center", zorder=6)
     axes.xaxis.set_major_formatter(FuncFormatter(style.percent))
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.set_title("Without it, the flight moves by", loc="left", pad=20)
-    axes.set_xlabel("of path length, or of speed")
+    axes.set_title("Change of the flight without the term", loc="left", pad=20)
+    axes.set_xlabel("share of the path's length, or of the speed")
 
 
 def draw_costs(axes, rows, full_ms):
     for y, row in enumerate(rows):
         saved = 100 * row["saved_share"]
         axes.barh(y, saved, height=0.4, color=COST, zorder=3)
-        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5, color=INK)
+        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5,
+                  color=INK)
         axes.text(150, y, row["verdict"], va="center", ha="right", fontsize=10.5, fontweight="bold",
                   color=VERDICTS[row["verdict"]])
     axes.set_yticks([])
     axes.set_xlim(0, 150)
     axes.set_ylim(len(rows) - 0.5, -0.65)
     axes.set_xticks([0, 50, 100], ["0", "50", "100 %"])
-    axes.set_title(f"It costs, of {full_ms:,.0f} ms per simulated s", loc="left", pad=20)
+    axes.set_title(f"Cost, of {full_ms:,.0f} ms per simulated s", loc="left", pad=20)
 
 
 def main():
@@ -66,10 +66,12 @@ def main():
         axes.grid(False, axis="y")
     draw_effects(effects, rows, study["tolerance"])
     draw_costs(costs, rows, full["ms_per_simulated_s"])
-    figure.text(0.01, 0.965, f"What each term of the model does and costs: scene {full['scene']}", fontsize=14,
+    figure.text(0.01, 0.965, f"Effect and cost of each term of the model: scene {full['scene']}", fontsize=14,
                 color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.015, f"{full['num_parcels']:,} parcels, means over {len(full['flights'])} seeds with their "
-                f"standard errors; dashed: less than this.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    figure.text(0.01, 0.015, f"{full['num_parcels']:,} parcels, means over {len(full['flights'])} seeds with "
+                f"standard errors; dashed bars: upper bounds.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    figure.legend(handles=[Patch(color=PLACE, label="place of exit"), Patch(color=SPEED, label="speed at exit")],
+                  loc="upper right", bbox_to_anchor=(0.99, 0.985), ncol=2, frameon=False, fontsize=10)
     style.save(figure, where, "terms")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Chart of `pickleflight lab validate --out FOLDER`: how far each figure is off what theory says.
+"""Chart of `pickleflight lab validate --out FOLDER`: error of each figure against theory.
 
 validate.py FOLDER    reads FOLDER/validate.json, writes validate.svg and validate.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
@@ -8,7 +8,7 @@ import style
 from style import COLOURS, FAINT, INK, MARKS, plt
 from matplotlib.ticker import FixedLocator, FuncFormatter
 
-LARGEST = 1000.0  # times what is allowed; what is further off is drawn there
+MAX_ERROR = 1000.0  # in allowed errors; larger ones are drawn here
 
 
 def allowed(row):
@@ -23,7 +23,7 @@ def draw(study):
     axes.set_xscale("symlog", linthresh=1.0, linscale=1.4)
     for row in study["points"]:
         scale, y, method = allowed(row), names.index(row["yardstick"]), row["method"]
-        at = max(-LARGEST, min(LARGEST, row["error"] / scale))
+        at = max(-MAX_ERROR, min(MAX_ERROR, row["error"] / scale))
         axes.errorbar(at, y + (0.0 if row["judged"] else 0.22), xerr=row["sigma"] / scale, fmt=MARKS[method], ms=5.0,
                       color=COLOURS[method], mfc=COLOURS[method] if row["judged"] else "white", elinewidth=1.1, zorder=4)
     for edge in (-1, 1):
@@ -31,15 +31,15 @@ def draw(study):
     style.tidy(axes)
     axes.set_yticks(range(len(names)), names, fontsize=8.5)
     axes.set_ylim(len(names) - 0.4, -0.6)
-    axes.set_xlim(-1.5 * LARGEST, 1.5 * LARGEST)
+    axes.set_xlim(-1.5 * MAX_ERROR, 1.5 * MAX_ERROR)
     axes.xaxis.set_major_locator(FixedLocator([-1000, -100, -10, -1, 0, 1, 10, 100, 1000]))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:+g}" if value else "0"))
-    axes.set_xlabel("off by, in what is allowed: the larger of three standard errors and the tolerance")
-    for text, method, x in (("exact, judged", "exact", 0.36), ("impulse, shown beside it (hollow)", "impulse", 0.5)):
+    axes.set_xlabel("error over allowed error: the larger of three standard errors and the tolerance")
+    for text, method, x in (("exact, judged", "exact", 0.36), ("impulse, only shown (hollow)", "impulse", 0.5)):
         figure.text(x, 1.0 - 0.62 / height, text, color=COLOURS[method], fontsize=10, fontweight="bold")
     failed = len(study.get("failed", []))
-    figure.text(0.01, 1.0 - 0.16 / height, f"Against theory: {failed or 'no'} yardstick{'' if failed == 1 else 's'} missed",
-                fontsize=14, color=INK, fontweight="bold", va="top")
+    title = f"Against theory: {failed or 'no'} figure{'' if failed == 1 else 's'} outside the allowed error"
+    figure.text(0.01, 1.0 - 0.16 / height, title, fontsize=14, color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.12 / height, style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 

@@ -3,8 +3,13 @@
 
 work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precision.svg/.png and
                             work-precision-order.svg/.png beside it
+work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel alone, larger, as FILE (.png or .svg):
+                            ERROR is rate, pressure, energy, path or drag, E the restitution
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
+import pathlib
+import sys
+
 import style
 from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
 from matplotlib.lines import Line2D
@@ -12,7 +17,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 ERRORS = [("rate", "collision rate"), ("pressure", "pressure"), ("energy", "energy, per 10 collisions"),
           ("path", "ball: path"), ("drag", "ball: drag")]
-FLOOR = 1e-7  # energy below it is drawn there
+FLOOR = 1e-7  # smaller errors of energy are drawn here
 PALE = {"impulse": "#B3D4E8", "spring": "#F3CDB2", "exact": "#B2DDD0"}
 
 
@@ -23,7 +28,7 @@ def rows_of(study, error, device, eta, restitution):
 
 
 def look_of(method, device):
-    """Dots of the CPU are full, those of a CUDA device a rim of the same colour around a pale core."""
+    """Dots of the CPU are filled; dots of a CUDA device have a pale core and a rim of the same colour."""
     return dict(mew=1.2, mfc=COLOURS[method]) if device == "cpu" else dict(mew=1.7, mfc=PALE[method])
 
 
@@ -75,29 +80,16 @@ def share_limits(row_axes):
         axes.yaxis.set_major_locator(LogLocator(base=100.0 if high / low > 1e5 else 10.0, numticks=9))
 
 
-def name_devices(figure, study):
-    """Which dots are whose, where there are two series."""
+def add_legend(figure, study, corner=(0.99, 0.985)):
+    """Legend of methods and devices, above the panels. corner: its upper right one, as shares of the figure."""
+    handles = [Line2D([], [], ls="", marker=MARKS[method], ms=6, color=COLOURS[method], label=method) for method in METHODS]
     devices = list(dict.fromkeys(row["device"] for row in study["points"]))
-    if len(devices) < 2:
-        return
-    names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
-    figure.legend(handles=[Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
-                                  mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices],
-                  loc="upper right", bbox_to_anchor=(0.99, 0.985), ncol=len(devices), frameon=False, fontsize=10)
-
-
-def name_methods(axes, study):
-    """Each method named once, at its dot furthest right in this panel."""
-    rows = rows_of(study, "rate", "cpu", axes.case[0], axes.case[1])
-    for method in METHODS:
-        mine = [row for row in rows if row["method"] == method]
-        if not mine:
-            continue
-        row = max(mine, key=lambda row: row["errors"]["rate"]["value"])
-        at = (row["ns_per_disc_time"], row["errors"]["rate"]["value"])
-        offset, align = ((8, 2), "left") if method != "exact" else ((0, 9), "center")
-        axes.annotate(method, at, xytext=offset, textcoords="offset points", color=COLOURS[method], fontsize=10,
-                      fontweight="bold", ha=align, va="bottom", annotation_clip=False)
+    if len(devices) > 1:
+        names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
+        handles += [Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
+                           mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices]
+    figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=len(handles), frameon=False,
+                  fontsize=10, handletextpad=0.2, columnspacing=1.2)
 
 
 def draw(study):
@@ -116,95 +108,94 @@ def draw(study):
         row_axes[0].set_ylabel(title)
     for axes in grid[0]:
         axes.set_title(f"area fraction {axes.case[0]:g}, e = {axes.case[1]:g}", loc="left", fontsize=9.5, color=INK)
-    name_methods(grid[0][0], study)
-    name_devices(figure, study)
-    figure.text(0.01, 0.975, "What an error costs", fontsize=15, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.95, "Down: more accurate. Left: cheaper. Grey: the front that no other dot beats. Hollow with "
-                "arrow: below what the run resolves. Dotted line: cost of exact, where it is the yardstick itself.",
+    add_legend(figure, study)
+    figure.text(0.01, 0.975, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.01, 0.95, "Lower is more accurate, further left is cheaper. Grey: the front that no other dot beats. Hollow with "
+                "arrow: upper bound. Dotted line: cost of exact where it is the reference.",
                 fontsize=9.5, color=FAINT, va="top")
     figure.supxlabel("nanoseconds per disc and time d/c (diameter over thermal speed)", fontsize=10.5, color=INK, y=0.028)
     figure.text(0.01, 0.006, style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
+def draw_order(axes, study, rows, method):
+    """Error over time step of one method, labelled with its order of convergence."""
+    steps, values = [row["dt"] for row in rows], [row["path_error"] for row in rows]
+    order = next((entry["order"] for entry in study["orders"]
+                  if entry["method"] == method and entry["area_fraction"] == rows[0]["area_fraction"]
+                  and entry.get("device", "cpu") == "cpu"), None)
+    axes.plot(steps, values, color=COLOURS[method], lw=1.2, alpha=0.5, zorder=2)
+    axes.errorbar(steps, values, fmt=MARKS[method], ms=5.5, color=COLOURS[method], elinewidth=1.0, zorder=3,
+                  yerr=[[row["path_error"] - row["path_low"] for row in rows],
+                        [row["path_high"] - row["path_error"] for row in rows]],
+                  label=method if order is None else f"{method} {order:.2f}")
+
+
 def draw_orders(study):
     rows = [row for row in study["points"] if row["group"] == "parcel-path" and row["device"] == "cpu"]
     etas = sorted({row["area_fraction"] for row in rows})
-    figure, grid = plt.subplots(1, len(etas), figsize=(3.9 * len(etas), 4.3), sharey=True, squeeze=False)
-    figure.subplots_adjust(left=0.085, right=0.96, top=0.83, bottom=0.2, wspace=0.1)
+    figure, grid = plt.subplots(1, len(etas), figsize=(3.9 * len(etas), 4.5), sharey=True, squeeze=False)
+    figure.subplots_adjust(left=0.085, right=0.96, top=0.77, bottom=0.2, wspace=0.1)
     for axes, eta in zip(grid[0], etas):
         axes.set_xscale("log")
         axes.set_yscale("log")
         for method in METHODS:
-            mine = sorted((row for row in rows if row["method"] == method and row["area_fraction"] == eta),
-                          key=lambda row: row["dt"])
-            if not mine:
-                continue
-            steps, values = [row["dt"] for row in mine], [row["path_error"] for row in mine]
-            axes.plot(steps, values, color=COLOURS[method], lw=1.2, alpha=0.5, zorder=2)
-            axes.errorbar(steps, values, fmt=MARKS[method], ms=5.5, color=COLOURS[method], elinewidth=1.0, zorder=3,
-                          yerr=[[row["path_error"] - row["path_low"] for row in mine],
-                                [row["path_high"] - row["path_error"] for row in mine]])
-            order = next((entry["order"] for entry in study["orders"]
-                          if entry["method"] == method and entry["area_fraction"] == eta
-                          and entry.get("device", "cpu") == "cpu"), None)
-            label = method if order is None else f"{method}, order {order:.2f}"
-            at, offset = {"impulse": (len(mine) // 2, (-8, -18)), "spring": (len(mine) // 2, (8, 18)), "exact": (0, (6, 11))}[method]
-            axes.annotate(label, (steps[at], values[at]), xytext=offset, textcoords="offset points",
-                          color=COLOURS[method], fontsize=9.5, fontweight="bold", va="center",
-                          ha={"impulse": "left", "spring": "right", "exact": "right"}[method])
+            chosen = [row for row in rows if row["method"] == method and row["area_fraction"] == eta]
+            if chosen:
+                draw_order(axes, study, sorted(chosen, key=lambda row: row["dt"]), method)
         style.tidy(axes)
-        axes.margins(x=0.16)
-        axes.set_title(f"area fraction {eta:g}", loc="left", color=INK)
+        legend = axes.legend(loc="lower left", bbox_to_anchor=(-0.03, 0.985), ncol=len(METHODS), frameon=False, fontsize=9.5,
+                             handletextpad=0.2, columnspacing=1.0)
+        for text in legend.get_texts():  # labelcolor="linecolor" fails with error bars before matplotlib 3.7
+            text.set_color(COLOURS[text.get_text().split()[0]])
+        axes.set_title(f"area fraction {eta:g}", loc="left", color=INK, pad=26)
         axes.set_xlabel("time step, d/c")
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
-    grid[0][0].set_ylabel("parcels off the reference, diameters")
-    figure.text(0.01, 0.96, "Order of convergence: parcels after one collision each, against the double-precision "
+    grid[0][0].set_ylabel("distance from the reference, diameters")
+    figure.text(0.01, 0.965, "Order of convergence: parcels after one collision each against the double-precision "
                 "reference", fontsize=12, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.015, "Median over the parcels that collided, with its 95 % interval. Slopes are fitted between "
-                "1e-5 and 0.1 diameters.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    figure.text(0.01, 0.015, "Median over the parcels that collided, with its 95 % interval. Numbers: order of convergence, "
+                "fitted between 1e-5 and 0.1 diameters.\n" + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
 def draw_parcels(study):
-    """Scatter of the flight over the seeds against N, and the smallest error of each method beside it."""
+    """Scatter of the flight over the seeds against N, and the errors of the methods beside it."""
     rows = sorted((row for row in study["points"] if row["group"] == "parcels" and "ends" in row),
                   key=lambda row: row["num_parcels"])
     figure, grid = plt.subplots(1, 2, figsize=(11.5, 4.6))
     figure.subplots_adjust(left=0.075, right=0.985, top=0.8, bottom=0.24, wspace=0.2)
     sizes = [row["num_parcels"] for row in rows]
-    for axes, (error, title) in zip(grid, (("path", "path of the ball, of its length"),
-                                           ("drag", "speed lost, of the loss"))):
+    for axes, (error, title) in zip(grid, (("path", "path of the ball, share of its length"),
+                                           ("drag", "loss of speed, share of the loss"))):
         axes.set_xscale("log")
         axes.set_yscale("log")
         entries = [row["errors"][error] for row in rows]
         axes.errorbar(sizes, [entry["scatter"] for entry in entries], [entry["sigma"] for entry in entries], fmt="-o",
-                      color=INK, ms=5.5, lw=1.4, zorder=4)
+                      color=INK, ms=5.5, lw=1.4, zorder=4, label="scatter over 16 seeds")
         middle = len(sizes) // 2
-        axes.annotate("scatter over 16 seeds", (sizes[1], entries[1]["scatter"]), xytext=(10, 8),
-                      textcoords="offset points", color=INK, fontsize=10, fontweight="bold")
         law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
-        axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2)
-        axes.annotate(r"$1/\sqrt{N}$", (sizes[0], law[0]), xytext=(4, 4), textcoords="offset points", color=FAINT, fontsize=9.5)
+        axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2, label=r"$1/\sqrt{N}$")
         draw_method_errors(axes, study, error, {"impulse": sizes[-1] * 2.0, "spring": sizes[-1] * 4.5})
         style.tidy(axes)
+        axes.legend(loc="lower left", frameon=False, fontsize=9.5)  # empty, since the scatter falls with N
         axes.set_title(title, loc="left", color=INK)
         axes.set_xlabel("air parcels N")
         axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 8.0)
         axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
-    figure.text(0.01, 0.965, "Where a better method buys nothing: its error is below the scatter of one flight",
+    figure.text(0.01, 0.965, "A method's error only matters above the scatter of one flight",
                 fontsize=13.5, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: methods at their own number of parcels, area "
-                "fraction 0.05, e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact, hollow: upper "
-                "bound. Bars: standard errors.\n" + style.machine_text(study), fontsize=8, color=FAINT)
+    figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: errors of the methods at area fraction 0.05, "
+                "e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact; hollow: upper bound. "
+                "Bars: standard errors.\n" + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
 def draw_method_errors(axes, study, error, places):
-    """Errors of the methods as dots at a place on the right each, named by displacement per step."""
+    """Errors of the methods as dots on the right, labelled with the displacement per step."""
     etas = sorted({row["area_fraction"] for row in study["points"] if row["group"] == "ball"})
     rows = [row for row in study["points"] if row["group"] == "ball" and row["restitution"] == 0.9
             and row["device"] == "cpu" and row["area_fraction"] == etas[0] and row["method"] != "exact"
@@ -228,7 +219,35 @@ def draw_method_errors(axes, study, error, places):
                           color=COLOURS[method], fontsize=10, fontweight="bold")
 
 
+def draw_panel_alone(study, error, eta, restitution):
+    figure, axes = plt.subplots(figsize=(8.6, 4.7))
+    figure.subplots_adjust(left=0.095, right=0.975, top=0.735, bottom=0.175)
+    draw_panel(axes, study, error, eta, restitution)
+    share_limits([axes])
+    axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
+    title = dict(ERRORS)[error]
+    axes.set_ylabel(f"error of the {title}" if ":" not in title else f"error, {title}")
+    axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
+    add_legend(figure, study, (0.985, 0.82))
+    figure.text(0.015, 0.965, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.015, 0.885, f"Hard discs, area fraction {eta:g}, e = {restitution:g}. Lower is more accurate, left is cheaper. "
+                "Grey: no other dot beats these. Arrow: upper bound.", fontsize=9, color=FAINT, va="top")
+    figure.text(0.015, 0.02, style.machine_text(study), fontsize=7, color=FAINT)
+    return figure
+
+
+def panel_alone(folder, error, eta, restitution, file):
+    study = style.load(pathlib.Path(folder), "work-precision")
+    if error not in dict(ERRORS) or not rows_of(study, error, "cpu", float(eta), float(restitution)):
+        sys.exit(f"{folder} holds no {error} at area fraction {eta}, e = {restitution}")
+    style.prepare("work-precision-panel")
+    figure = draw_panel_alone(study, error, float(eta), float(restitution))
+    figure.savefig(file, dpi=120, metadata={"Software": None} if file.endswith(".png") else {"Date": None})
+
+
 def main():
+    if len(sys.argv) == 7 and sys.argv[2] == "--panel":
+        return panel_alone(sys.argv[1], *sys.argv[3:])
     where = style.folder()
     study = style.load(where, "work-precision")
     style.prepare("work-precision")

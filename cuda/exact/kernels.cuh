@@ -1,0 +1,47 @@
+// Method `exact` on the device: the kernels' argument, and the functions that launch them.
+#pragma once
+
+#include "backend/draw_buffers.hpp"
+#include "cuda/cell_sort.cuh"
+#include "cuda/exact/step_state.cuh"
+#include "cuda/neighbour_search.cuh"
+
+namespace pf::cuda {
+
+// Argument of all kernels.
+struct ExactLaunch {
+  RunConstants run;
+  DeviceSearch space;
+  StepMemory memory;
+  ExactState* state = nullptr;
+  StepState* step_state = nullptr;     // receives the request's totals and the ball
+  TallySlot* slots = nullptr;          // kNumSlots
+  DrawBuffers draw;                    // device memory; null pointers: nothing is drawn
+  bool ball_was_set = false;           // from outside, since the last request
+  std::uint64_t until = 0;             // tick of the reference speed at which the step ends
+  std::uint64_t next_until = 0;        // at which the one after it ends; 0: there is none
+  std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never
+};
+
+// Blocks of solve_kernel, all on the device together, and at most as many as num_parcels need.
+std::uint32_t exact_num_slices(std::uint32_t num_parcels);
+
+// Anchors every parcel at its position, at tick `now` of the reference speed.
+void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream);
+// Zeroes the request's totals, takes the ball from step_state, plans the first step.
+void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream);
+
+// The stages of one step, in this order. They take it to `until`. With sort_displacement they may stop on the
+// way; then parcels are sorted and the stages are launched again.
+void launch_predict(const ExactLaunch& launch, cudaStream_t stream);
+void launch_solve(const ExactLaunch& launch, cudaStream_t stream);  // clusters, pairs, solving, reconciling
+void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
+
+// The first and the last kernel of a sort: keys and indices by the parcels' positions; and, after the gather,
+// positions at the current tick. The latter also sets the displacement since the sort to 0.
+void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
+void launch_locate(const ExactLaunch& launch, cudaStream_t stream);
+// out[i] = position of parcel i.
+void launch_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream);
+
+}  // namespace pf::cuda

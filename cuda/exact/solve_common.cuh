@@ -1,0 +1,148 @@
+// Method `exact` on the device: functions that the solvers of a warp and of a block share.
+#pragma once
+
+#include "cuda/exact/clusters.cuh"
+
+namespace pf::cuda {
+
+// Events of a cluster at which its solver gives up; then the step is retried with half the length.
+constexpr std::uint32_t kMaxEvents = 20000;
+
+// Numbers of items in a block's slices, in shared memory; and 1 in `alone` if it solves the rest of the step
+// alone.
+struct BlockCounts {
+  std::uint32_t members, segments, neighbour_pairs;
+  std::uint32_t alone;
+};
+
+// Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.
+__device__ inline void add_conflict(const StepContext& step, const BlockCounts& counts, std::uint32_t p,
+                                    std::uint32_t q) {
+  const std::uint32_t k = atomicAdd(&step.state.num_conflicts[counts.alone], 1U);
+  if (k < step.memory.conflict_capacity) {
+    step.memory.conflicts[k] = {p, q};
+  } else {
+    step.state.solve_failed = 1;
+  }
+}
+
+// Notes parcels of two clusters that are near each other.
+__device__ __forceinline__ void add_neighbour_pair(const StepContext& step, BlockCounts& counts,
+                                                   std::uint32_t i, std::uint32_t j) {
+  const StepMemory& memory = step.memory;
+  const std::uint32_t k = atomicAdd(&counts.neighbour_pairs, 1U);
+  if (k < memory.neighbour_pair_capacity) {
+    memory.neighbour_pairs[static_cast<std::size_t>(blockIdx.x) * memory.neighbour_pair_capacity + k] = {i,
+                                                                                                         j};
+  } else {
+    step.state.solve_failed = 1;
+  }
+}
+
+__device__ inline Member member_at_start(const StepContext& step, std::uint32_t i) {
+  const StepMemory& memory = step.memory;
+  Member member;
+  member.index = i;
+  member.id = step.id(i);
+  member.trajectory = step.start_trajectory(i);
+  const std::uint32_t partner = memory.event_partner[i];
+  member.event = {memory.event_tick[i], partner, is_parcel(partner) ? step.id(partner) : partner};
+  const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
+  member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
+  member.next = kInvalidIndex;
+  member.last_segment = kInvalidIndex;
+  member.fastest_mps = sqrtf(dot(member.trajectory.velocity, member.trajectory.velocity)) * (1.0F + 1e-6F);
+  member.has_changed = 0;
+  return member;
+}
+
+// Claims parcel i for the cluster if it is free. Returns its owner before, kInvalidIndex if it was free.
+__device__ __forceinline__ std::uint32_t claim(const StepContext& step, std::uint32_t i,
+                                               std::uint32_t cluster) {
+  const std::uint32_t owner = atomicCAS(&step.memory.owner[i], kInvalidIndex, cluster);
+  // If two clusters each claim a parcel and then look at the other's parcel, at least one of them sees the
+  // other's claim.
+  __threadfence();
+  return owner;
+}
+
+// Slot of a new member, parcel i, in the block's slice.
+__device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step, BlockCounts& counts,
+                                                         std::uint32_t i) {
+  const StepMemory& memory = step.memory;
+  std::uint32_t k = atomicAdd(&counts.members, 1U);
+  if (k >= memory.member_capacity) {
+    step.state.solve_failed = 1;
+    k = 0;
+  }
+  const std::uint32_t slot = blockIdx.x * memory.member_capacity + k;
+  memory.member_slot[i] = slot;
+  return slot;
+}
+
+// Puts a member on the trajectory that an event at `tick` led to. The trajectory before becomes a segment,
+// unless it is the start trajectory.
+__device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCounts& counts,
+                                               const Trajectory& now, std::uint32_t tick, Member& member,
+                                               ClusterTally& tally) {
+  const StepMemory& memory = step.memory;
+  if (member.has_changed) {
+    const std::uint32_t k = atomicAdd(&counts.segments, 1U);
+    if (k < memory.segment_capacity) {
+      const std::uint32_t segment = blockIdx.x * memory.segment_capacity + k;
+      memory.segments[segment] = {member.trajectory, tick, member.last_segment};
+      member.last_segment = segment;
+    } else {
+      step.state.solve_failed = 1;
+    }
+  }
+  const float speed2 = dot(now.velocity, now.velocity);
+  member.trajectory = now;
+  member.has_changed = 1;
+  member.fastest_mps = fmaxf(member.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
+  tally.fastest2 = fmaxf(tally.fastest2, speed2);
+}
+
+// Search around a member for the parcels that it may collide with in the step.
+struct MemberSearch {
+  Vec2i position, start;  // of the parcel, and of its trajectory traced back, at the step's start
+  Vec2f velocity;
+  std::int32_t reach;
+  float radius2;
+
+  // fastest_mps: bound on the member's speeds in the step so far.
+  template <Boundary kBoundary>
+  static __device__ __forceinline__ MemberSearch around(const StepContext& step, Vec2i position,
+                                                        const Trajectory& now, float fastest_mps) {
+    const double radius = search_radius(step.c, static_cast<double>(fastest_mps) + step.c.plan.max_speed_mps);
+    return {position, start_position<kBoundary>(step.c, now), now.velocity, step.search_reach(radius),
+            static_cast<float>(radius * radius)};
+  }
+
+  // Returns whether the parcel at that position may come near the member at all.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ bool holds(const World& world, Vec2i other) const {
+    const Vec2i offset = separation<kBoundary>(world, position, other);
+    const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
+    return x * x + y * y < radius2;
+  }
+
+  // Returns whether a parcel that stays on its start trajectory may collide with the member.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ bool may_hit(const StepContext& step, Vec2i other, Vec2f other_velocity) const {
+    return may_collide(separation<kBoundary>(step.launch.space.world, start, other),
+                       other_velocity - velocity, step.contact_distance(), step.units_in_step());
+  }
+};
+
+// Replaces `best` if a parcel reaches the edge, or a ball that its cluster does not own, before it.
+template <Boundary kBoundary>
+__device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position,
+                                                   const Trajectory& now, bool owns_ball, Event& best) {
+  if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
+  if (step.c.plan.ball == BallRole::absent || owns_ball || !step.is_near_ball<kBoundary>(position)) return;
+  keep_earlier(best, {ball_collision_tick<kBoundary>(step.c, step.state.ball.trajectory, now), kBallPartner,
+                      kBallPartner});
+}
+
+}  // namespace pf::cuda

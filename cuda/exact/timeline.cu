@@ -1,0 +1,127 @@
+// Kernels of method `exact` between steps.
+#include "cuda/exact/timeline.cuh"
+
+#include <algorithm>
+
+#include "cuda/check.cuh"
+#include "model/for_boundary.hpp"
+
+namespace pf::cuda {
+namespace {
+
+constexpr unsigned kBlock = kExactBlock;
+
+unsigned blocks_for(std::uint32_t n) { return std::max(1U, (n + kBlock - 1) / kBlock); }
+
+__device__ std::uint32_t parcel_of_thread() { return blockIdx.x * kBlock + threadIdx.x; }
+
+__global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch) {
+  ExactState& state = *launch.state;
+  const RunConstants& run = launch.run;
+  if (threadIdx.x < kNumSlots) launch.slots[threadIdx.x] = {};
+  for (std::uint32_t s = threadIdx.x; s < launch.memory.num_slices; s += blockDim.x)
+    launch.memory.counts[s] = {};
+  if (threadIdx.x == 0) {
+    launch.step_state->totals = {};
+    state.num_rounds = 0;
+    state.num_retried = 0;
+    state.event_hash = 0;
+    state.reconcile_ns = 0;
+    state.unresolvable = 0;
+    state.progress.ball = launch.step_state->ball;
+    if (launch.ball_was_set) state.progress.ball_trajectory_holds = false;
+  }
+  __syncthreads();
+  const ExactProgress& progress = state.progress;
+  const bool needs_finer_ticks = launch.ball_was_set && progress.tick_exponent != 0 &&
+                                 run.physics.ball.exists &&
+                                 surface_speed_mps(run.physics, progress.ball) >
+                                     tick_speed_mps(run.reference_ticks, progress.tick_exponent);
+  if (needs_finer_ticks) anchor_all(launch, threadIdx.x, blockDim.x, [] { __syncthreads(); });
+  __syncthreads();
+  if (threadIdx.x != 0) return;
+  state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
+  if (launch.until > state.progress.now) plan_next(run, launch.until, state);
+}
+
+__global__ void reset_state_kernel(ExactState* state, std::uint64_t now) {
+  *state = {};
+  state->progress.now = now;
+}
+
+__global__ void anchor_kernel(const __grid_constant__ ExactLaunch launch, std::uint64_t now) {
+  const std::uint32_t i = parcel_of_thread();
+  const ParcelPointers& parcels = launch.memory.trajectories;
+  float speed2 = 0.0F;
+  if (i < launch.space.num_parcels) {
+    parcels.tick[i] = static_cast<std::uint32_t>(now);
+    if (parcels.last_contact_tick)
+      parcels.last_contact_tick[i] = static_cast<std::uint32_t>(now - kAnchorPeriod);
+    launch.memory.positions[0][i] = parcels.position[i];
+    const float any_speed2 = dot(parcels.velocity[i], parcels.velocity[i]);
+    if (!is_retired(parcels.position[i]) && any_speed2 < kMaxFiniteSpeed2) speed2 = any_speed2;
+  }
+  const unsigned fastest2 = warp_max(__float_as_uint(speed2));
+  if (threadIdx.x % 32 == 0) atomicMax(&launch.state->fastest_after_bits, fastest2);
+}
+
+__global__ void set_speed_kernel(ExactState* state) {
+  state->progress.fastest_mps = fastest_after_mps(*state);
+}
+
+__global__ void key_kernel(const __grid_constant__ ExactLaunch launch, const SortKeys keys) {
+  const std::uint32_t i = parcel_of_thread();
+  if (i >= launch.space.num_parcels) return;
+  keys.key[i] = cell_key(launch.space.grid, launch.memory.positions[launch.state->current_buffer][i]);
+  keys.index[i] = i;
+}
+
+template <Boundary kBoundary>
+__global__ void locate_kernel(const __grid_constant__ ExactLaunch launch) {
+  const std::uint32_t i = parcel_of_thread();
+  ExactState& state = *launch.state;
+  if (i == 0) state.progress.max_displacement = 0;
+  if (i >= launch.space.num_parcels) return;
+  ExactConstants c{launch.run, {scaled(launch.run.reference_ticks, state.progress.tick_exponent)}};
+  c.plan.start = static_cast<std::uint32_t>(state.progress.now >> state.progress.tick_exponent);
+  const Trajectory trajectory = StepContext{launch, c}.start_trajectory(i);
+  launch.memory.positions[state.current_buffer][i] = position_at<kBoundary>(c, trajectory, 0);
+}
+
+__global__ void copy_positions_kernel(const __grid_constant__ ExactLaunch launch, Vec2i* out) {
+  const std::uint32_t i = parcel_of_thread();
+  if (i < launch.space.num_parcels) out[i] = launch.memory.positions[launch.state->current_buffer][i];
+}
+
+}  // namespace
+
+void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
+  reset_state_kernel<<<1, 1, 0, stream>>>(launch.state, now);
+  anchor_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, now);
+  set_speed_kernel<<<1, 1, 0, stream>>>(launch.state);
+  PF_LAUNCHED("anchor_kernel");
+}
+
+void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream) {
+  begin_request_kernel<<<1, kBlock, 0, stream>>>(launch);
+  PF_LAUNCHED("begin_request_kernel");
+}
+
+void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream) {
+  key_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, keys);
+  PF_LAUNCHED("key_kernel");
+}
+
+void launch_locate(const ExactLaunch& launch, cudaStream_t stream) {
+  for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    locate_kernel<kBoundary><<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+  });
+  PF_LAUNCHED("locate_kernel");
+}
+
+void launch_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream) {
+  copy_positions_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, out);
+  PF_LAUNCHED("copy_positions_kernel");
+}
+
+}  // namespace pf::cuda

@@ -1,0 +1,38 @@
+// The parcels' arrays on the device.
+#pragma once
+
+#include <cstdint>
+
+#include "core/vec2.hpp"
+#include "cuda/device_buffer.cuh"
+
+namespace pf {
+
+// Parcels in memory order, n entries each; by value to kernels.
+struct ParcelPointers {
+  Vec2i* position = nullptr;
+  Vec2f* velocity = nullptr;
+  std::uint32_t* id = nullptr;
+  std::uint32_t* tick = nullptr;               // method `exact` only, else null
+  std::uint32_t* last_contact_tick = nullptr;  // method `exact` with a contact duration only, else null
+};
+
+// Owner of the arrays. Method `exact` allocates the last two when it needs them.
+struct DeviceParcels {
+  DeviceBuffer<Vec2i> position;
+  DeviceBuffer<Vec2f> velocity;
+  DeviceBuffer<std::uint32_t> id;
+  DeviceBuffer<std::uint32_t> tick, last_contact_tick;
+
+  DeviceParcels() = default;
+  explicit DeviceParcels(std::size_t capacity) : position(capacity), velocity(capacity), id(capacity) {}
+
+  ParcelPointers pointers() const {
+    return {position.data(), velocity.data(), id.data(), tick.data(), last_contact_tick.data()};
+  }
+  std::size_t bytes() const {
+    return position.bytes() + velocity.bytes() + id.bytes() + tick.bytes() + last_contact_tick.bytes();
+  }
+};
+
+}  // namespace pf

@@ -1,0 +1,148 @@
+#include "app/accuracy_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kTable = "work-precision.json";
+
+// Values on either side of x, or the nearest end if x is outside. One value if x equals it.
+std::vector<double> neighbours(std::vector<double> values, double x) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  const auto above = std::lower_bound(values.begin(), values.end(), x * (1.0 - 1e-9));
+  if (above == values.end()) return {values.back()};
+  if (above == values.begin() || *above < x * (1.0 + 1e-9)) return {*above};
+  return {*(above - 1), *above};
+}
+
+double nearest_of(const std::vector<double>& values, double x) {
+  return *std::min_element(values.begin(), values.end(), [x](double a, double b) {
+    return std::fabs(std::log(a / x)) < std::fabs(std::log(b / x));
+  });
+}
+
+std::vector<double> values_of(const json& rows, const char* key) {
+  std::vector<double> values;
+  for (const json& row : rows) values.push_back(row.at(key));
+  return values;
+}
+
+bool has_error(const json& row, const std::string& target) {
+  return row.contains("errors") && row["errors"].contains(target);
+}
+
+json rows_of_series(const json& table, const std::string& target, const std::string& series) {
+  const char* group = needs_ball(target) ? "ball" : "gas";
+  json rows = json::array();
+  for (const json& row : table.at("points")) {
+    if (row.at("group") == group && row.at("device") == series && has_error(row, target)) rows.push_back(row);
+  }
+  return rows;
+}
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+bool needs_ball(const std::string& target) { return target == "path" || target == "drag"; }
+
+fs::path cached_table_file() {
+  const std::string cache = variable("XDG_CACHE_HOME");
+  if (!cache.empty()) return fs::path(cache) / "pickleflight" / kTable;
+  const std::string home = variable("HOME");
+  return home.empty() ? fs::path() : fs::path(home) / ".cache" / "pickleflight" / kTable;
+}
+
+fs::path accuracy_table_file() {
+  std::error_code ignored;
+  const fs::path cached = cached_table_file();
+  return !cached.empty() && fs::exists(cached, ignored) ? cached : find_asset(fs::path("lab") / kTable);
+}
+
+json read_accuracy_table(const fs::path& file) {
+  std::ifstream in(file);
+  json table = json::parse(in, nullptr, false);
+  const bool is_table = table.is_object() && table.value("study", "") == "work-precision" &&
+                        table.contains("points") && table["points"].is_array();
+  if (is_table) return table;
+  throw UserError(fmt::format(
+      "--accuracy: {} is not a table of the lab; delete it, or measure one: pickleflight lab work-precision",
+      in_quotes(file.string())));
+}
+
+TableRows rows_with(const json& table, const std::string& target, const std::string& backend) {
+  TableRows result{rows_of_series(table, target, backend)};
+  if (result.rows.empty() && backend != "cpu") result = {rows_of_series(table, target, "cpu"), true};
+  if (!result.rows.empty()) return result;
+  throw UserError("--accuracy: the table has no errors of " + target +
+                  "; measure one: pickleflight lab work-precision");
+}
+
+std::vector<TableCase> cases_around(const json& rows, const Settings& scene) {
+  std::vector<TableCase> cases;
+  for (const double fraction : neighbours(values_of(rows, "area_fraction"), scene.area_fraction)) {
+    for (const double restitution : neighbours(values_of(rows, "restitution"), scene.restitution))
+      cases.push_back({fraction, restitution});
+  }
+  return cases;
+}
+
+TableCase nearest_case(const json& rows, const Settings& scene) {
+  constexpr double kMinRestitution = 1e-3;  // its logarithm is needed
+  return {nearest_of(values_of(rows, "area_fraction"), scene.area_fraction),
+          nearest_of(values_of(rows, "restitution"), std::max(scene.restitution, kMinRestitution))};
+}
+
+bool is_beyond(const json& rows, const Settings& scene) {
+  const std::vector<double> fractions = values_of(rows, "area_fraction");
+  const std::vector<double> restitutions = values_of(rows, "restitution");
+  return scene.area_fraction > *std::max_element(fractions.begin(), fractions.end()) * 1.001 ||
+         scene.restitution < *std::min_element(restitutions.begin(), restitutions.end()) * 0.999;
+}
+
+std::vector<TableEntry> entries_of(const json& rows, const TableCase& at, const char* method,
+                                   const std::string& target) {
+  std::vector<TableEntry> entries;
+  for (const json& row : rows) {
+    if (row.at("area_fraction") != at.area_fraction || row.at("restitution") != at.restitution ||
+        row.at("method") != method) {
+      continue;
+    }
+    const json& error = row.at("errors").at(target);
+    entries.push_back({row.at("displacement_per_step"),
+                       error.at("value").is_null() ? 0.0 : error["value"].get<double>(),
+                       row.at("ns_per_disc_time"), error.value("bound", false)});
+  }
+  std::sort(entries.begin(), entries.end(),
+            [](const TableEntry& a, const TableEntry& b) { return a.displacement < b.displacement; });
+  return entries;
+}
+
+std::vector<TableSize> sizes_of(const json& table, const std::string& target) {
+  std::vector<TableSize> sizes;
+  for (const json& row : table.at("points")) {
+    if (row.at("group") != "parcels" || !has_error(row, target)) continue;
+    sizes.push_back({row.at("num_parcels"), row["errors"][target].at("value")});
+  }
+  std::sort(sizes.begin(), sizes.end(), [](const TableSize& a, const TableSize& b) { return a.num < b.num; });
+  return sizes;
+}
+
+}  // namespace pf

@@ -1,0 +1,299 @@
+#include "app/term_costs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/memory.hpp"
+#include "app/step_request.hpp"
+#include "core/error.hpp"
+#include "scene/derive.hpp"
+
+namespace pf {
+namespace {
+
+// Parcels last: their copy is spawned for another number.
+constexpr std::array<Term, kNumTerms> kOrder = {Term::contacts, Term::friction, Term::magnus, Term::parcels};
+constexpr std::uint32_t kNumWarmUps = 2;  // the first sorts; the second tells how long a step takes
+constexpr std::uint32_t kMaxSteps = 64;
+constexpr std::size_t kTimedFrames = 60;  // about the last second
+
+// Settings that do not change the work of a step are set to their defaults.
+Settings work_of(Settings s) {
+  const Settings plain;
+  s.name = plain.name;
+  s.description = plain.description;
+  s.seconds = plain.seconds;
+  s.relaunch = plain.relaunch;
+  s.drawn_area_fraction = plain.drawn_area_fraction;
+  s.seed = plain.seed;
+  s.ball_x_m = plain.ball_x_m;
+  s.ball_y_m = plain.ball_y_m;
+  s.ball_vx_mps = plain.ball_vx_mps;
+  s.ball_vy_mps = plain.ball_vy_mps;
+  s.ball_spin_radps = plain.ball_spin_radps;
+  return s;
+}
+
+// values is left in another order.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Smallest of 1, 2 and 5 times a power of ten that is not below value.
+double round_up(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-6))));
+  for (double factor : {1.0, 2.0, 5.0}) {
+    if (factor * power >= value * (1.0 - 1e-9)) return factor * power;
+  }
+  return 10.0 * power;
+}
+
+}  // namespace
+
+std::string cost_text(const TermCost& cost) {
+  constexpr double kClockStep_ms = 1e-4;
+  const double margin_ms = std::max(3.0 * cost.error_ms, kClockStep_ms);
+  if (std::fabs(cost.ms) <= margin_ms) return fmt::format("< {:g}", round_up(std::fabs(cost.ms) + margin_ms));
+  const double digits = std::ceil(-std::log10(margin_ms));
+  return fmt::format("{:.{}f}", cost.ms, std::clamp(static_cast<int>(digits), 1, 4));
+}
+
+TermCost unknown_cost(const Settings& s, Term term) {
+  const bool has_parcels = s.air == Air::parcels;
+  TermCost cost;
+  switch (term) {
+    case Term::parcels:
+      cost.applies = true;
+      cost.is_on = has_parcels;
+      break;
+    case Term::contacts:
+      cost.applies = has_parcels && s.num_parcels > 1;
+      cost.is_on = s.contacts;
+      break;
+    case Term::friction:
+      cost.applies = has_parcels && s.ball_present;
+      cost.is_on = s.friction > 0.0;
+      break;
+    default:
+      cost.applies = s.ball_present && !s.ball_held;
+      cost.is_on = s.magnus;
+  }
+  return cost;
+}
+
+Settings switched(Settings s, Term term) {
+  switch (term) {
+    case Term::parcels:
+      s.air = s.air == Air::parcels ? Air::vacuum : Air::parcels;
+      break;
+    case Term::contacts:
+      s.contacts = !s.contacts;
+      break;
+    case Term::friction:
+      s.friction = s.friction > 0.0 ? 0.0 : Settings{}.friction;
+      break;
+    default:
+      s.magnus = !s.magnus;
+  }
+  return s;
+}
+
+void SteppingCopy::start(const Settings& settings, const TermOrigin& origin) {
+  settings_ = settings;
+  settings_.num_parcels = resolve_num_parcels(settings, backend_->name());
+  dt_s_ = origin.dt_s;
+  const Physics physics = derive_physics(settings_);
+  if (num_parcels_ != physics.parcels.num) {
+    const Spawner spawner(settings_, physics, origin.ball);
+    backend_->reset(physics, spawner.plan(), origin.ball);
+    num_parcels_ = physics.parcels.num;
+  } else {
+    backend_->set_physics(physics);
+    backend_->set_ball(origin.ball);
+  }
+  if (origin.parcels.position.size() == *num_parcels_) backend_->restore(origin.parcels);
+}
+
+double SteppingCopy::step(std::uint32_t num_steps) {
+  return backend_->advance(step_request(settings_, num_steps, dt_s_)).times.step_ms() / num_steps;
+}
+
+void TermCosts::request() {
+  is_requested_ = true;
+  num_settled_ = kSettlingFrames;
+  comparison_.reset();
+  state_ = State::settling;
+}
+
+void TermCosts::pause() {
+  if (!comparison_) return;
+  comparison_.reset();
+  state_ = State::settling;
+}
+
+void TermCosts::follow(const FrameView& frame, Backend& backend) {
+  if (frame.frame_totals.num_steps == 0 || !make_) return;
+  if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);
+  add_times(frame);
+  const bool is_done = state_ == State::known || state_ == State::failed;
+  if (is_done || num_settled_++ < kSettlingFrames) return;
+  if (!comparison_ && !is_requested_ && !is_cheap(frame)) {
+    state_ = State::on_request;
+    return;
+  }
+  state_ = State::measuring;
+  try {
+    measure(frame, backend);
+  } catch (const std::exception& error) {  // no memory for a copy, no room for its parcels, or a lost device
+    comparison_.reset();
+    failure_ = error.what();
+    state_ = State::failed;
+  }
+}
+
+void TermCosts::start_over(const FrameView& frame) {
+  settings_ = work_of(*frame.settings);
+  backend_ = frame.backend;
+  comparison_.reset();
+  is_requested_ = false;
+  step_ms_.clear();
+  num_frames_ = 0;
+  num_settled_ = 0;
+  state_ = State::settling;
+  for (std::size_t k = 0; k < kNumTerms; ++k) costs_[k] = unknown_cost(*frame.settings, static_cast<Term>(k));
+}
+
+void TermCosts::add_times(const FrameView& frame) {
+  if (step_ms_.size() < kTimedFrames) step_ms_.push_back(0.0);
+  step_ms_[num_frames_++ % step_ms_.size()] =
+      frame.times.step_ms() / static_cast<double>(frame.frame_totals.num_steps);
+  const double frame_ms = std::min(milliseconds_since(last_frame_), kMaxFrame_ms);
+  frame_ms_ += (frame_ms - frame_ms_) / static_cast<double>(step_ms_.size());
+  last_frame_ = Clock::now();
+}
+
+double TermCosts::step_ms() const {
+  std::vector<double> values = step_ms_;
+  return values.empty() ? 0.0 : median(values);
+}
+
+double TermCosts::budget_ms() const { return kShare * std::max(frame_ms_, kMinFrame_ms); }
+
+// Allocating on a device takes a time that is not bounded here, so there it is always on request.
+bool TermCosts::is_cheap(const FrameView& frame) const {
+  return frame.backend == "cpu" && frame.settings->num_parcels <= kMaxParcels &&
+         2.0 * step_ms() <= budget_ms();
+}
+
+// Each call does one thing that takes time: reading the state, making a copy, or a pair of steps.
+void TermCosts::measure(const FrameView& frame, Backend& backend) {
+  if (!comparison_) return begin(frame, backend);
+  Comparison& c = *comparison_;
+  for (std::unique_ptr<SteppingCopy>* copy : {&c.as_set, &c.switched}) {
+    if (*copy) continue;
+    *copy = std::make_unique<SteppingCopy>(make_(backend_, c.origin.settings.threads));
+    (*copy)->start(c.origin.settings, c.origin);
+    return;
+  }
+  advance();
+}
+
+void TermCosts::begin(const FrameView& frame, Backend& backend) {
+  const Settings& s = *frame.settings;
+  if (frame.backend == "cpu" && s.air == Air::parcels)
+    check_memory(s.num_parcels, 2 * cpu_backend_bytes(s.num_parcels, s.threads, s.method),
+                 available_memory_bytes());
+  comparison_.emplace();
+  comparison_->origin = {s, frame.ball, backend.snapshot(), frame.dt_s};
+}
+
+void TermCosts::advance() {
+  Comparison& c = *comparison_;
+  while (c.next < kNumTerms && !cost(kOrder[c.next]).applies) ++c.next;
+  if (c.next == kNumTerms) {
+    comparison_.reset();
+    is_requested_ = false;
+    state_ = State::known;
+    return;
+  }
+  const Term term = kOrder[c.next];
+  if (c.num_pairs == 0) {
+    c.as_set->start(c.origin.settings, c.origin);
+    c.switched->start(switched(c.origin.settings, term), c.origin);
+    c.num_steps = 1;
+    c.differences_ms.clear();
+  }
+  compare(term);
+}
+
+// The halves of a pair take turns in going first.
+void TermCosts::compare(Term term) {
+  Comparison& c = *comparison_;
+  const Clock::time_point start = Clock::now();
+  const bool set_first = c.num_pairs % 2 == 0;
+  const double first_ms = (set_first ? c.as_set : c.switched)->step(c.num_steps);
+  const double second_ms = (set_first ? c.switched : c.as_set)->step(c.num_steps);
+  ++c.num_pairs;
+  if (c.num_pairs == kNumWarmUps) {
+    const double pair_ms = std::max(milliseconds_since(start), 1e-4);
+    c.num_steps = static_cast<std::uint32_t>(std::clamp(budget_ms() / pair_ms, 1.0, 1.0 * kMaxSteps));
+  }
+  if (c.num_pairs <= kNumWarmUps) return;
+  const double with_less_without =
+      cost(term).is_on == set_first ? first_ms - second_ms : second_ms - first_ms;
+  c.differences_ms.push_back(with_less_without);
+  if (c.differences_ms.size() == kNumPairs) finish(term);
+}
+
+// Two pairs with the halves in either order are averaged, so that an advantage of going first cancels. The
+// cost is the median of these, with the standard error of a median from their median deviation (1.2533 sigma
+// / sqrt(n), sigma = 1.4826 MAD for a normal distribution).
+void TermCosts::finish(Term term) {
+  Comparison& c = *comparison_;
+  std::vector<double> means_ms;
+  for (std::size_t i = 1; i < c.differences_ms.size(); i += 2)
+    means_ms.push_back(0.5 * (c.differences_ms[i - 1] + c.differences_ms[i]));
+  TermCost& cost = costs_[static_cast<std::size_t>(term)];
+  cost.ms = median(means_ms);
+  for (double& mean : means_ms) mean = std::fabs(mean - cost.ms);
+  cost.error_ms = 1.2533 * 1.4826 * median(means_ms) / std::sqrt(static_cast<double>(means_ms.size()));
+  cost.is_known = true;
+  c.num_pairs = 0;
+  ++c.next;
+}
+
+std::string TermCosts::text() const {
+  if (step_ms_.empty()) return "";
+  std::string line = fmt::format("{:.3f} ms a step", step_ms());
+  if (state_ == State::failed) return line + "; its terms cannot be measured: " + failure_;
+  if (state_ == State::on_request)
+    return line + "; press E to measure its terms (the picture stops for a moment)";
+  const char* before = "; ";
+  for (std::size_t k = 0; k < kNumTerms; ++k) {
+    const TermCost& cost = costs_[k];
+    if (!cost.applies) continue;
+    line += fmt::format("{}{} {}{}", before, kTermNames[k], cost.is_known ? cost_text(cost) : "measuring",
+                        cost.is_on ? "" : " (off)");
+    before = ", ";
+  }
+  return line;
+}
+
+nlohmann::json to_json(const TermCosts& costs) {
+  nlohmann::json terms = nlohmann::json::object();
+  for (std::size_t k = 0; k < kNumTerms; ++k) {
+    const TermCost& cost = costs.cost(static_cast<Term>(k));
+    if (!cost.applies) continue;
+    terms[kTermNames[k]] = nullptr;
+    if (cost.is_known)
+      terms[kTermNames[k]] = {{"is_on", cost.is_on}, {"ms", cost.ms}, {"error_ms", cost.error_ms}};
+  }
+  return terms;
+}
+
+}  // namespace pf

@@ -1,0 +1,209 @@
+#include "view/flight_legend.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "view/overlay_paint.hpp"
+
+namespace pf {
+namespace {
+
+constexpr int kFramesPerText = 6;
+// Layout pixels.
+constexpr float kMargin_px = 10.0F;
+constexpr float kRow_px = 17.0F;
+constexpr float kPad_px = 10.0F;
+constexpr float kSample_px = 24.0F;  // piece of a path's line
+constexpr float kGap_px = 14.0F;     // between columns
+
+constexpr std::size_t kNumCells = 7;
+constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
+    &FlightRow::number, &FlightRow::method, &FlightRow::speed, &FlightRow::spin,
+    &FlightRow::apart,  &FlightRow::energy, &FlightRow::cost};
+constexpr std::array<const char*, kNumCells> kHeads = {
+    "", "method", "m/s", "rad/s", "apart: end, most", "energy drift", "cost"};
+
+float text_size() { return reduced(0.92F); }
+
+std::string air_name(const FlightRecord& flight) {
+  switch (flight.air) {
+    case Air::vacuum:
+      return "vacuum";
+    case Air::drag:
+      return "drag, closed form";
+    default:
+      return std::get<Choice>(find_field("run.method", "legend").member)
+          .names[static_cast<std::size_t>(flight.method)];
+  }
+}
+
+std::string ghost_name(Air air) { return air == Air::vacuum ? "vacuum" : "drag, closed form"; }
+
+std::string step_text(double dt_s) {
+  return dt_s >= 1e-3 ? fmt::format("{:.3g} ms", 1e3 * dt_s) : fmt::format("{:.3g} \xC2\xB5s", 1e6 * dt_s);
+}
+
+std::string length_text(double m) {
+  if (m >= 1.0) return fmt::format("{:.2f} m", m);
+  return m >= 1e-4 ? fmt::format("{:.1f} mm", 1e3 * m) : fmt::format("{:.1f} \xC2\xB5m", 1e6 * m);
+}
+
+FlightRow plain_row(const FlightRecord& flight, std::size_t age) {
+  FlightRow row;
+  row.number = age == 0 ? "now" : fmt::format("{}", age);
+  row.method = air_name(flight);
+  if (flight.dt_s > 0.0) row.method += ", " + step_text(flight.dt_s);
+  if (flight.disturbed) row.method += ", changed in flight";
+  if (!flight.fresh_air) row.method += ", used air";
+  row.speed = fmt::format("{:.1f}", flight.speed_mps);
+  row.spin = fmt::format("{:.0f}", flight.spin_radps);
+  return row;
+}
+
+void compare_row(const FlightRecord& flight, const FlightRecord* first, bool ended, FlightRow& row) {
+  if (first == &flight) {
+    row.apart = "-";
+  } else if (const auto distance = distance_between(*first, flight)) {
+    row.apart = length_text(distance->at_end_m) + ", " + length_text(distance->largest_m);
+  }
+  const auto drift = ended ? flight.energy_drift() : std::nullopt;
+  row.energy = drift ? fmt::format("{:+.3f} %", 100.0 * *drift) : (ended ? "-" : "...");
+  row.cost = fmt::format("{:.1f} ms", flight.compute_ms);
+}
+
+std::size_t num_ghosts(const FrameView& frame, const Look& look) {
+  return look.ghosts && frame.ghosts != nullptr ? frame.ghosts->size() : 0;
+}
+
+float height_of(std::size_t num_rows) {
+  return kRow_px * static_cast<float>(1 + num_rows) + 1.4F * kPad_px;  // a row of heads
+}
+
+void write_text(ImVec2 at, ImU32 color, const std::string& text) {
+  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), text_size() * ImGui::GetFontSize(), at, color,
+                                          text.c_str());
+}
+
+// A short piece of a path's line. dash_px: 0 for a solid line.
+void paint_sample(ImVec2 at, ImU32 color, float dash_px, float scale) {
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  const float width = kSample_px * scale;
+  if (dash_px <= 0.0F) {
+    list->AddLine(at, ImVec2(at.x + width, at.y), color, 2.5F * scale);
+    return;
+  }
+  for (float x = 0.0F; x < width; x += dash_px)
+    list->AddLine(ImVec2(at.x + x, at.y), ImVec2(at.x + std::min(x + 0.6F * dash_px, width), at.y), color,
+                  1.5F * scale);
+}
+
+}  // namespace
+
+std::vector<FlightRow> flight_rows(const FrameView& frame) {
+  std::vector<const FlightRecord*> flights = {frame.flight_record};
+  for (const FlightRecord& old : *frame.old_flights) flights.push_back(&old);
+  const FlightRecord* first = frame.flight_record;  // the oldest of the current launch
+  for (const FlightRecord* flight : flights) {
+    if (flight->launch == frame.flight_record->launch) first = flight;
+  }
+  std::vector<FlightRow> rows;
+  for (std::size_t age = 0; age < flights.size(); ++age) {
+    const FlightRecord& flight = *flights[age];
+    rows.push_back(plain_row(flight, age));
+    if (first == frame.flight_record || flight.launch != first->launch) continue;
+    compare_row(flight, first, age > 0 || frame.flight == Flight::landed, rows.back());
+  }
+  return rows;
+}
+
+bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
+  return look.paths && frame.physics->ball.exists;
+}
+
+LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
+  if (!is_shown(frame, look)) return {};
+  constexpr std::size_t kMinFlights = 3;
+  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look);
+  return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
+}
+
+void FlightLegend::write(const FrameView& frame, const Look&, float scale) {
+  if (written_flight_ != frame.num_flights || ++frames_since_ >= kFramesPerText || frame.paused) {
+    rows_ = flight_rows(frame);
+    written_flight_ = frame.num_flights;
+    frames_since_ = 0;
+  }
+  measure(scale);
+}
+
+void FlightLegend::measure(float scale) {
+  static_assert(kNumColumns == kNumCells);
+  text_width_px_ = kSample_px * scale;
+  for (std::size_t c = 0; c < kNumColumns; ++c) {
+    widths_px_[c] = 0.0F;
+    for (const FlightRow& row : rows_)
+      widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c], text_size()));
+    if (widths_px_[c] == 0.0F) continue;
+    widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], text_size()));
+    text_width_px_ += widths_px_[c] + kGap_px * scale;
+  }
+  // In steps: figures that grow by a digit must not move the world.
+  constexpr double kWidthStep = 40.0;
+  const double width = text_width_px_ / scale + 2.0F * (kPad_px + kMargin_px);
+  layout_width_ = kWidthStep * std::ceil(width / kWidthStep);
+}
+
+// The text stands at the right of the room that is kept.
+void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const {
+  const float pad = kPad_px * scale;
+  const float width = text_width_px_ + 2.0F * pad;
+  const float kept = static_cast<float>(layout_width_) * scale;
+  const ImVec2 low(at.x + std::max(kept - width - kMargin_px * scale, 4.0F * scale),
+                   at.y + kMargin_px * scale);
+  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look);
+  ImGui::GetBackgroundDrawList()->AddRectFilled(low,
+                                                ImVec2(low.x + width, low.y + height_of(num_rows) * scale),
+                                                overlay_colors(look.theme).ground, 5.0F * scale);
+  const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
+  paint_cells(text, look, scale);
+  if (num_ghosts(frame, look) > 0) paint_ghosts(text, *frame.ghosts, look, scale);
+}
+
+void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
+  const OverlayColors& colors = overlay_colors(look.theme);
+  const float row_px = kRow_px * scale;
+  float x = at.x + kSample_px * scale;
+  for (std::size_t c = 0; c < kNumColumns; ++c) {
+    if (widths_px_[c] == 0.0F) continue;
+    x += kGap_px * scale;
+    const auto write = [&](std::size_t row, ImU32 color, const std::string& text) {
+      const bool is_number = c >= 2;  // aligned at the right
+      const float left = is_number ? x + widths_px_[c] - text_width(text, text_size()) : x;
+      write_text(ImVec2(left, at.y + row_px * static_cast<float>(row)), color, text);
+    };
+    write(0, colors.dim, kHeads[c]);
+    for (std::size_t r = 0; r < rows_.size(); ++r)
+      write(r + 1, r == 0 ? colors.text : colors.dim, rows_[r].*kCells[c]);
+    x += widths_px_[c];
+  }
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const Rgb color = r == 0 ? theme_colors(look.theme).path : old_flight_color(look.theme, r - 1);
+    paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(color), 0.0F, scale);
+  }
+}
+
+void FlightLegend::paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, const Look& look,
+                                float scale) const {
+  float y = at.y + kRow_px * scale * static_cast<float>(rows_.size() + 1);
+  for (const Ghost& ghost : ghosts) {
+    paint_sample(ImVec2(at.x, y + 0.5F * kRow_px * scale), packed(theme_colors(look.theme).ghost),
+                 ghost_dash_px(ghost.air) * scale, scale);
+    write_text(ImVec2(at.x + (kSample_px + kGap_px) * scale, y), overlay_colors(look.theme).dim,
+               ghost_name(ghost.air));
+    y += kRow_px * scale;
+  }
+}
+
+}  // namespace pf

@@ -1,0 +1,53 @@
+// The legend of the flights: a row of figures for each, with the colour of its path.
+#pragma once
+
+#include <imgui.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "app/simulation.hpp"
+#include "view/legend_place.hpp"
+#include "view/look.hpp"
+
+namespace pf {
+
+// One flight as the legend shows it.
+struct FlightRow {
+  std::string number, method, speed, spin, apart, energy, cost;
+};
+
+// The flights of a frame, the current one first. If several belong to the current launch, their columns
+// apart, energy and cost are filled; apart: the distance from the first of them, at the end and at most.
+std::vector<FlightRow> flight_rows(const FrameView& frame);
+
+class FlightLegend {
+ public:
+  static bool is_shown(const FrameView& frame, const Look& look);
+
+  // Room for at least three flights, so that the world does not move with each; {0, 0} if it is not shown.
+  // The width is that of the last frame. scale: pixels per layout pixel.
+  LegendSize size(const FrameView& frame, const Look& look, float scale) const;
+
+  // Takes the figures of the frame, every few frames.
+  void write(const FrameView& frame, const Look& look, float scale);
+  // Describes it to ImGui with its upper left corner there, margins included.
+  void paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const;
+
+ private:
+  static constexpr std::size_t kNumColumns = 7;
+
+  void measure(float scale);
+  void paint_cells(ImVec2 at, const Look& look, float scale) const;
+  void paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, const Look& look, float scale) const;
+
+  std::vector<FlightRow> rows_;
+  std::array<float, kNumColumns> widths_px_{};  // 0: an empty column
+  float text_width_px_ = 0.0F;                  // of all columns
+  double layout_width_ = 320.0;                 // with margins, in layout pixels, rounded up
+  std::int64_t written_flight_ = -1;
+  int frames_since_ = 0;
+};
+
+}  // namespace pf

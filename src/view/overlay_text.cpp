@@ -1,0 +1,60 @@
+#include "view/overlay_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace pf {
+
+std::string grouped(std::uint64_t value) {
+  std::string digits = std::to_string(value);
+  for (int at = static_cast<int>(digits.size()) - 3; at > 0; at -= 3)
+    digits.insert(static_cast<std::size_t>(at), ",");
+  return digits;
+}
+
+std::string short_number(double value) {
+  constexpr const char* kUnits[] = {"", "k", "M", "G", "T"};
+  std::size_t unit = 0;
+  while (value >= 999.5 && unit + 1 < std::size(kUnits)) {
+    value *= 1e-3;
+    ++unit;
+  }
+  const int decimals = unit == 0 || value >= 99.95 ? 0 : (value >= 9.995 ? 1 : 2);
+  return fmt::format("{:.{}f}{}{}", value, decimals, unit > 0 ? " " : "", kUnits[unit]);
+}
+
+std::string ms_text(double ms) {
+  return ms < 9.995 ? fmt::format("{:.2f}", ms) : fmt::format("{:.{}f}", ms, ms < 99.95 ? 1 : 0);
+}
+
+std::string time_text(double seconds) {
+  if (seconds >= 1.0) return fmt::format("{:.2f} s", seconds);
+  if (seconds >= 1e-3) return fmt::format("{:.2f} ms", 1e3 * seconds);
+  return fmt::format("{:.3g} \xC2\xB5s", 1e6 * seconds);
+}
+
+std::string speed_text(double slow_motion) {
+  if (slow_motion <= 0.0) return "time stands still";
+  if (slow_motion > 0.95) return fmt::format("{:.2g} \xC3\x97 real time", slow_motion);
+  const double slower = 1.0 / slow_motion;
+  const std::string factor = slower < 100.0 ? fmt::format("{:.3g}", slower) : grouped(std::llround(slower));
+  return fmt::format("slow motion, 1 s takes {} s", factor);
+}
+
+std::string air_text(const FrameView& frame) {
+  switch (frame.physics->air) {
+    case Air::vacuum:
+      return "vacuum";
+    case Air::drag:
+      return "drag in closed form, no parcels";
+    default:
+      return grouped(frame.num_parcels) + " parcels";
+  }
+}
+
+std::string choice_text(const char* path, const Settings& settings) {
+  return value_text(find_field(path, "overlay"), settings);
+}
+
+}  // namespace pf

@@ -1,0 +1,23 @@
+// Figures as the overlay writes them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "app/simulation.hpp"
+
+namespace pf {
+
+// 1,234,567
+std::string grouped(std::uint64_t value);
+// Three digits and k, M, G or T.
+std::string short_number(double value);
+std::string ms_text(double ms);
+std::string time_text(double seconds);
+std::string speed_text(double slow_motion);
+// What the air is made of, with the number of parcels.
+std::string air_text(const FrameView& frame);
+// The chosen name of a setting, path as in scene files.
+std::string choice_text(const char* path, const Settings& settings);
+
+}  // namespace pf

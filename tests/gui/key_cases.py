@@ -1,0 +1,118 @@
+"""Cases of the keys, the buttons and the slingshot."""
+import math
+import time
+
+from bench import NEARLY_STILL, STEPWISE, check, fresh_hash, stepped
+
+
+def keys(bench):
+    """Space, R, S."""
+    with bench.open(*STEPWISE) as window:
+        window.press_key("space")
+        window.wait_for_control("Run")
+        window.press_key("r")
+        for _ in range(3):
+            window.press_key("s")
+        time.sleep(0.5)
+        report = window.stop()
+    stepped(report, 3)
+    check(report["state_hash"] == fresh_hash(bench, 3), "R: the run equals one just begun")
+
+
+def launch_key(bench):
+    """Space once more runs on; L launches the ball, but the air is that of before."""
+    with bench.open(*STEPWISE) as window:
+        window.press_key("space")
+        window.wait_for_control("Run")
+        window.press_key("space")
+        window.wait_for_control("Run", there=False)
+        window.press_key("space")
+        window.wait_for_control("Run")
+        window.press_key("l")
+        for _ in range(2):
+            window.press_key("s")
+        report = window.stop()
+    stepped(report, 2)
+    check(report["steps"] > 2 and report["state_hash"] != fresh_hash(bench, 2), "L: the air is not the one of the start")
+
+
+def buttons(bench):
+    """Pause, Reset, Step with the mouse."""
+    with bench.open(*STEPWISE) as window:
+        window.click("Pause")
+        window.wait_for_control("Run")
+        window.click("Reset")
+        for _ in range(2):
+            window.click("Step")
+        report = window.stop()
+    stepped(report, 2)
+    check(report["state_hash"] == fresh_hash(bench, 2), "Reset: the run equals one just begun")
+
+
+def method_key(bench):
+    """M: the next method with the same launch; Shift+M: half the step. B: back to where the flight began."""
+    with bench.open(*STEPWISE, "--paused") as window:
+        window.press_key("s")
+        window.press_key("m")
+        window.press_shifted("m")
+        for _ in range(3):
+            window.press_key("s")
+        window.press_key("b")
+        for _ in range(2):
+            window.press_key("s")
+        report = window.stop()
+    check(report["method"] == "spring", f"M: the method is the next: {report['method']}")
+    check(report["dt_s"] == 0.0005, f"Shift+M: the step is half of 1 ms: {report['dt_s'] * 1e3} ms")
+    fresh = fresh_hash(bench, 2, ("--dt", "0.0005", "--substeps", "1", "--method", "spring"))
+    check(report["state_hash"] == fresh, "B: two steps from the start again, as of a run just begun")
+
+
+def time_keys(bench):
+    """Started paused, nothing moves; then a frame of 1/60 s at time scale 0.1 * 2 * 2 / 2."""
+    with bench.open("--paused", "--substeps", "1", "--set", "air.kind=vacuum") as window:
+        time.sleep(0.5)
+        for key in ("bracketright", "bracketright", "bracketleft", "s"):
+            window.press_key(key)
+        report = window.stop()
+    check(report["steps"] == 1, f"--paused: one step only, that of S: {report['steps']}")
+    check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
+
+
+def slingshot(bench):
+    """A pull of 60 pixels left and 40 down is 15 m/s to the right and 10 up; with Shift, 80 up are 40 rad/s more."""
+    with bench.open(*NEARLY_STILL, "--set", "air.kind=vacuum", "--set", "ball.vx_mps=3") as window:
+        window.drag("Ball's start", [(-30, 10), (-30, 30)])
+        time.sleep(0.3)
+        window.drag("Ball's start", [(0, -50), (0, -30)], shift=True)
+        time.sleep(0.3)
+        ball = window.stop()["ball"]
+    speed = math.hypot(ball["vx_mps"], ball["vy_mps"])
+    check(abs(speed - math.hypot(15.0, 10.0)) < 0.01, f"speed follows the pull: {speed:.2f} m/s")
+    check(abs(ball["vy_mps"] / ball["vx_mps"] - 2 / 3) < 0.02, f"and so does the direction: {ball['vy_mps']:.2f} up")
+    check(abs(ball["spin_radps"] - 65.0) < 0.01, f"spin follows the drag with Shift: {ball['spin_radps']:.2f} rad/s")
+    check(ball["distance_m"] < 0.2, f"it starts again: {ball['distance_m']:.3f} m flown")
+
+
+def leave(bench):
+    """H hides the panel and shows it; Esc ends."""
+    with bench.open() as window:
+        check("Ball spin" in window.controls(), "the panel is there at first")
+        window.press_key("h")
+        window.wait_for_control("Ball spin", there=False)
+        print("ok: H hides it")
+        window.press_key("h")
+        window.wait_for_control("Ball spin")
+        print("ok: H again shows it")
+        report = window.end()
+        check(report["steps"] > 0 and report["scene"] == "court", "Esc ends with exit code 0 and a report")
+
+
+def stays(bench):
+    """The length that a scene has for a headless run does not close a window; --seconds does."""
+    (bench.folder / "short.toml").write_text("[run]\nseconds = 0.2\n")
+    with bench.open("--scene", str(bench.folder / "short.toml")) as window:
+        time.sleep(1.0)
+        check(window.is_running(), "a window outlives the seconds of its scene")
+        window.end()
+    with bench.open("--seconds", "2") as window:
+        check(window.process.wait(timeout=20) == 0, "and ends after --seconds")

@@ -1,0 +1,119 @@
+"""Cases of the view: camera, overlay, looks, full screen, dense screens; seen in the last picture."""
+import pathlib
+import sys
+import time
+
+from bench import check
+from window import wait_for
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
+from png import read_png
+
+
+def view_keys(bench):
+    """T shows the path, O twice takes the overlay away, F undoes zooming: seen in the last picture."""
+    file = bench.folder / "last.png"
+    with bench.open("--picture", str(file), "--dt", "0.01", "--substeps", "1", "--set",
+                    "air.kind=vacuum") as window:
+        window.press_key("space")
+        window.wait_for_control("Run")
+        window.press_key("r")
+        for _ in range(8):
+            window.press_key("s")
+        window.press_key("o")
+        window.press_key("o")
+        window.scroll(560, 350, 4)
+        window.press_key("f")
+        window.press_key("t")
+        time.sleep(0.3)
+        window.stop()
+    picture = read_png(file)
+    lines = [x for x in range(330, picture.width) if is_line(picture, x)]
+    check(lines and lines[0] < 400 and lines[-1] > picture.width - 60,
+          f"F: both ends of the court are in the picture, at {lines[:1] + lines[-1:]}")
+    bright = [y for y in range(picture.height) if is_bright(picture.at(lines[-1], y))]
+    middle = 0.5 * (bright[0] + bright[-1])
+    # With the overlay, 136 pixels high, the court would be centred in what is above it.
+    check(abs(middle - picture.height / 2) < 20, f"O twice: the court has the whole height, its middle is at {middle}")
+    below_notices = range(100, picture.height)
+    columns = [x for x in range(330, 500) if any(is_yellow(picture.at(x, y)) for y in below_notices)]
+    # 8 steps of 0.15 m are 39 pixels; the ball alone, as yellow, is 12 wide.
+    check(len(columns) > 25, f"T: from ball and path {len(columns)} columns are yellow")
+
+
+def is_line(picture, x):
+    """A column that is bright over a fifth of the picture: a line across the court."""
+    return sum(1 for y in range(picture.height) if is_bright(picture.at(x, y))) > picture.height / 5
+
+
+def is_bright(color):
+    return min(color) > 150
+
+
+def is_yellow(color):
+    return color[0] > 100 and color[1] > 90 and color[2] < 0.8 * color[0] and color[0] > color[1]
+
+
+def looks(bench):
+    """D, C, +, F11 and ghosts, seen in the last picture; the overlay's figures in a file."""
+    file, csv = bench.folder / "looks.png", bench.folder / "overlay.csv"
+    with bench.open("--picture", str(file), "--overlay-csv", str(csv), "--paused") as window:
+        x0, _, x1, _ = window.controls()["Restitution"]
+        window.press_key("plus")
+        wait_for("larger text", lambda: wider(window, x1 - x0), 1.0 if bench.hands_off else 5.0)
+        print("ok: + makes the panel larger")
+        window.press_key("minus")
+        for key in ("h", "d", "c", "c", "g", "F11"):
+            window.press_key(key)
+        time.sleep(0.5)
+        window.stop()
+    picture = read_png(file)
+    check((picture.width, picture.height) == (1280, 800), f"F11: it fills the screen: {picture.width} wide")
+    check(min(picture.at(8, 8)) > 180, f"D: the floor is light: {picture.at(8, 8)}")
+    colors = [picture.at(x, y) for x in range(0, picture.width, 3) for y in range(60, 600, 3)]
+    grey = sum(1 for color in colors if max(color) < 150 and max(color) - min(color) < 12)
+    green = sum(1 for color in colors if color[1] - color[0] > 40)
+    # 2000 parcels of some 30 pixels, a ninth of which is looked at.
+    check(grey > 1000 and green < grey / 10, f"C twice: parcels are grey: {grey} pixels, {green} green")
+    lines = csv.read_text().splitlines()
+    row = dict(zip(lines[0].split(","), lines[-1].split(",")))
+    check(len(lines) > 5 and row["num_parcels"] == "2000" and row["draw_target"] == "host",
+          f"--overlay-csv: {len(lines) - 1} frames, draw target {row['draw_target']}")
+
+
+def wider(window, width):
+    x0, _, x1, _ = window.controls()["Restitution"]
+    return x1 - x0 > 1.15 * width
+
+
+def vsync_key(bench):
+    """V: frames wait for the screen, or do not."""
+    for words, after in (((), False), (("--no-vsync",), True)):
+        with bench.open(*words) as window:
+            window.press_key("v")
+            time.sleep(0.2)
+            display = window.stop()["display"]
+        check(display["vsync"] is after, f"V after {words or 'nothing'}: vsync is {display['vsync']}")
+
+
+def dense_screen(bench):
+    """At twice the usual pixels per inch everything has twice the pixels, and the mouse finds it there."""
+    widths = []
+    try:
+        for dpi in (96, 192):
+            bench.screen.set_dpi(dpi)
+            with bench.open("--size", "480x380") as window:
+                window.drag_slider("Restitution", 0.9, 0.3)
+                time.sleep(0.3)
+                x0, y0, x1, y1 = window.controls()["Restitution"]  # late, beside the scroll bar that has come
+                widths.append((x1 - x0, y1 - y0))
+                report = window.stop()
+            scale = dpi / 96
+            check(report["display"]["content_scale"] == scale and report["display"]["width"] == 480 * scale,
+                  f"{dpi} dpi: {report['display']}")
+            check(abs(report["restitution"] - 0.3) < 0.04, f"the slider is found: {report['restitution']:.3f}")
+    finally:
+        bench.screen.set_dpi(96)
+    # Each edge is rounded to a whole pixel, the font's height too: two pixels each way, at most.
+    grown = [(before, after) for before, after in zip(*widths)]
+    check(all(abs(after - 2.0 * before) <= 4.0 for before, after in grown), f"width and height of a slider: {grown}")

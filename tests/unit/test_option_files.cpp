@@ -1,0 +1,93 @@
+// The command line: output files, recordings, logs.
+#include <gtest/gtest.h>
+
+#include "option_support.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf {
+namespace {
+
+TEST(Options, OutputFilesAreCheckedAndKept) {
+  TemporaryFolder folder;
+  const std::string film = (folder.path() / "new.mp4").string();
+  const std::string kept = folder.write("kept.json", "old").string();
+  const Options options =
+      options_of({"--record", film, "--report", kept, "--picture", (folder.path() / "a.PNG").string()});
+  EXPECT_EQ(options.record, film);
+  EXPECT_EQ(options.report, kept);
+  EXPECT_FALSE(std::filesystem::exists(film));
+  EXPECT_EQ(contents_of(kept), "old");
+  EXPECT_EQ(options_of({"bench", "--json", kept}).bench_json, kept);
+}
+
+TEST(Options, RejectsUnwritableOutput) {
+  TemporaryFolder folder;
+  const std::string missing = (folder.path() / "no" / "a.mp4").string();
+  const std::string message = refusal({"--record", missing});
+  EXPECT_TRUE(contains(message, "--record: '" + missing + "' cannot be written: the folder '")) << message;
+  EXPECT_TRUE(contains(message, "choose a file in a folder that exists and is writable")) << message;
+  EXPECT_TRUE(contains(refusal({"--report", folder.path().string()}), "it is a folder"));
+  EXPECT_TRUE(contains(refusal({"--report", "/proc/pf_report.json"}),
+                       "--report: '/proc/pf_report.json' cannot be written"));
+  EXPECT_TRUE(contains(refusal({"bench", "--json", "/proc/pf.json"}), "--json: "));
+  EXPECT_TRUE(contains(refusal({"--report", ""}), "cannot be written"));
+}
+
+TEST(Options, EndingsAreChecked) {
+  EXPECT_TRUE(contains(refusal({"--record", "/tmp/a.avi"}),
+                       "--record: '/tmp/a.avi' has the wrong ending; the file must "
+                       "end in .mp4 or .mkv"));
+  EXPECT_TRUE(contains(refusal({"--record", ""}), "wrong ending"));
+  EXPECT_TRUE(contains(refusal({"--picture", "/tmp/a.jpg"}), "must end in .png"));
+}
+
+TEST(Options, ReadsRecordingOptions) {
+  const Options plain = options_of({});
+  EXPECT_FALSE(plain.record_real_time || plain.record_panel || plain.still_s || plain.replay);
+  EXPECT_TRUE(plain.record_overlay && plain.log.empty());
+  EXPECT_EQ(plain.record_width_px, 0);
+  const Options options = options_of({"--record", "a.rgb", "--record-time", "real", "--record-size",
+                                      "1920x1080", "--record-panel", "--record-overlay", "off"});
+  EXPECT_TRUE(options.record_real_time && options.record_panel && !options.record_overlay);
+  EXPECT_EQ(options.record_width_px, 1920);
+  EXPECT_EQ(options.record_height_px, 1080);
+  EXPECT_TRUE(contains(refusal({"--record-time", "reel"}), "'reel' is unknown, the nearest is real"));
+  EXPECT_TRUE(contains(refusal({"--record-overlay", "no"}), "one of on, off"));
+  EXPECT_TRUE(contains(refusal({"--record-size", "1920"}), "--record-size: '1920' is not a size"));
+  EXPECT_TRUE(contains(refusal({"--record-size", "641x360"}), "odd side"));
+  EXPECT_TRUE(contains(refusal({"--log", "a.txt"}), "must end in .toml"));
+}
+
+TEST(Options, StillTakesATimeAndAFile) {
+  const Options options = options_of({"--still", "0.25", "a.png"});
+  EXPECT_EQ(options.still_s, 0.25);
+  EXPECT_TRUE(options.headless);
+  for (const char* time : {"x", "nan", "inf", "1e7", "0.1s", ""})
+    EXPECT_TRUE(contains(refusal({"--still", time, "a.png"}), "is not a time; give seconds")) << time;
+  EXPECT_TRUE(contains(refusal({"--still", "1", "a.jpg"}), "must end in .png"));
+}
+
+TEST(Options, LogExcludesOtherSettings) {
+  TemporaryFolder folder;
+  const std::string log = folder
+                              .write("a.toml",
+                                     "scene = \"mine\"\nsettings = [\"ball.vx_mps = 3\"]\n"
+                                     "[[frame]]\nnumber = 9\nhash = \"00\"\n")
+                              .string();
+  const Options options = options_of({"run", log, "--headless"});
+  ASSERT_TRUE(options.replay);
+  EXPECT_EQ(options.settings.name, "mine");
+  EXPECT_EQ(options.settings.ball_vx_mps, 3.0);
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"-p", "5"},
+                                               {"--scene", "gas"},
+                                               {"--set", "run.seed=2"},
+                                               {"--still", "0", "a.png"}}) {
+    std::vector<std::string> words = {"run", log};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_TRUE(contains(refusal(words), "a log has its own scene and settings")) << more[0];
+  }
+  EXPECT_TRUE(contains(refusal({"run", (folder.path() / "none.toml").string()}), "cannot be read as a log"));
+}
+
+}  // namespace
+}  // namespace pf
