@@ -169,6 +169,22 @@ bool has_conflicts(const EpochMemory& memory) {
 
 }  // namespace
 
+bool cut(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  std::uint32_t end = window.end;
+  for (const Cluster& cluster : memory.clusters) {
+    if (!cluster.is_merged) end = std::min(end, cluster.stopped_at);
+  }
+  if (end == window.end) return false;
+  window.end = end;
+  memory.todo.clear();
+  for (std::uint32_t k = 0; k < memory.clusters.size(); ++k) {
+    const Cluster& cluster = memory.clusters[k];
+    if (!cluster.is_merged && cluster.is_solved && cluster.last_tick >= end) reassign_members(memory, k, k);
+  }
+  return true;
+}
+
 void find_conflicts(WindowContext& window) {
   for_boundary(window.c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
     find_parcel_conflicts<kBoundary>(window);

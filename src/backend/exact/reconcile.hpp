@@ -5,6 +5,10 @@
 
 namespace pf {
 
+// Ends the window where the first cluster had too many events. Returns whether it did; `todo` are then the
+// solved clusters that went further.
+bool cut(WindowContext& window);
+
 // Appends conflicts between solved clusters whose new trajectories collide.
 void find_conflicts(WindowContext& window);
 

@@ -40,7 +40,8 @@ template <Boundary kBoundary>
 bool is_valid(const WindowContext& window, std::uint32_t i) {
   const Calendar& calendar = window.memory.calendar;
   const Event event = calendar.event(i);
-  if (!is_parcel(event.partner)) return true;
+  // A participating ball keeps its collisions itself. A parcel has one only where a window was cut before it.
+  if (!is_parcel(event.partner)) return event.partner != kBallPartner || !window.has_participant();
   // Both would keep a collision that is to come, or an earlier event.
   const Event of_partner = calendar.event(event.partner);
   if (of_partner.tick == event.tick && of_partner.partner == i) return true;

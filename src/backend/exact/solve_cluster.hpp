@@ -40,6 +40,7 @@ class ClusterSolver {
 
  private:
   static constexpr std::uint32_t kBallMember = 0xFFFFFFFEU;
+  static constexpr std::uint32_t kMostEvents = 100000;  // whatever their ticks
 
   // m: a slot among the worker's members. i, j: indices of parcels.
   Member& member(std::uint32_t m) { return worker_.members[m]; }
@@ -93,14 +94,16 @@ class ClusterSolver {
     push_ball();
   }
 
-  // Returns false at a conflict. With too many events it stops as if it had finished; the window is then
-  // discarded.
+  // Returns false at a conflict. With too many events it stops before the next tick as if it had finished; the
+  // window is then cut there. With far too many the window is discarded.
   bool process_events() {
     while (!worker_.queue.empty()) {
       const EventQueue::Entry next = worker_.queue.pop();
       const bool is_ball = next.member == kBallMember;
       if (next.version != (is_ball ? ball().version : member(next.member).version)) continue;
-      if (cluster_.num_events == window_.max_events) {
+      const bool has_many = cluster_.num_events >= window_.max_events && next.tick > cluster_.last_tick;
+      cluster_.has_failed = cluster_.num_events == kMostEvents;
+      if (has_many || cluster_.has_failed) {
         cluster_.stopped_at = next.tick;
         return true;
       }
@@ -116,6 +119,7 @@ class ClusterSolver {
         window_.input.start_tick + (static_cast<std::uint64_t>(tick) << window_.input.tick_exponent);
     const std::uint32_t low = std::min(first, second), high = std::max(first, second);
     cluster_.event_hash += event_hash(at, low, high);
+    cluster_.last_tick = tick;
     ++cluster_.num_events;
     if (window_.records_events) worker_.events.push_back({at, low, high});
   }

@@ -59,7 +59,7 @@ bool sum_up(const WindowContext& window, WindowOutcome& outcome) {
   StepResult& result = outcome.result;
   for (const Cluster& cluster : window.memory.clusters) {
     if (cluster.is_merged) continue;
-    outcome.stopped_at = std::min(outcome.stopped_at, cluster.stopped_at);
+    if (cluster.has_failed) outcome.failed_at = std::min(outcome.failed_at, cluster.stopped_at);
     result.num_events += cluster.num_events;
     outcome.largest_cluster = std::max(outcome.largest_cluster, cluster.num_events);
     result.fastest_after_mps = std::max(result.fastest_after_mps, std::sqrt(cluster.fastest2));
@@ -68,7 +68,7 @@ bool sum_up(const WindowContext& window, WindowOutcome& outcome) {
   outcome.needed_bound_mps = result.fastest_after_mps;
   if (window.has_participant())
     outcome.needed_bound_mps = std::max(outcome.needed_bound_mps, window.memory.solved_ball.fastest_mps);
-  return outcome.stopped_at == kNoTick && outcome.needed_bound_mps <= window.c.plan.max_speed_mps;
+  return outcome.failed_at == kNoTick && outcome.needed_bound_mps <= window.c.plan.max_speed_mps;
 }
 
 void append_events(const EpochMemory& memory, std::vector<EventRecord>& events) {
@@ -147,11 +147,13 @@ WindowOutcome ExactStepper::solve_window(const EpochInput& input, const ExactCon
     ++outcome.num_rounds;
     solve(window);
     outcome.num_solved += num_solved_events(memory_);
+    if (cut(window)) solve(window);
     timer.add_to(Phase::solve);
     find_conflicts(window);
     merge(window);
     timer.add_to(Phase::reconcile);
   }
+  outcome.end = window.end;
   outcome.finished = sum_up(window, outcome);
   if (outcome.finished)
     commit_all(window, request.events, outcome);

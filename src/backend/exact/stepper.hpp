@@ -18,14 +18,15 @@ namespace pf {
 struct WindowRequest {
   std::uint32_t begin = 0, end = 0;  // ticks of the epoch
   std::uint32_t ball_end = 0;        // the ball's trajectory is not known from this tick on
-  std::uint32_t max_events = 0;      // of a cluster
+  std::uint32_t max_events = 0;      // of a cluster; a window in which one has more is cut
   std::vector<EventRecord>* events;  // receives the events; null: they are not recorded
 };
 
 struct WindowOutcome {
   bool finished = false;  // false: nothing has changed; repeat with a wider bound or a shorter window
   double needed_bound_mps = 0.0;     // largest speed of anything; above the bound if that was the reason
-  std::uint32_t stopped_at = kNoTick;  // tick up to which no cluster had too many events
+  std::uint32_t end = 0;              // the first tick after the window, which may have been cut
+  std::uint32_t failed_at = kNoTick;  // tick at which a cluster had too many events; kNoTick: none
   std::uint32_t num_rounds = 0;      // times that clusters were solved: the first round and one after each merge
   std::uint64_t num_solved = 0;      // events in all rounds
   std::uint32_t largest_cluster = 0;  // events

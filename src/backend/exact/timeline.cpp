@@ -172,7 +172,7 @@ void ExactTimeline::end_chord() {
 // ---- windows
 
 WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest& request) const {
-  WindowRequest window{epoch_->done, end, 0, window_length_.max_cluster_events(end - epoch_->done), request.events};
+  WindowRequest window{epoch_->done, end, 0, window_length_.max_cluster_events(), request.events};
   if (!chord_) return window;
   const std::uint32_t epoch_end = epoch_->constants.plan.length;
   const std::uint32_t chord_left = chord_->plan.length - chord_->done;
@@ -181,7 +181,8 @@ WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest
   return window;
 }
 
-void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t length, StepReport& report) {
+void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report) {
+  const std::uint32_t length = outcome.end - epoch_->done;
   StepTotals totals = totals_of(run_, outcome.tally);
   totals.event_hash = outcome.event_hash;
   report.totals += totals;
@@ -189,7 +190,7 @@ void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t length
   progress_.now += static_cast<std::uint64_t>(length) << progress_.tick_exponent;
   epoch_->done += length;
   present_is_valid_ = false;
-  window_length_.learn(length, outcome);
+  window_length_.learn(length, length < asked, outcome);
   if (!chord_) return;
   chord_->done += length;
   chord_->frozen_hits.impulse_x += outcome.result.frozen_hits.impulse_x;
@@ -207,7 +208,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
     return epoch_.reset();
   }
   if (length == 1) throw_unresolvable(plan.tick_s);
-  window_length_.shorten(std::max(1U, outcome.stopped_at - epoch_->done));
+  window_length_.shorten(std::max(1U, outcome.failed_at - epoch_->done));
 }
 
 // Advances by one window, or retries it.

@@ -74,7 +74,7 @@ class ExactTimeline {
   WindowRequest window_request(std::uint32_t end, const StepRequest& request) const;
   void advance_window(std::uint64_t until, const StepRequest& request, SortedParcels& parcels,
                       StepReport& report);
-  void take_over(const WindowOutcome& outcome, std::uint32_t length, StepReport& report);
+  void take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
   void retry(const WindowOutcome& outcome, std::uint32_t length);
 
   ThreadTeam& team_;

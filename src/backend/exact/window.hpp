@@ -96,7 +96,9 @@ struct Cluster {
   bool has_ball = false;
   bool is_solved = false;  // false: it ran into another cluster
   bool is_merged = false;  // became part of a cluster with a lower index
-  std::uint32_t stopped_at = kNoTick;  // tick of the event that would have been one too many
+  bool has_failed = false;             // too many events at one tick, or nearly so
+  std::uint32_t stopped_at = kNoTick;  // tick of the first event that was one too many
+  std::uint32_t last_tick = 0;         // of its events
   double fastest2 = 0.0;   // largest squared speed after an event
   std::uint64_t event_hash = 0;
   ClusterTally tally;
@@ -110,7 +112,9 @@ struct Cluster {
     first_note = static_cast<std::uint32_t>(num_worker_notes);
     num_members = num_events = num_notes = 0;
     is_solved = false;
+    has_failed = false;
     stopped_at = kNoTick;
+    last_tick = 0;
     fastest2 = 0.0;
     event_hash = 0;
     tally = {};
@@ -191,7 +195,7 @@ struct WindowContext {
   std::uint32_t begin = 0;      // ticks
   std::uint32_t end = 0;        // the first tick after the window
   std::uint32_t ball_end = 0;    // the ball's trajectory is not known from this tick on
-  std::uint32_t max_events = 0;  // of a cluster
+  std::uint32_t max_events = 0;  // of a cluster; a window in which one has more is cut
   bool records_events = false;
   ThreadTeam& team;
   EpochMemory& memory;

@@ -13,6 +13,7 @@ class WindowLength {
  public:
   // Tests may draw lengths instead: a function of the longest possible one, both in ticks.
   std::function<std::uint32_t(std::uint32_t)> draw;
+  std::uint32_t most_events = 0;  // as max_cluster_events; 0: the rule's own
 
   // num_parcels: of the scene. Forgets what was learnt.
   void reset(std::uint32_t num_parcels) {
@@ -31,9 +32,13 @@ class WindowLength {
     return num <= 1 ? limit : (limit + num - 1) / num;
   }
 
-  // A window of `length` ticks was solved.
-  void learn(std::uint32_t length, const WindowOutcome& outcome) {
+  // A window of `length` ticks was solved. was_cut: it was planned longer.
+  void learn(std::uint32_t length, bool was_cut, const WindowOutcome& outcome) {
     most_ = UINT32_MAX;
+    if (was_cut) {
+      ticks_ = length;
+      return;
+    }
     const auto events = static_cast<double>(outcome.result.num_events);
     const double largest = std::max(kClusterEvents, kClusterShare * events);
     const double crowded = outcome.largest_cluster / largest;
@@ -51,14 +56,15 @@ class WindowLength {
     ticks_ = length;
   }
 
-  // Most events of a cluster in a window of `length` ticks. The shortest window may have many: the rest of its
-  // tick cannot be put off.
-  std::uint32_t max_cluster_events(std::uint32_t length) const {
-    return length == 1 ? 100000U : std::max(256U, static_cast<std::uint32_t>(wanted_events_ / 8.0));
+  // Events of a cluster after which its window is cut.
+  std::uint32_t max_cluster_events() const {
+    if (most_events) return most_events;
+    return std::max(kMostClusterEvents, static_cast<std::uint32_t>(wanted_events_ / 8.0));
   }
 
  private:
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
+  static constexpr std::uint32_t kMostClusterEvents = 128;
   static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0;
   static constexpr double kWaste = 1.5, kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
 
