@@ -142,6 +142,8 @@ INSTANTIATE_TEST_SUITE_P(
         WindowCase{"ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, false), 30, 0.1},
         WindowCase{"fast_ball", with_ball(exact(gas(1000, 0.3, kPeriodic)), 200.0, 15.0, false), 20, 0.05},
         WindowCase{"light_ball", with_ball(exact(gas(300, 0.2, kWalls)), 0.3, 2.0, false), 30, 0.1},
+        WindowCase{"ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kWalls)), 20.0, 2.0, false), 20, 0.1},
+        WindowCase{"light_ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kPeriodic)), 1.0, 2.0, false), 20, 0.1},
         WindowCase{"curved_ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, true), 30, 0.1},
         WindowCase{"frozen_ball", with_ball(exact(gas(300, 0.2, kPeriodic)), 1e9, 3.0, true), 30, 0.1},
         WindowCase{"layer", layer(3000, 0.4, 0.9), 150, 4e-4},
