@@ -52,7 +52,8 @@ struct TimelineRun {
   void draw_windows(std::uint64_t seed) {
     timeline.window_length().draw = [random = std::mt19937_64(seed)](std::uint32_t limit) mutable {
       const double exponent = std::uniform_real_distribution<double>(0.0, 1.0)(random);
-      return static_cast<std::uint32_t>(std::pow(static_cast<double>(limit), 1.0 - 0.6 * exponent * exponent));
+      return static_cast<std::uint32_t>(
+          std::pow(static_cast<double>(limit), 1.0 - 0.6 * exponent * exponent));
     };
   }
 
@@ -136,14 +137,16 @@ INSTANTIATE_TEST_SUITE_P(
         WindowCase{"dense_periodic", exact(gas(1000, 0.6, kPeriodic)), 10, 0.1},
         WindowCase{"densest", exact(gas(200, 0.69, kPeriodic)), 10, 0.1},
         WindowCase{"open", exact(gas(1000, 0.3, kOpen)), 20, 0.1},
-        WindowCase{"clock", with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02), 10, 0.1},
+        WindowCase{"clock", with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02), 10,
+                   0.1},
         WindowCase{"without_restitution", with_restitution(exact(gas(200, 0.3, kWalls)), 0.0), 10, 0.1},
         WindowCase{"many", exact(gas(20000, 0.2, kPeriodic)), 4, 0.1},
         WindowCase{"ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, false), 30, 0.1},
         WindowCase{"fast_ball", with_ball(exact(gas(1000, 0.3, kPeriodic)), 200.0, 15.0, false), 20, 0.05},
         WindowCase{"light_ball", with_ball(exact(gas(300, 0.2, kWalls)), 0.3, 2.0, false), 30, 0.1},
         WindowCase{"ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kWalls)), 20.0, 2.0, false), 20, 0.1},
-        WindowCase{"light_ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kPeriodic)), 1.0, 2.0, false), 20, 0.1},
+        WindowCase{"light_ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kPeriodic)), 1.0, 2.0, false), 20,
+                   0.1},
         WindowCase{"curved_ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, true), 30, 0.1},
         WindowCase{"frozen_ball", with_ball(exact(gas(300, 0.2, kPeriodic)), 1e9, 3.0, true), 30, 0.1},
         WindowCase{"layer", layer(3000, 0.4, 0.9), 150, 4e-4},

@@ -50,8 +50,8 @@ bool has_changed(const EpochMemory& memory, std::uint32_t i) {
 }
 
 // Parcels outside a cluster that will collide with its members earlier than they knew. A neighbour that has
-// changed since then has another event: if it took the note's, which is stale, both of the pair would have the
-// same stale event, which must not be (is_valid in refresh.cpp).
+// changed since then has another event: if it took the note's, which is stale, both of the pair would have
+// the same stale event, which must not be (is_valid in refresh.cpp).
 void apply_notes(WindowContext& window, const Cluster& cluster) {
   EpochMemory& memory = window.memory;
   const WorkerState& solver = memory.workers[cluster.thread];

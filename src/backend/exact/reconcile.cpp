@@ -112,7 +112,8 @@ template <Boundary kBoundary>
 void find_ball_conflicts(WindowContext& window) {
   const EpochMemory& memory = window.memory;
   const std::uint32_t ball_owner = memory.ball_owner;
-  if (ball_owner == kInvalidIndex || !memory.solved_ball.has_changed || !memory.clusters[ball_owner].is_solved)
+  if (ball_owner == kInvalidIndex || !memory.solved_ball.has_changed ||
+      !memory.clusters[ball_owner].is_solved)
     return;
   for_each_item(window, memory.near_ball.size(), [&](WorkerState& worker, std::size_t k) {
     const std::uint32_t i = memory.near_ball[k], owner = memory.owner[i];
@@ -173,7 +174,9 @@ bool cut(WindowContext& window) {
   EpochMemory& memory = window.memory;
   std::uint32_t end = window.end;
   for (const Cluster& cluster : memory.clusters) {
-    if (!cluster.is_merged) end = std::min(end, cluster.stopped_at);
+    if (cluster.is_merged) continue;
+    if (cluster.has_failed) return false;  // the window will be discarded
+    end = std::min(end, cluster.stopped_at);
   }
   if (end == window.end) return false;
   window.end = end;

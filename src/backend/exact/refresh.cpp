@@ -1,7 +1,6 @@
 #include "backend/exact/refresh.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "backend/exact/parallel_loops.hpp"
 #include "backend/exact/predict.hpp"
@@ -11,10 +10,6 @@ namespace pf {
 namespace {
 
 constexpr std::size_t kMinSharedBlocks = 2048;
-#ifdef PF_CHECK_KEPT
-bool is_finite_speed(const Trajectory& t) { return dot(t.velocity, t.velocity) < kMaxFiniteSpeed2; }
-#endif
-
 void list_due(WindowContext& window) {
   EpochMemory& memory = window.memory;
   Calendar& calendar = memory.calendar;
@@ -82,38 +77,9 @@ void refresh_ball(WindowContext& window) {
   memory.ball_event = next_ball_event<kBoundary>(window);
 }
 
-#ifdef PF_CHECK_KEPT
-template <Boundary kBoundary>
-void check_kept(const WindowContext& window) {
-  const Calendar& calendar = window.memory.calendar;
-  const auto n = static_cast<std::uint32_t>(window.num_parcels());
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const Trajectory a = window.start_trajectory(i);
-    if (is_retired(a.anchor) || !is_finite_speed(a)) continue;
-    if (window.memory.owner[i] != kInvalidIndex) std::printf("owned %u\n", i);
-    for (std::uint32_t j = 0; j < n; ++j) {
-      if (j == i) continue;
-      const Trajectory b = window.start_trajectory(j);
-      if (is_retired(b.anchor) || !is_finite_speed(b)) continue;
-      const std::uint32_t tick = collision_tick<kBoundary>(window.c, a, b);
-      if (tick == kNoTick) continue;
-      if (calendar.would_lower(i, tick, j)) {
-        std::printf("window %u %u: kept of %u is %u with %u, but %u with %u; anchors %d %d\n", window.begin, window.end, i,
-                    calendar.tick(i), calendar.event(i).partner, tick, j,
-                    anchor_time(window.c.plan, a), anchor_time(window.c.plan, b));
-      }
-      if (tick < window.begin) std::printf("late: window %u %u, tick %u of %u %u anchors %d %d\n", window.begin, window.end, tick, i, j, anchor_time(window.c.plan, a), anchor_time(window.c.plan, b));
-    }
-  }
-}
-#endif
-
 template <Boundary kBoundary>
 void refresh(WindowContext& window) {
   EpochMemory& memory = window.memory;
-#ifdef PF_CHECK_KEPT
-  check_kept<kBoundary>(window);
-#endif
   list_due(window);
   for_each_item(window, memory.due.size(), [&](WorkerState& worker, std::size_t k) {
     if (!is_valid<kBoundary>(window, memory.due[k])) worker.stale.push_back(memory.due[k]);

@@ -25,7 +25,7 @@ void prefetch_cluster(const WindowContext& window, std::uint32_t k) {
   const Cluster& cluster = memory.clusters[k];
   for (std::uint32_t m = 0; m < std::min(cluster.num_seeds, 4U); ++m) {
     const std::uint32_t i = memory.seeds[cluster.first_seed + m];
-    const void* lines[] = {&parcels.position[i],   &parcels.velocity[i],    &parcels.tick[i],
+    const void* lines[] = {&parcels.position[i],   &parcels.velocity[i],      &parcels.tick[i],
                            &parcels.id[i],         &window.input.position[i], memory.calendar.line(i),
                            &memory.member_slot[i], &memory.owner[i],          &memory.discs.x[i],
                            &memory.discs.y[i],     &memory.discs.radius[i]};

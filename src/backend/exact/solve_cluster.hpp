@@ -94,8 +94,8 @@ class ClusterSolver {
     push_ball();
   }
 
-  // Returns false at a conflict. With too many events it stops before the next tick as if it had finished; the
-  // window is then cut there. With far too many the window is discarded.
+  // Returns false at a conflict. With too many events it stops before the next tick as if it had finished;
+  // the window is then cut there. With far too many the window is discarded.
   bool process_events() {
     while (!worker_.queue.empty()) {
       const EventQueue::Entry next = worker_.queue.pop();
@@ -261,7 +261,7 @@ class ClusterSolver {
 
   Trajectory current_trajectory(std::uint32_t i) {
     return window_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
-                                       : window_.start_trajectory(i);
+                                         : window_.start_trajectory(i);
   }
 
   void predict_ball() {
@@ -289,7 +289,9 @@ class ClusterSolver {
 
   // ---- predictions
 
-  Mover mover(std::uint32_t m) { return window_.make_mover<kBoundary>(member(m).index, member(m).trajectory); }
+  Mover mover(std::uint32_t m) {
+    return window_.make_mover<kBoundary>(member(m).index, member(m).trajectory);
+  }
 
   void keep_edge_and_ball(const Member& it, Event& best) const {
     if (may_reach_edge<kBoundary>(c_, window_.input.position[it.index]))

@@ -10,10 +10,6 @@
 #include "backend/exact/refresh.hpp"
 #include "backend/exact/solve.hpp"
 
-#ifdef PF_STATS
-unsigned long long pf_stats[16];
-#endif
-
 namespace pf {
 namespace {
 
@@ -107,7 +103,8 @@ WindowContext ExactStepper::context(const EpochInput& input, const ExactConstant
 }
 
 CpuTally ExactStepper::begin_epoch(const EpochInput& input, const ExactConstants& constants,
-                                   const BallTrajectory& ball, ParcelArrays& trajectories, PhaseTimes& times) {
+                                   const BallTrajectory& ball, ParcelArrays& trajectories,
+                                   PhaseTimes& times) {
   StageTimer timer(times);
   memory_.prepare_epoch(team_.size(), trajectories.id.size());
   memory_.prepare_window();
@@ -115,17 +112,15 @@ CpuTally ExactStepper::begin_epoch(const EpochInput& input, const ExactConstants
   space_ = disc_space(input, constants, memory_, trajectories.id.size());
   WindowContext window = context(input, constants, {0, constants.plan.length, 0, 0, nullptr}, trajectories);
   predict_epoch(window);
-#ifdef PF_STATS
-  ++pf_stats[1];
-#endif
   CpuTally tally;
   for (const WorkerState& worker : memory_.workers) tally.add(worker.tally);
   timer.add_to(Phase::predict);
   return tally;
 }
 
-void ExactStepper::begin_chord(const EpochInput& input, const ExactConstants& constants, const ExactBall& ball,
-                               const WindowRequest& request, ParcelArrays& trajectories, PhaseTimes& times) {
+void ExactStepper::begin_chord(const EpochInput& input, const ExactConstants& constants,
+                               const ExactBall& ball, const WindowRequest& request,
+                               ParcelArrays& trajectories, PhaseTimes& times) {
   StageTimer timer(times);
   memory_.ball = ball;
   WindowContext window = context(input, constants, request, trajectories);
@@ -160,14 +155,6 @@ WindowOutcome ExactStepper::solve_window(const EpochInput& input, const ExactCon
   else
     discard(window);
   timer.add_to(Phase::commit);
-#ifdef PF_STATS
-  ++pf_stats[0];
-  pf_stats[2] += memory_.due.size();
-  pf_stats[3] += memory_.due.size() - memory_.active.size();
-  pf_stats[4] += outcome.num_solved;
-  pf_stats[5] = std::max<unsigned long long>(pf_stats[5], outcome.largest_cluster);
-  for (const WorkerState& w : memory_.workers) pf_stats[6] += w.notes.size(), pf_stats[7] += w.compared_pairs.size();
-#endif
   return outcome;
 }
 

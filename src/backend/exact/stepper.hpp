@@ -1,9 +1,9 @@
 // Method `exact` on the CPU: epochs and their windows.
 //
 // At an epoch's start every parcel predicts its next event, and keeps it until it is due or something changes
-// it. A window takes the parcels whose events are due. Those whose events depend on each other form a cluster.
-// Each cluster is solved by one thread in the order of time, as if nothing else happened. Clusters that run
-// into each other, or whose new trajectories would collide, are merged and solved again, until all
+// it. A window takes the parcels whose events are due. Those whose events depend on each other form a
+// cluster. Each cluster is solved by one thread in the order of time, as if nothing else happened. Clusters
+// that run into each other, or whose new trajectories would collide, are merged and solved again, until all
 // trajectories are consistent. Then they are the only consistent ones (docs/exact.md).
 #pragma once
 
@@ -23,12 +23,12 @@ struct WindowRequest {
 };
 
 struct WindowOutcome {
-  bool finished = false;  // false: nothing has changed; repeat with a wider bound or a shorter window
-  double needed_bound_mps = 0.0;     // largest speed of anything; above the bound if that was the reason
-  std::uint32_t end = 0;              // the first tick after the window, which may have been cut
+  bool finished = false;          // false: nothing has changed; repeat with a wider bound or a shorter window
+  double needed_bound_mps = 0.0;  // largest speed of anything; above the bound if that was the reason
+  std::uint32_t end = 0;          // the first tick after the window, which may have been cut
   std::uint32_t failed_at = kNoTick;  // tick at which a cluster had too many events; kNoTick: none
-  std::uint32_t num_rounds = 0;      // times that clusters were solved: the first round and one after each merge
-  std::uint64_t num_solved = 0;      // events in all rounds
+  std::uint32_t num_rounds = 0;  // times that clusters were solved: the first round and one after each merge
+  std::uint64_t num_solved = 0;  // events in all rounds
   std::uint32_t largest_cluster = 0;  // events
   StepResult result;
   std::uint64_t event_hash = 0;  // sum of event_hash over events
@@ -52,8 +52,8 @@ class ExactStepper {
   std::uint64_t memory_bytes() const { return memory_.memory_bytes(); }
 
  private:
-  WindowContext context(const EpochInput& input, const ExactConstants& constants, const WindowRequest& request,
-                        ParcelArrays& trajectories);
+  WindowContext context(const EpochInput& input, const ExactConstants& constants,
+                        const WindowRequest& request, ParcelArrays& trajectories);
 
   ThreadTeam& team_;
   EpochMemory memory_;

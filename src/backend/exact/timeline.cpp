@@ -121,7 +121,8 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   const ExactConstants& c = epoch_->constants;
   evaluate(c, parcels, 0, position_);
   if (run_.physics.parcels.contacts && parcels.size() > 0 && !needs_all_pairs(run_)) {
-    parcels.sort(team_, run_.physics.world, kCellWidth * run_.contact_distance, position_.data(), report.times);
+    parcels.sort(team_, run_.physics.world, kCellWidth * run_.contact_distance, position_.data(),
+                 report.times);
     evaluate(c, parcels, 0, position_);
     present_is_valid_ = false;
     ++report.totals.num_sorts;
@@ -176,7 +177,8 @@ WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest
   if (!chord_) return window;
   const std::uint32_t epoch_end = epoch_->constants.plan.length;
   const std::uint32_t chord_left = chord_->plan.length - chord_->done;
-  const bool is_known = chord_->plan.ball == BallRole::participant && always_flies_straight(run_.physics.ball);
+  const bool is_known =
+      chord_->plan.ball == BallRole::participant && always_flies_straight(run_.physics.ball);
   window.ball_end = is_known || chord_left > epoch_end - epoch_->done ? epoch_end : epoch_->done + chord_left;
   return window;
 }

@@ -94,12 +94,12 @@ struct Cluster {
   std::uint32_t first_event = 0, num_events = 0;    // in WorkerState::events if they are recorded
   std::uint32_t first_note = 0, num_notes = 0;      // in WorkerState::notes
   bool has_ball = false;
-  bool is_solved = false;  // false: it ran into another cluster
-  bool is_merged = false;  // became part of a cluster with a lower index
+  bool is_solved = false;              // false: it ran into another cluster
+  bool is_merged = false;              // became part of a cluster with a lower index
   bool has_failed = false;             // too many events at one tick, or nearly so
   std::uint32_t stopped_at = kNoTick;  // tick of the first event that was one too many
   std::uint32_t last_tick = 0;         // of its events
-  double fastest2 = 0.0;   // largest squared speed after an event
+  double fastest2 = 0.0;               // largest squared speed after an event
   std::uint64_t event_hash = 0;
   ClusterTally tally;
 
@@ -159,9 +159,9 @@ struct EpochInput {
   const std::uint32_t* cell_start = nullptr;
   GridShape grid;
   bool all_pairs = false;
-  double fastest_mps = 0.0;           // bound on the parcels' speeds at the epoch's start
-  std::uint64_t start_tick = 0;       // since the reset, ticks of the reference speed
-  std::uint32_t tick_exponent = 0;    // a tick of the epoch lasts 2^tick_exponent of these
+  double fastest_mps = 0.0;         // bound on the parcels' speeds at the epoch's start
+  std::uint64_t start_tick = 0;     // since the reset, ticks of the reference speed
+  std::uint32_t tick_exponent = 0;  // a tick of the epoch lasts 2^tick_exponent of these
 };
 
 // Working memory of epochs and windows. n: number of parcels.
@@ -191,9 +191,9 @@ struct EpochMemory {
 struct WindowContext {
   const EpochInput& input;
   const ExactConstants& c;
-  ParcelArrays& trajectories;   // sorted, positions are anchors; only commit writes them
-  std::uint32_t begin = 0;      // ticks
-  std::uint32_t end = 0;        // the first tick after the window
+  ParcelArrays& trajectories;    // sorted, positions are anchors; only commit writes them
+  std::uint32_t begin = 0;       // ticks
+  std::uint32_t end = 0;         // the first tick after the window
   std::uint32_t ball_end = 0;    // the ball's trajectory is not known from this tick on
   std::uint32_t max_events = 0;  // of a cluster; a window in which one has more is cut
   bool records_events = false;

@@ -45,8 +45,10 @@ class WindowLength {
     const double wasted = static_cast<double>(outcome.num_solved) / (kWaste * events + kClusterEvents);
     const double too_long = std::max(crowded, wasted);
     double longer = wanted_events_ / (events + 1.0);
-    if (too_long > 1.0) longer = std::min(longer, std::max(1.0 / too_long, kShortest));
-    else if (too_long > 0.5) longer = std::min(longer, 1.0);
+    if (too_long > 1.0)
+      longer = std::min(longer, std::max(1.0 / too_long, kShortest));
+    else if (too_long > 0.5)
+      longer = std::min(longer, 1.0);
     const bool is_crowd = events < 0.5 * wanted_events_ && outcome.largest_cluster > 4;
     ticks_ = std::max(1.0, length * std::min(longer, is_crowd ? kSlowGrowth : kFastGrowth));
   }

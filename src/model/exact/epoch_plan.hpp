@@ -1,8 +1,8 @@
 // Method `exact`: plans of epochs, chords and windows. Text for host and device.
 //
 // In an epoch, cells and predictions that were made at its start hold. A chord is a piece of the ball's
-// flight, which is straight in the model. A window is what is solved at once. Results depend on chords, if the
-// ball's flight is curved, and on neither epochs nor windows.
+// flight, which is straight in the model. A window is what is solved at once. Results depend on chords, if
+// the ball's flight is curved, and on neither epochs nor windows.
 #pragma once
 
 #include <cstdint>
@@ -71,13 +71,14 @@ PF_HD inline std::uint32_t chord_ticks(const RunConstants& run, const ExactProgr
   const double bend_per_s = (turn_per_s < 0.0 ? -turn_per_s : turn_per_s) + drag_per_s;
   const double parts = static_cast<double>(wanted) * tick_s * bend_per_s / kMaxChordTurn;
   const std::uint64_t limit = wanted;  // a chord lasts one tick at least
-  const std::uint64_t num = parts < static_cast<double>(limit) ? static_cast<std::uint64_t>(parts) + 1 : limit;
+  const std::uint64_t num =
+      parts < static_cast<double>(limit) ? static_cast<std::uint64_t>(parts) + 1 : limit;
   return static_cast<std::uint32_t>((wanted + num - 1) / num);
 }
 
 // Plans the chord that starts now, of an epoch in hand.
-PF_HD inline StepPlan plan_chord(const RunConstants& run, const StepPlan& epoch, const ExactProgress& progress,
-                                 std::uint64_t until) {
+PF_HD inline StepPlan plan_chord(const RunConstants& run, const StepPlan& epoch,
+                                 const ExactProgress& progress, std::uint64_t until) {
   StepPlan chord = epoch;
   chord.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
   chord.length = chord_ticks(run, progress, until);
