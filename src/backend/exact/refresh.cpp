@@ -10,6 +10,7 @@ namespace pf {
 namespace {
 
 constexpr std::size_t kMinSharedBlocks = 2048;
+
 void list_due(WindowContext& window) {
   EpochMemory& memory = window.memory;
   Calendar& calendar = memory.calendar;
