@@ -124,8 +124,8 @@ class BlockSolver {
     Trajectory first = one.trajectory, second = two.trajectory;
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
-    const bool elastic =
-        step_.is_in_contact(tick, one.last_contact_tick) || step_.is_in_contact(tick, two.last_contact_tick);
+    const bool elastic = is_in_contact(c_.plan, tick, one.last_contact_tick) ||
+                         is_in_contact(c_.plan, tick, two.last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, members_.tally);
     set_member_trajectory(first, tick, one);
     set_member_trajectory(second, tick, two);
@@ -225,14 +225,23 @@ class BlockSolver {
 
   // ---- predictions
 
+  // A member whose event is predicted, loaded once: stores to memory would make the compiler load it again.
+  struct Subject {
+    std::uint32_t slot, index, id;
+    Trajectory now;
+    float fastest_mps;
+    bool is_gone, has_changed;
+    std::uint32_t partner;  // slot of the member that changed as well, and is predicted on its own
+  };
+
   // Calls visit(j, owner) for the parcels outside the cluster that member `it` may collide with: free ones on
   // their start trajectories, those of other clusters on any.
   template <class Visit>
-  __device__ __forceinline__ void search_others(const Member& it, const Trajectory& now, Visit visit) {
+  __device__ __forceinline__ void search_others(const Subject& it, Visit visit) {
     if (!c_.run.physics.parcels.contacts) return;
     constexpr float kAll = 3.4e38F;  // no filter inside the search: owner and velocity are loaded before it
     const std::uint32_t i = it.index;
-    const auto near = MemberSearch::around<kBoundary>(step_, positions_[i], now, it.fastest_mps);
+    const auto near = MemberSearch::around<kBoundary>(step_, positions_[i], it.now, it.fastest_mps);
     const DeviceSearch& space = step_.launch.space;
     search<kBoundary, false, kExactBlock>(
         space, positions_, {near.position, kInvalidIndex, near.reach, kAll}, [&](std::uint32_t j) {
@@ -256,47 +265,52 @@ class BlockSolver {
   }
 
   // Predicts the next event of member m. If it has a new trajectory, the other members learn of earlier
-  // events with it; those whose partner left the trajectory of their event are flagged. partner: changed as
-  // well, and predicted on its own.
+  // events with it; those whose partner left the trajectory of their event are flagged. partner: slot of the
+  // member that changed as well, and is predicted on its own.
   __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner,
                                           bool& ball_is_stale) {
-    const Trajectory now = members_[m].trajectory;
-    const std::uint32_t i = members_[m].index;
-    const bool is_gone = is_retired(now.anchor);
+    const Member& member = members_[m];
+    const Subject it{m,
+                     member.index,
+                     member.id,
+                     member.trajectory,
+                     member.fastest_mps,
+                     is_retired(member.trajectory.anchor),
+                     has_changed,
+                     partner};
     Event best;
-    search_others(members_[m], now, [&](std::uint32_t j, std::uint32_t owner) {
+    search_others(it, [&](std::uint32_t j, std::uint32_t owner) {
       const Trajectory there = step_.start_trajectory(j);
-      if (is_gone || is_retired(there.anchor)) return;
-      if (owner != kInvalidIndex && has_changed) add_neighbour_pair(step_, members_.counts, i, j);
-      step_.keep_collision(collision_tick<kBoundary>(c_, now, there), j, best);
+      if (it.is_gone || is_retired(there.anchor)) return;
+      if (owner != kInvalidIndex && has_changed) add_neighbour_pair(step_, members_.counts, it.index, j);
+      step_.keep_collision(collision_tick<kBoundary>(c_, it.now, there), j, best);
     });
-    if (c_.run.physics.parcels.contacts) predict_with_members(m, has_changed, partner, best);
+    if (c_.run.physics.parcels.contacts) predict_with_members(it, best);
     best = members_.earliest(best);
     if (members_.leads()) {
-      if (!is_gone) keep_edge_and_ball<kBoundary>(step_, positions_[i], now, members_.owns_ball, best);
+      if (!it.is_gone)
+        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.now, members_.owns_ball, best);
       members_[m].event = best;
     }
     __syncthreads();
-    if (members_.owns_ball && has_changed && !ball_is_stale) ball_is_stale = update_ball_event(i, now);
+    if (members_.owns_ball && has_changed && !ball_is_stale)
+      ball_is_stale = update_ball_event(it.index, it.now);
   }
 
-  __device__ __forceinline__ void predict_with_members(std::uint32_t m, bool has_changed,
-                                                       std::uint32_t partner, Event& best) {
-    const Trajectory now = members_[m].trajectory;
-    const std::uint32_t i = members_[m].index, id = members_[m].id;
-    const bool is_gone = is_retired(now.anchor);
+  __device__ __forceinline__ void predict_with_members(const Subject& it, Event& best) {
     for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
       const std::uint32_t n = space_.table[k];
       Member& other = members_[n];
-      if (n == m || is_retired(other.trajectory.anchor)) continue;
-      const std::uint32_t tick = is_gone ? kNoTick : collision_tick<kBoundary>(c_, now, other.trajectory);
+      if (n == it.slot || is_retired(other.trajectory.anchor)) continue;
+      const std::uint32_t tick =
+          it.is_gone ? kNoTick : collision_tick<kBoundary>(c_, it.now, other.trajectory);
       if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
-      if (!has_changed || n == partner) continue;
-      if (other.event.partner == i) {
+      if (!it.has_changed || n == it.partner) continue;
+      if (other.event.partner == it.index) {
         other.event = {};
         space_.flagged[atomicAdd(&space_.num_flagged, 1U)] = n;
-      } else if (tick != kNoTick && comes_before({tick, i, id}, other.event)) {
-        other.event = {tick, i, id};
+      } else if (tick != kNoTick && comes_before({tick, it.index, it.id}, other.event)) {
+        other.event = {tick, it.index, it.id};
       }
     }
   }

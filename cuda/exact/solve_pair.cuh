@@ -27,9 +27,10 @@ __device__ inline PairedParcel paired_parcel(const StepContext& step, std::uint3
   return {i, step.id(i), step.memory.member_slot[i], start, dot(start.velocity, start.velocity)};
 }
 
+// There are no last contacts without a contact duration.
 __device__ inline bool is_elastic(const StepContext& step, std::uint32_t i, std::uint32_t tick) {
   return step.c.plan.contact_duration_ticks != 0 &&
-         step.is_in_contact(tick, step.memory.trajectories.last_contact_tick[i]);
+         is_in_contact(step.c.plan, tick, step.memory.trajectories.last_contact_tick[i]);
 }
 
 template <Boundary kBoundary>

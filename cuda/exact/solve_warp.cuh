@@ -208,7 +208,7 @@ class WarpSolver {
     tally_.event_hash += event_hash(step_.since_reset(event.tick), low, high);
     ++tally_.num_events;
     if (other != kNoLane) {
-      const bool recent = takes_part && step_.is_in_contact(event.tick, it_.last_contact_tick);
+      const bool recent = takes_part && is_in_contact(c_.plan, event.tick, it_.last_contact_tick);
       const unsigned first_lane = id == low ? own : other;
       Trajectory first = from(now, first_lane), second = from(now, id == low ? other : own);
       collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, tally_);

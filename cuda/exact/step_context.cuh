@@ -68,13 +68,6 @@ struct StepContext {
     return is_in<kBoundary>(state.ball_neighbourhood, world(), position);
   }
 
-  // Returns whether an event at `tick` follows the parcel's last contact so soon that it loses no energy (the
-  // TC model).
-  __device__ bool is_in_contact(std::uint32_t tick, std::uint32_t last_contact_tick) const {
-    return c.plan.contact_duration_ticks != 0 &&
-           c.plan.start + tick - last_contact_tick <= c.plan.contact_duration_ticks;
-  }
-
   // A tick of the step, as one of the reference speed since the reset.
   __device__ std::uint64_t since_reset(std::uint32_t tick) const {
     return state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.tick_exponent);

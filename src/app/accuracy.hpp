@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "model/methods.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -52,9 +53,9 @@ struct WorkPrecisionPoint {
 // The table's points for the case nearest to a scene.
 struct WorkPrecision {
   std::string of;
-  double area_fraction = 0.0, restitution = 0.0;           // of that case
-  std::array<std::vector<WorkPrecisionPoint>, 3> methods;  // by Method, shortest step first
-  std::optional<WorkPrecisionPoint> current;               // of the scene's own method and step
+  double area_fraction = 0.0, restitution = 0.0;                         // of that case
+  std::array<std::vector<WorkPrecisionPoint>, kMethods.size()> methods;  // by Method, shortest step first
+  std::optional<WorkPrecisionPoint> current;                             // of the scene's own method and step
 };
 
 // displacement: of the scene's step (displacement_of_step()). The current point is interpolated between steps

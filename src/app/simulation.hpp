@@ -46,7 +46,7 @@ struct Commands {
 
 enum class Flight { flying, landed };  // landed: the ball has left the world and awaits its next launch
 
-// Data for drawing one frame. Owned by the simulation and valid until the next call of advance_frame.
+// Data for drawing one frame. Owned by the simulation and valid until the next call of begin_frame.
 struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;

@@ -9,6 +9,7 @@
 #include "app/memory.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
+#include "core/round_up.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -42,15 +43,6 @@ double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
-}
-
-// Smallest of 1, 2 and 5 times a power of ten that is not below value.
-double round_up(double value) {
-  const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-6))));
-  for (double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= value * (1.0 - 1e-9)) return factor * power;
-  }
-  return 10.0 * power;
 }
 
 }  // namespace
@@ -208,7 +200,7 @@ void TermCosts::begin(const FrameView& frame, Backend& backend) {
   if (frame.backend == "cpu" && s.air == Air::parcels)
     check_memory(s.num_parcels, 2 * cpu_backend_bytes(s.num_parcels, s.threads, s.method),
                  available_memory_bytes());
-  comparison_.emplace();
+  comparison_ = std::make_unique<Comparison>();
   comparison_->origin = {s, frame.ball, backend.snapshot(), frame.dt_s};
 }
 

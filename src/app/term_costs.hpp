@@ -120,7 +120,7 @@ class TermCosts {
   MakeBackend make_;
   State state_ = State::settling;
   std::array<TermCost, kNumTerms> costs_;
-  std::optional<Comparison> comparison_;
+  std::unique_ptr<Comparison> comparison_;  // null: nothing is measured
   std::string failure_;
   bool is_requested_ = false;
   std::uint32_t num_settled_ = 0;

@@ -1,6 +1,6 @@
 // The methods: how parcels act on each other. A time-stepped method is a struct with a contact law and a row
-// in TimeStepMethods. Loops, kernels, options, panel and lab read these lists; none of them names a method's
-// law.
+// in TimeStepMethods. Loops, kernels, options and panel read these lists; none of them names a method's law.
+// The lab's studies have lists of their own.
 #pragma once
 
 #include <array>

@@ -7,6 +7,8 @@
 
 namespace pf {
 
+constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
+
 struct Parcel {
   Vec2i position;
   Vec2f velocity;

@@ -115,7 +115,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   const std::int64_t displaced = displaced_x > displaced_y ? displaced_x : displaced_y;
   Vec2f new_velocity = to_float(velocity);
   const float speed2 = new_velocity.x * new_velocity.x + new_velocity.y * new_velocity.y;
-  if (!(speed2 < 1e30F) || displaced >= kHalfSide) {
+  if (!(speed2 < kMaxFiniteSpeed2) || displaced >= kHalfSide) {
     tally.invalid(self.id);
     return self;
   }

@@ -28,8 +28,8 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);
 
-// Reads frames back into pixel-pack buffers that stay mapped. It hands a frame on two frames after the
-// request, when GL has finished it, in the buffer that GL wrote. The file's writer reads it there, on its own
+// Reads frames back into pixel-pack buffers that stay mapped. It hands a frame on three frames after the
+// request, when GL has finished it, in the buffer that GL wrote. The film's writer reads it there, on its own
 // thread.
 class FrameReader {
  public:

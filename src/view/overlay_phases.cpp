@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/round_up.hpp"
 #include "view/overlay.hpp"
 #include "view/overlay_layout.hpp"
 #include "view/overlay_text.hpp"
@@ -20,15 +21,6 @@ constexpr std::size_t kMaxPhases = 6;
 ImU32 color_of(Phase phase) {
   const auto [red, green, blue] = style_of(phase).color;
   return IM_COL32(red, green, blue, 255);
-}
-
-// Smallest of 1, 2 and 5 times a power of ten that is not below value.
-double round_up(double value) {
-  const double power = std::pow(10.0, std::floor(std::log10(std::max(value, 1e-6))));
-  for (double factor : {1.0, 2.0, 5.0}) {
-    if (factor * power >= value) return factor * power;
-  }
-  return 10.0 * power;
 }
 
 float column_width(float scale) { return 0.5F * (kPhasesWidth_px + kPhaseGap_px) * scale; }

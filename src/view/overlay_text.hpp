@@ -15,7 +15,7 @@ std::string short_number(double value);
 std::string ms_text(double ms);
 std::string time_text(double seconds);
 std::string speed_text(double slow_motion);
-// What the air is made of, with the number of parcels.
+// The kind of air, with the number of parcels.
 std::string air_text(const FrameView& frame);
 // The chosen name of a setting, path as in scene files.
 std::string choice_text(const char* path, const Settings& settings);

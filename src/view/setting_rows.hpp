@@ -1,5 +1,5 @@
-// Rows of the panel that edit one setting each: label, widget, tooltip. Text, unit and range come from the
-// table of settings.
+// Rows of the panel that edit one setting each: label, widget, tooltip. Help, unit and allowed range come
+// from the table of settings.
 #pragma once
 
 #include <initializer_list>
@@ -63,7 +63,7 @@ class SettingRows {
 // Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// Of the last widget.
+// For the last widget.
 void tooltip(const std::string& text);
 
 }  // namespace pf

@@ -175,7 +175,7 @@ struct WorldInWindow {
   LegendSize legend = {300.0, 92.0};
 
   World world() const { return derive_physics(settings).world; }
-  // Of the legend beside the world, in square pixels.
+  // Area of the legend beside the world, in square pixels.
   double overlap() const {
     Camera camera;
     fit_world(camera, world(), region_beside(free, legend, world(), 1.0F), 1.0F);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "backend/exact/clusters.hpp"
 #include "backend/exact/parallel_loops.hpp"
@@ -203,11 +204,12 @@ void merge(WindowContext& window) {
   std::iota(parent.begin(), parent.end(), 0U);
   struct Reassignment {
     std::uint32_t representative, cluster;
-    auto operator<=>(const Reassignment&) const = default;
   };
   std::vector<Reassignment> order;
   for (const std::uint32_t k : union_conflicting(memory, parent)) order.push_back({find_root(parent, k), k});
-  std::sort(order.begin(), order.end());
+  std::sort(order.begin(), order.end(), [](const Reassignment& a, const Reassignment& b) {
+    return std::tie(a.representative, a.cluster) < std::tie(b.representative, b.cluster);
+  });
   memory.todo.clear();
   for (const auto& [representative, k] : order) reassign_members(memory, representative, k);
 }

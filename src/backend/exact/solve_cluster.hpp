@@ -124,12 +124,6 @@ class ClusterSolver {
     if (window_.records_events) worker_.events.push_back({at, low, high});
   }
 
-  // Returns whether an event of m follows its last contact so soon that it loses no energy (the TC model).
-  bool is_in_contact(std::uint32_t m, std::uint32_t tick) {
-    const std::uint32_t duration = c_.plan.contact_duration_ticks;
-    return duration != 0 && c_.plan.start + tick - member(m).last_contact_tick <= duration;
-  }
-
   void set_trajectory(std::uint32_t m, const Trajectory& trajectory, std::uint32_t tick) {
     Member& it = member(m);
     if (it.has_changed) {
@@ -180,7 +174,8 @@ class ClusterSolver {
     Trajectory first = member(a).trajectory, second = member(b).trajectory;
     anchor_at<kBoundary>(c_, first, tick);
     anchor_at<kBoundary>(c_, second, tick);
-    const bool elastic = is_in_contact(a, tick) || is_in_contact(b, tick);
+    const bool elastic = is_in_contact(c_.plan, tick, member(a).last_contact_tick) ||
+                         is_in_contact(c_.plan, tick, member(b).last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, cluster_.tally);
     set_trajectory(a, first, tick);
     set_trajectory(b, second, tick);

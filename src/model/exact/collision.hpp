@@ -95,6 +95,13 @@ PF_HD inline Real search_radius(const ExactConstants& c, Real closing_speed_mps)
          static_cast<Real>(kRoundingMargin);
 }
 
+// Returns whether an event at `tick` follows a parcel's last contact so soon that it loses no energy (the TC
+// model, Luding and McNamara 1998). Ticks of contacts count modulo 2^32, as those of anchors.
+PF_HD inline bool is_in_contact(const StepPlan& plan, std::uint32_t tick, std::uint32_t last_contact_tick) {
+  return plan.contact_duration_ticks != 0 &&
+         plan.start + tick - last_contact_tick <= plan.contact_duration_ticks;
+}
+
 // Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e
 // of their stored centres: k = (1 + e_n) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised,
 // and all is double until the velocities are stored. elastic: no loss in this event (the TC model, Luding and

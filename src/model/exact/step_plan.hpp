@@ -72,7 +72,7 @@ PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_m
   return bound > progress.raised_bound_mps ? bound : progress.raised_bound_mps;
 }
 
-// Whether parcels are so large that boxes around them would not stay within 32 bits. Such parcels are few,
+// True if parcels are so large that boxes around them would not stay within 32 bits. Such parcels are few,
 // and every pair is tested.
 PF_HD inline bool needs_all_pairs(const RunConstants& run) { return run.contact_distance > 0.25 * kMaxReach; }
 

@@ -19,8 +19,6 @@ constexpr std::uint64_t kAnchorPeriod = 1ULL << 30U;
 // one of a tick for each body.
 constexpr double kRoundingMargin = 4.0;
 
-constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
-
 struct Trajectory {
   Vec2i anchor;            // position units
   Vec2f velocity;          // m/s
