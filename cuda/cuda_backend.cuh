@@ -66,6 +66,7 @@ class CudaBackend final : public Backend {
   void check_room_for_exact(bool with_contact_ticks) const;
   cuda::ExactLaunch exact_launch(const StepRequest& request) const;
   cuda::StepMemory lay_out_exact() const;
+  std::uint32_t steps_together(const RunConstants& run, const StepRequest& request, double most) const;
   ExactRequest plan_exact(const RunConstants& run, const StepRequest& request);
   void step_exact(const ExactRequest& plan, cuda::ExactLaunch& launch);
   bool exact_sort_is_due(const ExactRequest& plan) const;

@@ -49,9 +49,9 @@ __device__ inline void union_sets(const StepContext& step, std::uint32_t p, std:
 // event, and end at two parcels that are each other's partners, or at one whose event needs no other parcel.
 __device__ inline std::uint32_t representative_of(const StepMemory& memory, std::uint32_t i) {
   while (true) {
-    const std::uint32_t partner = memory.event_partner[i];
+    const std::uint32_t partner = partner_of(memory.events[i]);
     if (!is_parcel(partner)) return i;
-    if (memory.event_partner[partner] == i) return i < partner ? i : partner;
+    if (partner_of(memory.events[partner]) == i) return i < partner ? i : partner;
     i = partner;
   }
 }
@@ -86,8 +86,8 @@ __device__ inline void form_clusters(const StepContext& step, std::uint32_t slic
   const std::uint32_t k = first + threadIdx.x;
   if (k < num_active) {
     const std::uint32_t i = memory.active.items[static_cast<std::size_t>(slice) * memory.active.capacity + k];
-    const std::uint32_t partner = memory.event_partner[i];
-    const bool is_pair = is_parcel(partner) && memory.event_partner[partner] == i;
+    const std::uint32_t partner = partner_of(memory.events[i]);
+    const bool is_pair = is_parcel(partner) && partner_of(memory.events[partner]) == i;
     if (!is_pair) {
       join_cluster(step, i, representative_of(memory, i));
     } else if (i < partner) {

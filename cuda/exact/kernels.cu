@@ -56,7 +56,7 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     draw_current(launch, i);
     return;
   }
-  const ExactConstants c = constants_of(launch);
+  const ExactConstants c = constants_of_step(launch);
   predict<kBoundary, true>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
 }
 
@@ -66,7 +66,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
   __shared__ PairSpace pairs;
   __shared__ NearList<kBlock>::Space near_space;
   if (is_over(launch)) return;
-  const ExactConstants c = constants_of(launch);
+  const ExactConstants c = constants_of_window(launch);
   solve_pairs<kBoundary, true, kLanesOfPair>({launch, c}, part_of_block(), pairs, near_space);
 }
 
@@ -77,15 +77,16 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 //   SOLVE    solve clusters => find conflicts => merge clusters => ... until there are no conflicts
 //              solved up to `until`, where no anchoring is due: to_commit is set, return
 //              otherwise: COMMIT
-//   COMMIT   store the solution, unless the step failed => END
-//   END      time moves on, or the bounds for a retry are set => (anchor all =>) plan the next step
-//              `until` is reached, or the step is unresolvable: return
-//              a sort is due on the way: => return, the host launches the step again
-//              otherwise: => START
-//   START    predict => form clusters, solve pairs => SOLVE
+//   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>) END
+//   END      plan the next window, or a shorter one => START
+//              or the step ends: time moves on => (anchor all =>) plan the next step
+//                `until` is reached, or the window is unresolvable: return
+//                a sort is due on the way: => return, the host launches the step again
+//                otherwise: => START
+//   START    predict all, or refresh kept events => form clusters, solve pairs => SOLVE
 //
-// A step that one solution takes to `until` leaves COMMIT and END to commit_kernel, whose blocks need no
-// barrier. That is the common case; the loop is for retries, anchorings, and steps that end on the way.
+// A window that takes the step to `until` leaves COMMIT and END to commit_kernel, whose blocks need no barrier. In
+// a gas every step is one such window; the loop is for crowds, retries, anchorings, and steps that end on the way.
 
 struct SolveSpace {
   TallySlot tally;
@@ -95,7 +96,7 @@ struct SolveSpace {
   NearList<kBlock>::Space near;
 };
 
-// State SOLVE. Returns whether the step is solved.
+// State SOLVE. Returns whether the window is solved.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& space) {
   const SliceCounts& outside = step.memory.counts[blockIdx.x];
@@ -105,8 +106,8 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
     space.counts.neighbour_pairs = outside.neighbour_pairs;
   }
   __syncthreads();
-  const bool one_was_alone =
-      step.state.list_overflow == 0 && solve_all<kBoundary>(step, space.block, space.counts);
+  const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
+  const bool one_was_alone = can_start && solve_all<kBoundary>(step, space.block, space.counts);
   if (one_was_alone) cg::this_grid().sync();
   return is_solved(step.state);
 }
@@ -115,7 +116,13 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
 template <Boundary kBoundary>
 __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& space, bool solved) {
   const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
-  if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, space.tally);
+  const bool goes_on = step.state.window_end < step.state.plan.length;
+  if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
+  if (solved && goes_on) {
+    cg::this_grid().sync();
+    const ExactConstants c = constants_of_step(step.launch);
+    predict_members<kBoundary>({step.launch, c}, num_members, space.near);
+  }
   __syncthreads();
   if (threadIdx.x == 0) {
     add_slot(step.launch.slots[blockIdx.x % kNumSlots], space.tally);
@@ -125,16 +132,40 @@ __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& 
   cg::this_grid().sync();
 }
 
-// State END. Returns whether the kernel goes on with another step.
-__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved) {
+// Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.
+__device__ inline void release_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
+    launch.memory.owner[i] = kInvalidIndex;
+    launch.memory.earliest[i / kTile] = 0;
+  }
+}
+
+// State END. Returns whether the kernel goes on with another window.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, AfterWindow& after) {
   const cg::grid_group grid = cg::this_grid();
+  const auto rank = static_cast<std::uint32_t>(grid.thread_rank());
+  const auto num_threads = static_cast<std::uint32_t>(grid.size());
+  const bool is_first_warp = rank < kNumSlots;
   ExactState& state = *launch.state;
-  if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step(launch, solved);
+  if (is_first_warp) finish_window(launch, solved);
   grid.sync();
-  if (load_fresh(&state.unresolvable) != 0) return false;
-  if (solved && is_at_anchoring(state.progress))
-    anchor_all(launch, static_cast<std::uint32_t>(grid.thread_rank()),
-               static_cast<std::uint32_t>(grid.size()), [&] { grid.sync(); });
+  after = state.after_window;
+  if (after == AfterWindow::stop) return false;
+  if (after == AfterWindow::next_window) return true;
+  if (after == AfterWindow::retry_window) {
+    release_all(launch, rank, num_threads);
+    grid.sync();
+    return true;
+  }
+  if (after == AfterWindow::end_step_here) {
+    locate_all<kBoundary>(launch, rank, num_threads);
+    grid.sync();
+    if (is_first_warp) finish_step(launch, true);
+    grid.sync();
+  }
+  if (after != AfterWindow::retry_step && is_at_anchoring(state.progress))
+    anchor_all(launch, rank, num_threads, [&] { grid.sync(); });
   const bool is_done = state.progress.now >= launch.until;
   grid.sync();
   if (grid.thread_rank() == 0) {
@@ -148,13 +179,21 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved) 
 
 // State START.
 template <Boundary kBoundary>
-__device__ __forceinline__ void run_start(const ExactLaunch& launch, SolveSpace& space) {
-  const ExactConstants c = constants_of(launch);
-  const StepContext step{launch, c};
-  for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
-    predict<kBoundary, false>(step, tile * kBlock + threadIdx.x, blockIdx.x, space.near);
+__device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_step, SolveSpace& space) {
+  {
+    const ExactConstants c = constants_of_step(launch);
+    const StepContext step{launch, c};
+    if (same_step) {
+      refresh<kBoundary>(step, blockIdx.x, space.near);
+    } else {
+      for (std::uint32_t first = blockIdx.x * kBlock; first < launch.space.num_parcels;
+           first += gridDim.x * kBlock)
+        predict<kBoundary, false>(step, first + threadIdx.x, blockIdx.x, space.near);
+    }
+  }
   cg::this_grid().sync();
-  solve_pairs<kBoundary, false, kLanesOfPair>(step, {blockIdx.x}, space.pairs, space.near);
+  const ExactConstants c = constants_of_window(launch);
+  solve_pairs<kBoundary, false, kLanesOfPair>({launch, c}, {blockIdx.x}, space.pairs, space.near);
   cg::this_grid().sync();
 }
 
@@ -165,18 +204,21 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
   if (is_over(launch)) return;
   if (threadIdx.x == 0) space.tally = {};
   while (true) {
-    const ExactConstants c = constants_of(launch);
+    const ExactConstants c = constants_of_window(launch);
     const StepContext step{launch, c};
     const bool solved = run_solve<kBoundary>(step, space);
-    if (solved && reaches_end(step) && !ends_at_anchoring(step)) {
+    const bool ends_step = step.state.window_end == step.state.plan.length;
+    if (solved && ends_step && reaches_end(step) && !ends_at_anchoring(step)) {
       if (threadIdx.x == 0)
         launch.memory.counts[blockIdx.x].members = min(space.counts.members, launch.memory.member_capacity);
       if (blockIdx.x == 0 && threadIdx.x == 0) step.state.to_commit = 1;
       return;
     }
     run_commit<kBoundary>(step, space, solved);
-    if (!run_end(launch, solved)) return;
-    run_start<kBoundary>(launch, space);
+    AfterWindow after;
+    if (!run_end<kBoundary>(launch, solved, after)) return;
+    const bool same_step = after == AfterWindow::next_window || after == AfterWindow::retry_window;
+    run_start<kBoundary>(launch, same_step, space);
   }
 }
 
@@ -208,13 +250,13 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   const SlicePart part = part_of_block();
   if (threadIdx.x == 0) tally = {};
   __syncthreads();
-  const ExactConstants c = constants_of(launch);
-  commit<kBoundary>({launch, c}, part, launch.memory.counts[part.slice].members, tally);
+  const ExactConstants c = constants_of_window(launch);
+  commit<kBoundary>({launch, c}, part, launch.memory.counts[part.slice].members, false, tally);
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[(blockIdx.x + blockIdx.y) % kNumSlots], tally);
   if (!is_last_block(state.num_committed, is_last)) return;
   for (std::uint32_t s = threadIdx.x; s < gridDim.x; s += kBlock) launch.memory.counts[s] = {};
-  if (threadIdx.x < kNumSlots) finish_step(launch, true);
+  if (threadIdx.x < kNumSlots) finish_window(launch, true);
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;

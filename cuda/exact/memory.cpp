@@ -39,6 +39,7 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
   choose_capacities(num_parcels);
   const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_slices_; };
   const std::size_t common = num_parcels / kCommonShare + kMinCommon;
+  earliest_ = DeviceBuffer<std::uint32_t>(num_parcels / kTile + 1);
   active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
   counts_ = DeviceBuffer<SliceCounts>(num_slices_);
   representatives_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
@@ -54,7 +55,7 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
 }
 
 std::size_t ExactMemory::bytes() const {
-  return active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + clusters_.bytes() +
+  return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + clusters_.bytes() +
          segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() + todo_.bytes() +
          conflicts_.bytes() + ball_segments_.bytes();
 }
@@ -73,8 +74,9 @@ StepMemory ExactMemory::lay_out(const DeviceParcels& current, const DeviceParcel
   m.member_slot = next.id.data();
   m.list_head = next.tick.data();
   const SortScratch scratch = cell_sort.scratch();
-  m.event_tick = scratch.keys[0];
-  m.event_partner = scratch.keys[1];
+  static_assert(sizeof(EventKey) == sizeof(*scratch.keys));
+  m.events = reinterpret_cast<EventKey*>(scratch.keys);
+  m.earliest = earliest_.data();
   m.owner = scratch.indices;
   m.active = {active_.data(), active_capacity_};
   m.num_slices = num_slices_;

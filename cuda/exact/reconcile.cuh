@@ -95,7 +95,13 @@ __device__ void find_ball_conflicts(const StepContext& step, const StepTeam& tea
 
 template <Boundary kBoundary>
 __device__ void find_conflicts(const StepContext& step, const StepTeam& team, BlockCounts& counts) {
-  if (team.rank() == 0) step.state.num_todo = 0;
+  ExactState& state = step.state;
+  if (team.rank() == 0) {
+    state.num_todo = 0;
+    state.serial_events += state.round_events;
+    state.largest_cluster = max(state.largest_cluster, state.round_events);
+    state.round_events = 0;
+  }
   find_parcel_conflicts<kBoundary>(step, counts);
   find_ball_conflicts<kBoundary>(step, team, counts);
 }

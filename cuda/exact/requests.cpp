@@ -145,13 +145,26 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   ++submitted_.num_sorts;
 }
 
+// Number of the request's steps to take as one. The ball's chords end with steps; without a ball only the number of
+// events matters. `most`: of them, so that search boxes hold few parcels.
+std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
+                                          double most) const {
+  const ExactProgress& progress = host_exact_->progress;
+  if (physics_.ball.exists || progress.preferred_ticks == 0.0) return 1;
+  const double ticks_of_step = request.dt_s / scaled(run.reference_ticks, progress.tick_exponent).tick_s;
+  const double together = std::min({progress.preferred_ticks / ticks_of_step, most, 1e6});
+  return std::max(1U, static_cast<std::uint32_t>(std::max(together, 0.0)));
+}
+
 CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const StepRequest& request) {
   const TickScale& ticks = run.reference_ticks;
   ExactRequest plan;
-  plan.ends = exact_.plan_ends(request, ticks.tick_s);
   plan.searches = physics_.parcels.contacts && !needs_all_pairs(run) && num_parcels_ > 0;
   plan.displacement = host_exact_->progress.fastest_mps * ticks.units_per_tick * request.dt_s / ticks.tick_s;
   const double widest = (kWidestReach - 1.0) * run.contact_distance;
+  const std::uint32_t num_together = steps_together(run, request, 0.25 * widest / plan.displacement);
+  plan.ends = exact_.plan_ends(request, num_together, ticks.tick_s);
+  plan.displacement *= num_together;
   // Parcels that move too far in a step are sorted again on its way; the host then waits for each part of it.
   plan.sorts_within = plan.searches && 2.0 * plan.displacement > widest;
   plan.sort_displacement =

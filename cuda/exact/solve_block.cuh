@@ -67,8 +67,8 @@ class BlockSolver {
       if (ball_is_stale) predict_ball();
       const uint4 next = next_event();
       if (next.x == kNoTick) return true;
-      if (members_.tally.num_events == kMaxEvents) {
-        if (members_.leads()) state_.solve_failed = 1;
+      if (members_.tally.num_events == state_.max_events) {
+        if (members_.leads()) stop_at(step_, next.x);
         return true;
       }
       const Event event = next.w == kBall ? state_.ball_member.event : members_[next.w].event;

@@ -131,6 +131,7 @@ struct BlockMembers {
     record.merged = kInvalidIndex;
     record.solution = solved ? kSolved : kUnsolved;
     record.tally = tally;
+    atomicMax(&step.state.round_events, tally.num_events);
     if (solved) {
       if (tally.fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(tally.fastest2));
       return;

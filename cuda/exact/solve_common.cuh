@@ -5,9 +5,6 @@
 
 namespace pf::cuda {
 
-// Events of a cluster at which its solver gives up; then the step is retried with half the length.
-constexpr std::uint32_t kMaxEvents = 20000;
-
 // Numbers of items in a block's slices, in shared memory; and 1 in `alone` if it solves the rest of the step
 // alone.
 struct BlockCounts {
@@ -45,15 +42,22 @@ __device__ inline Member member_at_start(const StepContext& step, std::uint32_t 
   member.index = i;
   member.id = step.id(i);
   member.trajectory = step.start_trajectory(i);
-  const std::uint32_t partner = memory.event_partner[i];
-  member.event = {memory.event_tick[i], partner, is_parcel(partner) ? step.id(partner) : partner};
+  const EventKey event = memory.events[i];
+  if (tick_of(event) < step.c.plan.length)
+    member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
   member.last_segment = kInvalidIndex;
   member.fastest_mps = sqrtf(dot(member.trajectory.velocity, member.trajectory.velocity)) * (1.0F + 1e-6F);
-  member.has_changed = 0;
+  member.has_changed = kUnchanged;
   return member;
+}
+
+// Called by one thread of a solver whose cluster has too many events before that tick.
+__device__ inline void stop_at(const StepContext& step, std::uint32_t tick) {
+  atomicMin(&step.state.stopped_at, tick);
+  step.state.solve_failed = 1;
 }
 
 // Claims parcel i for the cluster if it is free. Returns its owner before, kInvalidIndex if it was free.
@@ -98,7 +102,7 @@ __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCou
   }
   const float speed2 = dot(now.velocity, now.velocity);
   member.trajectory = now;
-  member.has_changed = 1;
+  member.has_changed = kChanged;
   member.fastest_mps = fmaxf(member.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
   tally.fastest2 = fmaxf(tally.fastest2, speed2);
 }

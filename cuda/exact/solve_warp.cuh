@@ -18,7 +18,8 @@ class WarpSolver {
         c_(step.c),
         counts_(counts),
         lane_(threadIdx.x % 32),
-        positions_(step.start_positions()) {}
+        positions_(step.start_positions()),
+        max_events_(step.state.max_events) {}
 
   // Solves the cluster. list: slot of its first member. All lanes call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
@@ -141,6 +142,7 @@ class WarpSolver {
       cluster.merged = kInvalidIndex;
       cluster.solution = solved ? kSolved : kUnsolved;
       cluster.tally = tally_;
+      atomicMax(&step_.state.round_events, tally_.num_events);
       if (solved) {
         if (tally_.fastest2 > 0.0F)
           atomicMax(&step_.state.fastest_after_bits, __float_as_uint(tally_.fastest2));
@@ -171,8 +173,8 @@ class WarpSolver {
     while (true) {
       const unsigned own = next_event();
       if (own == kNoLane) return true;
-      if (tally_.num_events == kMaxEvents) {
-        if (lane_ == 0) step_.state.solve_failed = 1;
+      if (tally_.num_events == max_events_) {
+        if (lane_ == own) stop_at(step_, it_.event.tick);
         return true;
       }
       const Event event{from(it_.event.tick, own), from(it_.event.partner, own),
@@ -312,6 +314,7 @@ class WarpSolver {
   BlockCounts& counts_;
   unsigned lane_;
   const Vec2i* positions_;  // at the step's start
+  std::uint32_t max_events_;
   std::uint32_t cluster_ = 0;
   std::uint32_t other_ = kInvalidIndex;  // cluster that stopped this one
   unsigned num_ = 0;                     // members

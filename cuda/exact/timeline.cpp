@@ -17,14 +17,15 @@ void ExactTimeline::enter(const ExactLaunch& launch, cudaStream_t stream) {
   is_active_ = true;
 }
 
-std::vector<std::uint64_t> ExactTimeline::plan_ends(const StepRequest& request, double tick_s) {
+std::vector<std::uint64_t> ExactTimeline::plan_ends(const StepRequest& request, std::uint32_t num_together,
+                                                    double tick_s) {
   std::vector<std::uint64_t> ends;
   const double start_s = time_s_;
   check_is_countable(start_s + request.num_steps * request.dt_s, tick_s);
   for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
     time_s_ = start_s + k * request.dt_s;
     const auto end = static_cast<std::uint64_t>(std::llround(time_s_ / tick_s));
-    if (end > now_) ends.push_back(now_ = end);
+    if ((k % num_together == 0 || k == request.num_steps) && end > now_) ends.push_back(now_ = end);
   }
   return ends;
 }

@@ -25,6 +25,9 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
     launch.step_state->totals = {};
     state.num_rounds = 0;
     state.num_retried = 0;
+    state.num_windows = 0;
+    state.largest_cluster = 0;
+    state.has_chord = 0;
     state.event_hash = 0;
     state.reconcile_ns = 0;
     state.unresolvable = 0;

@@ -20,9 +20,10 @@ class ExactTimeline {
   void enter(const ExactLaunch& launch, cudaStream_t stream);
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
-  // Ticks of the reference speed at which the steps of a request end, in order. Moves the time to the last
-  // one. Steps shorter than a tick may have none. tick_s: of the reference speed.
-  std::vector<std::uint64_t> plan_ends(const StepRequest& request, double tick_s);
+  // Ticks of the reference speed at which the steps of a request end, in order; only every num_together-th and
+  // the last. Moves the time to the last one. Steps shorter than a tick may have none. tick_s: of the reference
+  // speed.
+  std::vector<std::uint64_t> plan_ends(const StepRequest& request, std::uint32_t num_together, double tick_s);
 
  private:
   bool is_active_ = false;

@@ -12,10 +12,7 @@ namespace {
 constexpr double kCellWidth = 2.8;  // contact distances. Measured at N = 10^5, area fraction 0.2.
 
 ExactConstants constants_now(const RunConstants& run, const ExactProgress& progress) {
-  ExactConstants c{run, {}};
-  static_cast<TickScale&>(c.plan) = scaled(run.reference_ticks, progress.tick_exponent);
-  c.plan.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
-  return c;
+  return {run, plan_of_now(run, progress)};
 }
 
 }  // namespace
@@ -147,7 +144,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
 // ---- the ball's chords
 
 void ExactTimeline::begin_chord(std::uint64_t until, SortedParcels& parcels, StepReport& report) {
-  chord_.emplace(Chord{plan_chord(run_, epoch_->constants.plan, progress_, until), 0, {}});
+  chord_.emplace(Chord{plan_chord(run_, progress_, until), 0, {}});
   const ExactConstants c{run_, chord_->plan};
   ExactBall ball = ball_in_step(c, progress_);
   ball.trajectory.tick += static_cast<std::int32_t>(epoch_->done);

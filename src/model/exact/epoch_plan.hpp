@@ -38,11 +38,17 @@ PF_HD inline double preferred_epoch_ticks(const ExactConstants& c) {
   return units / (c.plan.max_speed_mps * c.plan.units_per_tick);
 }
 
+// A plan of no length that starts now.
+PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& progress) {
+  StepPlan plan;
+  static_cast<TickScale&>(plan) = scaled(run.reference_ticks, progress.tick_exponent);
+  plan.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
+  return plan;
+}
+
 // Plans the epoch that starts now. The ball's role is set by its chords.
 PF_HD inline StepPlan plan_epoch(const RunConstants& run, const ExactProgress& progress) {
-  ExactConstants c{run, {}};
-  static_cast<TickScale&>(c.plan) = scaled(run.reference_ticks, progress.tick_exponent);
-  c.plan.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
+  ExactConstants c{run, plan_of_now(run, progress)};
   c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress);
   c.plan.ball = run.physics.ball.exists ? BallRole::participant : BallRole::absent;
   const std::uint32_t possible = max_step_ticks(c, 0);
@@ -76,11 +82,10 @@ PF_HD inline std::uint32_t chord_ticks(const RunConstants& run, const ExactProgr
   return static_cast<std::uint32_t>((wanted + num - 1) / num);
 }
 
-// Plans the chord that starts now, of an epoch in hand.
-PF_HD inline StepPlan plan_chord(const RunConstants& run, const StepPlan& epoch,
-                                 const ExactProgress& progress, std::uint64_t until) {
-  StepPlan chord = epoch;
-  chord.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
+// Plans the chord that starts now.
+PF_HD inline StepPlan plan_chord(const RunConstants& run, const ExactProgress& progress,
+                                 std::uint64_t until) {
+  StepPlan chord = plan_of_now(run, progress);
   chord.length = chord_ticks(run, progress, until);
   chord.ball = ball_role(run.physics, progress.ball, chord.length * chord.tick_s);
   return chord;
