@@ -127,7 +127,6 @@ StepTotals CudaBackend::collected_totals() const {
   totals.first_invalid_id = sum.num_invalid > 0 ? sum.first_invalid_id : UINT32_MAX;
   totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / submitted_.per_impulse_count;
   totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
-  totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   totals.num_sorts = submitted_.num_sorts;
   if (submitted_.exact) {
     totals.num_rounds = host_exact_->num_rounds;

@@ -82,9 +82,10 @@ __device__ void commit(const StepContext& step, const SlicePart& part, std::uint
       if (was_due || member.has_changed) event = kNoEventKey;
     }
   }
-  const bool adds_ball = part.slice == 0 && first == 0 && step.has_participant();
-  if (adds_ball && step.state.ball_owner == kBallCluster)
-    add_tally(cluster_of(step, kBallCluster).tally, sum);
+  if (part.slice == 0 && first == 0 && step.has_participant()) {
+    sum.num_events += step.state.num_wall_events;
+    sum.event_hash += step.state.wall_event_hash;
+  }
   reduce_warp(sum, tally, step.state);
 }
 
@@ -132,6 +133,7 @@ __device__ void predict_members(const StepContext& step, std::uint32_t num_membe
                                          });
     keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
     if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
+    if (is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;
   }
 }
 

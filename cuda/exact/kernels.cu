@@ -91,6 +91,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 struct SolveSpace {
   TallySlot tally;
   BlockSpace block;
+  HitOrder hits;
   BlockCounts counts;
   PairSpace pairs;
   NearList<kBlock>::Space near;
@@ -107,8 +108,7 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
   }
   __syncthreads();
   const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
-  const bool one_was_alone = can_start && solve_all<kBoundary>(step, space.block, space.counts);
-  if (one_was_alone) cg::this_grid().sync();
+  if (can_start) solve_all<kBoundary>(step, space.block, space.hits, space.counts);
   return is_solved(step.state);
 }
 
@@ -170,7 +170,7 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
   grid.sync();
   if (grid.thread_rank() == 0) {
     const std::uint64_t until = is_done ? launch.next_until : launch.until;
-    if (until > state.progress.now) plan_next(launch.run, until, state);
+    if (until > state.progress.now) plan_next(launch, until);
   }
   if (is_done) return false;
   grid.sync();
@@ -244,7 +244,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
     // and planning it again changes nothing.
     if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
-      plan_next(launch.run, launch.next_until, state);
+      plan_next(launch, launch.next_until);
     return;
   }
   const SlicePart part = part_of_block();
@@ -260,7 +260,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;
-  if (launch.next_until > state.progress.now) plan_next(launch.run, launch.next_until, state);
+  if (launch.next_until > state.progress.now) plan_next(launch, launch.next_until);
 }
 
 std::uint32_t max_slices() {

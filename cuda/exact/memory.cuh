@@ -64,7 +64,8 @@ class ExactMemory {
   DeviceBuffer<Cluster> clusters_;
   DeviceBuffer<TrajectorySegment> segments_;
   DeviceBuffer<uint2> neighbour_pairs_, conflicts_;
-  DeviceBuffer<BallTrajectorySegment> ball_segments_;
+  DeviceBuffer<BallSegment> ball_segments_;
+  DeviceBuffer<BallHit> ball_hits_;
   DeviceBuffer<ExactState> state_{1};
 };
 

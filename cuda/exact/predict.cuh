@@ -2,6 +2,7 @@
 // First stage of a later window of the step: which parcels have an event in it.
 #pragma once
 
+#include "cuda/exact/ball_path.cuh"
 #include "cuda/exact/positions.cuh"
 
 namespace pf::cuda {
@@ -121,12 +122,30 @@ __device__ inline void note_speed(TallySlot& slot, float speed2) {
     atomicMax(&slot.max_speed2_bits, fastest);
 }
 
-// Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Whole warps call
-// it. i: the parcel of the thread, or beyond the last one.
-__device__ inline void set_earliest(const StepContext& step, std::uint32_t i, std::uint32_t tick,
-                                    bool is_active) {
+template <Boundary kBoundary>
+__device__ bool is_near_participant(const StepContext& step, std::uint32_t i) {
+  return step.has_participant() && i < step.launch.space.num_parcels &&
+         step.is_near_ball<kBoundary>(step.start_positions()[i]);
+}
+
+// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before. The events
+// that parcels keep are others: after each hit the ball is on a new trajectory.
+template <Boundary kBoundary>
+__device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
+  if (!is_near_participant<kBoundary>(step, i)) return false;
+  const Trajectory own = step.start_trajectory(i);
+  return !is_retired(own.anchor) && dot(own.velocity, own.velocity) < kMaxFiniteSpeed2 &&
+         ball_path_tick<kBoundary>(step, own, step.id(i)) < step.state.window_end;
+}
+
+// Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Tiles near a
+// participating ball are looked through in every window. Whole warps call it. i: the parcel of the thread, or beyond
+// the last one.
+template <Boundary kBoundary>
+__device__ void set_earliest(const StepContext& step, std::uint32_t i, std::uint32_t tick, bool is_active) {
   static_assert(kTile == 32);
-  const std::uint32_t later = warp_min(is_active ? kNoTick : tick);
+  if (is_near_participant<kBoundary>(step, i)) tick = 0;
+  const std::uint32_t later = warp_min(is_active && tick != 0 ? kNoTick : tick);
   if (threadIdx.x % 32 == 0 && i < step.launch.space.num_parcels) step.memory.earliest[i / kTile] = later;
 }
 
@@ -140,7 +159,7 @@ __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t 
   float speed2 = 0.0F;
   if (i < step.launch.space.num_parcels) {
     const Event event = predict_event<kBoundary, kReadOnly>(step, i, near_space, speed2);
-    is_active = event.tick < step.state.window_end;
+    is_active = event.tick < step.state.window_end || hits_participant_now<kBoundary>(step, i);
     tick = event.tick;
     memory.events[i] = event_key(event.tick, event.partner);
     memory.owner[i] = kInvalidIndex;
@@ -148,7 +167,7 @@ __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t 
     if (step.has_participant()) append_if_near_ball<kBoundary>(step, i);
   }
   append_active(step, slice, i, is_active);
-  set_earliest(step, i, tick, is_active);
+  set_earliest<kBoundary>(step, i, tick, is_active);
   note_speed(step.launch.slots[blockIdx.x % kNumSlots], speed2);
 }
 
@@ -192,10 +211,10 @@ __device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::u
     event = predicted_anew<kBoundary>(step, i, near_space);
     memory.events[i] = event;
   }
-  const bool is_active = tick_of(event) < window_end;
+  const bool is_active = tick_of(event) < window_end || hits_participant_now<kBoundary>(step, i);
   if (is_active) memory.list_head[i] = kInvalidIndex;
   append_active(step, slice, i, is_active);
-  set_earliest(step, i, tick_of(event), is_active);
+  set_earliest<kBoundary>(step, i, tick_of(event), is_active);
 }
 
 // Lists all active parcels, and predicts due events that are stale anew. The grid calls it.

@@ -31,20 +31,18 @@ struct StepTeam {
 };
 
 __device__ inline bool needs_block(const StepContext& step, std::uint32_t cluster) {
-  return cluster_of(step, cluster).needs_block != 0 || load_fresh(&step.state.ball_owner) == cluster;
+  return cluster_of(step, cluster).needs_block != 0;
 }
 
-// Solves the clusters that take a block each: in the first round the ball's, later those in `todo`.
+// Solves the clusters in `todo` that take a block each.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const StepTeam& team,
-                                                BlockSpace& space, BlockCounts& counts, bool is_first) {
+                                                BlockSpace& space, BlockCounts& counts) {
   BlockSolver<kBoundary> solver(step, space, counts);
-  const bool has_ball = blockIdx.x == 0 && step.has_participant();
-  const std::uint32_t num = is_first ? (has_ball ? 1U : 0U) : load_fresh(&step.state.num_todo);
-  for (std::uint32_t k = is_first ? 0U : team.block(); k < num; k += team.num_blocks()) {
-    const std::uint32_t cluster = is_first ? kBallCluster : step.memory.todo.items[k];
-    if (is_first || needs_block(step, cluster))
-      solver.solve(cluster, is_first ? kInvalidIndex : cluster_of(step, cluster).merged);
+  const std::uint32_t num = load_fresh(&step.state.num_todo);
+  for (std::uint32_t k = team.block(); k < num; k += team.num_blocks()) {
+    const std::uint32_t cluster = step.memory.todo.items[k];
+    if (needs_block(step, cluster)) solver.solve(cluster, cluster_of(step, cluster).merged);
   }
 }
 
@@ -74,7 +72,7 @@ __device__ __forceinline__ void solve_by_warps(const StepContext& step, const St
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, BlockSpace& space,
                                       BlockCounts& counts, bool is_first) {
-  solve_by_blocks<kBoundary>(step, team, space, counts, is_first);
+  if (!is_first) solve_by_blocks<kBoundary>(step, team, space, counts);
   __syncthreads();
   solve_by_warps<kBoundary>(step, team, counts, is_first);
 }

@@ -32,7 +32,6 @@ struct BlockMembers {
   BlockCounts& counts;
   BlockSpace& space;
   std::uint32_t cluster = 0;
-  bool owns_ball = false;
   ClusterTally tally;
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
@@ -42,7 +41,6 @@ struct BlockMembers {
   __device__ __forceinline__ void start(std::uint32_t name) {
     cluster = name;
     tally = {};
-    owns_ball = step.has_participant() && load_fresh(&step.state.ball_owner) == name;
     if (leads()) {
       space.num_members = 0;
       space.num_flagged = 0;
@@ -52,6 +50,7 @@ struct BlockMembers {
   }
 
   // Loads the members of a list of slots, at the step's start. Returns whether there is room for all.
+  template <Boundary kBoundary>
   __device__ __forceinline__ bool load(std::uint32_t list) {
     if (leads()) {
       std::uint32_t num_listed = 0;
@@ -65,7 +64,7 @@ struct BlockMembers {
     if (num() > kCapacity) return false;
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
       Member& member = (*this)[space.table[k]];
-      member = member_at_start(step, member.index);
+      member = member_at_start<kBoundary>(step, member.index);
     }
     __syncthreads();
     return true;
@@ -73,8 +72,9 @@ struct BlockMembers {
 
   // The slot of parcel i, which joins the cluster if it is free. Otherwise kInvalidIndex; space.other is then
   // the cluster that owns it, or this one if there is no room.
+  template <Boundary kBoundary>
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
-    if (leads()) space.joined = find_or_add(i);
+    if (leads()) space.joined = find_or_add<kBoundary>(i);
     __syncthreads();
     const std::uint32_t slot = space.joined;
     __syncthreads();
@@ -82,6 +82,7 @@ struct BlockMembers {
   }
 
   // Called by the first thread.
+  template <Boundary kBoundary>
   __device__ __forceinline__ std::uint32_t find_or_add(std::uint32_t i) {
     if (step.owner_of(i) == cluster) return memory.member_slot[i];
     if (num() == kCapacity) {
@@ -94,7 +95,7 @@ struct BlockMembers {
       return kInvalidIndex;
     }
     const std::uint32_t slot = new_member_slot(step, counts, i);
-    (*this)[slot] = member_at_start(step, i);
+    (*this)[slot] = member_at_start<kBoundary>(step, i);
     space.table[space.num_members++] = slot;
     return slot;
   }
@@ -130,6 +131,7 @@ struct BlockMembers {
     record.members = fits ? (num_stored > 0 ? space.table[0] : kInvalidIndex) : list;
     record.merged = kInvalidIndex;
     record.solution = solved ? kSolved : kUnsolved;
+    record.attempt = counts.round * kMaxAttemptsInRound;
     record.tally = tally;
     atomicMax(&step.state.round_events, tally.num_events);
     if (solved) {

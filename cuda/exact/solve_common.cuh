@@ -1,7 +1,7 @@
 // Method `exact` on the device: functions that the solvers of a warp and of a block share.
 #pragma once
 
-#include "cuda/exact/clusters.cuh"
+#include "cuda/exact/ball_path.cuh"
 
 namespace pf::cuda {
 
@@ -10,7 +10,11 @@ namespace pf::cuda {
 struct BlockCounts {
   std::uint32_t members, segments, neighbour_pairs;
   std::uint32_t alone;
+  std::uint32_t round;
 };
+
+// Numbers a warp's or block's attempts to solve a cluster.
+constexpr std::uint32_t kMaxAttemptsInRound = 1024;
 
 // Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.
 __device__ inline void add_conflict(const StepContext& step, const BlockCounts& counts, std::uint32_t p,
@@ -36,7 +40,8 @@ __device__ __forceinline__ void add_neighbour_pair(const StepContext& step, Bloc
   }
 }
 
-__device__ inline Member member_at_start(const StepContext& step, std::uint32_t i) {
+template <Boundary kBoundary>
+__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
   const StepMemory& memory = step.memory;
   Member member;
   member.index = i;
@@ -45,6 +50,10 @@ __device__ inline Member member_at_start(const StepContext& step, std::uint32_t 
   const EventKey event = memory.events[i];
   if (tick_of(event) < step.c.plan.length)
     member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
+  if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
+      !is_retired(member.trajectory.anchor))
+    keep_earlier(member.event,
+                 {ball_path_tick<kBoundary>(step, member.trajectory, member.id), kBallPartner, kBallPartner});
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -139,14 +148,22 @@ struct MemberSearch {
   }
 };
 
-// Replaces `best` if a parcel reaches the edge, or a ball that its cluster does not own, before it.
+// Replaces `best` if parcel `id` reaches the edge or the ball before it.
 template <Boundary kBoundary>
-__device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position,
-                                                   const Trajectory& now, bool owns_ball, Event& best) {
+__device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position, std::uint32_t id,
+                                                   const Trajectory& now, Event& best) {
   if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
-  if (step.c.plan.ball == BallRole::absent || owns_ball || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {ball_collision_tick<kBoundary>(step.c, step.state.ball.trajectory, now), kBallPartner,
-                      kBallPartner});
+  if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
+  keep_earlier(best, {ball_path_tick<kBoundary>(step, now, id), kBallPartner, kBallPartner});
+}
+
+// Collides a parcel that is anchored at `tick` with the ball.
+template <Boundary kBoundary>
+__device__ __forceinline__ void hit_ball(const StepContext& step, std::uint32_t tick, std::uint32_t id,
+                                         std::uint32_t cluster, std::uint32_t attempt, Trajectory& now,
+                                         ClusterTally& tally) {
+  if (step.has_participant()) add_ball_hit(step, {tick, id, cluster, attempt, now.anchor, now.velocity});
+  collide_with_ball<kBoundary>(step.c, ball_before(step, tick, id), tick, now, tally);
 }
 
 }  // namespace pf::cuda

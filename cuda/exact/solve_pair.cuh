@@ -184,8 +184,6 @@ __device__ void solve_pairs(const StepContext& step, const SlicePart& part, Pair
   constexpr unsigned kPairsAtOnce = kExactBlock / (2 * kLanes);
   const StepMemory& memory = step.memory;
   if (__syncthreads_or(static_cast<int>(load_fresh(&step.state.list_overflow))) != 0) return;
-  if (part.slice == 0 && part.part == 0 && threadIdx.x == 0 && step.has_participant())
-    start_cluster(cluster_of(step, kBallCluster), kBallCluster);
   const std::uint32_t num_active = min(memory.counts[part.slice].active, memory.active.capacity);
   float fastest2 = 0.0F;
   for (std::uint32_t first = part.part * kExactBlock; first < num_active;

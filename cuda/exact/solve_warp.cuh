@@ -24,9 +24,11 @@ class WarpSolver {
   // Solves the cluster. list: slot of its first member. All lanes call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     cluster_ = cluster;
+    attempt_ = counts_.round * kMaxAttemptsInRound;
     bool fits = false, solved = false;
     do {
       tally_ = {};
+      ++attempt_;
       other_ = kInvalidIndex;
       fits = load_members(list);
       if (!fits) other_ = cluster;
@@ -65,7 +67,7 @@ class WarpSolver {
       if (lane_ == num_) slot_ = m;
       ++num_;
     }
-    if (is_member()) it_ = member_at_start(step_, memory_.members[slot_].index);
+    if (is_member()) it_ = member_at_start<kBoundary>(step_, memory_.members[slot_].index);
     __syncwarp();
     return true;
   }
@@ -82,7 +84,7 @@ class WarpSolver {
     const unsigned joining = num_;
     std::uint32_t owner = kInvalidIndex;
     if (lane_ == joining) {
-      it_ = member_at_start(step_, i);
+      it_ = member_at_start<kBoundary>(step_, i);
       owner = claim(step_, i, cluster_);
       if (owner == kInvalidIndex) slot_ = new_member_slot(step_, counts_, i);
     }
@@ -107,7 +109,7 @@ class WarpSolver {
   // clusters are: then both are solved at once, without another round. Returns whether it did.
   __device__ __forceinline__ bool absorb(std::uint32_t& list) {
     std::uint32_t absorbed = kInvalidIndex;
-    if (lane_ == 0 && other_ != cluster_ && other_ != kBallCluster) {
+    if (lane_ == 0 && other_ != cluster_) {
       Cluster& other = cluster_of(step_, other_);
       if (atomicCAS(&other.solution, kSolvedAsPair, kUnsolved) == kSolvedAsPair) {
         absorbed = other.members;
@@ -141,6 +143,7 @@ class WarpSolver {
       cluster.members = fits ? slot_ : list;
       cluster.merged = kInvalidIndex;
       cluster.solution = solved ? kSolved : kUnsolved;
+      cluster.attempt = attempt_;
       cluster.tally = tally_;
       atomicMax(&step_.state.round_events, tally_.num_events);
       if (solved) {
@@ -183,9 +186,6 @@ class WarpSolver {
       if (is_parcel(event.partner)) {
         other = lane_of(event.partner);
         if (other == kNoLane) return false;
-      } else if (event.partner == kBallPartner && step_.has_participant()) {
-        other_ = load_fresh(&step_.state.ball_owner);
-        return false;
       }
       apply_event(event, own, other);
       unsigned stale = bit(own) | bit(other);
@@ -217,7 +217,7 @@ class WarpSolver {
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        collide_with_ball<kBoundary>(c_, step_.state.ball.trajectory, event.tick, now, tally_);
+        hit_ball<kBoundary>(step_, event.tick, it_.id, cluster_, attempt_, now, tally_);
       } else {
         apply_edge(c_, event.partner, now);
       }
@@ -285,7 +285,7 @@ class WarpSolver {
       }
       best = earliest_of_lanes(best);
       if (lane_ == subject) {
-        if (!is_retired(now.anchor)) keep_edge_and_ball<kBoundary>(step_, positions_[i], now, false, best);
+        if (!is_retired(now.anchor)) keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, best);
         it_.event = best;
       }
     }
@@ -316,6 +316,7 @@ class WarpSolver {
   const Vec2i* positions_;  // at the step's start
   std::uint32_t max_events_;
   std::uint32_t cluster_ = 0;
+  std::uint32_t attempt_ = 0;
   std::uint32_t other_ = kInvalidIndex;  // cluster that stopped this one
   unsigned num_ = 0;                     // members
   Member it_;                            // this lane's member

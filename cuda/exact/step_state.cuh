@@ -25,13 +25,14 @@
 
 namespace pf::cuda {
 
-// A cluster's name is the index of one of its parcels, the representative. The cluster that starts with the
-// ball has this name.
-constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;
+// A cluster's name is the index of one of its parcels, the representative.
 
 // Events of a cluster at which its window is retried up to there. If they all lie in one tick, the limit is
 // raised, up to the largest one.
 constexpr std::uint32_t kMaxClusterEvents = 512, kLargestClusterEvents = 131072;
+
+constexpr std::uint32_t kMaxBallSegments = 1024;  // in a window
+constexpr double kPathMargin = 64.0;              // position units
 
 // A parcel of a cluster.
 struct Member {
@@ -55,17 +56,19 @@ struct TrajectorySegment {
   std::uint32_t previous;  // the parcel's segment before it, or kInvalidIndex
 };
 
-struct BallTrajectorySegment {
+// A piece of the ball's path through a window. It begins with an event of the ball.
+struct BallSegment {
   BallTrajectory trajectory;
-  std::uint32_t end;
+  std::uint32_t begin;    // tick
+  std::uint32_t partner;  // of the event: id of a parcel, or a code
 };
 
-// The ball as a member of the cluster that owns it.
-struct BallMember {
-  ExactBall now;
-  Event event;
-  std::uint32_t num_segments = 0;
-  std::uint32_t has_changed = 0;
+// A hit that a solution has.
+struct BallHit {
+  std::uint32_t tick, id;
+  std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
+  Vec2i anchor;                    // of the parcel, at the tick
+  Vec2f velocity;                  // before the hit
 };
 
 // Sums over a cluster's events.
@@ -100,6 +103,7 @@ struct Cluster {
   std::uint32_t reassigned;   // round in which its members were last reassigned
   std::uint32_t solution;     // kUnsolved, kSolved or kSolvedAsPair
   std::uint32_t needs_block;  // 1 if it is too large for a warp
+  std::uint32_t attempt;      // that led to the solution
   ClusterTally tally;
 };
 
@@ -156,8 +160,9 @@ struct StepMemory {
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
-  BallTrajectorySegment* ball_segments = nullptr;
-  std::uint32_t ball_segment_capacity = 0;
+  BallSegment* ball_paths[2] = {};  // kMaxBallSegments each; ExactState::ball_path: the one that holds
+  BallHit* ball_hits = nullptr;
+  std::uint32_t ball_hit_capacity = 0;
 };
 
 // What follows a window.
@@ -212,8 +217,17 @@ struct ExactState {
   std::uint32_t num_taken = 0;          // representatives that warps took beyond their first one
   std::uint32_t num_conflicts[2] = {};  // found by all blocks; by one that solves the rest alone
   std::uint32_t num_todo = 0;
-  std::uint32_t ball_owner = kBallCluster;  // cluster
-  BallMember ball_member;
+
+  // The path of a ball, as solutions of this window assume it. A frozen ball has one segment.
+  std::uint32_t ball_path = 0;
+  std::uint32_t num_ball_segments = 0;
+  std::uint32_t path_is_straight = 0;  // 1 if it stays within kPathMargin of its first segment
+  std::uint32_t path_has_changed = 0;
+  std::uint32_t round = 0;
+  std::uint32_t num_ball_hits = 0;    // of all solutions in the window
+  std::uint32_t num_wall_events = 0;  // of the ball
+  unsigned long long wall_event_hash = 0;
+  ExactBall ball_at_end;
 
   AfterWindow after_window = AfterWindow::next_step;
 

@@ -2,6 +2,7 @@
 // and anchoring.
 #pragma once
 
+#include "cuda/exact/ball_path.cuh"
 #include "cuda/exact/commit.cuh"
 
 namespace pf::cuda {
@@ -31,7 +32,8 @@ __device__ inline bool is_solved(const ExactState& state) {
 // ---- windows. Each function is called by one thread.
 
 // Plans the next window of the step: an equal part of the rest.
-__device__ inline void plan_window(ExactState& state) {
+__device__ inline void plan_window(const ExactLaunch& launch) {
+  ExactState& state = *launch.state;
   const std::uint32_t left = state.plan.length - state.window_begin;
   const double parts = left / state.window_ticks;
   const auto num = static_cast<std::uint32_t>(parts) + (parts > 1.0 ? 1U : 0U);
@@ -48,8 +50,7 @@ __device__ inline void plan_window(ExactState& state) {
   state.num_taken = 0;
   state.num_conflicts[0] = state.num_conflicts[1] = 0;
   state.num_todo = 0;
-  state.ball_owner = kBallCluster;
-  state.ball_member.has_changed = 0;
+  start_ball_path(launch.run, launch.memory, state);
 }
 
 // The next windows are shorter if too many events of this one were applied one after the other: for each of
@@ -70,7 +71,8 @@ __device__ inline void learn_from_window(ExactState& state) {
 }
 
 // After a window in which a cluster had too many events, or a list was full: a shorter one, or more events.
-__device__ inline AfterWindow retry_window(ExactState& state) {
+__device__ inline AfterWindow retry_window(const ExactLaunch& launch) {
+  ExactState& state = *launch.state;
   const std::uint32_t length = state.window_end - state.window_begin;
   if (length == 1) {
     if (state.stopped_at == kNoTick || state.max_events >= kLargestClusterEvents) return AfterWindow::stop;
@@ -80,21 +82,22 @@ __device__ inline AfterWindow retry_window(ExactState& state) {
   if (state.stopped_at != kNoTick && state.stopped_at - state.window_begin < length)
     shorter = state.stopped_at - state.window_begin;
   state.window_ticks = shorter > 1 ? shorter : 1;
-  plan_window(state);
+  plan_window(launch);
   return AfterWindow::retry_window;
 }
 
 // Decides what follows a window, and plans it if that belongs to the same step.
-__device__ inline AfterWindow end_window(ExactState& state, bool is_committed) {
+__device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_committed) {
+  ExactState& state = *launch.state;
   if (is_committed) {
     ++state.num_windows;
     learn_from_window(state);
     state.max_events = kMaxClusterEvents;
     state.fastest_committed_bits = max(state.fastest_committed_bits, state.fastest_after_bits);
-    if (state.plan.ball == BallRole::participant) state.ball = state.ball_member.now;
+    if (state.plan.ball == BallRole::participant) state.ball = state.ball_at_end;
     state.window_begin = state.window_end;
     if (state.window_begin == state.plan.length) return AfterWindow::next_step;
-    plan_window(state);
+    plan_window(launch);
     return AfterWindow::next_window;
   }
   state.num_retried += 1;
@@ -107,7 +110,7 @@ __device__ inline AfterWindow end_window(ExactState& state, bool is_committed) {
     state.max_ticks = state.plan.length / 2;
     return state.max_ticks == 0 ? AfterWindow::stop : AfterWindow::retry_step;
   }
-  return retry_window(state);
+  return retry_window(launch);
 }
 
 // ---- steps
@@ -132,7 +135,9 @@ __device__ inline void end_chord(const RunConstants& run, ExactState& state) {
 }
 
 // Plans the next step, which ends at the latest at `until`, and its first window. Called by one thread.
-__device__ inline void plan_next(const RunConstants& run, std::uint64_t until, ExactState& state) {
+__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until) {
+  const RunConstants& run = launch.run;
+  ExactState& state = *launch.state;
   ExactProgress progress = state.progress;
   if (run.physics.ball.exists) {
     if (state.has_chord == 0) begin_chord(run, until, state);
@@ -152,7 +157,7 @@ __device__ inline void plan_next(const RunConstants& run, std::uint64_t until, E
   state.fastest_committed_bits = 0;
   state.num_events = 0;
   state.window_begin = 0;
-  plan_window(state);
+  plan_window(launch);
 }
 
 // Moves totals, ball and time to the end of a step, which may be earlier than planned: at the start of the
@@ -193,7 +198,7 @@ __device__ __noinline__ inline void finish_step(const ExactLaunch& launch, bool 
 __device__ inline void finish_window(const ExactLaunch& launch, bool is_committed) {
   ExactState& state = *launch.state;
   AfterWindow after = AfterWindow::stop;
-  if (threadIdx.x == 0) state.after_window = after = end_window(state, is_committed);
+  if (threadIdx.x == 0) state.after_window = after = end_window(launch, is_committed);
   after = static_cast<AfterWindow>(__shfl_sync(kWholeWarp, static_cast<std::uint32_t>(after), 0));
   if (after == AfterWindow::stop && threadIdx.x == 0) state.unresolvable = 1;
   if (after == AfterWindow::next_step || after == AfterWindow::retry_step)

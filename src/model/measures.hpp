@@ -20,7 +20,6 @@ struct StepTotals {
   std::uint32_t first_invalid_id = UINT32_MAX;
   double impulse_sum_mps = 0.0;        // sum over pair collisions of |impulse| / parcel mass
   double max_overlap_diameters = 0.0;  // largest overlap at a contact
-  double max_speed_mps = 0.0;          // fastest parcel of the last step
   std::uint64_t num_sorts = 0;
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
@@ -41,7 +40,6 @@ struct StepTotals {
     num_invalid += o.num_invalid;
     impulse_sum_mps += o.impulse_sum_mps;
     max_overlap_diameters = std::fmax(max_overlap_diameters, o.max_overlap_diameters);
-    max_speed_mps = o.max_speed_mps;
     num_sorts += o.num_sorts;
     num_rounds += o.num_rounds;
     num_retried_steps += o.num_retried_steps;

@@ -277,7 +277,6 @@ void ExactTimeline::advance(const Physics& physics, const StepRequest& request, 
     state.num_invalid = epoch_->num_invalid * request.num_steps;
     state.first_invalid_id = epoch_->first_invalid_id;
   }
-  state.max_speed_mps = progress_.fastest_mps;
   report.totals += state;
   ball = progress_.ball;
 }

@@ -1,0 +1,139 @@
+// Method `exact` on the device: the path of a participating ball through a window.
+//
+// A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against an assumed
+// path, at first the ball's flight without hits. The hits that they find, in their order, give the path anew. Clusters
+// that hit the ball are solved again against that, until the path no longer changes in any bit. Then every hit happened
+// on the ball's true trajectory: the solution is that of the serial program.
+#pragma once
+
+#include "cuda/exact/clusters.cuh"
+
+namespace pf::cuda {
+
+__device__ inline const BallSegment* ball_path(const StepContext& step) {
+  return step.memory.ball_paths[step.state.ball_path];
+}
+
+// Tick at which a parcel hits the ball on the assumed path, or kNoTick. Of hits at one tick that with the lower id
+// comes first. A parcel that has just hit the ball meets it after its own hit.
+template <Boundary kBoundary>
+__device__ std::uint32_t ball_path_tick(const StepContext& step, const Trajectory& parcel, std::uint32_t id) {
+  const ExactConstants& c = step.c;
+  const BallSegment* path = ball_path(step);
+  const std::uint32_t num = step.state.num_ball_segments;
+  if (num == 1) return ball_collision_tick<kBoundary>(c, path[0].trajectory, parcel);
+  std::uint32_t first = 0;
+  if (step.state.path_is_straight != 0) {
+    const std::uint32_t near = ball_collision_tick<kBoundary>(c, path[0].trajectory, parcel, kPathMargin);
+    if (near == kNoTick) return kNoTick;
+    while (first + 1 < num && path[first + 1].begin < near) ++first;
+  }
+  const std::int32_t anchor = anchor_time(c.plan, parcel);
+  for (std::uint32_t s = first; s < num; ++s) {
+    const bool is_last = s + 1 == num;
+    const std::uint32_t end = is_last ? kNoTick : path[s + 1].begin;
+    const std::uint32_t partner = is_last ? kNoPartner : path[s + 1].partner;
+    const auto end_time = static_cast<std::int64_t>(end);
+    if (end_time < anchor || (end_time == anchor && partner <= id)) continue;
+    const std::uint32_t tick = ball_collision_tick<kBoundary>(c, path[s].trajectory, parcel);
+    if (tick != kNoTick && (tick < end || (tick == end && id <= partner))) return tick;
+  }
+  return kNoTick;
+}
+
+// The ball's trajectory before a hit by parcel `id` at a tick.
+__device__ inline const BallTrajectory& ball_before(const StepContext& step, std::uint32_t tick, std::uint32_t id) {
+  const BallSegment* path = ball_path(step);
+  std::uint32_t s = step.state.num_ball_segments - 1;
+  while (s > 0 && (path[s].begin > tick || (path[s].begin == tick && path[s].partner >= id))) --s;
+  return path[s].trajectory;
+}
+
+__device__ inline void add_ball_hit(const StepContext& step, const BallHit& hit) {
+  const std::uint32_t k = atomicAdd(&step.state.num_ball_hits, 1U);
+  if (k < step.memory.ball_hit_capacity) {
+    step.memory.ball_hits[k] = hit;
+  } else {
+    step.state.solve_failed = 1;
+  }
+}
+
+__device__ inline bool is_same(const BallTrajectory& a, const BallTrajectory& b) {
+  return a.anchor_units.x == b.anchor_units.x && a.anchor_units.y == b.anchor_units.y &&
+         a.velocity_mps.x == b.velocity_mps.x && a.velocity_mps.y == b.velocity_mps.y &&
+         a.spin_radps == b.spin_radps && a.tick == b.tick;
+}
+
+// Traces the path through hits given in their order, into the other array. Called by one thread.
+template <Boundary kBoundary, class HitAt>
+__device__ void trace_ball_path(const ExactConstants& c, const StepMemory& memory, ExactState& state,
+                                std::uint32_t num_hits, HitAt hit_at) {
+  const BallSegment* old = memory.ball_paths[state.ball_path];
+  BallSegment* path = memory.ball_paths[state.ball_path ^ 1U];
+  ExactBall ball = state.ball;
+  path[0] = {ball.trajectory, 0, 0};
+  bool changed = state.num_ball_segments == 0, bounces = false;
+  double bend_mps = 0.0;  // along an axis
+  std::uint32_t num = 1, next = 0;
+  state.num_wall_events = 0;
+  state.wall_event_hash = 0;
+  while (true) {
+    Event edge;
+    if (c.plan.ball == BallRole::participant) keep_ball_edge_event<kBoundary>(c, ball.trajectory, edge);
+    BallSegment segment;
+    if (next < num_hits && hit_at(next).tick <= edge.tick) {
+      const BallHit& hit = hit_at(next++);
+      Trajectory parcel{hit.anchor, hit.velocity, c.plan.start + hit.tick};
+      ClusterTally ignored;
+      const BallReaction reaction =
+          collide_with_ball<kBoundary>(c, ball.trajectory, hit.tick, parcel, ignored);
+      apply_to_ball(c, hit.tick, kBallPartner, reaction, ball);
+      segment = {ball.trajectory, hit.tick, hit.id};
+    } else if (edge.tick != kNoTick) {
+      apply_to_ball(c, edge.tick, edge.partner, {}, ball);
+      segment = {ball.trajectory, edge.tick, edge.partner};
+      ++state.num_wall_events;
+      const std::uint64_t at =
+          state.progress.now + (static_cast<std::uint64_t>(edge.tick) << state.progress.tick_exponent);
+      state.wall_event_hash += event_hash(at, edge.partner, kBallPartner);
+      bounces = true;
+    } else {
+      break;
+    }
+    if (num == kMaxBallSegments) {
+      state.solve_failed = 1;
+      break;
+    }
+    const double surface_mps = surface_speed_mps(c.run.physics, ball.trajectory);
+    if (surface_mps > c.plan.max_speed_mps)
+      atomicMax(&state.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
+    changed = changed || num >= state.num_ball_segments || old[num].begin != segment.begin ||
+              old[num].partner != segment.partner || !is_same(old[num].trajectory, segment.trajectory);
+    path[num++] = segment;
+    const Vec2d bend = ball.trajectory.velocity_mps - state.ball.trajectory.velocity_mps;
+    bend_mps = fmax(bend_mps, fmax(fabs(bend.x), fabs(bend.y)));
+  }
+  const double most = bend_mps * c.plan.units_per_tick * (c.plan.length - state.window_begin);
+  state.path_is_straight = !bounces && most < 0.5 * kPathMargin ? 1U : 0U;
+  state.path_has_changed = changed || num != state.num_ball_segments ? 1U : 0U;
+  state.num_ball_segments = num;
+  state.ball_path ^= 1U;
+  state.ball_at_end = ball;
+}
+
+// Assumes that nothing hits the ball in the window. Called by one thread.
+__device__ inline void start_ball_path(const RunConstants& run, const StepMemory& memory, ExactState& state) {
+  state.num_ball_hits = 0;
+  state.num_ball_segments = 0;
+  if (state.plan.ball == BallRole::absent) return;
+  ExactConstants c{run, state.plan};
+  c.plan.length = state.window_end;
+  const auto no_hit = [&](std::uint32_t) -> const BallHit& { return memory.ball_hits[0]; };
+  if (run.physics.world.boundary == Boundary::walls) {
+    trace_ball_path<Boundary::walls>(c, memory, state, 0, no_hit);
+  } else {
+    trace_ball_path<Boundary::open>(c, memory, state, 0, no_hit);
+  }
+}
+
+}  // namespace pf::cuda
