@@ -14,13 +14,24 @@ __device__ inline const BallSegment* ball_path(const StepContext& step) {
   return step.memory.ball_paths[step.state.ball_path];
 }
 
+__device__ inline bool has_hit(const StepContext& step, std::uint32_t tick, std::uint32_t id) {
+  const BallSegment* path = ball_path(step);
+  for (std::uint32_t s = 1; s < step.state.num_ball_segments; ++s) {
+    if (path[s].begin == tick && path[s].partner == id) return true;
+  }
+  return false;
+}
+
 // Tick at which a parcel hits the ball on the assumed path, or kNoTick. Of hits at one tick that with the lower id
-// comes first. A parcel that has just hit the ball meets it after its own hit.
+// comes first. just_hit: the parcel's trajectory begins with a hit; it meets the ball after that. If the path does not
+// have the hit yet, that cannot be told, and does not matter: the cluster will be solved again.
 template <Boundary kBoundary>
-__device__ std::uint32_t ball_path_tick(const StepContext& step, const Trajectory& parcel, std::uint32_t id) {
+__device__ std::uint32_t ball_path_tick(const StepContext& step, const Trajectory& parcel, std::uint32_t id,
+                                        bool just_hit) {
   const ExactConstants& c = step.c;
   const BallSegment* path = ball_path(step);
   const std::uint32_t num = step.state.num_ball_segments;
+  if (just_hit && step.has_participant() && !has_hit(step, parcel.tick - c.plan.start, id)) return kNoTick;
   if (num == 1) return ball_collision_tick<kBoundary>(c, path[0].trajectory, parcel);
   std::uint32_t first = 0;
   if (step.state.path_is_straight != 0) {

@@ -120,7 +120,7 @@ __device__ void predict_members(const StepContext& step, std::uint32_t num_membe
     const Member& member = memory.members[blockIdx.x * memory.member_capacity + k];
     const std::uint32_t i = member.index;
     memory.owner[i] = kInvalidIndex;
-    const bool has_changed = member.has_changed == kChanged;
+    const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;
     const Trajectory own = step.start_trajectory(i);
     if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
     Event best;

@@ -135,7 +135,7 @@ __device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
   if (!is_near_participant<kBoundary>(step, i)) return false;
   const Trajectory own = step.start_trajectory(i);
   return !is_retired(own.anchor) && dot(own.velocity, own.velocity) < kMaxFiniteSpeed2 &&
-         ball_path_tick<kBoundary>(step, own, step.id(i)) < step.state.window_end;
+         ball_path_tick<kBoundary>(step, own, step.id(i), false) < step.state.window_end;
 }
 
 // Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Tiles near a

@@ -168,7 +168,7 @@ __device__ __forceinline__ void solve_in_rounds(const StepContext& step, BlockSp
 
 // The hits of the present solution in their order, in the block's shared memory.
 struct HitOrder {
-  std::uint32_t found[kMaxBallSegments], order[kMaxBallSegments];
+  std::uint32_t found[kMaxBallSegments], order[kMaxBallSegments];  // indices of hits
   std::uint32_t num;
 };
 
@@ -195,7 +195,8 @@ __device__ inline void order_hits(const StepContext& step, HitOrder& space) {
     std::uint32_t rank = 0;
     for (std::uint32_t q = 0; q < num; ++q) {
       const BallHit& other = hits[space.found[q]];
-      if (other.tick < hit.tick || (other.tick == hit.tick && other.id < hit.id)) ++rank;
+      const bool is_twin = other.tick == hit.tick && other.id == hit.id;
+      if (other.tick < hit.tick || (other.tick == hit.tick && other.id < hit.id) || (is_twin && q < p)) ++rank;
     }
     space.order[rank] = space.found[p];
   }
@@ -207,7 +208,7 @@ template <Boundary kBoundary>
 __device__ bool hits_path(const StepContext& step, std::uint32_t i) {
   const std::uint32_t id = step.id(i);
   const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = ball_path_tick<kBoundary>(step, trajectory, id);
+    const std::uint32_t tick = ball_path_tick<kBoundary>(step, trajectory, id, false);
     return tick != kNoTick && tick <= end;
   };
   const Trajectory start = step.start_trajectory(i);

@@ -133,6 +133,7 @@ class BlockSolver {
     hit_ball<kBoundary>(step_, tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
                         now, members_.tally);
     set_member_trajectory(now, tick, member);
+    member.has_changed = kHitBall;
   }
 
   // ---- predictions
@@ -199,7 +200,8 @@ class BlockSolver {
     best = members_.earliest(best);
     if (members_.leads()) {
       if (!it.is_gone)
-        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.id, it.now, best);
+        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.id, it.now,
+                                      members_[m].has_changed == kHitBall, best);
       members_[m].event = best;
     }
     __syncthreads();

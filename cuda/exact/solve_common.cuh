@@ -53,7 +53,7 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
       !is_retired(member.trajectory.anchor))
     keep_earlier(member.event,
-                 {ball_path_tick<kBoundary>(step, member.trajectory, member.id), kBallPartner, kBallPartner});
+                 {ball_path_tick<kBoundary>(step, member.trajectory, member.id, false), kBallPartner, kBallPartner});
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -151,10 +151,10 @@ struct MemberSearch {
 // Replaces `best` if parcel `id` reaches the edge or the ball before it.
 template <Boundary kBoundary>
 __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position, std::uint32_t id,
-                                                   const Trajectory& now, Event& best) {
+                                                   const Trajectory& now, bool just_hit, Event& best) {
   if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
   if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {ball_path_tick<kBoundary>(step, now, id), kBallPartner, kBallPartner});
+  keep_earlier(best, {ball_path_tick<kBoundary>(step, now, id, just_hit), kBallPartner, kBallPartner});
 }
 
 // Collides a parcel that is anchored at `tick` with the ball.

@@ -225,7 +225,10 @@ class WarpSolver {
     if (event.partner == kExit) tally_.retired();
     if (!takes_part) return;
     set_trajectory(step_, counts_, now, event.tick, it_, tally_);
-    if (event.partner != kBallPartner) it_.last_contact_tick = c_.plan.start + event.tick;
+    if (event.partner != kBallPartner)
+      it_.last_contact_tick = c_.plan.start + event.tick;
+    else
+      it_.has_changed = kHitBall;
   }
 
   // ---- predictions
@@ -285,7 +288,8 @@ class WarpSolver {
       }
       best = earliest_of_lanes(best);
       if (lane_ == subject) {
-        if (!is_retired(now.anchor)) keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, best);
+        if (!is_retired(now.anchor))
+          keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, it_.has_changed == kHitBall, best);
         it_.event = best;
       }
     }

@@ -43,11 +43,12 @@ struct Member {
   std::uint32_t last_contact_tick;
   std::uint32_t last_segment;  // latest completed one, or kInvalidIndex; start trajectories are not stored
   float fastest_mps;           // in the step so far
-  std::uint32_t has_changed;   // kUnchanged, kChanged after its first event, or kWasDue
+  std::uint32_t has_changed;   // one of the values below
 };
 
-// Values of Member::has_changed. kWasDue, at the commit: unchanged, and its kept event did not happen.
-constexpr std::uint32_t kUnchanged = 0, kChanged = 1, kWasDue = 2;
+// Values of Member::has_changed. kHitBall: changed, the last time by the ball. kWasDue, at the commit: unchanged, but
+// its kept event did not happen.
+constexpr std::uint32_t kUnchanged = 0, kChanged = 1, kHitBall = 2, kWasDue = 3;
 
 // A trajectory that an event of the step led to, from its anchor to the parcel's next event.
 struct TrajectorySegment {
