@@ -1,9 +1,9 @@
 // Method `exact` on the device: the path of a participating ball through a window.
 //
 // A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against an assumed
-// path, at first the ball's flight without hits. The hits that they find, in their order, give the path anew. Clusters
-// that hit the ball are solved again against that, until the path no longer changes in any bit. Then every hit happened
-// on the ball's true trajectory: the solution is that of the serial program.
+// path, at first that through the hits that parcels expect at the window's start. The hits that the clusters have, in
+// their order, give the path anew. Clusters that hit the ball are solved again against that, until the path no longer
+// changes in any bit. Then every hit happened on the ball's true trajectory: the solution is that of the serial program.
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
@@ -75,7 +75,8 @@ __device__ inline bool is_same(const BallTrajectory& a, const BallTrajectory& b)
          a.spin_radps == b.spin_radps && a.tick == b.tick;
 }
 
-// Traces the path through hits given in their order, into the other array. Called by one thread.
+// Traces the path through hits given in their order, into the other array. A hit happens when the parcel meets the ball
+// on this path. Called by one thread.
 template <Boundary kBoundary, class HitAt>
 __device__ void trace_ball_path(const ExactConstants& c, const StepMemory& memory, ExactState& state,
                                 std::uint32_t num_hits, HitAt hit_at) {
@@ -94,12 +95,15 @@ __device__ void trace_ball_path(const ExactConstants& c, const StepMemory& memor
     BallSegment segment;
     if (next < num_hits && hit_at(next).tick <= edge.tick) {
       const BallHit& hit = hit_at(next++);
-      Trajectory parcel{hit.anchor, hit.velocity, c.plan.start + hit.tick};
+      Trajectory parcel = hit.before;
+      const std::uint32_t tick = ball_collision_tick<kBoundary>(c, ball.trajectory, parcel);
+      changed = changed || tick != hit.tick;
+      if (tick == kNoTick) continue;
       ClusterTally ignored;
-      const BallReaction reaction =
-          collide_with_ball<kBoundary>(c, ball.trajectory, hit.tick, parcel, ignored);
-      apply_to_ball(c, hit.tick, kBallPartner, reaction, ball);
-      segment = {ball.trajectory, hit.tick, hit.id};
+      anchor_at<kBoundary>(c, parcel, tick);
+      const BallReaction reaction = collide_with_ball<kBoundary>(c, ball.trajectory, tick, parcel, ignored);
+      apply_to_ball(c, tick, kBallPartner, reaction, ball);
+      segment = {ball.trajectory, tick, hit.id};
     } else if (edge.tick != kNoTick) {
       apply_to_ball(c, edge.tick, edge.partner, {}, ball);
       segment = {ball.trajectory, edge.tick, edge.partner};
@@ -136,6 +140,7 @@ __device__ void trace_ball_path(const ExactConstants& c, const StepMemory& memor
 __device__ inline void start_ball_path(const RunConstants& run, const StepMemory& memory, ExactState& state) {
   state.num_ball_hits = 0;
   state.num_ball_segments = 0;
+  state.path_is_checked = 1;
   if (state.plan.ball == BallRole::absent) return;
   ExactConstants c{run, state.plan};
   c.plan.length = state.window_end;
@@ -145,6 +150,59 @@ __device__ inline void start_ball_path(const RunConstants& run, const StepMemory
   } else {
     trace_ball_path<Boundary::open>(c, memory, state, 0, no_hit);
   }
+}
+
+// The hits of the present solution in their order, in a block's shared memory.
+struct HitOrder {
+  std::uint32_t found[kMaxBallSegments], order[kMaxBallSegments];  // indices of hits
+  std::uint32_t num;
+};
+
+// Orders the hits for which belongs(hit) is true. Called by all threads of one block.
+template <class Belongs>
+__device__ void order_hits(const StepContext& step, HitOrder& space, Belongs belongs) {
+  const BallHit* hits = step.memory.ball_hits;
+  const std::uint32_t num_logged = min(step.state.num_ball_hits, step.memory.ball_hit_capacity);
+  if (threadIdx.x == 0) space.num = 0;
+  __syncthreads();
+  for (std::uint32_t k = threadIdx.x; k < num_logged; k += kExactBlock) {
+    if (!belongs(hits[k])) continue;
+    const std::uint32_t place = atomicAdd(&space.num, 1U);
+    if (place < kMaxBallSegments) space.found[place] = k;
+  }
+  __syncthreads();
+  const std::uint32_t num = min(space.num, kMaxBallSegments);
+  for (std::uint32_t p = threadIdx.x; p < num; p += kExactBlock) {
+    const BallHit& hit = hits[space.found[p]];
+    std::uint32_t rank = 0;
+    for (std::uint32_t q = 0; q < num; ++q) {
+      const BallHit& other = hits[space.found[q]];
+      const bool is_twin = other.tick == hit.tick && other.id == hit.id;
+      if (other.tick < hit.tick || (other.tick == hit.tick && other.id < hit.id) || (is_twin && q < p)) ++rank;
+    }
+    space.order[rank] = space.found[p];
+  }
+  __syncthreads();
+}
+
+// Traces the path through ordered hits. Called by one thread.
+template <Boundary kBoundary>
+__device__ void trace_ball_path(const StepContext& step, const HitOrder& space) {
+  const BallHit* hits = step.memory.ball_hits;
+  if (space.num > kMaxBallSegments / 2) step.state.solve_failed = 1;
+  trace_ball_path<kBoundary>(step.c, step.memory, step.state, min(space.num, kMaxBallSegments / 2),
+                             [&](std::uint32_t k) -> const BallHit& { return hits[space.order[k]]; });
+}
+
+// Assumes the hits that parcels expect at the window's start. Called by all threads of one block.
+template <Boundary kBoundary>
+__device__ void expect_hits(const StepContext& step, HitOrder& space) {
+  if (!step.has_participant() || step.state.num_ball_hits == 0) return;
+  order_hits(step, space, [](const BallHit&) { return true; });
+  if (threadIdx.x != 0) return;
+  trace_ball_path<kBoundary>(step, space);
+  step.state.num_ball_hits = 0;
+  step.state.path_is_checked = 0;
 }
 
 }  // namespace pf::cuda

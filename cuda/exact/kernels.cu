@@ -65,8 +65,10 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
     pair_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ PairSpace pairs;
   __shared__ NearList<kBlock>::Space near_space;
+  __shared__ HitOrder hits;
   if (is_over(launch)) return;
   const ExactConstants c = constants_of_window(launch);
+  if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, hits);
   solve_pairs<kBoundary, true, kLanesOfPair>({launch, c}, part_of_block(), pairs, near_space);
 }
 
@@ -193,6 +195,7 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
   }
   cg::this_grid().sync();
   const ExactConstants c = constants_of_window(launch);
+  if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, space.hits);
   solve_pairs<kBoundary, false, kLanesOfPair>({launch, c}, {blockIdx.x}, space.pairs, space.near);
   cg::this_grid().sync();
 }

@@ -128,14 +128,17 @@ __device__ bool is_near_participant(const StepContext& step, std::uint32_t i) {
          step.is_near_ball<kBoundary>(step.start_positions()[i]);
 }
 
-// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before. The events
-// that parcels keep are others: after each hit the ball is on a new trajectory.
+// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before; then the hit
+// is noted. The events that parcels keep are others: after each hit the ball is on a new trajectory.
 template <Boundary kBoundary>
 __device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
   if (!is_near_participant<kBoundary>(step, i)) return false;
   const Trajectory own = step.start_trajectory(i);
-  return !is_retired(own.anchor) && dot(own.velocity, own.velocity) < kMaxFiniteSpeed2 &&
-         ball_path_tick<kBoundary>(step, own, step.id(i), false) < step.state.window_end;
+  if (is_retired(own.anchor) || !(dot(own.velocity, own.velocity) < kMaxFiniteSpeed2)) return false;
+  const std::uint32_t tick = ball_path_tick<kBoundary>(step, own, step.id(i), false);
+  if (tick >= step.state.window_end) return false;
+  add_ball_hit(step, {tick, step.id(i), kInvalidIndex, 0, own});
+  return true;
 }
 
 // Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Tiles near a
@@ -159,7 +162,7 @@ __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t 
   float speed2 = 0.0F;
   if (i < step.launch.space.num_parcels) {
     const Event event = predict_event<kBoundary, kReadOnly>(step, i, near_space, speed2);
-    is_active = event.tick < step.state.window_end || hits_participant_now<kBoundary>(step, i);
+    is_active = hits_participant_now<kBoundary>(step, i) || event.tick < step.state.window_end;
     tick = event.tick;
     memory.events[i] = event_key(event.tick, event.partner);
     memory.owner[i] = kInvalidIndex;
@@ -211,7 +214,7 @@ __device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::u
     event = predicted_anew<kBoundary>(step, i, near_space);
     memory.events[i] = event;
   }
-  const bool is_active = tick_of(event) < window_end || hits_participant_now<kBoundary>(step, i);
+  const bool is_active = hits_participant_now<kBoundary>(step, i) || tick_of(event) < window_end;
   if (is_active) memory.list_head[i] = kInvalidIndex;
   append_active(step, slice, i, is_active);
   set_earliest<kBoundary>(step, i, tick_of(event), is_active);

@@ -166,41 +166,9 @@ __device__ __forceinline__ void solve_in_rounds(const StepContext& step, BlockSp
 
 // ---- the ball's path
 
-// The hits of the present solution in their order, in the block's shared memory.
-struct HitOrder {
-  std::uint32_t found[kMaxBallSegments], order[kMaxBallSegments];  // indices of hits
-  std::uint32_t num;
-};
-
 __device__ inline bool belongs_to_solution(const StepContext& step, const BallHit& hit) {
   const Cluster& cluster = cluster_of(step, hit.cluster);
   return cluster.parent == hit.cluster && cluster.solution != kUnsolved && cluster.attempt == hit.attempt;
-}
-
-// Called by all threads of one block.
-__device__ inline void order_hits(const StepContext& step, HitOrder& space) {
-  const BallHit* hits = step.memory.ball_hits;
-  const std::uint32_t num_logged = min(step.state.num_ball_hits, step.memory.ball_hit_capacity);
-  if (threadIdx.x == 0) space.num = 0;
-  __syncthreads();
-  for (std::uint32_t k = threadIdx.x; k < num_logged; k += kExactBlock) {
-    if (!belongs_to_solution(step, hits[k])) continue;
-    const std::uint32_t place = atomicAdd(&space.num, 1U);
-    if (place < kMaxBallSegments) space.found[place] = k;
-  }
-  __syncthreads();
-  const std::uint32_t num = min(space.num, kMaxBallSegments);
-  for (std::uint32_t p = threadIdx.x; p < num; p += kExactBlock) {
-    const BallHit& hit = hits[space.found[p]];
-    std::uint32_t rank = 0;
-    for (std::uint32_t q = 0; q < num; ++q) {
-      const BallHit& other = hits[space.found[q]];
-      const bool is_twin = other.tick == hit.tick && other.id == hit.id;
-      if (other.tick < hit.tick || (other.tick == hit.tick && other.id < hit.id) || (is_twin && q < p)) ++rank;
-    }
-    space.order[rank] = space.found[p];
-  }
-  __syncthreads();
 }
 
 // Returns whether a trajectory of parcel i in the window hits the ball on its path.
@@ -223,13 +191,35 @@ __device__ bool hits_path(const StepContext& step, std::uint32_t i) {
   return hits(start, start_end);
 }
 
-// Lists the clusters that must be solved again after the path has changed: those that hit the ball, or would.
+// Makes parcel i, which belongs to no cluster, one that is solved next.
+__device__ inline void add_cluster(const StepContext& step, BlockCounts& counts, std::uint32_t i,
+                                   std::uint32_t round) {
+  const StepMemory& memory = step.memory;
+  if (atomicCAS(&memory.owner[i], kInvalidIndex, i) != kInvalidIndex) return;
+  const std::uint32_t slot = new_member_slot(step, counts, i);
+  memory.members[slot].index = i;
+  memory.members[slot].next = kInvalidIndex;
+  Cluster& cluster = memory.clusters[slot];
+  start_cluster(cluster, i);
+  cluster.merged = slot;
+  cluster.reassigned = round;
+  const std::uint32_t k = atomicAdd(&step.state.num_todo, 1U);
+  if (k < memory.todo.capacity) {
+    memory.todo.items[k] = i;
+  } else {
+    step.state.solve_failed = 1;
+  }
+}
+
+// Lists the clusters to be solved next: if the path has changed, those that hit the ball, or would; and parcels outside
+// clusters that would.
 template <Boundary kBoundary>
-__device__ void find_clusters_at_ball(const StepContext& step, std::uint32_t round) {
+__device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& counts, bool has_changed,
+                                      std::uint32_t round) {
   const StepMemory& memory = step.memory;
   ExactState& state = step.state;
   const StepTeam team;
-  const std::uint32_t num_logged = min(state.num_ball_hits, memory.ball_hit_capacity);
+  const std::uint32_t num_logged = has_changed ? min(state.num_ball_hits, memory.ball_hit_capacity) : 0U;
   for (std::uint32_t k = team.rank(); k < num_logged; k += team.num_threads()) {
     const BallHit& hit = memory.ball_hits[k];
     const Cluster& cluster = cluster_of(step, hit.cluster);
@@ -238,30 +228,27 @@ __device__ void find_clusters_at_ball(const StepContext& step, std::uint32_t rou
   const std::uint32_t num_near = min(state.num_near_ball, memory.near_ball.capacity);
   for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
     const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
-    if (owner != kInvalidIndex && load_fresh(&cluster_of(step, owner).reassigned) == round) continue;
-    if (!hits_path<kBoundary>(step, i)) continue;
     if (owner == kInvalidIndex) {
-      state.solve_failed = 1;  // it had no event before: a shorter window will find it
-    } else {
+      if (hits_path<kBoundary>(step, i)) add_cluster(step, counts, i, round);
+    } else if (has_changed && load_fresh(&cluster_of(step, owner).reassigned) != round &&
+               hits_path<kBoundary>(step, i)) {
       reassign_members(step, owner, round);
     }
   }
 }
 
-// Traces the ball's path through the hits of the solution. Returns whether it has changed; then clusters are listed to
-// be solved again. round: of the first block's next one; then that in which they are solved. The grid calls it.
+// Traces the ball's path through the hits of the solution. Returns whether clusters are listed to be solved, against a
+// path that has changed. round: of the first block's next one; then that in which they are solved. The grid calls it.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool update_ball_path(const StepContext& step, HitOrder& space, std::uint32_t& round) {
+__device__ __forceinline__ bool update_ball_path(const StepContext& step, HitOrder& space, BlockCounts& counts,
+                                                 std::uint32_t& round) {
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    order_hits(step, space);
+    order_hits(step, space, [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
     if (threadIdx.x == 0) {
-      const BallHit* hits = step.memory.ball_hits;
-      if (space.num > kMaxBallSegments / 2 || round > kMaxRounds) state.solve_failed = 1;
-      const std::uint32_t num = min(space.num, kMaxBallSegments / 2);
-      trace_ball_path<kBoundary>(step.c, step.memory, state, num,
-                                 [&](std::uint32_t k) -> const BallHit& { return hits[space.order[k]]; });
+      if (round > kMaxRounds) state.solve_failed = 1;
+      trace_ball_path<kBoundary>(step, space);
       state.num_todo = 0;
       state.num_conflicts[0] = 0;
       state.round = round;
@@ -269,11 +256,14 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, HitOrd
   }
   grid.sync();
   round = load_fresh(&state.round);  // the first block may have done more rounds, alone
-  if (load_fresh(&state.path_has_changed) == 0 || load_fresh(&state.solve_failed) != 0) return false;
-  find_clusters_at_ball<kBoundary>(step, round);
+  const bool has_changed = load_fresh(&state.path_has_changed) != 0;
+  const bool is_checked = load_fresh(&state.path_is_checked) != 0;
+  if ((!has_changed && is_checked) || load_fresh(&state.solve_failed) != 0) return false;
+  find_clusters_at_ball<kBoundary>(step, counts, has_changed, round);
   ++round;
   grid.sync();
-  return load_fresh(&state.solve_failed) == 0;
+  if (blockIdx.x == 0 && threadIdx.x == 0) state.path_is_checked = 1;
+  return load_fresh(&state.num_todo) != 0 && load_fresh(&state.solve_failed) == 0;
 }
 
 // Solves the window. Each block has its own spaces.
@@ -284,7 +274,8 @@ __device__ __forceinline__ void solve_all(const StepContext& step, BlockSpace& s
   do {
     solve_in_rounds<kBoundary>(step, space, counts, round);
   } while (step.has_participant() && load_fresh(&step.state.solve_failed) == 0 &&
-           load_fresh(&step.state.num_ball_hits) != 0 && update_ball_path<kBoundary>(step, hits, round));
+           load_fresh(&step.state.num_ball_segments) + load_fresh(&step.state.num_ball_hits) > 1 &&
+           update_ball_path<kBoundary>(step, hits, counts, round));
 }
 
 }  // namespace pf::cuda

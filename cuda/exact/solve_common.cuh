@@ -157,12 +157,13 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
   keep_earlier(best, {ball_path_tick<kBoundary>(step, now, id, just_hit), kBallPartner, kBallPartner});
 }
 
-// Collides a parcel that is anchored at `tick` with the ball.
+// Collides a parcel with the ball. now: its trajectory, anchored at `tick`.
 template <Boundary kBoundary>
-__device__ __forceinline__ void hit_ball(const StepContext& step, std::uint32_t tick, std::uint32_t id,
+__device__ __forceinline__ void hit_ball(const StepContext& step, std::uint32_t tick, const Member& member,
                                          std::uint32_t cluster, std::uint32_t attempt, Trajectory& now,
                                          ClusterTally& tally) {
-  if (step.has_participant()) add_ball_hit(step, {tick, id, cluster, attempt, now.anchor, now.velocity});
+  const std::uint32_t id = member.id;
+  if (step.has_participant()) add_ball_hit(step, {tick, id, cluster, attempt, member.trajectory});
   collide_with_ball<kBoundary>(step.c, ball_before(step, tick, id), tick, now, tally);
 }
 

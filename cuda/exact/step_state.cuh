@@ -64,12 +64,11 @@ struct BallSegment {
   std::uint32_t partner;  // of the event: id of a parcel, or a code
 };
 
-// A hit that a solution has.
+// A hit that a solution has, or that is expected before there is one.
 struct BallHit {
   std::uint32_t tick, id;
   std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
-  Vec2i anchor;                    // of the parcel, at the tick
-  Vec2f velocity;                  // before the hit
+  Trajectory before;               // of the parcel
 };
 
 // Sums over a cluster's events.
@@ -224,6 +223,7 @@ struct ExactState {
   std::uint32_t num_ball_segments = 0;
   std::uint32_t path_is_straight = 0;  // 1 if it stays within kPathMargin of its first segment
   std::uint32_t path_has_changed = 0;
+  std::uint32_t path_is_checked = 0;  // 1 if parcels outside clusters do not hit the ball on the path
   std::uint32_t round = 0;
   std::uint32_t num_ball_hits = 0;    // of all solutions in the window
   std::uint32_t num_wall_events = 0;  // of the ball
