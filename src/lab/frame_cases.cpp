@@ -1,0 +1,54 @@
+#include "lab/frame_cases.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "lab/flight_case.hpp"
+
+namespace pf {
+
+std::vector<FrameCase> frame_cases(Method method, bool quick) {
+  Settings court = court_settings({quick ? 4000 : 20000, 0.1, 0.9});
+  court.method = method;
+  std::vector<FrameCase> cases;
+  const auto add = [&](const char* axis, double value) -> Settings& {
+    cases.push_back({axis, value, court});
+    return cases.back().settings;
+  };
+  for (const double e : {0.0, 0.3, 0.5, 0.7, 0.9, 1.0}) add("restitution", e).restitution = e;
+  for (const double eta : {0.05, 0.1, 0.2, 0.4, 0.6}) add("area fraction", eta).area_fraction = eta;
+  for (const double speed : {5.0, 15.0, 30.0, 60.0, 120.0, 300.0})
+    add("ball speed", speed).ball_vx_mps = speed;
+  const double most = quick ? 20000.0 : 100000.0;
+  for (double num = 1000.0; num <= most; num *= num == 1000.0 ? 4.0 : 5.0)
+    add("number of parcels", num).num_parcels = static_cast<std::int64_t>(num);
+  return cases;
+}
+
+nlohmann::json measure_frames(const FrameCase& flight, bool quick) {
+  const double max_time_s = quick ? 0.3 : 10.0, max_wall_s = quick ? 3.0 : 30.0;
+  const std::unique_ptr<Backend> backend = make_cpu_backend(2);
+  FlightFrames flown = fly_frames(flight.settings, max_time_s, max_wall_s, *backend);
+  const FlightFrames again = fly_frames(flight.settings, max_time_s, max_wall_s, *backend);
+  std::vector<double>& ms = flown.frame_ms;
+  ms.resize(std::min(ms.size(), again.frame_ms.size()));
+  for (std::size_t k = 0; k < ms.size(); ++k) ms[k] = std::min(ms[k], again.frame_ms[k]);
+  nlohmann::json row = {{"axis", flight.axis},
+                        {"value", flight.value},
+                        {"method", method_name(flight.settings.method)},
+                        {"frames", ms.size()},
+                        {"flown_s", flown.time_s},
+                        {"refused", flown.refused},
+                        {"max_overlap", flown.totals.max_overlap_diameters}};
+  if (ms.empty()) return row;
+  const double mean = std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size());
+  std::sort(ms.begin(), ms.end());
+  row["mean_ms"] = mean;
+  row["median_ms"] = ms[ms.size() / 2];
+  row["worst_ms"] = ms.back();
+  row["worst_over_mean"] = ms.back() / mean;
+  return row;
+}
+
+}  // namespace pf
