@@ -6,8 +6,8 @@
 
 namespace pf {
 
-// num_steps of dt_s with method, search and contact durations of the settings. Draws nothing. physics: derived
-// from the same settings.
+// num_steps of dt_s with method, search and contact durations of the settings. Draws nothing. physics:
+// derived from the same settings.
 StepRequest step_request(const Settings& settings, const Physics& physics, std::uint32_t num_steps,
                          double dt_s);
 

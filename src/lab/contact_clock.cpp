@@ -46,9 +46,9 @@ json flight_point(double restitution, double clock, bool quick) {
   for (s.seed = 1; s.seed <= num_seeds; ++s.seed) {
     const FlightResult flight = fly_scene(s, kCourtFlight_s, *backend);
     const Vec2d moved = flight.ball.position_m - Vec2d{s.ball_x_m, s.ball_y_m};
-    runs.push_back({moved.x, moved.y, launch_mps - speed_of(flight.ball),
-                    2.0 * static_cast<double>(flight.totals.num_collisions) /
-                        static_cast<double>(s.num_parcels)});
+    runs.push_back(
+        {moved.x, moved.y, launch_mps - speed_of(flight.ball),
+         2.0 * static_cast<double>(flight.totals.num_collisions) / static_cast<double>(s.num_parcels)});
   }
   return {{"case", "flight"}, {"restitution", restitution}, {"clock", clock}, {"runs", runs}};
 }
@@ -69,13 +69,14 @@ std::vector<LabPoint> plan(const LabContext& context) {
 }  // namespace
 
 Study contact_clock_study() {
-  return {"contact-clock",
-          "What the contact duration changes",
-          "Dots are differences from the same run without a contact duration, with standard errors; the dashed "
-          "line is the default. On its left nothing changes but the number of collisions.",
-          plan,
-          conclude_contact_clock,
-          true};
+  return {
+      "contact-clock",
+      "What the contact duration changes",
+      "Dots are differences from the same run without a contact duration, with standard errors; the dashed "
+      "line is the default. On its left nothing changes but the number of collisions.",
+      plan,
+      conclude_contact_clock,
+      true};
 }
 
 }  // namespace pf

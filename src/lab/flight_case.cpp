@@ -84,8 +84,7 @@ FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_
     while (flight.time_s < max_time_s && wall_s < max_wall_s && !has_left(physics, flight.ball)) {
       const FramePlan plan = plan_frame(settings, physics, flight.ball, rate_per_s);
       const Clock::time_point start_time = Clock::now();
-      const StepReport report =
-          backend.advance(step_request(settings, physics, plan.num_steps, plan.dt_s));
+      const StepReport report = backend.advance(step_request(settings, physics, plan.num_steps, plan.dt_s));
       flight.frame_ms.push_back(milliseconds_since(start_time));
       wall_s += 1e-3 * flight.frame_ms.back();
       const double frame_s = plan.num_steps * plan.dt_s;

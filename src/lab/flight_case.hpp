@@ -53,8 +53,8 @@ struct FlightFrames {
   bool refused = false;  // a request could not be resolved in order
 };
 
-// Flies frame by frame until the ball leaves the world, the flight has lasted max_time_s, or its frames together
-// max_wall_s. The last frame may last longer.
+// Flies frame by frame until the ball leaves the world, the flight has lasted max_time_s, or its frames
+// together max_wall_s. The last frame may last longer.
 FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_wall_s, Backend& backend);
 
 double speed_of(const BallState& ball);

@@ -40,8 +40,8 @@ struct Study {
   // stopped. Each of result["points"] is a row of measure() with its "key". Names of references that the
   // result disagrees with go into result["failed"], a summary into result["words"], a list of sentences.
   void (*conclude)(nlohmann::json& result);
-  // Points use one thread each and, but for those that say so, are no timings: the machine measures several at a
-  // time.
+  // Points use one thread each and, but for those that say so, are no timings: the machine measures several
+  // at a time.
   bool runs_in_parallel = false;
 };
 

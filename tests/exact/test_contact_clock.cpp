@@ -77,8 +77,8 @@ TEST(DefaultContactClock, DependsOnTheSceneAlone) {
   EXPECT_EQ(step_request(s, derive_physics(s), 7, 1e-5).contact_clock_s, before);
 }
 
-// A request that cannot be resolved in order ends a flight, and so does time that stops: no parcel collides more
-// than a thousand times in a frame on average.
+// A request that cannot be resolved in order ends a flight, and so does time that stops: no parcel collides
+// more than a thousand times in a frame on average.
 void expect_flight(const Settings& s, double max_time_s) {
   const FlightFrames flight = fly_frames(s, max_time_s, 60.0, *make_cpu_backend(2));
   const double per_frame = 2.0 * static_cast<double>(flight.totals.num_collisions) /
@@ -101,6 +101,38 @@ TEST_P(PanelRestitution, FliesOverTheCourt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(DefaultContactClock, PanelRestitution, testing::Range(0, 11));
+
+// The ends of the panel's sliders, in few parcels.
+TEST(DefaultContactClock, EveryCornerOfThePanelFlies) {
+  for (const double e : {0.0, 0.5}) {
+    for (const double area_fraction : {0.001, 0.69}) {
+      for (const double ball_mps : {0.0, 60.0}) {
+        for (const double parcel_mps : {0.0, 10.0}) {
+          Settings s = exact(court(1000, kWalls));
+          s.restitution = e;
+          s.area_fraction = area_fraction;
+          s.ball_vx_mps = ball_mps;
+          s.parcel_speed_mps = parcel_mps;
+          expect_flight(s, 0.03 * test_scale());
+        }
+      }
+    }
+  }
+}
+
+// The panel's slider, while the ball flies: the contact duration appears with the first loss.
+TEST(DefaultContactClock, FollowsTheRestitutionInFlight) {
+  SceneRun run(exact(court(4000)), 2);
+  const double dt_s = plan_frame(run.settings, run.physics, run.ball).dt_s;
+  for (const double e : {1.0, 0.3, 0.0, 0.9, 1.0, 0.0}) {
+    run.settings.restitution = e;
+    run.physics = derive_physics(run.settings);
+    run.backend->set_physics(run.physics);
+    const StepReport report = run.advance(60, dt_s);
+    EXPECT_EQ(report.totals.num_invalid, 0U) << e;
+    EXPECT_GT(report.totals.num_collisions, 0U) << e;
+  }
+}
 
 TEST(DefaultContactClock, EveryStockSceneFlies) {
   for (const SceneEntry& entry : list_scenes()) {

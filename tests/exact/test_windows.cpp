@@ -59,7 +59,8 @@ struct TimelineRun {
 
   void advance(std::uint32_t num_steps, double dt_s) {
     StepReport report;
-    timeline.advance(scene.physics, step_request(scene.settings, scene.physics, num_steps, dt_s), parcels, ball, report);
+    timeline.advance(scene.physics, step_request(scene.settings, scene.physics, num_steps, dt_s), parcels,
+                     ball, report);
     totals += report.totals;
   }
 

@@ -1,5 +1,5 @@
-// The scenes of the golden hashes: every method and boundary, with and without a ball, and rare cases. The tests
-// of CPU and GPU compare the same scenes with the same file.
+// The scenes of the golden hashes: every method and boundary, with and without a ball, and rare cases. The
+// tests of CPU and GPU compare the same scenes with the same file.
 #pragma once
 
 #include <cstdio>
