@@ -77,9 +77,9 @@ TEST(DefaultContactClock, DependsOnTheSceneAlone) {
   EXPECT_EQ(step_request(s, derive_physics(s), 7, 1e-5).contact_clock_s, before);
 }
 
-// A request that cannot be resolved in order ends a flight, and so does time that stops: no parcel collides
-// more than a thousand times in a frame on average.
-void expect_flight(const Settings& s, double max_time_s) {
+// A request that cannot be resolved in order ends a flight, and so does time that stops. max_collisions: mean
+// per parcel and frame.
+void expect_flight(const Settings& s, double max_time_s, double max_collisions) {
   const FlightFrames flight = fly_frames(s, max_time_s, 60.0, *make_cpu_backend(2));
   const double per_frame = 2.0 * static_cast<double>(flight.totals.num_collisions) /
                            static_cast<double>(s.num_parcels) /
@@ -88,16 +88,18 @@ void expect_flight(const Settings& s, double max_time_s) {
               s.restitution, static_cast<long long>(s.num_parcels), flight.frame_ms.size(), flight.time_s,
               per_frame);
   EXPECT_FALSE(flight.refused);
+  EXPECT_LT(per_frame, max_collisions);
   EXPECT_EQ(flight.totals.num_invalid, 0U);
 }
 
 class PanelRestitution : public testing::TestWithParam<int> {};
 
-// The first third of the layer's growth; the whole flight with PF_TEST_SCALE above 1.
+// The whole flight without restitution, else a tenth of it; all whole with PF_TEST_SCALE above 1. The elastic
+// air has 0.04 collisions per parcel and frame. Without a contact duration the flight at e = 0 has 1.9.
 TEST_P(PanelRestitution, FliesOverTheCourt) {
   Settings s = exact(court(20000));
   s.restitution = 0.1 * GetParam();
-  expect_flight(s, test_scale() > 1 ? 10.0 : 0.1);
+  expect_flight(s, GetParam() == 0 || test_scale() > 1 ? 10.0 : 0.1, 0.2);
 }
 
 INSTANTIATE_TEST_SUITE_P(DefaultContactClock, PanelRestitution, testing::Range(0, 11));
@@ -113,7 +115,7 @@ TEST(DefaultContactClock, EveryCornerOfThePanelFlies) {
           s.area_fraction = area_fraction;
           s.ball_vx_mps = ball_mps;
           s.parcel_speed_mps = parcel_mps;
-          expect_flight(s, 0.03 * test_scale());
+          expect_flight(s, 0.03 * test_scale(), 10.0);
         }
       }
     }
@@ -140,7 +142,7 @@ TEST(DefaultContactClock, EveryStockSceneFlies) {
     s.num_parcels = resolve_num_parcels(s, "cpu");
     if (s.air != Air::parcels) continue;
     const double frame_s = s.time_scale / s.frame_rate_hz;
-    expect_flight(s, test_scale() > 1 ? 10.0 : 20.0 * frame_s);
+    expect_flight(s, test_scale() > 1 ? 10.0 : 20.0 * frame_s, 10.0);
   }
 }
 
