@@ -15,14 +15,14 @@ using nlohmann::json;
 
 // Contact durations, shortest mean free times. The first is the measure of all others.
 constexpr double kClocks[] = {0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
-constexpr double kFlightRestitutions[] = {0.9, 0.5};
+constexpr double kFlightRestitutions[] = {0.9, 0.5, 0.0};
 
 // A cooling gas, from equilibrium: collisions and energy left, of each seed.
 json gas_point(double restitution, double clock, bool quick) {
-  const std::int64_t num_seeds = quick ? 8 : 32;
+  const std::int64_t num_seeds = quick ? 16 : 64;
   json runs = json::array();
   for (std::int64_t seed = 1; seed <= num_seeds; ++seed) {
-    const GasCase gas{quick ? 4000 : 16000, 0.2, restitution, seed, Boundary::periodic};
+    const GasCase gas{quick ? 8000 : 32000, 0.2, restitution, seed, Boundary::periodic};
     GasSteps steps{Method::exact, 0.1 / theory_rate(gas.area_fraction)};
     steps.contact_clock = clock / theory_rate(gas.area_fraction);
     steps.collisions = 20.0;
@@ -35,7 +35,7 @@ json gas_point(double restitution, double clock, bool quick) {
 
 // Flights over the court: path and speed lost at the end, and collisions per parcel, of each seed.
 json flight_point(double restitution, double clock, bool quick) {
-  const int num_seeds = quick ? 16 : 48;
+  const int num_seeds = quick ? 48 : 96;
   Settings s = court_settings({quick ? 4000 : 20000, 0.1, restitution});
   s.method = Method::exact;
   s.displacement_per_step = 0.5;
