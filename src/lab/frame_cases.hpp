@@ -20,9 +20,10 @@ struct FrameCase {
 // Cases along the four axes: restitution, number of parcels, area fraction and speed of the ball.
 std::vector<FrameCase> frame_cases(Method method, bool quick);
 
-// Flies the case on two threads until the ball has left or a limit of time is reached. The same flight twice,
-// and of each frame the shorter time, since another program may have had the machine meanwhile. Keys: axis,
-// value, method, frames, mean_ms, median_ms, worst_ms, worst_over_mean, flown_s, refused, max_overlap.
+// Flies the case on two threads until the ball has left or a limit of time is reached. The same flight 2 to 8
+// times, and of each frame the shortest time, since other programs may have had the machine meanwhile. Keys:
+// axis, value, method, flights, frames, mean_ms, median_ms, worst_ms, worst_over_mean, flown_s, refused,
+// max_overlap.
 nlohmann::json measure_frames(const FrameCase& flight, bool quick);
 
 }  // namespace pf

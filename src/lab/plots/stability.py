@@ -224,6 +224,8 @@ def draw_frame_axis(axes, rows, axis):
     for method in METHODS:
         flown = sorted((row for row in rows if row["axis"] == axis and row["method"] == method and "worst_ms" in row),
                        key=lambda row: row["value"])
+        if not flown:
+            continue
         axes.plot([row["value"] for row in flown], [row["worst_over_mean"] for row in flown], f"-{MARKS[method]}",
                   color=COLOURS[method], ms=5.5, lw=1.4, label=method)
         for row in flown if method == "exact" else []:
@@ -254,11 +256,12 @@ def draw_frames(study):
     ratios = [row["worst_over_mean"] for row in rows if "worst_ms" in row]
     grid[0].set_ylim(0.9, 1.6 * max(ratios))
     grid[0].set_ylabel("worst frame over mean frame")
-    grid[0].legend(loc="upper right", frameon=False, fontsize=9.5)
+    figure.legend(*grid[0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.99, 0.99), ncol=2,
+                  frameon=False, fontsize=10)
     figure.text(0.01, 0.965, "How long the worst frame of a flight over the court takes", fontsize=14, color=INK,
                 fontweight="bold", va="top")
     figure.text(0.01, 0.02, "Figures: worst frame of exact, milliseconds. Two threads; one setting of the court changed at a "
-                "time; of each frame the shorter time of two flights. A cross: refused.\n" + style.machine_text(study),
+                "time; of each frame the shortest time of 2 to 8 flights. A cross: refused.\n" + style.machine_text(study),
                 fontsize=8, color=FAINT)
     return figure
 
