@@ -17,6 +17,13 @@ std::vector<FrameCase> frame_cases(Method method, bool quick) {
     return cases.back().settings;
   };
   for (const double e : {0.0, 0.3, 0.5, 0.7, 0.9, 1.0}) add("restitution", e).restitution = e;
+  if (method == Method::exact) {
+    for (const double e : {0.0, 0.3, 0.5, 0.7, 0.9}) {
+      Settings& s = add("restitution", e);
+      s.restitution = e;
+      s.contact_clock = 0.0;
+    }
+  }
   for (const double eta : {0.05, 0.1, 0.2, 0.4, 0.6}) add("area fraction", eta).area_fraction = eta;
   for (const double speed : {5.0, 15.0, 30.0, 60.0, 120.0, 300.0})
     add("ball speed", speed).ball_vx_mps = speed;
@@ -28,7 +35,7 @@ std::vector<FrameCase> frame_cases(Method method, bool quick) {
 
 namespace {
 
-constexpr std::size_t kMaxFlights = 8;
+constexpr std::size_t kMinFlights = 4, kMaxFlights = 8;
 
 // Keeps the shorter time of each frame.
 void take_shorter(const std::vector<double>& other_ms, std::vector<double>& ms) {
@@ -46,13 +53,15 @@ nlohmann::json measure_frames(const FrameCase& flight, bool quick) {
   FlightFrames flown = fly();
   std::vector<double>& ms = flown.frame_ms;
   std::size_t num_flights = 1;
-  while (num_flights < 2 || (num_flights < kMaxFlights && milliseconds_since(start) < 1e3 * max_wall_s)) {
+  while (num_flights < kMinFlights ||
+         (num_flights < kMaxFlights && milliseconds_since(start) < 1e3 * max_wall_s)) {
     take_shorter(fly().frame_ms, ms);
     ++num_flights;
   }
   nlohmann::json row = {{"axis", flight.axis},
                         {"value", flight.value},
                         {"method", method_name(flight.settings.method)},
+                        {"contact_clock", flight.settings.contact_clock},
                         {"flights", num_flights},
                         {"frames", ms.size()},
                         {"flown_s", flown.time_s},

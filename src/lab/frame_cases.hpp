@@ -17,7 +17,8 @@ struct FrameCase {
   Settings settings;      // with method
 };
 
-// Cases along the four axes: restitution, number of parcels, area fraction and speed of the ball.
+// Cases along the four axes: restitution, number of parcels, area fraction and speed of the ball. `exact` has
+// those of restitution below 1 twice, the second time without a contact duration.
 std::vector<FrameCase> frame_cases(Method method, bool quick);
 
 // Flies the case on two threads until the ball has left or a limit of time is reached. The same flight 2 to 8

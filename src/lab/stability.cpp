@@ -200,7 +200,8 @@ struct Planner {
   void add_frames() {
     for (const Method method : {Method::impulse, Method::exact}) {
       for (const FrameCase& flight : frame_cases(method, context.quick)) {
-        add(fmt::format("frames/{}/{}/{:g}", method_name(method), flight.axis, flight.value),
+        const char* clock = flight.settings.contact_clock == 0.0 ? "/no clock" : "";
+        add(fmt::format("frames/{}/{}/{:g}{}", method_name(method), flight.axis, flight.value, clock),
             [flight, quick = context.quick] {
               json row = measure_frames(flight, quick);
               row["map"] = "frames";

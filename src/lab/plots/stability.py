@@ -221,16 +221,18 @@ FRAME_AXES = {"restitution": "restitution", "number of parcels": "parcels N", "a
 
 
 def draw_frame_axis(axes, rows, axis):
-    for method in METHODS:
-        flown = sorted((row for row in rows if row["axis"] == axis and row["method"] == method and "worst_ms" in row),
-                       key=lambda row: row["value"])
+    for method, has_clock in (("impulse", True), ("exact", True), ("exact", False)):
+        flown = sorted((row for row in rows if row["axis"] == axis and row["method"] == method and "worst_ms" in row
+                        and (row["contact_clock"] > 0) == has_clock), key=lambda row: row["value"])
         if not flown:
             continue
-        axes.plot([row["value"] for row in flown], [row["worst_over_mean"] for row in flown], f"-{MARKS[method]}",
-                  color=COLOURS[method], ms=5.5, lw=1.4, label=method)
+        axes.plot([row["value"] for row in flown], [row["worst_over_mean"] for row in flown],
+                  ("-" if has_clock else ":") + MARKS[method], color=COLOURS[method], ms=5.5, lw=1.4,
+                  mfc=COLOURS[method] if has_clock else "white",
+                  label=method if has_clock else f"{method} without contact duration")
         for row in flown if method == "exact" else []:
-            axes.annotate(f"{row['worst_ms']:.3g}", (row["value"], row["worst_over_mean"]), (0, 7), fontsize=8,
-                          textcoords="offset points", ha="center", color=INK)
+            axes.annotate(f"{row['worst_ms']:.2g}", (row["value"], row["worst_over_mean"]), (0, 6 if has_clock else -13),
+                          fontsize=7.5, textcoords="offset points", ha="center", color=INK if has_clock else FAINT)
         refused = [row for row in flown if row["refused"]]
         axes.plot([row["value"] for row in refused], [row["worst_over_mean"] for row in refused], "x", ms=11, mew=2.2,
                   color=CLASSES["blown up"])
@@ -256,12 +258,12 @@ def draw_frames(study):
     ratios = [row["worst_over_mean"] for row in rows if "worst_ms" in row]
     grid[0].set_ylim(0.9, 1.6 * max(ratios))
     grid[0].set_ylabel("worst frame over mean frame")
-    figure.legend(*grid[0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.99, 0.99), ncol=2,
+    figure.legend(*grid[0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.99, 0.99), ncol=3,
                   frameon=False, fontsize=10)
     figure.text(0.01, 0.965, "How long the worst frame of a flight over the court takes", fontsize=14, color=INK,
                 fontweight="bold", va="top")
     figure.text(0.01, 0.02, "Figures: worst frame of exact, milliseconds. Two threads; one setting of the court changed at a "
-                "time; of each frame the shortest time of 2 to 8 flights. A cross: refused.\n" + style.machine_text(study),
+                "time; of each frame the shortest time of 4 to 8 flights. A cross: refused.\n" + style.machine_text(study),
                 fontsize=8, color=FAINT)
     return figure
 
