@@ -10,18 +10,6 @@
 #include "app/step_request.hpp"
 
 namespace pf {
-namespace {
-
-bool has_left(const Physics& physics, const BallState& ball) {
-  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
-  const World& world = physics.world;
-  const double radius = physics.ball.radius_m;
-  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
-         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
-}
-
-}  // namespace
-
 std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name) {
   if (settings.air != Air::parcels) return 0;
   if (settings.num_parcels > 0) return settings.num_parcels;
@@ -73,7 +61,7 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
 void Simulation::State::submit_steps(DrawTarget* target) {
   keep_checkpoint_when_due();
   const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
-  StepRequest request = step_request(settings, plan.num_steps, plan.dt_s);
+  StepRequest request = step_request(settings, physics, plan.num_steps, plan.dt_s);
   DrawBuffers buffers;
   if (target) {
     target->reserve(physics.parcels.num);

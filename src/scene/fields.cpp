@@ -115,8 +115,11 @@ std::vector<Field> run_fields() {
        &Settings::spring_contact_s},
       {"run", "allow_unstable", "", "allow steps of method spring beyond its stability bound (--force)", 0, 0,
        &Settings::allow_unstable},
-      {"run", "contact_clock_s", "s",
-       "exact: a collision within this time of the last one loses no energy (TC model); 0: off", 0, 1e3,
+      {"run", "contact_clock", "mean free times",
+       "exact: a collision this soon after the last one loses no energy (TC model), so that collapsing heaps "
+       "do not stop time; 0: off",
+       0, 10, &Settings::contact_clock},
+      {"run", "contact_clock_s", "s", "the same in seconds; 0: from contact_clock", 0, 1e3,
        &Settings::contact_clock_s},
       {"run", "relaunch", "", "launch the ball again a second after it left the world", 0, 0,
        &Settings::relaunch},

@@ -67,7 +67,8 @@ struct Settings {
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
   bool allow_unstable = false;    // `spring` may take steps beyond its stability bound
-  double contact_clock_s = 0.0;   // contact duration of the TC model in `exact`; 0: off
+  double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, shortest mean free times
+  double contact_clock_s = 0.0;   // the same in seconds; 0: from contact_clock
   bool relaunch = true;           // launch the ball again a second after it left the world
 
   bool operator==(const Settings&) const = default;

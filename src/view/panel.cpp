@@ -207,6 +207,11 @@ void Panel::edit_method(const FrameView& frame) {
   ImGui::EndDisabled();
   rows_.slider("Time step", "run.dt_s",
                {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "automatic"});
+  ImGui::BeginDisabled(edited.method != Method::exact || edited.restitution == 1.0 ||
+                       edited.contact_clock_s > 0.0);
+  rows_.slider("Contact clock", "run.contact_clock",
+               {.high = 0.1, .format = "%.5f free times", .logarithmic = true, .at_zero = "off"});
+  ImGui::EndDisabled();
   rows_.slider("Substeps", "run.substeps", {.high = 64.0, .format = "%lld", .at_zero = "as time scale asks"});
   const bool on_cpu = frame.backend == "cpu";
   const std::string all = on_cpu ? fmt::format("all {}", num_threads_) : "not used";

@@ -427,7 +427,7 @@ FAULTS = [
     (commands, "docs/lab.md", "pickleflight lab plot lab", "pickleflight lab plots lab"),
     (commands, "docs/architecture.md", "./check -L physics", "./check -L physic"),
     (options, "docs/using.md", "`--still` writes", "`--stills` writes"),
-    (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clock`"),
+    (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clocks`"),
     (drawings, "docs/drawings/merge.svg", "find_conflicts", "find_conflict"),
     (drawings, "docs/exact.md", "collide at tick 58", "collide at tick 59"),
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),

@@ -19,6 +19,7 @@ struct LayerCase {
   double flown_s;  // before the first window
   double collisions_per_window;
   int num_windows;
+  double contact_clock = 0.0;
 };
 
 void PrintTo(const LayerCase& c, std::ostream* out) { *out << c.name; }
@@ -27,6 +28,7 @@ Settings settings_of(const LayerCase& c) {
   Settings s = exact(court(c.num));
   s.area_fraction = c.area_fraction;
   s.restitution = c.restitution;
+  s.contact_clock = c.contact_clock;
   s.magnus = false;
   s.ball_y_m = 0.0;
   s.ball_vx_mps = c.speed_mps;
@@ -86,6 +88,8 @@ INSTANTIATE_TEST_SUITE_P(Exact, Layer,
                                          LayerCase{"20000_e05", 20000, 0.4, 0.5, 15.0, 0.02, 0.003, 60},
                                          LayerCase{"20000_dense", 20000, 0.6, 1.0, 15.0, 0.05, 0.003, 60},
                                          LayerCase{"20000_e03", 20000, 0.1, 0.3, 15.0, 0.02, 0.003, 16},
+                                         LayerCase{"20000_e03_default_clock", 20000, 0.1, 0.3, 15.0, 0.02,
+                                                   0.003, 16, Settings{}.contact_clock},
                                          LayerCase{"20000_bullet", 20000, 0.1, 0.9, 300.0, 0.015, 0.003, 60}),
                          [](const auto& param_info) { return std::string(param_info.param.name); });
 

@@ -45,7 +45,7 @@ struct TimelineRun {
       parcels.current.velocity[i] = start.velocity[i];
       parcels.current.id[i] = i;
     }
-    timeline.enter(scene.physics, settings.contact_clock_s, parcels);
+    timeline.enter(scene.physics, contact_clock_s(settings, scene.physics), parcels);
   }
 
   // Window lengths from a tick to all that is possible; any power of two in between is as likely.
@@ -59,7 +59,8 @@ struct TimelineRun {
 
   void advance(std::uint32_t num_steps, double dt_s) {
     StepReport report;
-    timeline.advance(scene.physics, step_request(scene.settings, num_steps, dt_s), parcels, ball, report);
+    timeline.advance(scene.physics, step_request(scene.settings, scene.physics, num_steps, dt_s), parcels,
+                     ball, report);
     totals += report.totals;
   }
 
@@ -90,6 +91,11 @@ Settings with_clock(Settings s, double clock_s) {
   return s;
 }
 
+Settings with_default_clock(Settings s) {
+  s.contact_clock = Settings{}.contact_clock;
+  return s;
+}
+
 // A ball of 5 parcel radii that spins and has friction.
 Settings with_ball(Settings s, double mass_kg, double speed_mps, bool curves) {
   s.ball_present = true;
@@ -110,6 +116,7 @@ Settings layer(std::int64_t n, double area_fraction, double e, double speed_mps 
   s.restitution = e;
   s.ball_vx_mps = speed_mps;
   s.ball_y_m = 0.0;
+  s.contact_clock = 0.0;
   return s;
 }
 
@@ -151,6 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
         WindowCase{"frozen_ball", with_ball(exact(gas(300, 0.2, kPeriodic)), 1e9, 3.0, true), 30, 0.1},
         WindowCase{"layer", layer(3000, 0.4, 0.9), 150, 4e-4},
         WindowCase{"inelastic_layer", layer(3000, 0.4, 0.3), 80, 4e-4},
+        WindowCase{"layer_with_clock", with_default_clock(layer(3000, 0.4, 0.0)), 150, 4e-4},
         WindowCase{"bullet", layer(3000, 0.1, 0.5, 300.0), 40, 2e-4}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 

@@ -86,6 +86,7 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.threads",
                                           "run.spring_contact_s",
                                           "run.allow_unstable",
+                                          "run.contact_clock",
                                           "run.contact_clock_s",
                                           "run.relaunch"};
   std::set<std::string> found;
