@@ -18,7 +18,7 @@ struct BudgetCase {
 void PrintTo(const BudgetCase& c, std::ostream* out) { *out << c.name; }
 
 struct SlicedRun {
-  std::uint64_t state = 0, events = 0, num_steps = 0, num_collisions = 0;
+  std::uint64_t state = 0, events = 0, num_steps = 0, num_collisions = 0, num_sorts = 0;
   int num_requests = 0, num_mid_step = 0, num_mid_path = 0;
 };
 
@@ -38,6 +38,7 @@ SlicedRun run_in_slices(const BudgetCase& c, unsigned threads, const Budget& bud
     run.num_steps += report.totals.num_steps;
     run.num_collisions += report.totals.num_collisions;
     run.events += report.totals.event_hash;
+    run.num_sorts += report.totals.num_sorts;
     mid_step = report.mid_step;
     ++run.num_requests;
     run.num_mid_step += mid_step ? 1 : 0;
@@ -99,6 +100,8 @@ TEST_P(Budget, CutsARequest) {
     return;
   }
   EXPECT_GT(least.num_mid_step, 0);
+  const auto num_requests = static_cast<std::uint64_t>(least.num_requests);
+  EXPECT_GT(num_requests, least.num_sorts + least.num_steps) << "an epoch has several windows";
   if (!c.settings.ball_present) return;
   EXPECT_GT(least.num_mid_path, 0) << "the ball moves within a step, too";
 }

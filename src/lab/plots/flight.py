@@ -43,8 +43,9 @@ def draw(reports):
     prepare("flight")
     sizes = sorted({report["num_parcels"] for report in reports})
     reports = sorted(reports, key=lambda r: (METHODS.index(r["method"]), r["num_parcels"]))
+    columns = 2 if len(reports) > 3 else 1
     figure, axes = plt.subplots(figsize=(9.6, 5.0))
-    figure.subplots_adjust(left=0.08, right=0.97, top=0.72, bottom=0.16)
+    figure.subplots_adjust(left=0.08, right=0.97, top=0.89 - 0.042 * -(-len(reports) // columns), bottom=0.16)
     tidy(axes)
     axes.set_yscale("log")
     for report in reports:
@@ -62,7 +63,7 @@ def draw(reports):
     scenes = ", ".join(sorted({report["scene"] for report in reports}))
     figure.suptitle(f"Physics of a frame over a flight ({scenes}), milliseconds", x=0.08, ha="left", fontsize=11.5,
                     color=INK)
-    figure.legend(loc="upper left", bbox_to_anchor=(0.07, 0.94), ncols=2 if len(reports) > 3 else 1, fontsize=8.5,
+    figure.legend(loc="upper left", bbox_to_anchor=(0.07, 0.94), ncols=columns, fontsize=8.5,
                   frameon=False)
     devices = "; ".join(sorted({report["device"] for report in reports}))
     figure.text(0.08, 0.03, f"{devices}. Lines: median; shades: up to the longest frame.", fontsize=8.5, color=FAINT)
