@@ -28,6 +28,7 @@ Settings work_of(Settings s) {
   s.description = plain.description;
   s.seconds = plain.seconds;
   s.relaunch = plain.relaunch;
+  s.frame_budget_ms = plain.frame_budget_ms;
   s.drawn_area_fraction = plain.drawn_area_fraction;
   s.seed = plain.seed;
   s.ball_x_m = plain.ball_x_m;
@@ -129,7 +130,7 @@ void TermCosts::pause() {
 }
 
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
-  if (frame.frame_totals.num_steps == 0 || !make_) return;
+  if (frame.frame_totals.num_steps == 0 || frame.mid_step || !make_) return;
   if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);
   add_times(frame);
   const bool is_done = state_ == State::known || state_ == State::failed;

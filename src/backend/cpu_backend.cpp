@@ -138,10 +138,13 @@ void CpuBackend::submit(const StepRequest& request) {
   } else {
     stop_exact();
     const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
-    for (std::uint32_t k = 0; k < request.num_steps; ++k) {
+    const Deadline deadline(request.budget_ms);
+    for (std::uint32_t k = 0; k < request.num_steps && (k == 0 || !deadline.has_passed()); ++k) {
       sort_if_needed(constants, request, report);
       step(constants, request, k + 1 == request.num_steps, report);
     }
+    const bool is_cut = report.totals.num_steps < request.num_steps;
+    if (is_cut && request.draw) draw(*request.draw);
   }
   report.ball = ball_;
   report_ = report;
@@ -152,6 +155,7 @@ void CpuBackend::advance_exact(const StepRequest& request, StepReport& report) {
   if (exact_.active() && has_contact_ticks != (request.contact_clock_s > 0.0)) stop_exact();
   if (!exact_.active()) start_exact(request);
   exact_.advance(physics_, request, parcels_, ball_, report);
+  report.mid_step = exact_.is_mid_step();
   if (request.draw) draw(*request.draw);
 }
 

@@ -23,6 +23,9 @@ struct StepTotals {
   std::uint64_t num_sorts = 0;
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
+  std::uint64_t num_events = 0;         // collisions, hits, edges
+  std::uint64_t num_solved_events = 0;  // in all rounds, also those of retried steps
+  std::uint64_t largest_cluster = 0;    // events
   std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
   std::uint64_t event_hash = 0;         // of the list of events
   Vec2d ball_impulse_kg_mps;            // by parcels on the ball, also when it is held
@@ -42,6 +45,9 @@ struct StepTotals {
     max_overlap_diameters = std::fmax(max_overlap_diameters, o.max_overlap_diameters);
     num_sorts += o.num_sorts;
     num_rounds += o.num_rounds;
+    num_events += o.num_events;
+    num_solved_events += o.num_solved_events;
+    largest_cluster = largest_cluster > o.largest_cluster ? largest_cluster : o.largest_cluster;
     num_retried_steps += o.num_retried_steps;
     event_hash += o.event_hash;
     ball_impulse_kg_mps += o.ball_impulse_kg_mps;

@@ -107,6 +107,11 @@ std::vector<Field> run_fields() {
        &Settings::time_scale},
       {"run", "frame_rate_hz", "Hz", "frames per second of wall time and of a film", 1, 1000,
        &Settings::frame_rate_hz},
+      {"run", "frame_budget_ms", "ms",
+       "time for the steps of a frame in a window, which then goes on in the next one and slows the flight; "
+       "0: "
+       "no limit",
+       0, 1e6, &Settings::frame_budget_ms},
       {"run", "seconds", "s", "length of a headless run in wall time; 0: until the ball leaves", 0, 1e6,
        &Settings::seconds},
       {"run", "seed", "", "seed of the random numbers", 0, kMaxExactInteger, &Settings::seed},

@@ -39,7 +39,7 @@ Panel::Panel(std::int64_t max_parcels, std::string draw_target)
 
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
-  rows_.begin_frame(*frame.settings);
+  rows_.begin_frame(frame.asked ? *frame.asked : *frame.settings);
   shows_accuracy_ = false;
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));

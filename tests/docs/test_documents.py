@@ -272,6 +272,8 @@ class Commands:
         options = with_value(options, "-p", "500")
         if "--frames" in options:
             options = with_value(with_value(options, "--frames", "2"), "--size", "320x180")
+        elif "--flight" in options:
+            options = with_value(options, "--seconds", "0.05")
         else:
             options = [*options, "--steps", "2", "--warmup", "1", "--repeats", "1"]
         return self.ended(self.project.program, *options)

@@ -79,6 +79,7 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.displacement_per_step",
                                           "run.substeps",
                                           "run.max_substeps",
+                                          "run.frame_budget_ms",
                                           "run.time_scale",
                                           "run.frame_rate_hz",
                                           "run.seconds",

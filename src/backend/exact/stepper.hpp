@@ -49,6 +49,7 @@ class ExactStepper {
                              const WindowRequest& request, ParcelArrays& trajectories, PhaseTimes& times);
 
   ExactBall& ball() { return memory_.ball; }
+  const ExactBall& ball() const { return memory_.ball; }
   std::uint64_t memory_bytes() const { return memory_.memory_bytes(); }
 
  private:

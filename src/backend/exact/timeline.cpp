@@ -19,6 +19,7 @@ ExactConstants constants_now(const RunConstants& run, const ExactProgress& progr
 
 void ExactTimeline::reset_time() {
   active_ = false;
+  is_mid_step_ = false;
   time_s_ = 0.0;
   progress_ = {};
   forget_predictions();
@@ -51,6 +52,7 @@ void ExactTimeline::leave(SortedParcels& parcels) {
   }
   parcels.sorted = false;
   active_ = false;
+  is_mid_step_ = false;
   forget_predictions();
 }
 
@@ -184,6 +186,7 @@ void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked,
   const std::uint32_t length = outcome.end - epoch_->done;
   StepTotals totals = totals_of(run_, outcome.tally);
   totals.event_hash = outcome.event_hash;
+  totals.num_events = outcome.result.num_events;
   report.totals += totals;
   progress_.fastest_mps = std::max(progress_.fastest_mps, outcome.result.fastest_after_mps);
   progress_.now += static_cast<std::uint64_t>(length) << progress_.tick_exponent;
@@ -210,17 +213,30 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
   window_length_.shorten(std::max(1U, outcome.failed_at - epoch_->done));
 }
 
-// Advances by one window, or retries it.
-void ExactTimeline::advance_window(std::uint64_t until, const StepRequest& request, SortedParcels& parcels,
-                                   StepReport& report) {
+// Length of a window that shall not last longer than left_ms, as far as the last one tells.
+std::uint32_t ExactTimeline::choose_window(std::uint64_t until, double left_ms) const {
+  constexpr double kWorthwhile_ms = 1.0;
   std::uint64_t limit = epoch_->constants.plan.length - epoch_->done;
   limit = std::min(limit, ticks_until(progress_, until));
   if (chord_) limit = std::min<std::uint64_t>(limit, chord_->plan.length - chord_->done);
   const std::uint32_t length = window_length_.choose(static_cast<std::uint32_t>(limit));
+  const double affordable_ms = std::max(left_ms, kWorthwhile_ms);
+  if (length * ms_per_tick_ <= affordable_ms) return length;
+  return std::max(1U, static_cast<std::uint32_t>(affordable_ms / ms_per_tick_));
+}
+
+// Advances by one window, or retries it.
+void ExactTimeline::advance_window(std::uint32_t length, const StepRequest& request, SortedParcels& parcels,
+                                   StepReport& report) {
+  const Clock::time_point start = Clock::now();
   const WindowOutcome outcome =
       stepper_.solve_window(epoch_->input, epoch_->constants, window_request(epoch_->done + length, request),
                             parcels.current, report.times);
+  ms_per_tick_ = milliseconds_since(start) / (outcome.finished ? outcome.end - epoch_->done : length);
   report.totals.num_rounds += outcome.num_rounds;
+  report.totals.num_solved_events += outcome.num_solved;
+  report.totals.largest_cluster =
+      std::max<std::uint64_t>(report.totals.largest_cluster, outcome.largest_cluster);
   if (!outcome.finished) {
     ++report.totals.num_retried_steps;
     return retry(outcome, length);
@@ -233,13 +249,19 @@ void ExactTimeline::advance_window(std::uint64_t until, const StepRequest& reque
   if (is_at_anchoring(progress_)) anchor_all(parcels);
 }
 
-void ExactTimeline::advance_until(std::uint64_t until, const StepRequest& request, SortedParcels& parcels,
-                                  StepReport& report) {
+// Returns whether it got there before the deadline. It always gets further.
+bool ExactTimeline::advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
+                                  SortedParcels& parcels, StepReport& report) {
   while (progress_.now < until) {
-    if (!epoch_) begin_epoch(request, parcels, report);
+    if (!epoch_) {
+      begin_epoch(request, parcels, report);
+      if (deadline.has_passed()) break;
+    }
     if (run_.physics.ball.exists && !chord_) begin_chord(until, parcels, report);
-    advance_window(until, request, parcels, report);
+    advance_window(choose_window(until, deadline.left_ms()), request, parcels, report);
+    if (deadline.has_passed()) break;
   }
+  return progress_.now >= until;
 }
 
 // Returns whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
@@ -249,36 +271,69 @@ bool ExactTimeline::ball_needs_finer_ticks() const {
          tick_speed_mps(run_.reference_ticks, progress_.tick_exponent);
 }
 
-void ExactTimeline::advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels,
-                            BallState& ball, StepReport& report) {
+// Within a chord, where a frozen ball has not yet got its impulses.
+BallState ExactTimeline::ball_now() const {
+  BallState ball = progress_.ball;
+  if (!chord_ || run_.physics.ball.held) return ball;
+  const BallTrajectory& trajectory = stepper_.ball().trajectory;
+  const std::int64_t now = epoch_ ? epoch_->done : 0;
+  const Vec2d moved = displacement_units(chord_->plan, trajectory.velocity_mps, now - trajectory.tick);
+  ball.position_m = (trajectory.anchor_units + moved) * run_.physics.world.unit_m;
+  ball.velocity_mps = trajectory.velocity_mps;
+  ball.spin_radps = trajectory.spin_radps;
+  apply_boundary_to_ball(run_.physics.world, run_.physics.ball.radius_m, ball);
+  return ball;
+}
+
+void ExactTimeline::adopt(const Physics& physics, const StepRequest& request) {
   const RunConstants run = make_run_constants(physics, request.contact_clock_s);
   const bool clock_changed =
       run.reference_ticks.contact_duration_ticks != run_.reference_ticks.contact_duration_ticks;
   if (clock_changed || request.neighbors != neighbors_) forget_predictions();
   run_ = run;
   neighbors_ = request.neighbors;
-  const double tick_s = run_.reference_ticks.tick_s;
-  const double start_s = time_s_;
-  check_is_countable(start_s + request.num_steps * request.dt_s, tick_s);
-  progress_.ball = ball;
+}
+
+// Without a ball, steps leave no trace.
+void ExactTimeline::advance_steps(const StepRequest& request, SortedParcels& parcels, StepReport& report) {
+  const Deadline deadline(request.budget_ms);
+  const bool ends_each = run_.physics.ball.exists || request.budget_ms > 0.0;
+  for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
+    const double end_s = series_start_s_ + (request.num_done + k) * request.dt_s;
+    const auto until = static_cast<std::uint64_t>(std::llround(end_s / run_.reference_ticks.tick_s));
+    const bool ends_here = ends_each || k == request.num_steps;
+    const std::uint64_t before = progress_.now;
+    if (ends_here && !advance_until(until, request, deadline, parcels, report)) {
+      is_mid_step_ = is_mid_step_ || chord_ || progress_.now > before;
+      return;
+    }
+    is_mid_step_ = false;
+    time_s_ = end_s;
+    ++report.totals.num_steps;
+    if (deadline.has_passed()) return;
+  }
+}
+
+void ExactTimeline::advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels,
+                            BallState& ball, StepReport& report) {
+  if (!is_mid_step_) progress_.ball = ball;
+  adopt(physics, request);
+  if (request.num_done == 0) series_start_s_ = time_s_;
+  check_is_countable(series_start_s_ + (request.num_done + request.num_steps) * request.dt_s,
+                     run_.reference_ticks.tick_s);
   if (ball_needs_finer_ticks()) {
     forget_predictions();
     anchor_all(parcels);
   }
   ball_is_new_ = false;
-  for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
-    time_s_ = start_s + k * request.dt_s;
-    const auto until = static_cast<std::uint64_t>(std::llround(time_s_ / tick_s));
-    if (run_.physics.ball.exists || k == request.num_steps) advance_until(until, request, parcels, report);
-    ++report.totals.num_steps;
-  }
+  advance_steps(request, parcels, report);
   StepTotals state;
   if (epoch_) {
-    state.num_invalid = epoch_->num_invalid * request.num_steps;
+    state.num_invalid = epoch_->num_invalid * report.totals.num_steps;
     state.first_invalid_id = epoch_->first_invalid_id;
   }
   report.totals += state;
-  ball = progress_.ball;
+  ball = ball_now();
 }
 
 std::uint64_t ExactTimeline::memory_bytes() const {

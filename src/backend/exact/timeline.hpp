@@ -37,9 +37,13 @@ class ExactTimeline {
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
   // Stops being active: the stored positions become the current ones.
   void leave(SortedParcels& parcels);
-  // Advances by the whole request. ball: state at its start, then at its end.
+  // Advances by the request, or as far as its budget lasts. ball: state at its start, then at its end;
+  // ignored within a step, then that of the moment.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
                StepReport& report);
+
+  // The last request ended within a step, which the next one completes.
+  bool is_mid_step() const { return is_mid_step_; }
 
   WindowLength& window_length() { return window_length_; }
   std::uint64_t memory_bytes() const;
@@ -65,14 +69,18 @@ class ExactTimeline {
   bool ball_needs_finer_ticks() const;
   void anchor_all(SortedParcels& parcels);
 
-  void advance_until(std::uint64_t until, const StepRequest& request, SortedParcels& parcels,
-                     StepReport& report);
+  BallState ball_now() const;
+  void adopt(const Physics& physics, const StepRequest& request);
+  void advance_steps(const StepRequest& request, SortedParcels& parcels, StepReport& report);
+  bool advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
+                     SortedParcels& parcels, StepReport& report);
   void begin_epoch(const StepRequest& request, SortedParcels& parcels, StepReport& report);
   void begin_chord(std::uint64_t until, SortedParcels& parcels, StepReport& report);
   void predict_chord(SortedParcels& parcels, StepReport& report);
   void end_chord();
   WindowRequest window_request(std::uint32_t end, const StepRequest& request) const;
-  void advance_window(std::uint64_t until, const StepRequest& request, SortedParcels& parcels,
+  std::uint32_t choose_window(std::uint64_t until, double left_ms) const;
+  void advance_window(std::uint32_t length, const StepRequest& request, SortedParcels& parcels,
                       StepReport& report);
   void take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
   void retry(const WindowOutcome& outcome, std::uint32_t length);
@@ -82,7 +90,10 @@ class ExactTimeline {
   WindowLength window_length_;
   bool active_ = false;
   bool ball_is_new_ = false;
-  double time_s_ = 0.0;  // requested since the reset; progress_.now is the nearest tick
+  bool is_mid_step_ = false;
+  double time_s_ = 0.0;          // of completed steps since the reset
+  double series_start_s_ = 0.0;  // time at the start of the series of requests
+  double ms_per_tick_ = 0.0;     // of the last window
   RunConstants run_;
   Neighbors neighbors_ = Neighbors::grid;
   ExactProgress progress_;
