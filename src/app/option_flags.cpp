@@ -117,6 +117,13 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
 
 bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
 
+// CLI11 from 2.5 on would wrap the list of settings like a paragraph, and drop its indentation.
+template <class Formatter>
+void keep_lines_of_footer(Formatter& formatter) {
+  if constexpr (requires { formatter.enable_footer_formatting(false); })
+    formatter.enable_footer_formatting(false);
+}
+
 Field field_of(const SettingFlag& flag) {
   Field field = find_field(flag.path, flag.flag);
   if (is_num_parcels(flag)) {
@@ -150,6 +157,7 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
                "compute on the CUDA device; if there is none, on the CPU after a message");
   app.add_flag("--cuda-no-fallback", options.cuda_no_fallback, "as --cuda, but fail without a CUDA device");
   app.footer(set_help);
+  keep_lines_of_footer(*app.get_formatter());
 }
 
 void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
