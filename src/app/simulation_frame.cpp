@@ -70,7 +70,7 @@ void Simulation::State::submit_steps(DrawTarget* target) {
     if (target) draw_again(*target);
     return;
   }
-  StepRequest request = step_request(settings, num_steps_to_submit(), frame->plan.dt_s);
+  StepRequest request = step_request(settings, physics, num_steps_to_submit(), frame->plan.dt_s);
   request.num_done = frame->num_done;
   if (has_budget) request.budget_ms = settings.frame_budget_ms;
   DrawBuffers buffers;
