@@ -132,6 +132,9 @@ StepTotals CudaBackend::collected_totals() const {
     totals.num_rounds = host_exact_->num_rounds;
     totals.num_retried_steps = host_exact_->num_retried;
     totals.event_hash = host_exact_->event_hash;
+    totals.num_events = host_exact_->num_events_committed;
+    totals.num_solved_events = host_exact_->num_events_solved;
+    totals.largest_cluster = host_exact_->largest_cluster;
   }
   totals.ball_impulse_kg_mps = Vec2d{static_cast<double>(sum.ball_x), static_cast<double>(sum.ball_y)} *
                                submitted_.impulse_unit_kg_mps;
@@ -150,6 +153,7 @@ StepReport CudaBackend::collect() {
       submitted_.exact ? host_exact_->progress.max_displacement : host_state_->max_displacement;
   report.ball = host_state_->ball;
   report.totals = collected_totals();
+  if (submitted_.exact) finish_exact(report);
   return report;
 }
 

@@ -70,10 +70,14 @@ __device__ void commit(const StepContext& step, const SlicePart& part, std::uint
   const StepMemory& memory = step.memory;
   const std::uint32_t first = part.part * kExactBlock + threadIdx.x;
   ClusterTally sum;
+  std::uint32_t num_pairs = 0;
   for (std::uint32_t k = first; k < num_members; k += part.num_parts * kExactBlock) {
     const std::uint32_t slot = part.slice * memory.member_capacity + k;
     const Member member = memory.members[slot];
-    if (memory.owner[member.index] == member.index) add_tally(memory.clusters[slot].tally, sum);
+    if (memory.owner[member.index] == member.index) {
+      add_tally(memory.clusters[slot].tally, sum);
+      if (memory.clusters[slot].solution == kSolvedAsPair) ++num_pairs;
+    }
     if (member.has_changed) store<kBoundary>(step, member, step_goes_on);
     if (step_goes_on) {
       EventKey& event = memory.events[member.index];
@@ -87,6 +91,9 @@ __device__ void commit(const StepContext& step, const SlicePart& part, std::uint
     sum.event_hash += step.state.wall_event_hash;
   }
   reduce_warp(sum, tally, step.state);
+  num_pairs = warp_add(num_pairs);
+  if (threadIdx.x % 32 == 0 && num_pairs != 0)
+    atomicAdd(&step.state.num_events_solved, static_cast<unsigned long long>(num_pairs));
 }
 
 // ---- kept events, if the step goes on

@@ -37,7 +37,8 @@ __device__ SlicePart part_of_block() { return {blockIdx.x, blockIdx.y, gridDim.y
 
 // Returns whether there is nothing to do: a tick of a high exponent led beyond `until`.
 __device__ bool is_over(const ExactLaunch& launch) {
-  return launch.state->progress.now >= launch.until || launch.state->unresolvable != 0;
+  const ExactState& state = *launch.state;
+  return state.progress.now >= launch.until || state.unresolvable != 0 || state.paused != 0;
 }
 
 __device__ void draw_current(const ExactLaunch& launch, std::uint32_t i) {
@@ -168,6 +169,7 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
   }
   if (after != AfterWindow::retry_step && is_at_anchoring(state.progress))
     anchor_all(launch, rank, num_threads, [&] { grid.sync(); });
+  if (state.paused != 0) return false;
   const bool is_done = state.progress.now >= launch.until;
   grid.sync();
   if (grid.thread_rank() == 0) {
@@ -245,7 +247,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (state.to_commit == 0) {
     // The step was over before solve_kernel, or in it. In the latter case the next one is planned already,
     // and planning it again changes nothing.
-    if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
+    if (is_over(launch) && state.paused == 0 && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
       plan_next(launch, launch.next_until);
     return;
@@ -263,7 +265,11 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;
-  if (launch.next_until > state.progress.now) plan_next(launch, launch.next_until);
+  if (launch.next_until > state.progress.now && state.paused == 0) plan_next(launch, launch.next_until);
+}
+
+__global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_constant__ ExactLaunch launch) {
+  if (launch.state->paused != 0) draw_current(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
 std::uint32_t max_slices() {
@@ -300,6 +306,11 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
     PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
                                         dim3(launch.memory.num_slices), dim3(kBlock), arguments, 0, stream));
   });
+}
+
+void launch_draw_paused(const ExactLaunch& launch, cudaStream_t stream) {
+  draw_paused_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+  PF_LAUNCHED("draw_paused_kernel");
 }
 
 void launch_commit(const ExactLaunch& launch, cudaStream_t stream) {

@@ -126,12 +126,6 @@ __device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam
   return false;
 }
 
-__device__ inline unsigned long long global_time_ns() {
-  unsigned long long time;
-  asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(time));
-  return time;
-}
-
 // The same, timed by the first thread of all.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& team, BlockCounts& counts,

@@ -133,7 +133,7 @@ struct BlockMembers {
     record.solution = solved ? kSolved : kUnsolved;
     record.attempt = counts.round * kMaxAttemptsInRound;
     record.tally = tally;
-    atomicMax(&step.state.round_events, tally.num_events);
+    note_solved(step, tally.num_events);
     if (solved) {
       if (tally.fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(tally.fastest2));
       return;

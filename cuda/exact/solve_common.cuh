@@ -63,6 +63,12 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   return member;
 }
 
+// Called by one thread of a solver at its end.
+__device__ inline void note_solved(const StepContext& step, std::uint32_t num_events) {
+  atomicMax(&step.state.round_events, num_events);
+  atomicAdd(&step.state.num_events_solved, static_cast<unsigned long long>(num_events));
+}
+
 // Called by one thread of a solver whose cluster has too many events before that tick.
 __device__ inline void stop_at(const StepContext& step, std::uint32_t tick) {
   atomicMin(&step.state.stopped_at, tick);

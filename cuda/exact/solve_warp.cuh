@@ -145,7 +145,7 @@ class WarpSolver {
       cluster.solution = solved ? kSolved : kUnsolved;
       cluster.attempt = attempt_;
       cluster.tally = tally_;
-      atomicMax(&step_.state.round_events, tally_.num_events);
+      note_solved(step_, tally_.num_events);
       if (solved) {
         if (tally_.fastest2 > 0.0F)
           atomicMax(&step_.state.fastest_after_bits, __float_as_uint(tally_.fastest2));
@@ -261,6 +261,15 @@ class WarpSolver {
     return best;
   }
 
+  // The same for the edge and the ball, by the first lane of each half.
+  __device__ __forceinline__ void keep_edge_and_ball_of(unsigned own, Event& best) {
+    const Trajectory now = from(it_.trajectory, own % 32);
+    const std::uint32_t i = from(it_.index, own % 32), id = from(it_.id, own % 32);
+    const bool just_hit = from(it_.has_changed, own % 32) == kHitBall;
+    if (lane_ % 16 == 0 && own != kNoLane && !is_retired(now.anchor))
+      keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, just_hit, best);
+  }
+
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
   // other members learn of earlier events with these; those whose partner left the trajectory of their event
   // must be predicted next. Returns their lanes.
@@ -269,6 +278,7 @@ class WarpSolver {
     const unsigned own = lane_ < 16 ? one : two;
     Event found;
     if (contacts) found = search_others(own, (changed & bit(own)) != 0);
+    keep_edge_and_ball_of(own, found);
     bool is_stale = false;
     for (unsigned k = 0; k < 2; ++k) {
       const unsigned subject = k == 0 ? one : two;
@@ -288,8 +298,6 @@ class WarpSolver {
       }
       best = earliest_of_lanes(best);
       if (lane_ == subject) {
-        if (!is_retired(now.anchor))
-          keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, it_.has_changed == kHitBall, best);
         it_.event = best;
       }
     }

@@ -21,6 +21,12 @@ __device__ __forceinline__ double load_early(const double* from) {
   return value;
 }
 
+__device__ inline unsigned long long global_time_ns() {
+  unsigned long long time;
+  asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(time));
+  return time;
+}
+
 // A load that sees what other blocks wrote in the same kernel.
 __device__ inline std::uint32_t load_fresh(const std::uint32_t* word) {
   return *const_cast<const volatile std::uint32_t*>(word);

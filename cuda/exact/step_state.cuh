@@ -241,10 +241,13 @@ struct ExactState {
   unsigned long long num_rounds = 0;
   unsigned long long num_retried = 0;
   unsigned long long num_windows = 0;
+  unsigned long long num_events_committed = 0, num_events_solved = 0;  // the latter in all rounds
   std::uint32_t largest_cluster = 0;  // events in a window
   unsigned long long event_hash = 0;
   unsigned long long reconcile_ns = 0;  // time in which the first block found conflicts and merged
   std::uint32_t unresolvable = 0;       // 1 if a step of one tick failed
+  unsigned long long deadline_ns = 0;   // of the device's clock; 0: none
+  std::uint32_t paused = 0;             // 1 if the request ended at the deadline
 };
 
 }  // namespace pf::cuda

@@ -27,7 +27,10 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
     state.num_retried = 0;
     state.num_windows = 0;
     state.largest_cluster = 0;
-    state.has_chord = 0;
+    state.num_events_committed = state.num_events_solved = 0;
+    state.paused = 0;
+    state.deadline_ns = launch.budget_ns == 0 ? 0 : global_time_ns() + launch.budget_ns;
+    if (!launch.goes_on) state.has_chord = 0;
     state.event_hash = 0;
     state.reconcile_ns = 0;
     state.unresolvable = 0;

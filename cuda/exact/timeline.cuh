@@ -56,7 +56,7 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 // The next windows are shorter if too many events of this one were applied one after the other: for each of
 // them some hundred could have been applied side by side.
 __device__ inline void learn_from_window(ExactState& state) {
-  constexpr double kSerialEvents = 24.0, kEventsPerSerialOne = 300.0, kShortest = 0.125, kLongest = 1.5;
+  constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kShortest = 0.125, kLongest = 1.5;
   const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
   const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;
   const double length = state.window_end - state.window_begin;
@@ -166,6 +166,7 @@ __device__ inline void finish_solved(const ExactLaunch& launch, const TallySlot&
   ExactState& state = *launch.state;
   add_to_totals(sum, *launch.step_state);
   state.event_hash += sum.event_hash;
+  state.num_events_committed += state.num_events;
   const double at_start = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
   const double after = sqrt(speed_from_bits(&state.fastest_committed_bits));
   state.chord_hits.impulse_x += static_cast<std::int64_t>(sum.ball_x);
@@ -194,11 +195,19 @@ __device__ __noinline__ inline void finish_step(const ExactLaunch& launch, bool 
   if (threadIdx.x == 0 && is_solved) finish_solved(launch, sum);
 }
 
+// After the deadline the request ends where a window has ended. Called by one thread.
+__device__ inline AfterWindow pause_if_late(ExactState& state, AfterWindow after) {
+  const bool can_pause = after == AfterWindow::next_window || after == AfterWindow::next_step;
+  if (!can_pause || state.deadline_ns == 0 || global_time_ns() < state.deadline_ns) return after;
+  state.paused = 1;
+  return after == AfterWindow::next_window ? AfterWindow::end_step_here : after;
+}
+
 // Ends a window, and the step if that is its last one. Called by one warp.
 __device__ inline void finish_window(const ExactLaunch& launch, bool is_committed) {
   ExactState& state = *launch.state;
   AfterWindow after = AfterWindow::stop;
-  if (threadIdx.x == 0) state.after_window = after = end_window(launch, is_committed);
+  if (threadIdx.x == 0) state.after_window = after = pause_if_late(state, end_window(launch, is_committed));
   after = static_cast<AfterWindow>(__shfl_sync(kWholeWarp, static_cast<std::uint32_t>(after), 0));
   if (after == AfterWindow::stop && threadIdx.x == 0) state.unresolvable = 1;
   if (after == AfterWindow::next_step || after == AfterWindow::retry_step)

@@ -11,18 +11,6 @@
 #include "scene/scene_file.hpp"
 
 namespace pf {
-namespace {
-
-bool has_left(const Physics& physics, const BallState& ball) {
-  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
-  const World& world = physics.world;
-  const double radius = physics.ball.radius_m;
-  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
-         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
-}
-
-}  // namespace
-
 Commands Simulation::State::admit(const Commands& wanted) {
   waiting = joined(waiting, wanted);
   if (frame) {

@@ -1,7 +1,9 @@
 // The CUDA backend against the CPU backend: the same bits.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <random>
 
 #include "core/error.hpp"
 #include "core/timing.hpp"
@@ -63,6 +65,62 @@ TEST_F(Gpu, SameBitsAfterTwoThousandSteps) {
     for (const Settings& s : scenes(n)) expect_same_hashes(s, 2000);
   }
   for (const Settings& s : scenes(100000)) expect_same_hashes(s, 2000);
+}
+
+// Requests of random budgets, each of which goes on where the last one stopped.
+StepReport advance_in_pieces(SceneRun& run, std::uint32_t num_steps, double dt_s, std::mt19937_64& random,
+                             int& num_mid_step) {
+  StepRequest request = step_request(run.settings, run.physics, num_steps, dt_s);
+  StepReport sum;
+  bool mid_step = false;
+  while (sum.totals.num_steps < num_steps || mid_step) {
+    request.num_done = static_cast<std::uint32_t>(sum.totals.num_steps);
+    request.num_steps = num_steps - request.num_done;
+    request.budget_ms = 1e-6 * std::pow(10.0, std::uniform_real_distribution<double>(0.0, 6.0)(random));
+    const StepReport report = run.backend->advance(request);
+    sum.totals += report.totals;
+    sum.ball = report.ball;
+    mid_step = report.mid_step;
+    num_mid_step += mid_step ? 1 : 0;
+  }
+  return sum;
+}
+
+TEST_F(Gpu, ABudgetDoesNotChangeTheBitsOfExact) {
+  std::mt19937_64 random(1);
+  int num_mid_step = 0;
+  for (const Settings& scene : scenes(20000)) {
+    Settings s = scene;
+    s.method = Method::exact;
+    s.restitution = 0.6;
+    s.area_fraction = 0.4;
+    SceneRun whole(s, make_cuda_backend(0)), pieces(s, make_cuda_backend(0));
+    const double dt_s = plan_frame(s, whole.physics, whole.ball).dt_s;
+    const StepReport at_once = whole.advance(300, dt_s);
+    const StepReport cut = advance_in_pieces(pieces, 300, dt_s, random, num_mid_step);
+    EXPECT_EQ(pieces.backend->state_hash(), whole.backend->state_hash()) << s.name;
+    EXPECT_EQ(cut.totals.event_hash, at_once.totals.event_hash) << s.name;
+    EXPECT_EQ(cut.totals.num_collisions, at_once.totals.num_collisions) << s.name;
+    EXPECT_EQ(cut.ball, at_once.ball) << s.name;
+  }
+  EXPECT_GT(num_mid_step, 0);
+}
+
+// The layer that a fast ball pushes up, as parcels lose their relative motion in it: steps are cut into windows.
+TEST_F(Gpu, ExactSameBitsInTheLayerBeforeAFastBall) {
+  struct Layer {
+    double restitution, area_fraction, ball_mps, contact_clock_s;
+  };
+  for (const Layer& layer : {Layer{0.9, 0.4, 15.0, 0.0}, Layer{0.5, 0.1, 15.0, 0.0}, Layer{0.5, 0.4, 40.0, 0.0},
+                             Layer{0.3, 0.6, 15.0, 1e-6}, Layer{0.0, 0.2, 40.0, 1e-6}}) {
+    Settings s = court(20000, Boundary::open);
+    s.method = Method::exact;
+    s.restitution = layer.restitution;
+    s.area_fraction = layer.area_fraction;
+    s.ball_vx_mps = layer.ball_mps;
+    s.contact_clock_s = layer.contact_clock_s;
+    expect_same_hashes(s, 1000);
+  }
 }
 
 TEST_F(Gpu, ReportsVelocitiesThatAreNotFiniteAsTheCpuDoes) {

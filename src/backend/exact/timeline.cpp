@@ -271,18 +271,10 @@ bool ExactTimeline::ball_needs_finer_ticks() const {
          tick_speed_mps(run_.reference_ticks, progress_.tick_exponent);
 }
 
-// Within a chord, where a frozen ball has not yet got its impulses.
 BallState ExactTimeline::ball_now() const {
-  BallState ball = progress_.ball;
-  if (!chord_ || run_.physics.ball.held) return ball;
-  const BallTrajectory& trajectory = stepper_.ball().trajectory;
+  if (!chord_ || run_.physics.ball.held) return progress_.ball;
   const std::int64_t now = epoch_ ? epoch_->done : 0;
-  const Vec2d moved = displacement_units(chord_->plan, trajectory.velocity_mps, now - trajectory.tick);
-  ball.position_m = (trajectory.anchor_units + moved) * run_.physics.world.unit_m;
-  ball.velocity_mps = trajectory.velocity_mps;
-  ball.spin_radps = trajectory.spin_radps;
-  apply_boundary_to_ball(run_.physics.world, run_.physics.ball.radius_m, ball);
-  return ball;
+  return ball_in_chord(run_.physics, chord_->plan, stepper_.ball().trajectory, now, progress_.ball);
 }
 
 void ExactTimeline::adopt(const Physics& physics, const StepRequest& request) {

@@ -91,4 +91,16 @@ PF_HD inline StepPlan plan_chord(const RunConstants& run, const ExactProgress& p
   return chord;
 }
 
+// The ball within a chord, at a tick that counts as those of its trajectory. A frozen ball has not yet got its
+// impulses. ball: at the chord's start.
+inline BallState ball_in_chord(const Physics& physics, const StepPlan& chord, const BallTrajectory& trajectory,
+                               std::int64_t tick, BallState ball) {
+  const Vec2d moved = displacement_units(chord, trajectory.velocity_mps, tick - trajectory.tick);
+  ball.position_m = (trajectory.anchor_units + moved) * physics.world.unit_m;
+  ball.velocity_mps = trajectory.velocity_mps;
+  ball.spin_radps = trajectory.spin_radps;
+  apply_boundary_to_ball(physics.world, physics.ball.radius_m, ball);
+  return ball;
+}
+
 }  // namespace pf
