@@ -35,9 +35,14 @@ __device__ std::uint32_t ball_path_tick(const StepContext& step, const Trajector
   if (num == 1) return ball_collision_tick<kBoundary>(c, path[0].trajectory, parcel);
   std::uint32_t first = 0;
   if (step.state.path_is_straight != 0) {
-    const std::uint32_t near = ball_collision_tick<kBoundary>(c, path[0].trajectory, parcel, kPathMargin);
-    if (near == kNoTick) return kNoTick;
-    while (first + 1 < num && path[first + 1].begin < near) ++first;
+    // Whoever hits the path is within the margin of its first segment then: it comes there, or was there before.
+    const RelativeMotion motion = motion_from_ball<kBoundary>(c, path[0].trajectory, parcel);
+    const double near = c.run.ball_contact + kPathMargin;
+    if (dot(motion.offset, motion.offset) > near * near) {
+      const std::uint32_t tick = contact_tick(c.plan, motion, near);
+      if (tick == kNoTick) return kNoTick;
+      while (first + 1 < num && path[first + 1].begin < tick) ++first;
+    }
   }
   const std::int32_t anchor = anchor_time(c.plan, parcel);
   for (std::uint32_t s = first; s < num; ++s) {

@@ -130,7 +130,9 @@ class BlockSolver {
     Member& member = members_[m];
     Trajectory now = member.trajectory;
     anchor_at<kBoundary>(c_, now, tick);
-    hit_ball<kBoundary>(step_, tick, member, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
+    hit_ball<kBoundary>(step_,
+                        {tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
+                         member.trajectory},
                         now, members_.tally);
     set_member_trajectory(now, tick, member);
     member.has_changed = kHitBall;

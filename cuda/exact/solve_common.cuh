@@ -165,12 +165,10 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
 
 // Collides a parcel with the ball. now: its trajectory, anchored at `tick`.
 template <Boundary kBoundary>
-__device__ __forceinline__ void hit_ball(const StepContext& step, std::uint32_t tick, const Member& member,
-                                         std::uint32_t cluster, std::uint32_t attempt, Trajectory& now,
+__device__ __forceinline__ void hit_ball(const StepContext& step, const BallHit& hit, Trajectory& now,
                                          ClusterTally& tally) {
-  const std::uint32_t id = member.id;
-  if (step.has_participant()) add_ball_hit(step, {tick, id, cluster, attempt, member.trajectory});
-  collide_with_ball<kBoundary>(step.c, ball_before(step, tick, id), tick, now, tally);
+  if (step.has_participant()) add_ball_hit(step, hit);
+  collide_with_ball<kBoundary>(step.c, ball_before(step, hit.tick, hit.id), hit.tick, now, tally);
 }
 
 }  // namespace pf::cuda

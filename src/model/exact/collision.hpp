@@ -70,19 +70,24 @@ PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Traject
   return contact_tick(c.plan, pair, c.run.contact_distance);
 }
 
-// Tick at which a parcel and the ball collide, or kNoTick. margin: the ball is so much larger, position units.
 template <Boundary kBoundary>
-PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const BallTrajectory& ball,
-                                               const Trajectory& parcel, double margin = 0.0) {
+PF_HD inline RelativeMotion motion_from_ball(const ExactConstants& c, const BallTrajectory& ball,
+                                             const Trajectory& parcel) {
   const std::int32_t time = anchor_time(c.plan, parcel);
   const std::int32_t from = time > ball.tick ? time : ball.tick;
   const Vec2d v = to_double(parcel.velocity);
   Vec2d offset = to_double(parcel.anchor) - ball.anchor_units;
   offset += displacement_units(c.plan, v, static_cast<std::int64_t>(from) - time);
   offset -= displacement_units(c.plan, ball.velocity_mps, static_cast<std::int64_t>(from) - ball.tick);
-  const RelativeMotion pair = nearest_image_motion<kBoundary>(
-      c.run.physics.world, offset, (v - ball.velocity_mps) * c.plan.units_per_tick, from);
-  return contact_tick(c.plan, pair, c.run.ball_contact + margin);
+  return nearest_image_motion<kBoundary>(c.run.physics.world, offset,
+                                         (v - ball.velocity_mps) * c.plan.units_per_tick, from);
+}
+
+// Tick at which a parcel and the ball collide, or kNoTick.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const BallTrajectory& ball,
+                                               const Trajectory& parcel) {
+  return contact_tick(c.plan, motion_from_ball<kBoundary>(c, ball, parcel), c.run.ball_contact);
 }
 
 // Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel
