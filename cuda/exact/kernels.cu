@@ -66,7 +66,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
     pair_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ PairSpace pairs;
   __shared__ NearList<kBlock>::Space near_space;
-  __shared__ HitOrder hits;
+  __shared__ PathHits hits;
   if (is_over(launch)) return;
   const ExactConstants c = constants_of_window(launch);
   if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, hits);
@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 struct SolveSpace {
   TallySlot tally;
   BlockSpace block;
-  HitOrder hits;
+  PathHits hits;
   BlockCounts counts;
   PairSpace pairs;
   NearList<kBlock>::Space near;

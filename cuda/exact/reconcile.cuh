@@ -170,7 +170,7 @@ template <Boundary kBoundary>
 __device__ bool hits_path(const StepContext& step, std::uint32_t i) {
   const std::uint32_t id = step.id(i);
   const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = ball_path_tick<kBoundary>(step, trajectory, id, false);
+    const std::uint32_t tick = hit_on_path<kBoundary>(step, trajectory, id, false).tick;
     return tick != kNoTick && tick <= end;
   };
   const Trajectory start = step.start_trajectory(i);
@@ -234,15 +234,14 @@ __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& coun
 // Traces the ball's path through the hits of the solution. Returns whether clusters are listed to be solved, against a
 // path that has changed. round: of the first block's next one; then that in which they are solved. The grid calls it.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool update_ball_path(const StepContext& step, HitOrder& space, BlockCounts& counts,
+__device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHits& space, BlockCounts& counts,
                                                  std::uint32_t& round) {
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    order_hits(step, space, [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
+    trace_ball_path<kBoundary>(step, space, [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
     if (threadIdx.x == 0) {
       if (round > kMaxRounds) state.solve_failed = 1;
-      trace_ball_path<kBoundary>(step, space);
       state.num_todo = 0;
       state.num_conflicts[0] = 0;
       state.round = round;
@@ -262,7 +261,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, HitOrd
 
 // Solves the window. Each block has its own spaces.
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve_all(const StepContext& step, BlockSpace& space, HitOrder& hits,
+__device__ __forceinline__ void solve_all(const StepContext& step, BlockSpace& space, PathHits& hits,
                                           BlockCounts& counts) {
   std::uint32_t round = 0;
   do {

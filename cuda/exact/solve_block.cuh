@@ -130,7 +130,7 @@ class BlockSolver {
     Member& member = members_[m];
     Trajectory now = member.trajectory;
     anchor_at<kBoundary>(c_, now, tick);
-    hit_ball<kBoundary>(step_,
+    hit_ball<kBoundary>(step_, member,
                         {tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
                          member.trajectory},
                         now, members_.tally);

@@ -16,13 +16,6 @@ struct BlockSpace {
   uint4 min_of_warps[kExactBlock / 32];
 };
 
-// Sort key of an event: tick, lower id, higher id, slot. All bits set: no event.
-__device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
-  if (p.x != q.x) return p.x < q.x;
-  if (p.y != q.y) return p.y < q.y;
-  return p.z != q.z ? p.z < q.z : p.w < q.w;
-}
-
 // All threads of the block call the functions of this struct together, unless noted; the first one writes.
 struct BlockMembers {
   static constexpr unsigned kCapacity = BlockSpace::kCapacity;
@@ -100,21 +93,8 @@ struct BlockMembers {
     return slot;
   }
 
-  // Lowest of the threads' keys, in all of them.
-  __device__ __forceinline__ uint4 min_over_block(uint4 best) {
-    for (unsigned offset = 16; offset > 0; offset /= 2) {
-      const uint4 other{
-          __shfl_xor_sync(kWholeWarp, best.x, offset), __shfl_xor_sync(kWholeWarp, best.y, offset),
-          __shfl_xor_sync(kWholeWarp, best.z, offset), __shfl_xor_sync(kWholeWarp, best.w, offset)};
-      if (is_before(other, best)) best = other;
-    }
-    if (threadIdx.x % 32 == 0) space.min_of_warps[threadIdx.x / 32] = best;
-    __syncthreads();
-    for (const uint4& other : space.min_of_warps) {
-      if (is_before(other, best)) best = other;
-    }
-    __syncthreads();
-    return best;
+  __device__ __forceinline__ uint4 min_over_block(const uint4& best) {
+    return cuda::min_over_block(best, space.min_of_warps);
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
     const uint4 key = min_over_block({best.tick, best.partner_id, 0U, best.partner});

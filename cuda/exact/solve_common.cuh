@@ -53,7 +53,7 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
       !is_retired(member.trajectory.anchor))
     keep_earlier(member.event,
-                 {ball_path_tick<kBoundary>(step, member.trajectory, member.id, false), kBallPartner, kBallPartner});
+                 {hit_on_path<kBoundary>(step, member.trajectory, member.id, false).tick, kBallPartner, kBallPartner});
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -160,15 +160,17 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
                                                    const Trajectory& now, bool just_hit, Event& best) {
   if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
   if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {ball_path_tick<kBoundary>(step, now, id, just_hit), kBallPartner, kBallPartner});
+  keep_earlier(best, {hit_on_path<kBoundary>(step, now, id, just_hit).tick, kBallPartner, kBallPartner});
 }
 
-// Collides a parcel with the ball. now: its trajectory, anchored at `tick`.
+// Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
 template <Boundary kBoundary>
-__device__ __forceinline__ void hit_ball(const StepContext& step, const BallHit& hit, Trajectory& now,
-                                         ClusterTally& tally) {
+__device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
+                                         Trajectory& now, ClusterTally& tally) {
   if (step.has_participant()) add_ball_hit(step, hit);
-  collide_with_ball<kBoundary>(step.c, ball_before(step, hit.tick, hit.id), hit.tick, now, tally);
+  const bool just_hit = member.has_changed == kHitBall;
+  const PathHit found = hit_on_path<kBoundary>(step, member.trajectory, member.id, just_hit);
+  collide_with_ball<kBoundary>(step.c, ball_path(step)[found.segment].trajectory, hit.tick, now, tally);
 }
 
 }  // namespace pf::cuda

@@ -217,7 +217,7 @@ class WarpSolver {
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        hit_ball<kBoundary>(step_, {event.tick, it_.id, cluster_, attempt_, it_.trajectory}, now, tally_);
+        hit_ball<kBoundary>(step_, it_, {event.tick, it_.id, cluster_, attempt_, it_.trajectory}, now, tally_);
       } else {
         apply_edge(c_, event.partner, now);
       }
