@@ -2,26 +2,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
 #include "app/step_request.hpp"
+#include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
-namespace {
-
-bool has_left(const Physics& physics, const BallState& ball) {
-  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
-  const World& world = physics.world;
-  const double radius = physics.ball.radius_m;
-  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
-         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
-}
-
-}  // namespace
 
 Commands Simulation::State::admit(const Commands& wanted) {
   waiting = joined(waiting, wanted);
