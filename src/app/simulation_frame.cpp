@@ -2,15 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
 #include "app/step_request.hpp"
+#include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
+
 Commands Simulation::State::admit(const Commands& wanted) {
   waiting = joined(waiting, wanted);
   if (frame) {

@@ -30,8 +30,8 @@ SlicedRun run_in_slices(const BudgetCase& c, unsigned threads, const Budget& bud
   BallState ball = scene.ball;
   bool mid_step = false;
   while (run.num_steps < c.num_steps || mid_step) {
-    StepRequest request =
-        step_request(c.settings, scene.physics, c.num_steps - static_cast<std::uint32_t>(run.num_steps), c.dt_s);
+    const std::uint32_t num_left = c.num_steps - static_cast<std::uint32_t>(run.num_steps);
+    StepRequest request = step_request(c.settings, scene.physics, num_left, c.dt_s);
     request.num_done = static_cast<std::uint32_t>(run.num_steps);
     request.budget_ms = budget_ms();
     const StepReport report = scene.backend->advance(request);

@@ -5,21 +5,16 @@
 
 #include <algorithm>
 
-#include "backend/exact/window.hpp"
+#include "backend/exact/cluster_members.hpp"
 
 namespace pf {
 
 template <Boundary kBoundary>
-class ClusterSolver {
+class ClusterSolver : ClusterMembers {
  public:
   // index: of the cluster in the window's clusters. Discards its earlier solution.
   ClusterSolver(WindowContext& window, std::uint32_t thread, std::uint32_t index)
-      : window_(window),
-        c_(window.c),
-        memory_(window.memory),
-        worker_(window.memory.workers[thread]),
-        index_(index),
-        cluster_(window.memory.clusters[index]) {
+      : ClusterMembers(window, thread, index) {
     cluster_.restart(thread, worker_.members.size(), worker_.events.size(), worker_.notes.size());
   }
 
@@ -39,60 +34,7 @@ class ClusterSolver {
   }
 
  private:
-  static constexpr std::uint32_t kBallMember = 0xFFFFFFFEU;
   static constexpr std::uint32_t kMostEvents = 100000;  // whatever their ticks
-
-  // m: a slot among the worker's members. i, j: indices of parcels.
-  Member& member(std::uint32_t m) { return worker_.members[m]; }
-  std::uint32_t id(std::uint32_t i) const { return window_.trajectories.id[i]; }
-  BallMember& ball() { return memory_.solved_ball; }
-
-  std::uint32_t add_member(std::uint32_t i) {
-    const auto m = static_cast<std::uint32_t>(worker_.members.size());
-    Member added;
-    added.index = i;
-    added.trajectory = window_.start_trajectory(i);
-    added.event = memory_.calendar.event(i);
-    const std::vector<std::uint32_t>& last_contact_tick = window_.trajectories.last_contact_tick;
-    added.last_contact_tick = last_contact_tick.empty() ? 0U : last_contact_tick[i];
-    worker_.members.push_back(added);
-    memory_.member_slot[i] = m;
-    return m;
-  }
-
-  // Returns the parcel's slot among the members; a free parcel becomes one. Returns kInvalidIndex and records
-  // a conflict if another cluster owns it.
-  std::uint32_t join(std::uint32_t i) {
-    if (window_.owner_of(i) == index_) return memory_.member_slot[i];
-    const std::uint32_t owner = window_.claim(i, index_);
-    if (owner == index_) return add_member(i);
-    worker_.conflicts.push_back({index_, owner});
-    return kInvalidIndex;
-  }
-
-  // ---- the queue
-
-  void push(std::uint32_t m) {
-    const Member& it = member(m);
-    if (it.event.tick < window_.end) worker_.queue.push(m, it.version, id(it.index), it.event);
-  }
-
-  void set_event(std::uint32_t m, const Event& event) {
-    ++member(m).version;
-    member(m).event = event;
-    push(m);
-  }
-
-  void push_ball() {
-    if (ball().event.tick < window_.end)
-      worker_.queue.push(kBallMember, ball().version, kBallPartner, ball().event);
-  }
-
-  void set_ball_event(const Event& event) {
-    ++ball().version;
-    ball().event = event;
-    push_ball();
-  }
 
   // Returns false at a conflict. With too many events it stops before the next tick as if it had finished;
   // the window is then cut there. With far too many the window is discarded.
@@ -113,28 +55,6 @@ class ClusterSolver {
   }
 
   // ---- events
-
-  void record_event(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    const std::uint64_t at =
-        window_.input.start_tick + (static_cast<std::uint64_t>(tick) << window_.input.tick_exponent);
-    const std::uint32_t low = std::min(first, second), high = std::max(first, second);
-    cluster_.event_hash += event_hash(at, low, high);
-    cluster_.last_tick = tick;
-    ++cluster_.num_events;
-    if (window_.records_events) worker_.events.push_back({at, low, high});
-  }
-
-  void set_trajectory(std::uint32_t m, const Trajectory& trajectory, std::uint32_t tick) {
-    Member& it = member(m);
-    if (it.has_changed) {
-      worker_.segments.push_back({it.trajectory, tick, it.last_segment});
-      it.last_segment = static_cast<std::uint32_t>(worker_.segments.size()) - 1;
-    }
-    const float speed2 = dot(trajectory.velocity, trajectory.velocity);
-    it.trajectory = trajectory;
-    it.has_changed = true;
-    cluster_.fastest2 = std::max(cluster_.fastest2, static_cast<double>(speed2));
-  }
 
   bool apply_event(std::uint32_t m) {
     const Event event = member(m).event;
@@ -229,34 +149,9 @@ class ClusterSolver {
 
   // ---- the ball as a member
 
-  void add_ball() {
-    BallMember& it = ball();
-    it.now = memory_.ball;
-    it.event = memory_.ball_event;
-    it.version = 0;
-    it.has_changed = false;
-    it.fastest_mps = 0.0;
-    it.segments.clear();
-    push_ball();
-  }
-
   bool is_ball_event_stale(const Member& partner) {
     return is_retired(partner.trajectory.anchor) ||
            window_.ball_tick<kBoundary>(ball().now.trajectory, partner.trajectory) != ball().event.tick;
-  }
-
-  void set_ball_trajectory(const Event& event, const BallReaction& reaction) {
-    BallMember& it = ball();
-    if (it.has_changed) it.segments.push_back({it.now.trajectory, event.tick});
-    apply_to_ball(c_, event.tick, event.partner, reaction, it.now);
-    it.has_changed = true;
-    it.fastest_mps = std::max(it.fastest_mps, surface_speed_mps(c_.run.physics, it.now.trajectory));
-    it.event = {};
-  }
-
-  Trajectory current_trajectory(std::uint32_t i) {
-    return window_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
-                                         : window_.start_trajectory(i);
   }
 
   void predict_ball() {
@@ -373,13 +268,6 @@ class ClusterSolver {
     keep_edge_and_ball(it, best);
     set_event(m, best);
   }
-
-  WindowContext& window_;
-  const ExactConstants& c_;
-  EpochMemory& memory_;
-  WorkerState& worker_;
-  std::uint32_t index_;
-  Cluster& cluster_;
 };
 
 }  // namespace pf
