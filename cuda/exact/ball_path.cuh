@@ -29,7 +29,7 @@ __device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel
   const std::uint32_t num = step.state.num_ball_segments;
   const std::int32_t anchor = anchor_time(c.plan, parcel);
   std::uint32_t own = 0;
-  for (std::uint32_t s = 1; s < num; ++s) {
+  for (std::uint32_t s = 1; just_hit && s < num; ++s) {
     if (path[s].partner == id && static_cast<std::int64_t>(path[s].begin) == anchor) own = s;
   }
   if (just_hit && own == 0 && step.has_participant()) return {};

@@ -251,24 +251,29 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
   round = load_fresh(&state.round);  // the first block may have done more rounds, alone
   const bool has_changed = load_fresh(&state.path_has_changed) != 0;
   const bool is_checked = load_fresh(&state.path_is_checked) != 0;
-  if ((!has_changed && is_checked) || load_fresh(&state.solve_failed) != 0) return false;
+  if (!has_changed && is_checked) return false;
   find_clusters_at_ball<kBoundary>(step, counts, has_changed, round);
   ++round;
   grid.sync();
   if (blockIdx.x == 0 && threadIdx.x == 0) state.path_is_checked = 1;
-  return load_fresh(&state.num_todo) != 0 && load_fresh(&state.solve_failed) == 0;
+  return load_fresh(&state.num_todo) != 0;
 }
 
 // Solves the window. Each block has its own spaces.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_all(const StepContext& step, BlockSpace& space, PathHits& hits,
                                           BlockCounts& counts) {
+  const ExactState& state = step.state;
   std::uint32_t round = 0;
   do {
     solve_in_rounds<kBoundary>(step, space, counts, round);
-  } while (step.has_participant() && load_fresh(&step.state.solve_failed) == 0 &&
-           load_fresh(&step.state.num_ball_segments) + load_fresh(&step.state.num_ball_hits) > 1 &&
-           update_ball_path<kBoundary>(step, hits, counts, round));
+    if (!step.has_participant()) return;
+    // All blocks must decide alike, before the first one changes what they decide by.
+    const bool has_hits = load_fresh(&state.num_ball_segments) + load_fresh(&state.num_ball_hits) > 1;
+    const bool has_failed = load_fresh(&state.solve_failed) != 0;
+    cg::this_grid().sync();
+    if (!has_hits || has_failed) return;
+  } while (update_ball_path<kBoundary>(step, hits, counts, round));
 }
 
 }  // namespace pf::cuda
