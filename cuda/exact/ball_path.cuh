@@ -19,20 +19,22 @@ struct PathHit {
   std::uint32_t tick = kNoTick, segment = 0;
 };
 
-// The next hit of parcel `id`. Of hits that are expected at one tick that with the lower id comes first. A parcel that
-// has hit the ball meets it after its own hit. just_hit: its trajectory begins with that; if the path does not have the
-// hit yet, the next one cannot be told, and does not matter: the cluster will be solved again.
+// The next hit of parcel `id`. Of events that are expected at one tick that with the lower id comes first. change: how
+// the parcel came to its trajectory, a value of Member::has_changed. After a hit it meets the ball as that left it; if
+// the path does not have the hit yet, the next one cannot be told, and does not matter: the cluster will be solved again.
 template <Boundary kBoundary>
-__device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel, std::uint32_t id, bool just_hit) {
+__device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel, std::uint32_t id,
+                               std::uint32_t change) {
   const ExactConstants& c = step.c;
   const BallSegment* path = ball_path(step);
   const std::uint32_t num = step.state.num_ball_segments;
   const std::int32_t anchor = anchor_time(c.plan, parcel);
+  const bool just_hit = change == kHitBall && step.has_participant();
   std::uint32_t own = 0;
   for (std::uint32_t s = 1; just_hit && s < num; ++s) {
     if (path[s].partner == id && static_cast<std::int64_t>(path[s].begin) == anchor) own = s;
   }
-  if (just_hit && own == 0 && step.has_participant()) return {};
+  if (just_hit && own == 0) return {};
   std::uint32_t first = own;
   if (step.state.path_is_straight != 0 && num > 1) {
     // Whoever hits the path is within the margin of its first segment then: it comes there, or was there before.
@@ -49,7 +51,7 @@ __device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel
     const std::uint32_t end = is_last ? kNoTick : path[s + 1].begin;
     const std::uint32_t partner = is_last ? kNoPartner : path[s + 1].partner;
     const auto end_time = static_cast<std::int64_t>(end);
-    if (end_time < anchor || (end_time == anchor && own == 0 && partner <= id)) continue;
+    if (end_time < anchor || (end_time == anchor && change == kChanged && partner < id)) continue;
     const std::uint32_t tick = ball_collision_tick<kBoundary>(c, path[s].trajectory, parcel);
     if (tick != kNoTick && (tick < end || (tick == end && id <= partner))) return {tick, s};
   }

@@ -170,7 +170,7 @@ template <Boundary kBoundary>
 __device__ bool hits_path(const StepContext& step, std::uint32_t i) {
   const std::uint32_t id = step.id(i);
   const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = hit_on_path<kBoundary>(step, trajectory, id, false).tick;
+    const std::uint32_t tick = hit_on_path<kBoundary>(step, trajectory, id, kUnchanged).tick;
     return tick != kNoTick && tick <= end;
   };
   const Trajectory start = step.start_trajectory(i);

@@ -203,7 +203,7 @@ class BlockSolver {
     if (members_.leads()) {
       if (!it.is_gone)
         keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.id, it.now,
-                                      members_[m].has_changed == kHitBall, best);
+                                      members_[m].has_changed, best);
       members_[m].event = best;
     }
     __syncthreads();

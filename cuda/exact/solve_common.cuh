@@ -53,7 +53,7 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
       !is_retired(member.trajectory.anchor))
     keep_earlier(member.event,
-                 {hit_on_path<kBoundary>(step, member.trajectory, member.id, false).tick, kBallPartner, kBallPartner});
+                 {hit_on_path<kBoundary>(step, member.trajectory, member.id, kUnchanged).tick, kBallPartner, kBallPartner});
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -154,13 +154,13 @@ struct MemberSearch {
   }
 };
 
-// Replaces `best` if parcel `id` reaches the edge or the ball before it.
+// Replaces `best` if parcel `id` reaches the edge or the ball before it. change: as in hit_on_path.
 template <Boundary kBoundary>
 __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position, std::uint32_t id,
-                                                   const Trajectory& now, bool just_hit, Event& best) {
+                                                   const Trajectory& now, std::uint32_t change, Event& best) {
   if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
   if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {hit_on_path<kBoundary>(step, now, id, just_hit).tick, kBallPartner, kBallPartner});
+  keep_earlier(best, {hit_on_path<kBoundary>(step, now, id, change).tick, kBallPartner, kBallPartner});
 }
 
 // Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
@@ -168,8 +168,7 @@ template <Boundary kBoundary>
 __device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
                                          Trajectory& now, ClusterTally& tally) {
   if (step.has_participant()) add_ball_hit(step, hit);
-  const bool just_hit = member.has_changed == kHitBall;
-  const PathHit found = hit_on_path<kBoundary>(step, member.trajectory, member.id, just_hit);
+  const PathHit found = hit_on_path<kBoundary>(step, member.trajectory, member.id, member.has_changed);
   collide_with_ball<kBoundary>(step.c, ball_path(step)[found.segment].trajectory, hit.tick, now, tally);
 }
 

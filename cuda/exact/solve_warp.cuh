@@ -265,9 +265,9 @@ class WarpSolver {
   __device__ __forceinline__ void keep_edge_and_ball_of(unsigned own, Event& best) {
     const Trajectory now = from(it_.trajectory, own % 32);
     const std::uint32_t i = from(it_.index, own % 32), id = from(it_.id, own % 32);
-    const bool just_hit = from(it_.has_changed, own % 32) == kHitBall;
+    const std::uint32_t change = from(it_.has_changed, own % 32);
     if (lane_ % 16 == 0 && own != kNoLane && !is_retired(now.anchor))
-      keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, just_hit, best);
+      keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, change, best);
   }
 
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
