@@ -1,9 +1,10 @@
 // Method `exact` on the device: the path of a participating ball through a window.
 //
-// A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against an assumed
-// path, at first that through the hits that parcels expect at the window's start. The hits that the clusters have, in
-// their order, give the path anew. Clusters that hit the ball are solved again against that, until the path no longer
-// changes in any bit. Then every hit happened on the ball's true trajectory: the solution is that of the serial program.
+// A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against
+// an assumed path, at first that through the hits that parcels expect at the window's start. The hits that
+// the clusters have, in their order, give the path anew. Clusters that hit the ball are solved again against
+// that, until the path no longer changes in any bit. Then every hit happened on the ball's true trajectory:
+// the solution is that of the serial program.
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
@@ -14,31 +15,39 @@ __device__ inline const BallSegment* ball_path(const StepContext& step) {
   return step.memory.ball_paths[step.state.ball_path];
 }
 
-// A hit on the assumed path: its tick, or kNoTick, and the segment on which the ball is then.
+// A hit on the assumed path: its tick, or kNoTick, its generation, and the segment on which the ball is then.
 struct PathHit {
-  std::uint32_t tick = kNoTick, segment = 0;
+  std::uint32_t tick = kNoTick, generation = 0, segment = 0;
 };
 
-// The next hit of parcel `id`. Of events that are expected at one tick that with the lower id comes first. change: how
-// the parcel came to its trajectory, a value of Member::has_changed. After a hit it meets the ball as that left it; if
-// the path does not have the hit yet, the next one cannot be told, and does not matter: the cluster will be solved again.
+// A parcel that may hit the ball. just_hit: its trajectory is that after a hit.
+struct ParcelNearBall {
+  Trajectory trajectory;
+  std::uint32_t id;
+  std::uint32_t next_generation = 0;  // see generation_at
+  bool just_hit = false;
+};
+
+// The next hit of a parcel. After a hit it meets the ball as that left it; if the path does not have the hit
+// yet, the next one cannot be told, and does not matter: the cluster will be solved again.
 template <Boundary kBoundary>
-__device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel, std::uint32_t id,
-                               std::uint32_t change) {
+__device__ PathHit hit_on_path(const StepContext& step, const ParcelNearBall& parcel) {
   const ExactConstants& c = step.c;
   const BallSegment* path = ball_path(step);
   const std::uint32_t num = step.state.num_ball_segments;
-  const std::int32_t anchor = anchor_time(c.plan, parcel);
-  const bool just_hit = change == kHitBall && step.has_participant();
-  std::uint32_t own = 0;
+  const std::int32_t anchor = anchor_time(c.plan, parcel.trajectory);
+  const bool just_hit = parcel.just_hit && step.has_participant();
+  std::uint32_t first = 0;
   for (std::uint32_t s = 1; just_hit && s < num; ++s) {
-    if (path[s].partner == id && static_cast<std::int64_t>(path[s].begin) == anchor) own = s;
+    if (path[s].partner == parcel.id && static_cast<std::int64_t>(path[s].begin) == anchor &&
+        path[s].next_generation == parcel.next_generation)
+      first = s;
   }
-  if (just_hit && own == 0) return {};
-  std::uint32_t first = own;
+  if (just_hit && first == 0) return {};
   if (step.state.path_is_straight != 0 && num > 1) {
-    // Whoever hits the path is within the margin of its first segment then: it comes there, or was there before.
-    const RelativeMotion motion = motion_from_ball<kBoundary>(c, path[0].trajectory, parcel);
+    // Whoever hits the path is within the margin of its first segment then: it comes there, or was there
+    // before.
+    const RelativeMotion motion = motion_from_ball<kBoundary>(c, path[0].trajectory, parcel.trajectory);
     const double near = c.run.ball_contact + kPathMargin;
     if (dot(motion.offset, motion.offset) > near * near) {
       const std::uint32_t tick = contact_tick(c.plan, motion, near);
@@ -47,13 +56,19 @@ __device__ PathHit hit_on_path(const StepContext& step, const Trajectory& parcel
     }
   }
   for (std::uint32_t s = first; s < num; ++s) {
-    const bool is_last = s + 1 == num;
-    const std::uint32_t end = is_last ? kNoTick : path[s + 1].begin;
-    const std::uint32_t partner = is_last ? kNoPartner : path[s + 1].partner;
-    const auto end_time = static_cast<std::int64_t>(end);
-    if (end_time < anchor || (end_time == anchor && change == kChanged && partner < id)) continue;
-    const std::uint32_t tick = ball_collision_tick<kBoundary>(c, path[s].trajectory, parcel);
-    if (tick != kNoTick && (tick < end || (tick == end && id <= partner))) return {tick, s};
+    // The event that ends the segment, as the ball sees it.
+    Event end;
+    if (s + 1 < num) {
+      const BallSegment& next = path[s + 1];
+      end = {next.begin, next.partner, next.partner, next.next_generation - 1};
+    }
+    if (static_cast<std::int64_t>(end.tick) < anchor) continue;
+    const std::uint32_t tick = ball_collision_tick<kBoundary>(c, path[s].trajectory, parcel.trajectory);
+    const std::uint32_t generation =
+        max(generation_at(tick, anchor, parcel.next_generation),
+            generation_at(tick, path[s].trajectory.tick, path[s].next_generation));
+    if (tick != kNoTick && !comes_before(end, {tick, parcel.id, parcel.id, generation}))
+      return {tick, generation, s};
   }
   return {};
 }
@@ -73,25 +88,35 @@ __device__ inline bool is_same(const BallTrajectory& a, const BallTrajectory& b)
          a.spin_radps == b.spin_radps && a.tick == b.tick;
 }
 
-// Sort key of an event, whose parts are compared in turn; the first one is its tick. All bits set: no event.
-__device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
-  if (p.x != q.x) return p.x < q.x;
-  if (p.y != q.y) return p.y < q.y;
-  return p.z != q.z ? p.z < q.z : p.w < q.w;
+// The event that a thread holds, for the order of events. place: where the thread has it.
+struct OrderedEvent {
+  std::uint32_t tick = kNoTick, generation = kNoTick, low_id = kNoPartner, high_id = kNoPartner;
+  std::uint32_t place = kInvalidIndex;
+};
+
+__device__ __forceinline__ bool comes_before(const OrderedEvent& p, const OrderedEvent& q) {
+  if (p.tick != q.tick) return p.tick < q.tick;
+  if (p.generation != q.generation) return p.generation < q.generation;
+  if (p.low_id != q.low_id) return p.low_id < q.low_id;
+  return p.high_id != q.high_id ? p.high_id < q.high_id : p.place < q.place;
 }
 
-// Lowest of the threads' keys, in all of them. space: of each warp, in the block's shared memory.
-__device__ __forceinline__ uint4 min_over_block(uint4 best, uint4 (&space)[kExactBlock / 32]) {
+// First of the threads' events, in all of them. space: of each warp, in the block's shared memory.
+__device__ __forceinline__ OrderedEvent first_of_block(OrderedEvent best,
+                                                       OrderedEvent (&space)[kExactBlock / 32]) {
+  const auto of_lane = [](std::uint32_t value, unsigned offset) {
+    return __shfl_xor_sync(kWholeWarp, value, offset);
+  };
   for (unsigned offset = 16; offset > 0; offset /= 2) {
-    const uint4 other{
-        __shfl_xor_sync(kWholeWarp, best.x, offset), __shfl_xor_sync(kWholeWarp, best.y, offset),
-        __shfl_xor_sync(kWholeWarp, best.z, offset), __shfl_xor_sync(kWholeWarp, best.w, offset)};
-    if (is_before(other, best)) best = other;
+    const OrderedEvent other{of_lane(best.tick, offset), of_lane(best.generation, offset),
+                             of_lane(best.low_id, offset), of_lane(best.high_id, offset),
+                             of_lane(best.place, offset)};
+    if (comes_before(other, best)) best = other;
   }
   if (threadIdx.x % 32 == 0) space[threadIdx.x / 32] = best;
   __syncthreads();
-  for (const uint4& other : space) {
-    if (is_before(other, best)) best = other;
+  for (const OrderedEvent& other : space) {
+    if (comes_before(other, best)) best = other;
   }
   __syncthreads();
   return best;
@@ -100,14 +125,15 @@ __device__ __forceinline__ uint4 min_over_block(uint4 best, uint4 (&space)[kExac
 // The path that is being traced, in a block's shared memory.
 struct PathTrace {
   ExactBall ball;
+  std::uint32_t next_generation;  // see generation_at
   std::uint32_t num_segments;
   std::uint32_t is_done, has_changed, bounces;
   double bend_mps;  // largest change of velocity along an axis
 };
 
 __device__ inline void start_trace(const StepMemory& memory, ExactState& state, PathTrace& trace) {
-  trace = {state.ball, 1, 0, state.num_ball_segments == 0 ? 1U : 0U, 0, 0.0};
-  memory.ball_paths[state.ball_path ^ 1U][0] = {state.ball.trajectory, 0, 0};
+  trace = {state.ball, 0, 1, 0, state.num_ball_segments == 0 ? 1U : 0U, 0, 0.0};
+  memory.ball_paths[state.ball_path ^ 1U][0] = {state.ball.trajectory, 0, 0, 0};
   state.num_wall_events = 0;
   state.wall_event_hash = 0;
 }
@@ -126,31 +152,38 @@ __device__ inline void add_segment(const ExactConstants& c, const StepMemory& me
   const std::uint32_t k = trace.num_segments++;
   const BallSegment& old = memory.ball_paths[state.ball_path][k];
   if (k >= state.num_ball_segments || old.begin != segment.begin || old.partner != segment.partner ||
-      !is_same(old.trajectory, segment.trajectory))
+      old.next_generation != segment.next_generation || !is_same(old.trajectory, segment.trajectory))
     trace.has_changed = 1;
   memory.ball_paths[state.ball_path ^ 1U][k] = segment;
   const Vec2d bend = segment.trajectory.velocity_mps - state.ball.trajectory.velocity_mps;
   trace.bend_mps = fmax(trace.bend_mps, fmax(fabs(bend.x), fabs(bend.y)));
 }
 
-// Takes the ball to its next event: a hit at `tick` by a parcel that is on a trajectory, or a wall before it.
+__device__ __forceinline__ std::uint32_t generation_of_ball(const PathTrace& trace, std::uint32_t tick) {
+  return generation_at(tick, trace.ball.trajectory.tick, trace.next_generation);
+}
+
+// Takes the ball to its next event: a hit by a parcel that is on a trajectory, or a wall before it.
 template <Boundary kBoundary>
-__device__ bool trace_event(const ExactConstants& c, const StepMemory& memory, ExactState& state, std::uint32_t tick,
-                            std::uint32_t id, Trajectory parcel, PathTrace& trace) {
+__device__ bool trace_event(const ExactConstants& c, const StepMemory& memory, ExactState& state,
+                            const Event& hit, Trajectory parcel, PathTrace& trace) {
   Event edge;
-  if (c.plan.ball == BallRole::participant)
-    keep_ball_edge_event<kBoundary>(c, trace.ball.trajectory, edge);
-  if (tick == kNoTick && edge.tick == kNoTick) {
+  if (c.plan.ball == BallRole::participant) keep_ball_edge_event<kBoundary>(c, trace.ball.trajectory, edge);
+  edge.generation = generation_of_ball(trace, edge.tick);
+  if (hit.tick == kNoTick && edge.tick == kNoTick) {
     trace.is_done = 1;
     return false;
   }
-  const bool hits = tick <= edge.tick;
+  const bool hits = comes_before(hit, edge);
+  trace.next_generation = (hits ? hit.generation : edge.generation) + 1;
   if (hits) {
     ClusterTally ignored;
-    anchor_at<kBoundary>(c, parcel, tick);
-    const BallReaction reaction = collide_with_ball<kBoundary>(c, trace.ball.trajectory, tick, parcel, ignored);
-    apply_to_ball(c, tick, kBallPartner, reaction, trace.ball);
-    add_segment(c, memory, state, {trace.ball.trajectory, tick, id}, trace);
+    anchor_at<kBoundary>(c, parcel, hit.tick);
+    const BallReaction reaction =
+        collide_with_ball<kBoundary>(c, trace.ball.trajectory, hit.tick, parcel, ignored);
+    apply_to_ball(c, hit.tick, kBallPartner, reaction, trace.ball);
+    add_segment(c, memory, state, {trace.ball.trajectory, hit.tick, hit.partner_id, trace.next_generation},
+                trace);
   } else {
     apply_to_ball(c, edge.tick, edge.partner, {}, trace.ball);
     ++state.num_wall_events;
@@ -158,7 +191,8 @@ __device__ bool trace_event(const ExactConstants& c, const StepMemory& memory, E
         state.progress.now + (static_cast<std::uint64_t>(edge.tick) << state.progress.tick_exponent);
     state.wall_event_hash += event_hash(at, edge.partner, kBallPartner);
     trace.bounces = 1;
-    add_segment(c, memory, state, {trace.ball.trajectory, edge.tick, edge.partner}, trace);
+    add_segment(c, memory, state, {trace.ball.trajectory, edge.tick, edge.partner, trace.next_generation},
+                trace);
   }
   return hits;
 }
@@ -184,9 +218,9 @@ __device__ inline void start_ball_path(const RunConstants& run, const StepMemory
   start_trace(memory, state, trace);
   while (trace.is_done == 0) {
     if (run.physics.world.boundary == Boundary::walls) {
-      trace_event<Boundary::walls>(c, memory, state, kNoTick, 0, {}, trace);
+      trace_event<Boundary::walls>(c, memory, state, {}, {}, trace);
     } else {
-      trace_event<Boundary::open>(c, memory, state, kNoTick, 0, {}, trace);
+      trace_event<Boundary::open>(c, memory, state, {}, {}, trace);
     }
   }
   finish_trace(c, state, trace);
@@ -197,12 +231,12 @@ struct PathHits {
   static constexpr std::uint32_t kMax = kMaxBallSegments / 2;
   std::uint32_t hit[kMax];  // indices of hits; kInvalidIndex after it was traced
   std::uint32_t num;
-  uint4 first_of_warps[kExactBlock / 32];
+  OrderedEvent first_of_warps[kExactBlock / 32];
   PathTrace trace;
 };
 
-// Traces the path through the hits for which belongs(hit) is true. The next one is that which the ball would meet first
-// on its present trajectory, as in the serial program. Called by all threads of one block.
+// Traces the path through the hits for which belongs(hit) is true. The next one is that which the ball would
+// meet first on its present trajectory, as in the serial program. Called by all threads of one block.
 template <Boundary kBoundary, class Belongs>
 __device__ void trace_ball_path(const StepContext& step, PathHits& space, Belongs belongs) {
   const BallHit* hits = step.memory.ball_hits;
@@ -222,24 +256,27 @@ __device__ void trace_ball_path(const StepContext& step, PathHits& space, Belong
   const std::uint32_t num = min(space.num, PathHits::kMax);
   if (space.num > num) state.solve_failed = 1;
   while (space.trace.is_done == 0) {
-    // Tick, id, age of the parcel's trajectory, place.
-    uint4 next{kNoTick, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+    OrderedEvent next;
     const BallTrajectory ball = space.trace.ball.trajectory;
     for (std::uint32_t p = threadIdx.x; p < num; p += kExactBlock) {
       if (space.hit[p] == kInvalidIndex) continue;
       const BallHit& hit = hits[space.hit[p]];
       const std::uint32_t tick = ball_collision_tick<kBoundary>(step.c, ball, hit.before);
-      const auto age = static_cast<std::uint32_t>(anchor_time(step.c.plan, hit.before)) + 0x80000000U;
-      const uint4 key{tick, hit.id, age, p};
-      if (tick != kNoTick && is_before(key, next)) next = key;
+      if (tick == kNoTick) continue;
+      const std::uint32_t generation =
+          max(generation_of_ball(space.trace, tick),
+              generation_at(tick, anchor_time(step.c.plan, hit.before), hit.next_generation));
+      const OrderedEvent event{tick, generation, hit.id, kBallPartner, p};
+      if (comes_before(event, next)) next = event;
     }
-    next = min_over_block(next, space.first_of_warps);
+    next = first_of_block(next, space.first_of_warps);
     if (threadIdx.x == 0) {
-      const bool exists = next.x != kNoTick;
-      const BallHit hit = exists ? hits[space.hit[next.w]] : BallHit{};
-      if (trace_event<kBoundary>(step.c, step.memory, state, next.x, hit.id, hit.before, space.trace)) {
-        if (hit.tick != next.x) space.trace.has_changed = 1;
-        space.hit[next.w] = kInvalidIndex;
+      const bool exists = next.tick != kNoTick;
+      const BallHit hit = exists ? hits[space.hit[next.place]] : BallHit{};
+      const Event event = exists ? Event{next.tick, hit.id, hit.id, next.generation} : Event{};
+      if (trace_event<kBoundary>(step.c, step.memory, state, event, hit.before, space.trace)) {
+        if (hit.tick != next.tick) space.trace.has_changed = 1;
+        space.hit[next.place] = kInvalidIndex;
       }
     }
     __syncthreads();

@@ -42,8 +42,9 @@ __device__ inline void union_sets(const StepContext& step, std::uint32_t p, std:
   }
 }
 
-// Representative of the cluster of parcel i. Earliest events in the window lead from parcel to parcel, each to an earlier
-// event, and end at two parcels that are each other's partners, or at one whose event needs no other parcel.
+// Representative of the cluster of parcel i. Earliest events in the window lead from parcel to parcel, each
+// to an earlier event, and end at two parcels that are each other's partners, or at one whose event needs no
+// other parcel.
 __device__ inline std::uint32_t representative_of(const StepContext& step, std::uint32_t i) {
   const StepMemory& memory = step.memory;
   while (true) {
@@ -87,8 +88,8 @@ __device__ inline void form_clusters(const StepContext& step, std::uint32_t slic
     const std::uint32_t i = memory.active.items[static_cast<std::size_t>(slice) * memory.active.capacity + k];
     const EventKey event = memory.events[i];
     const std::uint32_t partner = partner_of(event);
-    const bool is_pair = is_parcel(partner) && tick_of(event) < step.c.plan.length &&
-                         partner_of(memory.events[partner]) == i;
+    const bool is_pair =
+        is_parcel(partner) && tick_of(event) < step.c.plan.length && partner_of(memory.events[partner]) == i;
     if (!is_pair) {
       join_cluster(step, i, representative_of(step, i));
     } else if (i < partner) {

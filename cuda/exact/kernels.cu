@@ -80,16 +80,17 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 //   SOLVE    solve clusters => find conflicts => merge clusters => ... until there are no conflicts
 //              solved up to `until`, where no anchoring is due: to_commit is set, return
 //              otherwise: COMMIT
-//   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>) END
-//   END      plan the next window, or a shorter one => START
+//   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>)
+//   END END      plan the next window, or a shorter one => START
 //              or the step ends: time moves on => (anchor all =>) plan the next step
 //                `until` is reached, or the window is unresolvable: return
 //                a sort is due on the way: => return, the host launches the step again
 //                otherwise: => START
 //   START    predict all, or refresh kept events => form clusters, solve pairs => SOLVE
 //
-// A window that takes the step to `until` leaves COMMIT and END to commit_kernel, whose blocks need no barrier. In
-// a gas every step is one such window; the loop is for crowds, retries, anchorings, and steps that end on the way.
+// A window that takes the step to `until` leaves COMMIT and END to commit_kernel, whose blocks need no
+// barrier. In a gas every step is one such window; the loop is for crowds, retries, anchorings, and steps
+// that end on the way.
 
 struct SolveSpace {
   TallySlot tally;

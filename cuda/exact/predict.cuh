@@ -1,5 +1,5 @@
-// Method `exact` on the device, first stage of a step: every parcel's earliest event on the start trajectories.
-// First stage of a later window of the step: which parcels have an event in it.
+// Method `exact` on the device, first stage of a step: every parcel's earliest event on the start
+// trajectories. First stage of a later window of the step: which parcels have an event in it.
 #pragma once
 
 #include "cuda/exact/ball_path.cuh"
@@ -128,22 +128,23 @@ __device__ bool is_near_participant(const StepContext& step, std::uint32_t i) {
          step.is_near_ball<kBoundary>(step.start_positions()[i]);
 }
 
-// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before; then the hit
-// is noted. The events that parcels keep are others: after each hit the ball is on a new trajectory.
+// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before;
+// then the hit is noted. The events that parcels keep are others: after each hit the ball is on a new
+// trajectory.
 template <Boundary kBoundary>
 __device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
   if (!is_near_participant<kBoundary>(step, i)) return false;
   const Trajectory own = step.start_trajectory(i);
   if (is_retired(own.anchor) || !(dot(own.velocity, own.velocity) < kMaxFiniteSpeed2)) return false;
-  const std::uint32_t tick = hit_on_path<kBoundary>(step, own, step.id(i), kUnchanged).tick;
+  const std::uint32_t tick = hit_on_path<kBoundary>(step, {own, step.id(i)}).tick;
   if (tick >= step.state.window_end) return false;
-  add_ball_hit(step, {tick, step.id(i), kInvalidIndex, 0, own});
+  add_ball_hit(step, {tick, step.id(i), kInvalidIndex, 0, own, 0});
   return true;
 }
 
 // Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Tiles near a
-// participating ball are looked through in every window. Whole warps call it. i: the parcel of the thread, or beyond
-// the last one.
+// participating ball are looked through in every window. Whole warps call it. i: the parcel of the thread, or
+// beyond the last one.
 template <Boundary kBoundary>
 __device__ void set_earliest(const StepContext& step, std::uint32_t i, std::uint32_t tick, bool is_active) {
   static_assert(kTile == 32);

@@ -137,11 +137,11 @@ __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& tea
   return is_done;
 }
 
-// Solves all clusters in rounds of solving and reconciling, until there are no conflicts. round: number of the first
-// one; then of the next.
+// Solves all clusters in rounds of solving and reconciling, until there are no conflicts. round: number of
+// the first one; then of the next.
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve_in_rounds(const StepContext& step, BlockSpace& space, BlockCounts& counts,
-                                                std::uint32_t& round) {
+__device__ __forceinline__ void solve_in_rounds(const StepContext& step, BlockSpace& space,
+                                                BlockCounts& counts, std::uint32_t& round) {
   StepTeam team;
   for (bool is_done = false; !is_done; ++round) {
     if (threadIdx.x == 0) counts.round = round;
@@ -170,7 +170,7 @@ template <Boundary kBoundary>
 __device__ bool hits_path(const StepContext& step, std::uint32_t i) {
   const std::uint32_t id = step.id(i);
   const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = hit_on_path<kBoundary>(step, trajectory, id, kUnchanged).tick;
+    const std::uint32_t tick = hit_on_path<kBoundary>(step, {trajectory, id}).tick;
     return tick != kNoTick && tick <= end;
   };
   const Trajectory start = step.start_trajectory(i);
@@ -205,8 +205,8 @@ __device__ inline void add_cluster(const StepContext& step, BlockCounts& counts,
   }
 }
 
-// Lists the clusters to be solved next: if the path has changed, those that hit the ball, or would; and parcels outside
-// clusters that would.
+// Lists the clusters to be solved next: if the path has changed, those that hit the ball, or would; and
+// parcels outside clusters that would.
 template <Boundary kBoundary>
 __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& counts, bool has_changed,
                                       std::uint32_t round) {
@@ -217,7 +217,8 @@ __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& coun
   for (std::uint32_t k = team.rank(); k < num_logged; k += team.num_threads()) {
     const BallHit& hit = memory.ball_hits[k];
     const Cluster& cluster = cluster_of(step, hit.cluster);
-    if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt) reassign_members(step, hit.cluster, round);
+    if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt)
+      reassign_members(step, hit.cluster, round);
   }
   const std::uint32_t num_near = min(state.num_near_ball, memory.near_ball.capacity);
   for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
@@ -231,15 +232,17 @@ __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& coun
   }
 }
 
-// Traces the ball's path through the hits of the solution. Returns whether clusters are listed to be solved, against a
-// path that has changed. round: of the first block's next one; then that in which they are solved. The grid calls it.
+// Traces the ball's path through the hits of the solution. Returns whether clusters are listed to be solved,
+// against a path that has changed. round: of the first block's next one; then that in which they are solved.
+// The grid calls it.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHits& space, BlockCounts& counts,
-                                                 std::uint32_t& round) {
+__device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHits& space,
+                                                 BlockCounts& counts, std::uint32_t& round) {
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    trace_ball_path<kBoundary>(step, space, [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
+    trace_ball_path<kBoundary>(step, space,
+                               [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
     if (threadIdx.x == 0) {
       if (round > kMaxRounds) state.solve_failed = 1;
       state.num_todo = 0;

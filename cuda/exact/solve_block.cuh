@@ -1,5 +1,5 @@
-// Method `exact` on the device: a block solves a cluster that is too large for a warp, as the CPU's ClusterSolver
-// does with one thread.
+// Method `exact` on the device: a block solves a cluster that is too large for a warp, as the CPU's
+// ClusterSolver does with one thread.
 #pragma once
 
 #include "cuda/exact/solve_block_members.cuh"
@@ -32,22 +32,19 @@ class BlockSolver {
  private:
   // ---- events
 
-  static __device__ __forceinline__ uint4 key_of(std::uint32_t own_id, const Event& event,
-                                                 std::uint32_t slot) {
-    return {event.tick, own_id < event.partner_id ? own_id : event.partner_id,
-            own_id < event.partner_id ? event.partner_id : own_id, slot};
-  }
-
-  // Key of the earliest event; its w is the slot of the member that has it.
-  __device__ __forceinline__ uint4 next_event() {
-    uint4 best{kNoTick, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  // The earliest event; its place is the slot of a member that has it.
+  __device__ __forceinline__ OrderedEvent next_event() {
+    OrderedEvent best;
     for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
       const std::uint32_t slot = space_.table[k];
-      const Member& member = members_[slot];
-      const uint4 key = key_of(member.id, member.event, slot);
-      if (key.x != kNoTick && is_before(key, best)) best = key;
+      const std::uint32_t id = members_[slot].id;
+      const Event event = members_[slot].event;
+      if (event.tick == kNoTick) continue;
+      const OrderedEvent own{event.tick, event.generation, min(id, event.partner_id),
+                             max(id, event.partner_id), slot};
+      if (comes_before(own, best)) best = own;
     }
-    best = members_.min_over_block(best);
+    best = members_.first_of_block(best);
     __syncthreads();
     return best;
   }
@@ -56,23 +53,23 @@ class BlockSolver {
   // Everything is inlined once into this loop, so that the kernel's argument stays in the constant bank.
   __device__ __forceinline__ bool process_events() {
     while (true) {
-      const uint4 next = next_event();
-      if (next.x == kNoTick) return true;
+      const OrderedEvent next = next_event();
+      if (next.tick == kNoTick) return true;
       if (members_.tally.num_events == state_.max_events) {
-        if (members_.leads()) stop_at(step_, next.x);
+        if (members_.leads()) stop_at(step_, next.tick);
         return true;
       }
-      const Event event = members_[next.w].event;
+      const Event event = members_[next.place].event;
       std::uint32_t other = kInvalidIndex;
       if (is_parcel(event.partner)) {
         other = members_.template join<kBoundary>(event.partner);
         if (other == kInvalidIndex) return false;
       }
       __syncthreads();
-      if (members_.leads()) apply_event(event, next.w, other);
+      if (members_.leads()) apply_event(event, next.place, other);
       record(next);
       __syncthreads();
-      predict_flagged(next.w, other);
+      predict_flagged(next.place, other);
       __syncthreads();
     }
   }
@@ -80,9 +77,9 @@ class BlockSolver {
   // Called by the first thread. Applies the event of member `own`, and flags the members that it changes.
   __device__ __forceinline__ void apply_event(const Event& event, std::uint32_t own, std::uint32_t other) {
     if (other != kInvalidIndex) {
-      apply_pair_event(own, other, event.tick);
+      apply_pair_event(own, other, event);
     } else if (event.partner == kBallPartner) {
-      apply_ball_hit(own, event.tick);
+      apply_ball_hit(own, event);
     } else {
       apply_edge_event(own, event);
     }
@@ -92,17 +89,18 @@ class BlockSolver {
   }
 
   // Called by all threads, so that num_events is equal in all.
-  __device__ __forceinline__ void record(const uint4& event) {
-    members_.tally.event_hash += event_hash(step_.since_reset(event.x), event.y, event.z);
+  __device__ __forceinline__ void record(const OrderedEvent& event) {
+    members_.tally.event_hash += event_hash(step_.since_reset(event.tick), event.low_id, event.high_id);
     ++members_.tally.num_events;
   }
 
-  __device__ __forceinline__ void set_member_trajectory(const Trajectory& now, std::uint32_t tick,
+  __device__ __forceinline__ void set_member_trajectory(const Trajectory& now, const Event& event,
                                                         Member& member) {
-    set_trajectory(step_, members_.counts, now, tick, member, members_.tally);
+    set_trajectory(step_, members_.counts, now, event, member, members_.tally);
   }
 
-  __device__ __forceinline__ void apply_pair_event(std::uint32_t m, std::uint32_t n, std::uint32_t tick) {
+  __device__ __forceinline__ void apply_pair_event(std::uint32_t m, std::uint32_t n, const Event& event) {
+    const std::uint32_t tick = event.tick;
     const bool in_order = members_[m].id < members_[n].id;
     Member &one = members_[in_order ? m : n], &two = members_[in_order ? n : m];
     Trajectory first = one.trajectory, second = two.trajectory;
@@ -111,8 +109,8 @@ class BlockSolver {
     const bool elastic = is_in_contact(c_.plan, tick, one.last_contact_tick) ||
                          is_in_contact(c_.plan, tick, two.last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, members_.tally);
-    set_member_trajectory(first, tick, one);
-    set_member_trajectory(second, tick, two);
+    set_member_trajectory(first, event, one);
+    set_member_trajectory(second, event, two);
     one.last_contact_tick = two.last_contact_tick = c_.plan.start + tick;
   }
 
@@ -122,19 +120,19 @@ class BlockSolver {
     anchor_at<kBoundary>(c_, now, event.tick);
     apply_edge(c_, event.partner, now);
     if (event.partner == kExit) members_.tally.retired();
-    set_member_trajectory(now, event.tick, member);
+    set_member_trajectory(now, event, member);
     member.last_contact_tick = c_.plan.start + event.tick;
   }
 
-  __device__ __forceinline__ void apply_ball_hit(std::uint32_t m, std::uint32_t tick) {
+  __device__ __forceinline__ void apply_ball_hit(std::uint32_t m, const Event& event) {
     Member& member = members_[m];
     Trajectory now = member.trajectory;
-    anchor_at<kBoundary>(c_, now, tick);
+    anchor_at<kBoundary>(c_, now, event.tick);
     hit_ball<kBoundary>(step_, member,
-                        {tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
-                         member.trajectory},
+                        {event.tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
+                         member.trajectory, member.next_generation},
                         now, members_.tally);
-    set_member_trajectory(now, tick, member);
+    set_member_trajectory(now, event, member);
     member.has_changed = kHitBall;
   }
 
@@ -144,6 +142,7 @@ class BlockSolver {
   struct Subject {
     std::uint32_t slot, index, id;
     Trajectory now;
+    std::uint32_t next_generation;
     float fastest_mps;
     bool is_gone, has_changed;
     std::uint32_t partner;  // slot of the member that changed as well, and is predicted on its own
@@ -187,6 +186,7 @@ class BlockSolver {
                      member.index,
                      member.id,
                      member.trajectory,
+                     member.next_generation,
                      member.fastest_mps,
                      is_retired(member.trajectory.anchor),
                      has_changed,
@@ -196,14 +196,14 @@ class BlockSolver {
       const Trajectory there = step_.start_trajectory(j);
       if (it.is_gone || is_retired(there.anchor)) return;
       if (owner != kInvalidIndex && has_changed) add_neighbour_pair(step_, members_.counts, it.index, j);
-      step_.keep_collision(collision_tick<kBoundary>(c_, it.now, there), j, best);
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.now, there);
+      step_.keep_collision(tick, j, best, generation_of(step_, tick, it.now, it.next_generation));
     });
     if (c_.run.physics.parcels.contacts) predict_with_members(it, best);
     best = members_.earliest(best);
     if (members_.leads()) {
       if (!it.is_gone)
-        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.id, it.now,
-                                      members_[m].has_changed, best);
+        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], near_ball(members_[m]), best);
       members_[m].event = best;
     }
     __syncthreads();
@@ -216,13 +216,16 @@ class BlockSolver {
       if (n == it.slot || is_retired(other.trajectory.anchor)) continue;
       const std::uint32_t tick =
           it.is_gone ? kNoTick : collision_tick<kBoundary>(c_, it.now, other.trajectory);
-      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
+      const std::uint32_t generation =
+          max(generation_of(step_, tick, it.now, it.next_generation),
+              generation_of(step_, tick, other.trajectory, other.next_generation));
+      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id, generation});
       if (!it.has_changed || n == it.partner) continue;
       if (other.event.partner == it.index) {
         other.event = {};
         space_.flagged[atomicAdd(&space_.num_flagged, 1U)] = n;
-      } else if (tick != kNoTick && comes_before({tick, it.index, it.id}, other.event)) {
-        other.event = {tick, it.index, it.id};
+      } else {
+        keep_earlier(other.event, {tick, it.index, it.id, generation});
       }
     }
   }

@@ -13,7 +13,7 @@ struct BlockSpace {
   std::uint32_t num_members, num_flagged;
   std::uint32_t other;   // cluster that stopped this one
   std::uint32_t joined;  // slot of the parcel that joined last, or kInvalidIndex
-  uint4 min_of_warps[kExactBlock / 32];
+  OrderedEvent first_of_warps[kExactBlock / 32];
 };
 
 // All threads of the block call the functions of this struct together, unless noted; the first one writes.
@@ -93,12 +93,13 @@ struct BlockMembers {
     return slot;
   }
 
-  __device__ __forceinline__ uint4 min_over_block(const uint4& best) {
-    return cuda::min_over_block(best, space.min_of_warps);
+  __device__ __forceinline__ OrderedEvent first_of_block(const OrderedEvent& event) {
+    return cuda::first_of_block(event, space.first_of_warps);
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
-    const uint4 key = min_over_block({best.tick, best.partner_id, 0U, best.partner});
-    return {key.x, key.w, key.y};
+    const OrderedEvent first =
+        first_of_block({best.tick, best.generation, best.partner_id, best.partner_id, best.partner});
+    return {first.tick, first.place, first.low_id, first.generation};
   }
 
   // Called by the first thread: stores the list of members and the outcome for the other blocks.

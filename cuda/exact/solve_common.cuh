@@ -51,15 +51,17 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   if (tick_of(event) < step.c.plan.length)
     member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
   if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
-      !is_retired(member.trajectory.anchor))
-    keep_earlier(member.event,
-                 {hit_on_path<kBoundary>(step, member.trajectory, member.id, kUnchanged).tick, kBallPartner, kBallPartner});
+      !is_retired(member.trajectory.anchor)) {
+    const PathHit hit = hit_on_path<kBoundary>(step, {member.trajectory, member.id});
+    keep_earlier(member.event, {hit.tick, kBallPartner, kBallPartner, hit.generation});
+  }
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
   member.last_segment = kInvalidIndex;
   member.fastest_mps = sqrtf(dot(member.trajectory.velocity, member.trajectory.velocity)) * (1.0F + 1e-6F);
   member.has_changed = kUnchanged;
+  member.next_generation = 0;
   return member;
 }
 
@@ -99,17 +101,17 @@ __device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step
   return slot;
 }
 
-// Puts a member on the trajectory that an event at `tick` led to. The trajectory before becomes a segment,
+// Puts a member on the trajectory that an event led to. The trajectory before becomes a segment,
 // unless it is the start trajectory.
 __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCounts& counts,
-                                               const Trajectory& now, std::uint32_t tick, Member& member,
+                                               const Trajectory& now, const Event& event, Member& member,
                                                ClusterTally& tally) {
   const StepMemory& memory = step.memory;
   if (member.has_changed) {
     const std::uint32_t k = atomicAdd(&counts.segments, 1U);
     if (k < memory.segment_capacity) {
       const std::uint32_t segment = blockIdx.x * memory.segment_capacity + k;
-      memory.segments[segment] = {member.trajectory, tick, member.last_segment};
+      memory.segments[segment] = {member.trajectory, event.tick, member.last_segment};
       member.last_segment = segment;
     } else {
       step.state.solve_failed = 1;
@@ -118,6 +120,7 @@ __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCou
   const float speed2 = dot(now.velocity, now.velocity);
   member.trajectory = now;
   member.has_changed = kChanged;
+  member.next_generation = event.generation + 1;
   member.fastest_mps = fmaxf(member.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
   tally.fastest2 = fmaxf(tally.fastest2, speed2);
 }
@@ -154,13 +157,29 @@ struct MemberSearch {
   }
 };
 
-// Replaces `best` if parcel `id` reaches the edge or the ball before it. change: as in hit_on_path.
+__device__ __forceinline__ ParcelNearBall near_ball(const Member& member) {
+  return {member.trajectory, member.id, member.next_generation, member.has_changed == kHitBall};
+}
+
+// Generation of an event at `tick` of a parcel on a trajectory.
+__device__ __forceinline__ std::uint32_t generation_of(const StepContext& step, std::uint32_t tick,
+                                                       const Trajectory& now, std::uint32_t next_generation) {
+  return generation_at(tick, anchor_time(step.c.plan, now), next_generation);
+}
+
+// Replaces `best` if a parcel reaches the edge or the ball before it. position: at the step's start.
 template <Boundary kBoundary>
-__device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position, std::uint32_t id,
-                                                   const Trajectory& now, std::uint32_t change, Event& best) {
-  if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
+__device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position,
+                                                   const ParcelNearBall& it, Event& best) {
+  if (may_reach_edge<kBoundary>(step.c, position)) {
+    Event edge;
+    keep_edge_event<kBoundary>(step.c, it.trajectory, edge);
+    edge.generation = generation_of(step, edge.tick, it.trajectory, it.next_generation);
+    keep_earlier(best, edge);
+  }
   if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {hit_on_path<kBoundary>(step, now, id, change).tick, kBallPartner, kBallPartner});
+  const PathHit hit = hit_on_path<kBoundary>(step, it);
+  keep_earlier(best, {hit.tick, kBallPartner, kBallPartner, hit.generation});
 }
 
 // Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
@@ -168,7 +187,7 @@ template <Boundary kBoundary>
 __device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
                                          Trajectory& now, ClusterTally& tally) {
   if (step.has_participant()) add_ball_hit(step, hit);
-  const PathHit found = hit_on_path<kBoundary>(step, member.trajectory, member.id, member.has_changed);
+  const PathHit found = hit_on_path<kBoundary>(step, near_ball(member));
   collide_with_ball<kBoundary>(step.c, ball_path(step)[found.segment].trajectory, hit.tick, now, tally);
 }
 

@@ -126,6 +126,7 @@ __device__ inline void publish_member(const StepContext& step, const PairedParce
   member.last_segment = kInvalidIndex;
   member.fastest_mps = 0.0F;
   member.has_changed = kChanged;
+  member.next_generation = 1;
   step.memory.members[it.member_slot] = member;
   step.memory.owner[it.index] = representative;
 }

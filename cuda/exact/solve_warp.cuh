@@ -165,10 +165,19 @@ class WarpSolver {
     const std::uint32_t min_tick = warp_min(tick);
     if (min_tick == kNoTick) return kNoLane;
     const std::uint32_t low = min(it_.id, it_.event.partner_id), high = max(it_.id, it_.event.partner_id);
-    const std::uint32_t min_low = warp_min(tick == min_tick ? low : kInvalidIndex);
-    const bool among = tick == min_tick && low == min_low;
-    const std::uint32_t min_high = warp_min(among ? high : kInvalidIndex);
-    return first_of(__ballot_sync(kWholeWarp, among && high == min_high));
+    bool among = tick == min_tick;
+    const unsigned first = first_of(__ballot_sync(kWholeWarp, among));
+    const std::uint32_t first_low = from(low, first), first_high = from(high, first);
+    const bool differs = among && (low != first_low || high != first_high);
+    if (!__any_sync(kWholeWarp, differs)) return first;
+    const auto keep_lowest = [&](std::uint32_t value) {
+      const std::uint32_t lowest = warp_min(among ? value : kInvalidIndex);
+      among = among && value == lowest;
+    };
+    keep_lowest(it_.event.generation);
+    keep_lowest(low);
+    keep_lowest(high);
+    return first_of(__ballot_sync(kWholeWarp, among));
   }
 
   // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
@@ -181,7 +190,7 @@ class WarpSolver {
         return true;
       }
       const Event event{from(it_.event.tick, own), from(it_.event.partner, own),
-                        from(it_.event.partner_id, own)};
+                        from(it_.event.partner_id, own), from(it_.event.generation, own)};
       unsigned other = kNoLane;
       if (is_parcel(event.partner)) {
         other = lane_of(event.partner);
@@ -217,14 +226,16 @@ class WarpSolver {
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        hit_ball<kBoundary>(step_, it_, {event.tick, it_.id, cluster_, attempt_, it_.trajectory}, now, tally_);
+        hit_ball<kBoundary>(step_, it_,
+                            {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation},
+                            now, tally_);
       } else {
         apply_edge(c_, event.partner, now);
       }
     }
     if (event.partner == kExit) tally_.retired();
     if (!takes_part) return;
-    set_trajectory(step_, counts_, now, event.tick, it_, tally_);
+    set_trajectory(step_, counts_, now, event, it_, tally_);
     if (event.partner != kBallPartner)
       it_.last_contact_tick = c_.plan.start + event.tick;
     else
@@ -239,6 +250,7 @@ class WarpSolver {
     const Trajectory now = from(it_.trajectory, own % 32);
     const std::uint32_t i = from(it_.index, own % 32);
     const float fastest_mps = from(it_.fastest_mps, own % 32);
+    const std::uint32_t next_generation = from(it_.next_generation, own % 32);
     const World& world = step_.launch.space.world;
     const bool searches = own != kNoLane && !is_retired(now.anchor);
     const Vec2i here = searches ? positions_[i] : Vec2i{};
@@ -256,18 +268,20 @@ class WarpSolver {
       const Trajectory other = step_.start_trajectory(j);
       if (is_retired(other.anchor)) return;
       if (is_owned && has_changed) add_neighbour_pair(step_, counts_, i, j);
-      step_.keep_collision(collision_tick<kBoundary>(c_, now, other), j, best);
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, now, other);
+      step_.keep_collision(tick, j, best, generation_of(step_, tick, now, next_generation));
     });
     return best;
   }
 
   // The same for the edge and the ball, by the first lane of each half.
   __device__ __forceinline__ void keep_edge_and_ball_of(unsigned own, Event& best) {
-    const Trajectory now = from(it_.trajectory, own % 32);
-    const std::uint32_t i = from(it_.index, own % 32), id = from(it_.id, own % 32);
-    const std::uint32_t change = from(it_.has_changed, own % 32);
-    if (lane_ % 16 == 0 && own != kNoLane && !is_retired(now.anchor))
-      keep_edge_and_ball<kBoundary>(step_, positions_[i], id, now, change, best);
+    const std::uint32_t i = from(it_.index, own % 32);
+    const ParcelNearBall subject{from(it_.trajectory, own % 32), from(it_.id, own % 32),
+                                 from(it_.next_generation, own % 32),
+                                 from(it_.has_changed, own % 32) == kHitBall};
+    if (lane_ % 16 == 0 && own != kNoLane && !is_retired(subject.trajectory.anchor))
+      keep_edge_and_ball<kBoundary>(step_, positions_[i], subject, best);
   }
 
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
@@ -285,15 +299,18 @@ class WarpSolver {
       if (subject == kNoLane) break;
       const Trajectory now = from(it_.trajectory, subject);
       const std::uint32_t i = from(it_.index, subject), id = from(it_.id, subject);
+      const std::uint32_t next_generation = from(it_.next_generation, subject);
       Event best;
       if (own == subject) best = found;
       if (contacts && is_member() && lane_ != subject && !is_retired(it_.trajectory.anchor)) {
         const std::uint32_t tick =
             is_retired(now.anchor) ? kNoTick : collision_tick<kBoundary>(c_, now, it_.trajectory);
-        keep_earlier(best, {tick, it_.index, it_.id});
+        const std::uint32_t generation = max(generation_of(step_, tick, now, next_generation),
+                                             generation_of(step_, tick, it_.trajectory, it_.next_generation));
+        keep_earlier(best, {tick, it_.index, it_.id, generation});
         if ((changed & bit(subject)) != 0 && (changed & bit(lane_)) == 0) {
           is_stale |= it_.event.partner == i;
-          update_event({tick, i, id});
+          update_event({tick, i, id, generation});
         }
       }
       best = earliest_of_lanes(best);
@@ -315,9 +332,16 @@ class WarpSolver {
 
   static __device__ __forceinline__ Event earliest_of_lanes(const Event& best) {
     const std::uint32_t tick = warp_min(best.tick);
-    const std::uint32_t partner_id = warp_min(best.tick == tick ? best.partner_id : kNoPartner);
-    const bool is_earliest = best.tick == tick && best.partner_id == partner_id;
-    return {tick, from(best.partner, first_of(__ballot_sync(kWholeWarp, is_earliest))), partner_id};
+    if (tick == kNoTick) return {};
+    bool among = best.tick == tick;
+    if (__popc(__ballot_sync(kWholeWarp, among)) > 1) {
+      const std::uint32_t generation = warp_min(among ? best.generation : kNoTick);
+      among = among && best.generation == generation;
+      const std::uint32_t partner_id = warp_min(among ? best.partner_id : kNoPartner);
+      among = among && best.partner_id == partner_id;
+    }
+    const unsigned lane = first_of(__ballot_sync(kWholeWarp, among));
+    return {tick, from(best.partner, lane), from(best.partner_id, lane), from(best.generation, lane)};
   }
 
   const StepContext& step_;

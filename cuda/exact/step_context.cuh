@@ -96,8 +96,9 @@ struct StepContext {
   }
 
   // Replaces `best` if a collision with parcel j comes before it.
-  __device__ void keep_collision(std::uint32_t tick, std::uint32_t j, Event& best) const {
-    if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id(j)});
+  __device__ void keep_collision(std::uint32_t tick, std::uint32_t j, Event& best,
+                                 std::uint32_t generation = 0) const {
+    if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id(j), generation});
   }
 
   // Half side of the search box around a position whose cells hold all parcels within `radius` of it: parcels

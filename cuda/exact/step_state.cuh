@@ -8,9 +8,9 @@
 // the host.
 //
 // Where parcels are crowded a step is cut into windows, which solve_kernel works through one after the other.
-// Each parcel keeps its predicted event from window to window: a window costs what happens in it. The ticks of
-// all windows of a step count from the step's start. A kept event may be stale: predicted on a trajectory that
-// the partner has left. docs/exact.md says why that does no harm.
+// Each parcel keeps its predicted event from window to window: a window costs what happens in it. The ticks
+// of all windows of a step count from the step's start. A kept event may be stale: predicted on a trajectory
+// that the partner has left. docs/exact.md says why that does no harm.
 //
 // A slice is the part of a list that one block of solve_kernel fills and works through: no block waits for a
 // counter that all share. A slot is an index into the members of all slices. A start trajectory is a parcel's
@@ -41,13 +41,14 @@ struct Member {
   std::uint32_t index, id;
   std::uint32_t next;  // slot of the cluster's next member, or kInvalidIndex
   std::uint32_t last_contact_tick;
-  std::uint32_t last_segment;  // latest completed one, or kInvalidIndex; start trajectories are not stored
-  float fastest_mps;           // in the step so far
-  std::uint32_t has_changed;   // one of the values below
+  std::uint32_t last_segment;     // latest completed one, or kInvalidIndex; start trajectories are not stored
+  float fastest_mps;              // in the step so far
+  std::uint32_t has_changed;      // one of the values below
+  std::uint32_t next_generation;  // see generation_at
 };
 
-// Values of Member::has_changed. kHitBall: changed, the last time by the ball. kWasDue, at the commit: unchanged, but
-// its kept event did not happen.
+// Values of Member::has_changed. kHitBall: changed, the last time by the ball. kWasDue, at the commit:
+// unchanged, but its kept event did not happen.
 constexpr std::uint32_t kUnchanged = 0, kChanged = 1, kHitBall = 2, kWasDue = 3;
 
 // A trajectory that an event of the step led to, from its anchor to the parcel's next event.
@@ -60,8 +61,9 @@ struct TrajectorySegment {
 // A piece of the ball's path through a window. It begins with an event of the ball.
 struct BallSegment {
   BallTrajectory trajectory;
-  std::uint32_t begin;    // tick
-  std::uint32_t partner;  // of the event: id of a parcel, or a code
+  std::uint32_t begin;            // tick
+  std::uint32_t partner;          // of the event: id of a parcel, or a code
+  std::uint32_t next_generation;  // see generation_at
 };
 
 // A hit that a solution has, or that is expected before there is one.
@@ -69,6 +71,7 @@ struct BallHit {
   std::uint32_t tick, id;
   std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
   Trajectory before;               // of the parcel
+  std::uint32_t next_generation;   // of the parcel on that; see generation_at
 };
 
 // Sums over a cluster's events.
@@ -138,7 +141,7 @@ constexpr std::uint32_t kTile = 32;  // parcels
 
 // Memory of a step, n entries each unless noted; exact/memory.cuh says where it lies.
 struct StepMemory {
-  ParcelPointers trajectories;          // sorted; positions are anchors
+  ParcelPointers trajectories;  // sorted; positions are anchors
   // At the step's start, by tracing the present trajectory back, and at its end. ExactState::current_buffer:
   // start.
   Vec2i* positions[2] = {};
@@ -209,9 +212,9 @@ struct ExactState {
   std::uint32_t solve_failed = 0;   // 1 if a list was full in solve_kernel, or a cluster had too many events
   std::uint32_t stopped_at = 0;     // the first tick at which a cluster had too many
   std::uint32_t too_fast_bits = 0;  // speed of the ball's surface above the assumed bound, float, m/s
-  std::uint32_t fastest_after_bits = 0;  // square of the parcels' largest speed after an event, float
-  std::uint32_t round_events = 0;        // events of the largest cluster in the round
-  std::uint32_t serial_events = 0;       // the same, summed over rounds
+  std::uint32_t fastest_after_bits = 0;      // square of the parcels' largest speed after an event, float
+  std::uint32_t round_events = 0;            // events of the largest cluster in the round
+  std::uint32_t serial_events = 0;           // the same, summed over rounds
   unsigned long long num_events_before = 0;  // num_events at the window's start
   std::uint32_t num_representatives = 0;
   std::uint32_t num_taken = 0;          // representatives that warps took beyond their first one
@@ -242,7 +245,7 @@ struct ExactState {
   unsigned long long num_retried = 0;
   unsigned long long num_windows = 0;
   unsigned long long num_events_committed = 0, num_events_solved = 0;  // the latter in all rounds
-  std::uint32_t largest_cluster = 0;  // events in a window
+  std::uint32_t largest_cluster = 0;                                   // events in a window
   unsigned long long event_hash = 0;
   unsigned long long reconcile_ns = 0;  // time in which the first block found conflicts and merged
   std::uint32_t unresolvable = 0;       // 1 if a step of one tick failed

@@ -1,5 +1,5 @@
-// Method `exact` on the device through time: planning, ending and retrying windows and steps, the ball's chords,
-// and anchoring.
+// Method `exact` on the device through time: planning, ending and retrying windows and steps, the ball's
+// chords, and anchoring.
 #pragma once
 
 #include "cuda/exact/ball_path.cuh"
@@ -214,8 +214,8 @@ __device__ inline void finish_window(const ExactLaunch& launch, bool is_committe
     finish_step(launch, after == AfterWindow::next_step);
 }
 
-// Writes where the parcels are at the start of the window, where the step is to end. The threads with ranks 0 to
-// num_threads - 1 call it.
+// Writes where the parcels are at the start of the window, where the step is to end. The threads with ranks 0
+// to num_threads - 1 call it.
 template <Boundary kBoundary>
 __device__ void locate_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
   const ExactConstants c = constants_of_step(launch);

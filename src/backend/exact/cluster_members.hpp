@@ -48,9 +48,27 @@ class ClusterMembers {
     return kInvalidIndex;
   }
 
-  Trajectory current_trajectory(std::uint32_t i) {
-    return window_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
-                                         : window_.start_trajectory(i);
+  // ---- generations of events
+
+  std::uint32_t generation(const Member& it, std::uint32_t tick) const {
+    return generation_at(tick, anchor_time(c_.plan, it.trajectory), it.next_generation);
+  }
+  std::uint32_t ball_generation(std::uint32_t tick) {
+    return generation_at(tick, ball().now.trajectory.tick, ball().next_generation);
+  }
+
+  // Their collision, as the first one sees it.
+  template <Boundary kBoundary>
+  Event collision_of(const Member& it, const Member& other) const {
+    const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other.trajectory);
+    return {tick, other.index, id(other.index), std::max(generation(it, tick), generation(other, tick))};
+  }
+
+  // The ball's collision with a member.
+  template <Boundary kBoundary>
+  Event ball_collision_with(const Member& it) {
+    const std::uint32_t tick = window_.ball_tick<kBoundary>(ball().now.trajectory, it.trajectory);
+    return {tick, it.index, id(it.index), std::max(ball_generation(tick), generation(it, tick))};
   }
 
   // ---- the queue
@@ -89,14 +107,15 @@ class ClusterMembers {
     if (window_.records_events) worker_.events.push_back({at, low, high});
   }
 
-  void set_trajectory(std::uint32_t m, const Trajectory& trajectory, std::uint32_t tick) {
+  void set_trajectory(std::uint32_t m, const Trajectory& trajectory, const Event& event) {
     Member& it = member(m);
     if (it.has_changed) {
-      worker_.segments.push_back({it.trajectory, tick, it.last_segment});
+      worker_.segments.push_back({it.trajectory, event.tick, it.last_segment});
       it.last_segment = static_cast<std::uint32_t>(worker_.segments.size()) - 1;
     }
     const float speed2 = dot(trajectory.velocity, trajectory.velocity);
     it.trajectory = trajectory;
+    it.next_generation = event.generation + 1;
     it.has_changed = true;
     cluster_.fastest2 = std::max(cluster_.fastest2, static_cast<double>(speed2));
   }
@@ -108,6 +127,7 @@ class ClusterMembers {
     it.now = memory_.ball;
     it.event = memory_.ball_event;
     it.version = 0;
+    it.next_generation = 0;
     it.has_changed = false;
     it.fastest_mps = 0.0;
     it.segments.clear();
@@ -118,6 +138,7 @@ class ClusterMembers {
     BallMember& it = ball();
     if (it.has_changed) it.segments.push_back({it.now.trajectory, event.tick});
     apply_to_ball(c_, event.tick, event.partner, reaction, it.now);
+    it.next_generation = event.generation + 1;
     it.has_changed = true;
     it.fastest_mps = std::max(it.fastest_mps, surface_speed_mps(c_.run.physics, it.now.trajectory));
     it.event = {};

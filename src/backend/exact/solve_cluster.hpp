@@ -64,7 +64,7 @@ class ClusterSolver : ClusterMembers {
       if (is_stale(m, other))
         repredict(m);
       else
-        apply_pair_event(m, other, event.tick);
+        apply_pair_event(m, other, event);
       return true;
     }
     if (event.partner != kBallPartner) {
@@ -73,7 +73,7 @@ class ClusterSolver : ClusterMembers {
       worker_.conflicts.push_back({index_, memory_.ball_owner});
       return false;
     } else {
-      apply_ball_hit(m, event.tick, memory_.ball.trajectory);
+      apply_ball_hit(m, event, memory_.ball.trajectory);
       predict_changed(m);
     }
     return true;
@@ -85,10 +85,15 @@ class ClusterSolver : ClusterMembers {
     const Member& other = member(partner);
     if (!other.has_changed) return false;
     return is_retired(other.trajectory.anchor) ||
-           collision_tick<kBoundary>(c_, member(m).trajectory, other.trajectory) != member(m).event.tick;
+           !is_at_same_time(collision_of<kBoundary>(member(m), other), member(m).event);
   }
 
-  void apply_pair_event(std::uint32_t one, std::uint32_t other, std::uint32_t tick) {
+  static bool is_at_same_time(const Event& a, const Event& b) {
+    return a.tick == b.tick && a.generation == b.generation;
+  }
+
+  void apply_pair_event(std::uint32_t one, std::uint32_t other, const Event& event) {
+    const std::uint32_t tick = event.tick;
     const bool in_order = id(member(one).index) < id(member(other).index);
     const std::uint32_t a = in_order ? one : other, b = in_order ? other : one;
     Trajectory first = member(a).trajectory, second = member(b).trajectory;
@@ -97,8 +102,8 @@ class ClusterSolver : ClusterMembers {
     const bool elastic = is_in_contact(c_.plan, tick, member(a).last_contact_tick) ||
                          is_in_contact(c_.plan, tick, member(b).last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, cluster_.tally);
-    set_trajectory(a, first, tick);
-    set_trajectory(b, second, tick);
+    set_trajectory(a, first, event);
+    set_trajectory(b, second, event);
     member(a).last_contact_tick = member(b).last_contact_tick = c_.plan.start + tick;
     record_event(tick, id(member(a).index), id(member(b).index));
     window_.search.find_candidates_of_two(window_.space, {mover(a), mover(b)}, worker_.candidates);
@@ -111,18 +116,19 @@ class ClusterSolver : ClusterMembers {
     anchor_at<kBoundary>(c_, now, event.tick);
     apply_edge(c_, event.partner, now);
     if (event.partner == kExit) cluster_.tally.retired();
-    set_trajectory(m, now, event.tick);
+    set_trajectory(m, now, event);
     member(m).last_contact_tick = c_.plan.start + event.tick;
     record_event(event.tick, id(member(m).index), event.partner);
     predict_changed(m);
   }
 
-  BallReaction apply_ball_hit(std::uint32_t m, std::uint32_t tick, const BallTrajectory& trajectory) {
+  BallReaction apply_ball_hit(std::uint32_t m, const Event& event, const BallTrajectory& trajectory) {
     Trajectory now = member(m).trajectory;
-    anchor_at<kBoundary>(c_, now, tick);
-    const BallReaction reaction = collide_with_ball<kBoundary>(c_, trajectory, tick, now, cluster_.tally);
-    set_trajectory(m, now, tick);
-    record_event(tick, id(member(m).index), kBallPartner);
+    anchor_at<kBoundary>(c_, now, event.tick);
+    const BallReaction reaction =
+        collide_with_ball<kBoundary>(c_, trajectory, event.tick, now, cluster_.tally);
+    set_trajectory(m, now, event);
+    record_event(event.tick, id(member(m).index), kBallPartner);
     return reaction;
   }
 
@@ -137,7 +143,7 @@ class ClusterSolver : ClusterMembers {
         predict_ball();
         return true;
       }
-      reaction = apply_ball_hit(m, event.tick, ball().now.trajectory);
+      reaction = apply_ball_hit(m, event, ball().now.trajectory);
     } else {
       record_event(event.tick, event.partner, kBallPartner);
     }
@@ -151,19 +157,26 @@ class ClusterSolver : ClusterMembers {
 
   bool is_ball_event_stale(const Member& partner) {
     return is_retired(partner.trajectory.anchor) ||
-           window_.ball_tick<kBoundary>(ball().now.trajectory, partner.trajectory) != ball().event.tick;
+           !is_at_same_time(ball_collision_with<kBoundary>(partner), ball().event);
   }
 
   void predict_ball() {
     Event best;
     const BallTrajectory& trajectory = ball().now.trajectory;
     for (const std::uint32_t i : memory_.near_ball) {
-      const Trajectory parcel = current_trajectory(i);
+      if (window_.owner_of(i) == index_) {
+        const Member& it = member(memory_.member_slot[i]);
+        if (!is_retired(it.trajectory.anchor)) keep_earlier(best, ball_collision_with<kBoundary>(it));
+        continue;
+      }
+      const Trajectory parcel = window_.start_trajectory(i);
       if (is_retired(parcel.anchor)) continue;
-      keep_earlier(best, {window_.ball_tick<kBoundary>(trajectory, parcel), i, id(i)});
+      const std::uint32_t tick = window_.ball_tick<kBoundary>(trajectory, parcel);
+      keep_earlier(best, {tick, i, id(i), ball_generation(tick)});
     }
     Event edge;
     keep_ball_edge_event<kBoundary>(c_, trajectory, edge);
+    edge.generation = ball_generation(edge.tick);
     if (edge.tick < window_.ball_end) keep_earlier(best, edge);
     set_ball_event(best);
   }
@@ -172,8 +185,7 @@ class ClusterSolver : ClusterMembers {
   // found when it is due.
   void update_ball_event(const Member& changed) {
     if (is_retired(changed.trajectory.anchor) || !window_.is_near_ball<kBoundary>(changed.index)) return;
-    const std::uint32_t tick = window_.ball_tick<kBoundary>(ball().now.trajectory, changed.trajectory);
-    const Event now{tick, changed.index, id(changed.index)};
+    const Event now = ball_collision_with<kBoundary>(changed);
     if (now.tick != kNoTick && comes_before(now, ball().event)) set_ball_event(now);
   }
 
@@ -184,13 +196,17 @@ class ClusterSolver : ClusterMembers {
   }
 
   void keep_edge_and_ball(const Member& it, Event& best) const {
-    if (may_reach_edge<kBoundary>(c_, window_.input.position[it.index]))
-      keep_edge_event<kBoundary>(c_, it.trajectory, best);
+    if (may_reach_edge<kBoundary>(c_, window_.input.position[it.index])) {
+      Event edge;
+      keep_edge_event<kBoundary>(c_, it.trajectory, edge);
+      edge.generation = generation(it, edge.tick);
+      keep_earlier(best, edge);
+    }
     if (c_.plan.ball == BallRole::absent || cluster_.has_ball) return;
     if (!window_.is_near_ball<kBoundary>(it.index)) return;
     const std::uint32_t tick = window_.ball_tick<kBoundary>(memory_.ball.trajectory, it.trajectory);
     if (window_.has_participant() && tick >= window_.end) return;  // that is an event of the ball
-    keep_earlier(best, {tick, kBallPartner, kBallPartner});
+    keep_earlier(best, {tick, kBallPartner, kBallPartner, generation(it, tick)});
   }
 
   void predict_changed(std::uint32_t m) {
@@ -218,7 +234,7 @@ class ClusterSolver : ClusterMembers {
       if (owner != kInvalidIndex) worker_.neighbour_pairs.push_back({it.index, j});
       const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, window_.start_trajectory(j));
       if (tick == kNoTick) continue;
-      keep_earlier(best, {tick, j, id(j)});
+      keep_earlier(best, {tick, j, id(j), generation(it, tick)});
       if (memory_.calendar.would_lower(j, tick, it.index))
         worker_.notes.push_back({j, m, it.trajectory.tick, tick});
     }
@@ -238,10 +254,10 @@ class ClusterSolver : ClusterMembers {
     const std::uint32_t n = memory_.member_slot[j];
     const Member& other = member(n);
     if (is_retired(other.trajectory.anchor)) return;
-    const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other.trajectory);
-    keep_earlier(best, {tick, j, id(j)});
-    const Event now{tick, it.index, id(it.index)};
-    if (n != partner && tick != kNoTick && comes_before(now, other.event)) set_event(n, now);
+    const Event collision = collision_of<kBoundary>(it, other);
+    keep_earlier(best, collision);
+    const Event now{collision.tick, it.index, id(it.index), collision.generation};
+    if (n != partner && now.tick != kNoTick && comes_before(now, other.event)) set_event(n, now);
   }
 
   // Predicts the next event of a member on its old trajectory.
@@ -249,9 +265,8 @@ class ClusterSolver : ClusterMembers {
     const Member it = member(m);
     window_.find_candidates(mover(m), worker_.candidates[0]);
     Event best;
-    const auto keep_collision = [&](std::uint32_t j, const Trajectory& other) {
-      if (is_retired(other.anchor)) return;
-      keep_earlier(best, {collision_tick<kBoundary>(c_, it.trajectory, other), j, id(j)});
+    const auto keep_collision = [&](const Member& other) {
+      if (!is_retired(other.trajectory.anchor)) keep_earlier(best, collision_of<kBoundary>(it, other));
     };
     const auto note_other = [&](std::uint32_t j) {
       const std::uint32_t owner = window_.owner_of(j);
@@ -259,11 +274,17 @@ class ClusterSolver : ClusterMembers {
       return owner == index_;
     };
     for (const std::uint32_t j : worker_.candidates[0].overlapping) {
-      const bool is_member = note_other(j);
-      keep_collision(j, is_member ? member(memory_.member_slot[j]).trajectory : window_.start_trajectory(j));
+      if (note_other(j)) {
+        keep_collision(member(memory_.member_slot[j]));
+        continue;
+      }
+      const Trajectory other = window_.start_trajectory(j);
+      if (is_retired(other.anchor)) continue;
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other);
+      keep_earlier(best, {tick, j, id(j), generation(it, tick)});
     }
     for (const std::uint32_t j : worker_.candidates[0].owned) {
-      if (note_other(j)) keep_collision(j, member(memory_.member_slot[j]).trajectory);
+      if (note_other(j)) keep_collision(member(memory_.member_slot[j]));
     }
     keep_edge_and_ball(it, best);
     set_event(m, best);

@@ -45,6 +45,7 @@ struct Member {
   Event event;
   std::uint32_t last_contact_tick = 0;
   std::uint32_t last_segment = kInvalidIndex;  // latest completed one; start trajectories are not stored
+  std::uint32_t next_generation = 0;           // see generation_at
   bool has_changed = false;
 };
 
@@ -53,6 +54,7 @@ struct BallMember {
   ExactBall now;
   Event event;
   std::uint32_t version = 0;
+  std::uint32_t next_generation = 0;
   bool has_changed = false;
   double fastest_mps = 0.0;  // of its surface
   std::vector<BallTrajectorySegment> segments;
