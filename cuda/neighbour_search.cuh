@@ -90,11 +90,13 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
   return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
 }
 
-// Calls visit(j) for every candidate of a box. Each half of a warp has a box of its own, or one without
-// ranges; its lanes share the candidates. Whole warps call it.
-template <class Visit>
+// Calls visit(load(j)) for every candidate of a box, and for kInvalidIndex in lanes that have none left. Each
+// half of a warp has a box of its own, or one without ranges; its lanes share the candidates. Whole warps
+// call it, and visit. kAhead: calls of load in each lane that come before the first visit, to wait for memory
+// once.
+template <unsigned kAhead, class Load, class Visit>
 __device__ __forceinline__ void visit_box_by_half_warp(const DeviceSearch& space, const SearchBox& box,
-                                                       Visit visit) {
+                                                       Load load, Visit visit) {
   constexpr unsigned kHalf = 16, kWarp = 0xFFFFFFFFU;
   const unsigned half_lane = threadIdx.x % kHalf;
   const auto from_half = [](auto value, unsigned lane) { return __shfl_sync(kWarp, value, lane, kHalf); };
@@ -108,15 +110,22 @@ __device__ __forceinline__ void visit_box_by_half_warp(const DeviceSearch& space
     }
     const std::uint32_t num_candidates = warp_max(from_half(end, kHalf - 1));
     const unsigned num_ranges = min(max_ranges - base_range, kHalf);
-    for (std::uint32_t base = 0; base < num_candidates; base += kHalf) {
-      const std::uint32_t k = base + half_lane;
-      std::uint32_t j = kInvalidIndex;
+    for (std::uint32_t base = 0; base < num_candidates; base += kAhead * kHalf) {
+      std::uint32_t j[kAhead];
+      for (std::uint32_t& index : j) index = kInvalidIndex;
       for (unsigned r = 0; r < num_ranges; ++r) {
         const std::uint32_t r_end = from_half(end, r), r_count = from_half(range.count, r);
         const std::uint32_t r_first = from_half(range.first, r);
-        if (k < r_end && k + r_count >= r_end) j = r_first + (k + r_count - r_end);
+        for (unsigned u = 0; u < kAhead; ++u) {
+          const std::uint32_t k = base + u * kHalf + half_lane;
+          if (k < r_end && k + r_count >= r_end) j[u] = r_first + (k + r_count - r_end);
+        }
       }
-      if (j != kInvalidIndex) visit(j);
+      decltype(load(0U)) candidate[kAhead];
+      for (unsigned u = 0; u < kAhead; ++u) candidate[u] = load(j[u]);
+      for (unsigned u = 0; u < kAhead; ++u) {
+        if (base + u * kHalf < num_candidates) visit(candidate[u]);
+      }
     }
   }
 }

@@ -94,7 +94,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 
 struct SolveSpace {
   TallySlot tally;
-  BlockSpace block;
+  ClusterSpace clusters;
   PathHits hits;
   BlockCounts counts;
   PairSpace pairs;
@@ -112,7 +112,7 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
   }
   __syncthreads();
   const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
-  if (can_start) solve_all<kBoundary>(step, space.block, space.hits, space.counts);
+  if (can_start) solve_all<kBoundary>(step, space.clusters, space.hits, space.counts);
   return is_solved(step.state);
 }
 

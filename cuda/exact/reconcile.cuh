@@ -140,7 +140,7 @@ __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& tea
 // Solves all clusters in rounds of solving and reconciling, until there are no conflicts. round: number of
 // the first one; then of the next.
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve_in_rounds(const StepContext& step, BlockSpace& space,
+__device__ __forceinline__ void solve_in_rounds(const StepContext& step, ClusterSpace& space,
                                                 BlockCounts& counts, std::uint32_t& round) {
   StepTeam team;
   for (bool is_done = false; !is_done; ++round) {
@@ -264,7 +264,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
 
 // Solves the window. Each block has its own spaces.
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve_all(const StepContext& step, BlockSpace& space, PathHits& hits,
+__device__ __forceinline__ void solve_all(const StepContext& step, ClusterSpace& space, PathHits& hits,
                                           BlockCounts& counts) {
   const ExactState& state = step.state;
   std::uint32_t round = 0;

@@ -49,11 +49,11 @@ __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const S
 // Solves the other clusters: in the first round those that were formed, later those that were merged.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_warps(const StepContext& step, const StepTeam& team,
-                                               BlockCounts& counts, bool is_first) {
+                                               WarpSpace& space, BlockCounts& counts, bool is_first) {
   constexpr unsigned kWarps = kExactBlock / 32;
   ExactState& state = step.state;
   const StepMemory& memory = step.memory;
-  WarpSolver<kBoundary> solver(step, counts);
+  WarpSolver<kBoundary> solver(step, space, counts);
   const std::uint32_t num_warps = team.num_blocks() * kWarps;
   const std::uint32_t num = load_fresh(is_first ? &state.num_representatives : &state.num_todo);
   const auto after = [&](std::uint32_t k) {
@@ -69,12 +69,18 @@ __device__ __forceinline__ void solve_by_warps(const StepContext& step, const St
   }
 }
 
+// Shared memory of a block.
+struct ClusterSpace {
+  BlockSpace block;
+  WarpSpace warps;
+};
+
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, BlockSpace& space,
+__device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, ClusterSpace& space,
                                       BlockCounts& counts, bool is_first) {
-  if (!is_first) solve_by_blocks<kBoundary>(step, team, space, counts);
+  if (!is_first) solve_by_blocks<kBoundary>(step, team, space.block, counts);
   __syncthreads();
-  solve_by_warps<kBoundary>(step, team, counts, is_first);
+  solve_by_warps<kBoundary>(step, team, space.warps, counts, is_first);
 }
 
 }  // namespace pf::cuda

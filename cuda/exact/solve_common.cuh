@@ -40,8 +40,8 @@ __device__ __forceinline__ void add_neighbour_pair(const StepContext& step, Bloc
   }
 }
 
-template <Boundary kBoundary>
-__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
+// A parcel before the window's events, without what it may do with the ball.
+__device__ __forceinline__ Member member_away_from_ball(const StepContext& step, std::uint32_t i) {
   const StepMemory& memory = step.memory;
   Member member;
   member.index = i;
@@ -50,11 +50,6 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   const EventKey event = memory.events[i];
   if (tick_of(event) < step.c.plan.length)
     member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
-  if (step.has_participant() && step.is_near_ball<kBoundary>(step.start_positions()[i]) &&
-      !is_retired(member.trajectory.anchor)) {
-    const PathHit hit = hit_on_path<kBoundary>(step, {member.trajectory, member.id});
-    keep_earlier(member.event, {hit.tick, kBallPartner, kBallPartner, hit.generation});
-  }
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -62,6 +57,26 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   member.fastest_mps = sqrtf(dot(member.trajectory.velocity, member.trajectory.velocity)) * (1.0F + 1e-6F);
   member.has_changed = kUnchanged;
   member.next_generation = 0;
+  return member;
+}
+
+__device__ __forceinline__ void keep_hit(const PathHit& hit, Event& best) {
+  keep_earlier(best, {hit.tick, kBallPartner, kBallPartner, hit.generation});
+}
+
+// position: of the member at the step's start.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool may_hit_participant(const StepContext& step, Vec2i position,
+                                                    const Member& member) {
+  return step.has_participant() && step.is_near_ball<kBoundary>(position) &&
+         !is_retired(member.trajectory.anchor);
+}
+
+template <Boundary kBoundary>
+__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
+  Member member = member_away_from_ball(step, i);
+  if (may_hit_participant<kBoundary>(step, step.start_positions()[i], member))
+    keep_hit(hit_on_path<kBoundary>(step, {member.trajectory, member.id}), member.event);
   return member;
 }
 
@@ -167,19 +182,24 @@ __device__ __forceinline__ std::uint32_t generation_of(const StepContext& step, 
   return generation_at(tick, anchor_time(step.c.plan, now), next_generation);
 }
 
-// Replaces `best` if a parcel reaches the edge or the ball before it. position: at the step's start.
+// Replaces `best` if a parcel reaches the edge before it. position: at the step's start.
+template <Boundary kBoundary>
+__device__ __forceinline__ void keep_edge(const StepContext& step, Vec2i position, const ParcelNearBall& it,
+                                          Event& best) {
+  if (!may_reach_edge<kBoundary>(step.c, position)) return;
+  Event edge;
+  keep_edge_event<kBoundary>(step.c, it.trajectory, edge);
+  edge.generation = generation_of(step, edge.tick, it.trajectory, it.next_generation);
+  keep_earlier(best, edge);
+}
+
+// The same for the edge and the ball.
 template <Boundary kBoundary>
 __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position,
                                                    const ParcelNearBall& it, Event& best) {
-  if (may_reach_edge<kBoundary>(step.c, position)) {
-    Event edge;
-    keep_edge_event<kBoundary>(step.c, it.trajectory, edge);
-    edge.generation = generation_of(step, edge.tick, it.trajectory, it.next_generation);
-    keep_earlier(best, edge);
-  }
+  keep_edge<kBoundary>(step, position, it, best);
   if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
-  const PathHit hit = hit_on_path<kBoundary>(step, it);
-  keep_earlier(best, {hit.tick, kBallPartner, kBallPartner, hit.generation});
+  keep_hit(hit_on_path<kBoundary>(step, it), best);
 }
 
 // Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
@@ -187,8 +207,10 @@ template <Boundary kBoundary>
 __device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
                                          Trajectory& now, ClusterTally& tally) {
   if (step.has_participant()) add_ball_hit(step, hit);
-  const PathHit found = hit_on_path<kBoundary>(step, near_ball(member));
-  collide_with_ball<kBoundary>(step.c, ball_path(step)[found.segment].trajectory, hit.tick, now, tally);
+  const BallSegment* path = ball_path(step);
+  const std::uint32_t segment =
+      segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, member.event.generation});
+  collide_with_ball<kBoundary>(step.c, path[segment].trajectory, hit.tick, now, tally);
 }
 
 }  // namespace pf::cuda

@@ -7,16 +7,23 @@
 
 namespace pf::cuda {
 
+// Shared memory of a block's warps.
+struct WarpSpace {
+  static constexpr unsigned kHalf = 16;
+  std::uint32_t near[kExactBlock / kHalf][kHalf];  // parcels that a half of a warp has found
+};
+
 template <Boundary kBoundary>
 class WarpSolver {
  public:
   static constexpr unsigned kCapacity = 32;  // members
 
-  __device__ __forceinline__ WarpSolver(const StepContext& step, BlockCounts& counts)
+  __device__ __forceinline__ WarpSolver(const StepContext& step, WarpSpace& space, BlockCounts& counts)
       : step_(step),
         memory_(step.memory),
         c_(step.c),
         counts_(counts),
+        near_(space.near[threadIdx.x / WarpSpace::kHalf]),
         lane_(threadIdx.x % 32),
         positions_(step.start_positions()),
         max_events_(step.state.max_events) {}
@@ -39,6 +46,13 @@ class WarpSolver {
 
  private:
   static constexpr unsigned kNoLane = 32;
+  static constexpr unsigned kAhead = 2;
+
+  struct Candidate {
+    std::uint32_t index, owner;
+    Vec2i position;  // at the step's start
+    Vec2f velocity;
+  };
 
   static __device__ __forceinline__ unsigned first_of(unsigned lanes) { return __ffs(lanes) - 1; }
   static __device__ __forceinline__ unsigned bit(unsigned lane) { return lane < 32 ? 1U << lane : 0U; }
@@ -67,7 +81,10 @@ class WarpSolver {
       if (lane_ == num_) slot_ = m;
       ++num_;
     }
-    if (is_member()) it_ = member_at_start<kBoundary>(step_, memory_.members[slot_].index);
+    if (is_member()) {
+      it_ = member_at_start<kBoundary>(step_, memory_.members[slot_].index);
+      here_ = positions_[it_.index];
+    }
     __syncwarp();
     return true;
   }
@@ -84,7 +101,8 @@ class WarpSolver {
     const unsigned joining = num_;
     std::uint32_t owner = kInvalidIndex;
     if (lane_ == joining) {
-      it_ = member_at_start<kBoundary>(step_, i);
+      it_ = member_away_from_ball(step_, i);
+      here_ = positions_[i];
       owner = claim(step_, i, cluster_);
       if (owner == kInvalidIndex) slot_ = new_member_slot(step_, counts_, i);
     }
@@ -94,6 +112,11 @@ class WarpSolver {
       return kNoLane;
     }
     ++num_;
+    if (__any_sync(kWholeWarp, lane_ == joining && may_hit_participant<kBoundary>(step_, here_, it_))) {
+      const ParcelNearBall joined{from(it_.trajectory, joining), from(it_.id, joining)};
+      const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step_, joined, true);
+      if (lane_ == joining) keep_hit(hit, it_.event);
+    }
     return joining;
   }
 
@@ -249,39 +272,62 @@ class WarpSolver {
   __device__ __forceinline__ Event search_others(unsigned own, bool has_changed) {
     const Trajectory now = from(it_.trajectory, own % 32);
     const std::uint32_t i = from(it_.index, own % 32);
+    const Vec2i here{from(here_.x, own % 32), from(here_.y, own % 32)};
     const float fastest_mps = from(it_.fastest_mps, own % 32);
     const std::uint32_t next_generation = from(it_.next_generation, own % 32);
     const World& world = step_.launch.space.world;
     const bool searches = own != kNoLane && !is_retired(now.anchor);
-    const Vec2i here = searches ? positions_[i] : Vec2i{};
     const auto near = MemberSearch::around<kBoundary>(step_, here, now, fastest_mps);
     SearchBox box = box_around<kBoundary>(step_.launch.space, here, near.reach);
     if (!searches) box.num_ranges = 0;
     Event best;
-    visit_box_by_half_warp(step_.launch.space, box, [&](std::uint32_t j) {
-      const std::uint32_t owner = step_.owner_of(j);
-      const Vec2i there = positions_[j];
-      const Vec2f velocity = memory_.trajectories.velocity[j];
-      if (!near.template holds<kBoundary>(world, there) || owner == cluster_ || j == i) return;
-      const bool is_owned = owner != kInvalidIndex;
-      if (!is_owned && !near.template may_hit<kBoundary>(step_, there, velocity)) return;
-      const Trajectory other = step_.start_trajectory(j);
-      if (is_retired(other.anchor)) return;
-      if (is_owned && has_changed) add_neighbour_pair(step_, counts_, i, j);
-      const std::uint32_t tick = collision_tick<kBoundary>(c_, now, other);
-      step_.keep_collision(tick, j, best, generation_of(step_, tick, now, next_generation));
+    unsigned num_near = 0;  // of this half
+    const auto predict_listed = [&] {
+      __syncwarp();
+      if (lane_ % WarpSpace::kHalf < num_near) {
+        const std::uint32_t j = near_[lane_ % WarpSpace::kHalf];
+        const std::uint32_t id = load_early(&memory_.trajectories.id[j]);
+        const bool is_owned = step_.owner_of(j) != kInvalidIndex;
+        const Trajectory other = step_.start_trajectory(j);
+        if (!is_retired(other.anchor)) {
+          if (is_owned && has_changed) add_neighbour_pair(step_, counts_, i, j);
+          const std::uint32_t tick = collision_tick<kBoundary>(c_, now, other);
+          keep_earlier(best, {tick, j, id, generation_of(step_, tick, now, next_generation)});
+        }
+      }
+      num_near = 0;
+      __syncwarp();
+    };
+    const auto load = [&](std::uint32_t j) -> Candidate {
+      if (j == kInvalidIndex) return {j, 0, {}, {}};
+      return {j, step_.owner_of(j), positions_[j], memory_.trajectories.velocity[j]};
+    };
+    visit_box_by_half_warp<kAhead>(step_.launch.space, box, load, [&](const Candidate& it) {
+      const bool is_other = it.index != kInvalidIndex && it.index != i && it.owner != cluster_;
+      const bool is_near =
+          is_other && near.template holds<kBoundary>(world, it.position) &&
+          (it.owner != kInvalidIndex || near.template may_hit<kBoundary>(step_, it.position, it.velocity));
+      const unsigned lanes = __ballot_sync(kWholeWarp, is_near) >> (lane_ & WarpSpace::kHalf) & 0xFFFFU;
+      const unsigned num = __popc(lanes);
+      if (__any_sync(kWholeWarp, num_near + num > WarpSpace::kHalf)) predict_listed();
+      if (is_near) near_[num_near + __popc(lanes & (bit(lane_ % WarpSpace::kHalf) - 1))] = it.index;
+      num_near += num;
     });
+    predict_listed();
     return best;
   }
 
-  // The same for the edge and the ball, by the first lane of each half.
+  // The same for the edge and the ball, in all lanes of the half.
   __device__ __forceinline__ void keep_edge_and_ball_of(unsigned own, Event& best) {
-    const std::uint32_t i = from(it_.index, own % 32);
+    const Vec2i here{from(here_.x, own % 32), from(here_.y, own % 32)};
     const ParcelNearBall subject{from(it_.trajectory, own % 32), from(it_.id, own % 32),
                                  from(it_.next_generation, own % 32),
                                  from(it_.has_changed, own % 32) == kHitBall};
-    if (lane_ % 16 == 0 && own != kNoLane && !is_retired(subject.trajectory.anchor))
-      keep_edge_and_ball<kBoundary>(step_, positions_[i], subject, best);
+    const bool is_there = own != kNoLane && !is_retired(subject.trajectory.anchor);
+    if (is_there) keep_edge<kBoundary>(step_, here, subject, best);
+    const bool may_hit = is_there && c_.plan.ball != BallRole::absent && step_.is_near_ball<kBoundary>(here);
+    if (__any_sync(kWholeWarp, may_hit))
+      keep_hit(hit_on_path_by_half_warp<kBoundary>(step_, subject, may_hit), best);
   }
 
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
@@ -348,6 +394,7 @@ class WarpSolver {
   const StepMemory& memory_;
   const ExactConstants& c_;
   BlockCounts& counts_;
+  std::uint32_t* near_;  // of this half
   unsigned lane_;
   const Vec2i* positions_;  // at the step's start
   std::uint32_t max_events_;
@@ -356,6 +403,7 @@ class WarpSolver {
   std::uint32_t other_ = kInvalidIndex;  // cluster that stopped this one
   unsigned num_ = 0;                     // members
   Member it_;                            // this lane's member
+  Vec2i here_{};                         // its position at the step's start
   std::uint32_t slot_ = 0;               // its slot
   ClusterTally tally_;                   // equal in all lanes, except hits of the ball and the largest speed
 };
