@@ -2,6 +2,7 @@
 // other, and merging them.
 #pragma once
 
+#include "cuda/exact/ball_trace.cuh"
 #include "cuda/exact/solve.cuh"
 
 namespace pf::cuda {

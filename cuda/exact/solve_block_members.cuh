@@ -1,6 +1,7 @@
 // Method `exact` on the device: the members of a cluster that the threads of a block solve together.
 #pragma once
 
+#include "cuda/exact/event_order.cuh"
 #include "cuda/exact/solve_common.cuh"
 
 namespace pf::cuda {

@@ -40,16 +40,13 @@ __device__ __forceinline__ void add_neighbour_pair(const StepContext& step, Bloc
   }
 }
 
-// A parcel before the window's events, without what it may do with the ball.
-__device__ __forceinline__ Member member_away_from_ball(const StepContext& step, std::uint32_t i) {
+// A parcel before the window's events, without its next event.
+__device__ __forceinline__ Member member_without_event(const StepContext& step, std::uint32_t i) {
   const StepMemory& memory = step.memory;
   Member member;
   member.index = i;
   member.id = step.id(i);
   member.trajectory = step.start_trajectory(i);
-  const EventKey event = memory.events[i];
-  if (tick_of(event) < step.c.plan.length)
-    member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
@@ -74,7 +71,10 @@ __device__ __forceinline__ bool may_hit_participant(const StepContext& step, Vec
 
 template <Boundary kBoundary>
 __device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
-  Member member = member_away_from_ball(step, i);
+  Member member = member_without_event(step, i);
+  const EventKey event = step.memory.events[i];
+  if (tick_of(event) < step.c.plan.length)
+    member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
   if (may_hit_participant<kBoundary>(step, step.start_positions()[i], member))
     keep_hit(hit_on_path<kBoundary>(step, {member.trajectory, member.id}), member.event);
   return member;

@@ -2,7 +2,7 @@
 // chords, and anchoring.
 #pragma once
 
-#include "cuda/exact/ball_path.cuh"
+#include "cuda/exact/ball_trace.cuh"
 #include "cuda/exact/commit.cuh"
 
 namespace pf::cuda {
