@@ -54,13 +54,16 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 }
 
 // The next windows are shorter if too many events of this one were applied one after the other: for each of
-// them some hundred could have been applied side by side.
+// them some hundred could have been applied side by side. Or if the ball's path has many segments, which
+// parcels near it are compared with.
 __device__ inline void learn_from_window(ExactState& state) {
-  constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kShortest = 0.125, kLongest = 1.5;
+  constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kSegments = 32.0;
+  constexpr double kShortest = 0.125, kLongest = 1.5;
   const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
   const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;
   const double length = state.window_end - state.window_begin;
-  const double share = allowed / (state.serial_events + 1.0);
+  const double share =
+      fmin(allowed / (state.serial_events + 1.0), kSegments / (state.num_ball_segments + 1.0));
   if (share < 1.0) {
     const double shorter = length * (share > kShortest ? share : kShortest);
     state.window_ticks = shorter > 1.0 ? shorter : 1.0;
@@ -115,6 +118,9 @@ __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_comm
 
 // ---- steps
 
+// Longest step, in epochs of a CPU: search boxes grow with it. A fast ball in a slow gas reaches it.
+constexpr double kStepInEpochs = 2.0;
+
 // Starts the ball's next chord, which ends at the latest at `until`.
 __device__ inline void begin_chord(const RunConstants& run, std::uint64_t until, ExactState& state) {
   state.chord = plan_chord(run, state.progress, until);
@@ -145,6 +151,8 @@ __device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until)
     progress.ball.spin_radps = state.ball.trajectory.spin_radps;
   }
   StepPlan plan = plan_step(run, progress, until, state.max_ticks);
+  const double longest = kStepInEpochs * preferred_epoch_ticks({run, plan});
+  if (longest < plan.length) plan.length = longest > 1.0 ? static_cast<std::uint32_t>(longest) : 1U;
   if (run.physics.ball.exists) {
     plan.ball = state.chord.ball;
     plan.length = min(plan.length, state.chord.length - state.chord_done);
