@@ -9,6 +9,7 @@ import pathlib
 import sys
 
 import numpy as np
+from matplotlib.ticker import LogLocator
 
 from style import COLOURS, FAINT, INK, METHODS, plt, prepare, save, tidy
 
@@ -58,6 +59,7 @@ def draw(reports):
     axes.text(1.0, SIXTIETH_MS, "60 frames/s ", color=FAINT, fontsize=8.5, va="bottom", ha="right",
               transform=axes.get_yaxis_transform())
     axes.set_xlim(left=0.0)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_xlabel("simulated time of the flight, s")
     scenes = ", ".join(sorted({report["scene"] for report in reports}))
