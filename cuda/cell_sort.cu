@@ -67,14 +67,13 @@ unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
 DeviceCellSort::DeviceCellSort(std::uint32_t capacity)
     : cell_start_(num_cell_starts(capacity)), temporary_(temporary_bytes(capacity)) {
-  for (int k = 0; k < 2; ++k) {
-    keys_[k] = DeviceBuffer<std::uint32_t>(capacity);
-    indices_[k] = DeviceBuffer<std::uint32_t>(capacity);
-  }
+  constexpr std::uint32_t kAligned = 64;  // the second array of keys starts as well aligned as the first
+  keys_ = DeviceBuffer<std::uint64_t>((capacity + kAligned - 1) / kAligned * kAligned);
+  for (DeviceBuffer<std::uint32_t>& indices : indices_) indices = DeviceBuffer<std::uint32_t>(capacity);
 }
 
 std::size_t DeviceCellSort::bytes() const {
-  return 2 * (keys_[0].bytes() + indices_[0].bytes()) + cell_start_.bytes() + temporary_.bytes();
+  return keys_.bytes() + 2 * indices_[0].bytes() + cell_start_.bytes() + temporary_.bytes();
 }
 
 void DeviceCellSort::write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t n,
@@ -84,17 +83,17 @@ void DeviceCellSort::write_keys(const GridShape& grid, const Vec2i* position, st
 }
 
 void DeviceCellSort::sort_keys(const GridShape& grid, std::uint32_t n, cudaStream_t stream) {
-  cub::DoubleBuffer<std::uint32_t> keys(keys_[0].data(), keys_[1].data());
+  cub::DoubleBuffer<std::uint32_t> key_arrays(keys(0), keys(1));
   cub::DoubleBuffer<std::uint32_t> indices(indices_[0].data(), indices_[1].data());
   std::size_t bytes = temporary_.bytes();
-  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, keys, indices, n, 0,
+  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, key_arrays, indices, n, 0,
                                           bits_of(grid.num_cells()), stream));
-  sorted_ = keys.selector;
+  sorted_ = key_arrays.selector;
 }
 
 void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
                             std::uint32_t n, cudaStream_t stream) {
-  const SortKeys sorted{keys_[sorted_].data(), indices_[sorted_].data()};
+  const SortKeys sorted{keys(sorted_), indices_[sorted_].data()};
   gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(sorted, from, to, n,
                                                       {cell_start_.data(), grid.num_cells() + 1});
   PF_LAUNCHED("gather_kernel");

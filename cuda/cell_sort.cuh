@@ -17,7 +17,7 @@ constexpr double kDeviceCellsPerParcel = 1.0;
 
 // Arrays of the sort, `capacity` entries each.
 struct SortScratch {
-  std::uint32_t* keys[2];
+  std::uint64_t* keys;  // the arrays of keys, of 32 bits each, taken as one
   std::uint32_t* indices;
 };
 
@@ -29,7 +29,7 @@ class DeviceCellSort {
   explicit DeviceCellSort(std::uint32_t capacity);
 
   // Where keys and indices go before sort_keys, for a kernel that writes them itself.
-  SortKeys keys_to_write() const { return {keys_[0].data(), indices_[0].data()}; }
+  SortKeys keys_to_write() const { return {keys(0), indices_[0].data()}; }
   // Writes them for the cells of the positions.
   void write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t num_parcels,
                   cudaStream_t stream);
@@ -49,10 +49,15 @@ class DeviceCellSort {
   static constexpr double kBytesPerParcel = 16.0 + 4.0 * kDeviceCellsPerParcel + 1.0;
 
   // Free for other use from a gather to the next keys.
-  SortScratch scratch() const { return {{keys_[0].data(), keys_[1].data()}, indices_[0].data()}; }
+  SortScratch scratch() const { return {keys_.data(), indices_[0].data()}; }
 
  private:
-  DeviceBuffer<std::uint32_t> keys_[2];
+  // The first and the second array of keys.
+  std::uint32_t* keys(int which) const {
+    return reinterpret_cast<std::uint32_t*>(keys_.data()) + which * keys_.capacity();
+  }
+
+  DeviceBuffer<std::uint64_t> keys_;
   DeviceBuffer<std::uint32_t> indices_[2];
   DeviceBuffer<std::uint32_t> cell_start_;
   DeviceBuffer<unsigned char> temporary_;

@@ -49,7 +49,7 @@ class CudaBackend final : public Backend {
 
   // When the steps of a request of method `exact` end, and when they need a sort.
   struct ExactRequest {
-    std::vector<std::uint64_t> ends;  // ticks of the reference speed
+    std::vector<cuda::ExactTimeline::End> ends;
     bool searches = false;            // else nothing is ever sorted
     bool sorts_within = false;        // steps may stop on their way for a sort
     double displacement = 0.0;        // expected in a step, position units
@@ -66,7 +66,9 @@ class CudaBackend final : public Backend {
   void check_room_for_exact(bool with_contact_ticks) const;
   cuda::ExactLaunch exact_launch(const StepRequest& request) const;
   cuda::StepMemory lay_out_exact() const;
+  std::uint32_t steps_together(const RunConstants& run, const StepRequest& request, double most) const;
   ExactRequest plan_exact(const RunConstants& run, const StepRequest& request);
+  void finish_exact(StepReport& report);
   void step_exact(const ExactRequest& plan, cuda::ExactLaunch& launch);
   bool exact_sort_is_due(const ExactRequest& plan) const;
   void sort_exact(cuda::ExactLaunch& launch);

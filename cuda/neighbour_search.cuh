@@ -90,36 +90,68 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
   return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
 }
 
-// Calls visit(j) for every candidate of a box. Each half of a warp has a box of its own, or one without
-// ranges; its lanes share the candidates. Whole warps call it.
-template <class Visit>
-__device__ __forceinline__ void visit_box_by_half_warp(const DeviceSearch& space, const SearchBox& box,
-                                                       Visit visit) {
-  constexpr unsigned kHalf = 16, kWarp = 0xFFFFFFFFU;
-  const unsigned half_lane = threadIdx.x % kHalf;
-  const auto from_half = [](auto value, unsigned lane) { return __shfl_sync(kWarp, value, lane, kHalf); };
-  const unsigned max_ranges = warp_max(box.num_ranges);
-  for (unsigned base_range = 0; base_range < max_ranges; base_range += kHalf) {
-    const CandidateRange range = range_of(space, box, base_range + half_lane);
-    std::uint32_t end = range.count;  // of the range, if all of them are laid end to end
-    for (unsigned offset = 1; offset < kHalf; offset *= 2) {
-      const std::uint32_t before = __shfl_up_sync(kWarp, end, offset, kHalf);
-      if (half_lane >= offset) end += before;
-    }
-    const std::uint32_t num_candidates = warp_max(from_half(end, kHalf - 1));
-    const unsigned num_ranges = min(max_ranges - base_range, kHalf);
-    for (std::uint32_t base = 0; base < num_candidates; base += kHalf) {
-      const std::uint32_t k = base + half_lane;
-      std::uint32_t j = kInvalidIndex;
-      for (unsigned r = 0; r < num_ranges; ++r) {
-        const std::uint32_t r_end = from_half(end, r), r_count = from_half(range.count, r);
-        const std::uint32_t r_first = from_half(range.first, r);
-        if (k < r_end && k + r_count >= r_end) j = r_first + (k + r_count - r_end);
-      }
-      if (j != kInvalidIndex) visit(j);
-    }
+// The candidates of a box, one after the other. Each half of a warp has a box of its own, or one without
+// ranges; its lanes share the candidates. Whole warps call the functions. kAhead: candidates of a lane at a
+// time, to wait for memory once.
+template <unsigned kAhead>
+class HalfWarpCursor {
+ public:
+  __device__ __forceinline__ HalfWarpCursor(const DeviceSearch& space, const SearchBox& box)
+      : space_(space), box_(box), max_ranges_(warp_max(box.num_ranges)) {
+    if (max_ranges_ > 0) load_ranges();
   }
-}
+
+  // The same in all lanes.
+  __device__ __forceinline__ bool has_more() const {
+    return next_ < num_candidates_ || base_range_ + kHalf < max_ranges_;
+  }
+
+  // Each lane gets kInvalidIndex where it has no candidate left.
+  __device__ __forceinline__ void next(std::uint32_t (&j)[kAhead]) {
+    if (next_ >= num_candidates_) {
+      base_range_ += kHalf;
+      load_ranges();
+    }
+    for (std::uint32_t& index : j) index = kInvalidIndex;
+    const unsigned num_ranges = min(max_ranges_ - base_range_, kHalf);
+    for (unsigned r = 0; r < num_ranges; ++r) {
+      const std::uint32_t r_end = from_half(end_, r), r_count = from_half(range_.count, r);
+      const std::uint32_t r_first = from_half(range_.first, r);
+      for (unsigned u = 0; u < kAhead; ++u) {
+        const std::uint32_t k = next_ + u * kHalf + threadIdx.x % kHalf;
+        if (k < r_end && k + r_count >= r_end) j[u] = r_first + (k + r_count - r_end);
+      }
+    }
+    next_ += kAhead * kHalf;
+  }
+
+ private:
+  static constexpr unsigned kHalf = 16, kWarp = 0xFFFFFFFFU;
+
+  static __device__ __forceinline__ std::uint32_t from_half(std::uint32_t value, unsigned lane) {
+    return __shfl_sync(kWarp, value, lane, kHalf);
+  }
+
+  // Each lane loads a range.
+  __device__ __forceinline__ void load_ranges() {
+    range_ = range_of(space_, box_, base_range_ + threadIdx.x % kHalf);
+    end_ = range_.count;
+    for (unsigned offset = 1; offset < kHalf; offset *= 2) {
+      const std::uint32_t before = __shfl_up_sync(kWarp, end_, offset, kHalf);
+      if (threadIdx.x % kHalf >= offset) end_ += before;
+    }
+    num_candidates_ = warp_max(from_half(end_, kHalf - 1));
+    next_ = 0;
+  }
+
+  const DeviceSearch& space_;
+  SearchBox box_;
+  unsigned max_ranges_;
+  unsigned base_range_ = 0;
+  CandidateRange range_{};
+  std::uint32_t end_ = 0;  // of the lane's range, if those of the half are laid end to end
+  std::uint32_t num_candidates_ = 0, next_ = 0;
+};
 
 // Results of one thread's search, in its block's shared memory, kBlock threads wide: a warp works through
 // them together after the search instead of one by one inside it.

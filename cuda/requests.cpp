@@ -127,12 +127,14 @@ StepTotals CudaBackend::collected_totals() const {
   totals.first_invalid_id = sum.num_invalid > 0 ? sum.first_invalid_id : UINT32_MAX;
   totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / submitted_.per_impulse_count;
   totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
-  totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   totals.num_sorts = submitted_.num_sorts;
   if (submitted_.exact) {
     totals.num_rounds = host_exact_->num_rounds;
     totals.num_retried_steps = host_exact_->num_retried;
     totals.event_hash = host_exact_->event_hash;
+    totals.num_events = host_exact_->num_events_committed;
+    totals.num_solved_events = host_exact_->num_events_solved;
+    totals.largest_cluster = host_exact_->largest_cluster;
   }
   totals.ball_impulse_kg_mps = Vec2d{static_cast<double>(sum.ball_x), static_cast<double>(sum.ball_y)} *
                                submitted_.impulse_unit_kg_mps;
@@ -151,6 +153,7 @@ StepReport CudaBackend::collect() {
       submitted_.exact ? host_exact_->progress.max_displacement : host_state_->max_displacement;
   report.ball = host_state_->ball;
   report.totals = collected_totals();
+  if (submitted_.exact) finish_exact(report);
   return report;
 }
 

@@ -114,7 +114,6 @@ __device__ inline void add_to_totals(const TallySlot& sum, StepState& state) {
   totals.ball_torque += static_cast<long long>(sum.ball_torque);
   totals.num_hits += sum.num_hits;
   totals.num_retired += sum.num_retired;
-  totals.max_speed2 = __uint_as_float(sum.max_speed2_bits);
   if (totals.num_invalid == 0 && sum.num_invalid != 0) {
     totals.first_invalid_step = state.step;
     totals.first_invalid_id = ~sum.first_invalid_id;

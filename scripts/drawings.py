@@ -139,7 +139,8 @@ def rooms():
 
 DIAMETER = 1.0
 SPEED = 0.1  # diameters per tick
-LENGTH = 56  # ticks of the step
+LENGTH = 56  # ticks of the window
+EPOCH = 120
 
 
 class Disc:
@@ -177,21 +178,21 @@ def collide(one, other, tick):
             Disc(q, tuple(v - c for v, c in zip(other.velocity, change)), tick))
 
 
-def start_of_step():
+def start_of_window():
     """B and C rest; A hits B at tick 10, D hits C at tick 16, both at 45 degrees."""
     half = math.sqrt(0.5) * DIAMETER
     return {"A": Disc((-half - SPEED * 10, -half), (SPEED, 0.0)), "B": Disc((0.0, 0.0), (0.0, 0.0)),
             "C": Disc((4.0, 0.0), (0.0, 0.0)), "D": Disc((4.0 + half + SPEED * 16, -half), (-SPEED, 0.0))}
 
 
-def solve(discs):
-    """All events among the discs, in the order of time, and every trajectory of each disc."""
+def solve(discs, end=LENGTH):
+    """All events among the discs before a tick, in the order of time, and every trajectory of each disc."""
     now, events = dict(discs), []
     trajectories = {name: [disc] for name, disc in discs.items()}
     while True:
         names = sorted(now)
         due = [(tick, a, b) for k, a in enumerate(names) for b in names[k + 1:]
-               if (tick := collision_tick(now[a], now[b])) is not None and tick < LENGTH]
+               if (tick := collision_tick(now[a], now[b])) is not None and tick < end]
         if not due:
             return events, trajectories
         tick, a, b = min(due)
@@ -203,12 +204,26 @@ def solve(discs):
 
 def worked_merge():
     """What docs/exact.md tells: each cluster alone, their conflict, and the two as one."""
-    discs = start_of_step()
+    discs = start_of_window()
     first = solve({name: discs[name] for name in "AB"})
     second = solve({name: discs[name] for name in "CD"})
     ends = {name: paths[-1] for _, trajectories in (first, second) for name, paths in trajectories.items()}
     tested = {a + b: collision_tick(ends[a], ends[b]) for a in "AB" for b in "CD"}
     return first, second, tested, solve(discs)
+
+
+def kept_events(discs):
+    """The next event of each disc on these trajectories, up to the epoch's end: tick and partner, or None."""
+    ticks = {a: [(collision_tick(discs[a], discs[b]), b) for b in discs if b != a] for a in discs}
+    return {a: min(((tick, b) for tick, b in of_a if tick is not None and tick < EPOCH), default=None)
+            for a, of_a in ticks.items()}
+
+
+def worked_epoch():
+    """What docs/exact.md tells about E and F: events kept at the epoch's start and after the window, and all events."""
+    discs = {**start_of_window(), "E": Disc((5.0, 2.0), (0.0, 0.0)), "F": Disc((0.1, -8.0), (0.0, SPEED))}
+    after = {name: paths[-1] for name, paths in solve(discs)[1].items()}
+    return kept_events(discs), kept_events(after), solve(discs, EPOCH)[0]
 
 
 MERGE_COLOUR = {"A": BLUE, "B": BLUE, "C": ORANGE, "D": ORANGE}

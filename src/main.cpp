@@ -12,6 +12,7 @@
 #include "app/accuracy.hpp"
 #include "app/accuracy_table.hpp"
 #include "app/bench.hpp"
+#include "app/flight_bench.hpp"
 #include "app/memory.hpp"
 #include "app/options.hpp"
 #include "app/report.hpp"
@@ -184,7 +185,12 @@ int bench(const Options& options) {
     return run_sweep(options, obstacle, stop_requested);
   }
   if (options.bench_frames > 0) return bench_frames(options);
-  const std::unique_ptr<Backend> backend = choose_backend(options, 0);
+  std::unique_ptr<Backend> backend = choose_backend(options, 0);
+  if (options.bench_flight) {
+    stop_gracefully();
+    run_flight_bench(options, std::move(backend), stop_requested);
+    return 0;
+  }
   if (backend->name() == "cpu") {
     const std::int64_t num_parcels = resolve_num_parcels(options.settings, backend->name());
     check_memory(num_parcels,

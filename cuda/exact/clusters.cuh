@@ -7,8 +7,6 @@ namespace pf::cuda {
 
 __device__ inline Cluster& cluster_of(const StepContext& step, std::uint32_t cluster) {
   const StepMemory& memory = step.memory;
-  if (cluster == kBallCluster)
-    return memory.clusters[static_cast<std::size_t>(memory.num_slices) * memory.member_capacity];
   return memory.clusters[memory.member_slot[cluster]];
 }
 
@@ -21,7 +19,6 @@ __device__ inline void start_cluster(Cluster& cluster, std::uint32_t name) {
 
 // The cluster that absorbed this one, or itself.
 __device__ inline std::uint32_t holder_of(const StepContext& step, std::uint32_t cluster) {
-  if (cluster == kBallCluster) return cluster;
   const Cluster& it = cluster_of(step, cluster);
   return it.members == kInvalidIndex ? it.parent : cluster;
 }
@@ -45,13 +42,16 @@ __device__ inline void union_sets(const StepContext& step, std::uint32_t p, std:
   }
 }
 
-// Representative of the cluster of parcel i. Earliest events lead from parcel to parcel, each to an earlier
-// event, and end at two parcels that are each other's partners, or at one whose event needs no other parcel.
-__device__ inline std::uint32_t representative_of(const StepMemory& memory, std::uint32_t i) {
+// Representative of the cluster of parcel i. Earliest events in the window lead from parcel to parcel, each
+// to an earlier event, and end at two parcels that are each other's partners, or at one whose event needs no
+// other parcel.
+__device__ inline std::uint32_t representative_of(const StepContext& step, std::uint32_t i) {
+  const StepMemory& memory = step.memory;
   while (true) {
-    const std::uint32_t partner = memory.event_partner[i];
-    if (!is_parcel(partner)) return i;
-    if (memory.event_partner[partner] == i) return i < partner ? i : partner;
+    const EventKey event = memory.events[i];
+    const std::uint32_t partner = partner_of(event);
+    if (!is_parcel(partner) || tick_of(event) >= step.c.plan.length) return i;
+    if (partner_of(memory.events[partner]) == i) return i < partner ? i : partner;
     i = partner;
   }
 }
@@ -86,10 +86,12 @@ __device__ inline void form_clusters(const StepContext& step, std::uint32_t slic
   const std::uint32_t k = first + threadIdx.x;
   if (k < num_active) {
     const std::uint32_t i = memory.active.items[static_cast<std::size_t>(slice) * memory.active.capacity + k];
-    const std::uint32_t partner = memory.event_partner[i];
-    const bool is_pair = is_parcel(partner) && memory.event_partner[partner] == i;
+    const EventKey event = memory.events[i];
+    const std::uint32_t partner = partner_of(event);
+    const bool is_pair =
+        is_parcel(partner) && tick_of(event) < step.c.plan.length && partner_of(memory.events[partner]) == i;
     if (!is_pair) {
-      join_cluster(step, i, representative_of(memory, i));
+      join_cluster(step, i, representative_of(step, i));
     } else if (i < partner) {
       pairs.representatives[atomicAdd(&pairs.num_representatives, 1U)] = i;
     }

@@ -1,30 +1,11 @@
-// Method `exact` on the device, last stage of a step: the solution becomes the parcels' state.
+// Method `exact` on the device, last stage of a window: the solution becomes the parcels' state.
 #pragma once
 
-#include "cuda/draw_parcel.cuh"
 #include "cuda/exact/clusters.cuh"
+#include "cuda/exact/predict.cuh"
 #include "cuda/tally.cuh"
 
 namespace pf::cuda {
-
-__device__ inline bool reaches_end(const StepContext& step) {
-  return step.since_reset(step.state.plan.length) >= step.launch.until;
-}
-
-// Stores the position of parcel i at the step's end, for the renderer too if the request's last step ends.
-__device__ inline void write_position(const StepContext& step, std::uint32_t i, Vec2i end, Vec2f velocity) {
-  const DrawBuffers& draw = step.launch.draw;
-  step.memory.positions[step.state.current_buffer ^ 1U][i] = end;
-  if (draw.position_m != nullptr && reaches_end(step))
-    draw_parcel(draw, step.launch.run.physics.world, i, end, velocity);
-}
-
-// The same for a parcel that stays on the trajectory.
-template <Boundary kBoundary>
-__device__ void write_end_position(const StepContext& step, std::uint32_t i, const Trajectory& trajectory) {
-  const auto end = static_cast<std::int32_t>(step.c.plan.length);
-  write_position(step, i, position_at<kBoundary>(step.c, trajectory, end), trajectory.velocity);
-}
 
 __device__ inline void add_tally(const ClusterTally& cluster, ClusterTally& sum) {
   sum.num_events += cluster.num_events;
@@ -67,33 +48,100 @@ __device__ inline void reduce_warp(const ClusterTally& sum, TallySlot& tally, Ex
 }
 
 template <Boundary kBoundary>
-__device__ void store(const StepContext& step, const Member& member) {
+__device__ void store(const StepContext& step, const Member& member, bool step_goes_on) {
   const ParcelPointers& parcels = step.memory.trajectories;
   const std::uint32_t i = member.index;
-  parcels.position[i] = member.trajectory.anchor;
-  parcels.velocity[i] = member.trajectory.velocity;
-  parcels.tick[i] = member.trajectory.tick;
+  const Trajectory& now = member.trajectory;
+  parcels.position[i] = now.anchor;
+  parcels.velocity[i] = now.velocity;
+  parcels.tick[i] = now.tick;
   if (parcels.last_contact_tick) parcels.last_contact_tick[i] = member.last_contact_tick;
-  write_end_position<kBoundary>(step, i, member.trajectory);
+  write_end_position<kBoundary>(step, i, now);
+  if (step_goes_on)
+    step.memory.positions[step.state.current_buffer][i] =
+        is_retired(now.anchor) ? now.anchor : start_position<kBoundary>(step.c, now);
 }
 
-// Commits a block's part of a slice, which has num_members. Whole warps call it.
+// Commits a block's part of a slice, which has num_members. Whole warps call it. step_goes_on: other windows
+// follow; the members whose next event must be predicted are marked.
 template <Boundary kBoundary>
 __device__ void commit(const StepContext& step, const SlicePart& part, std::uint32_t num_members,
-                       TallySlot& tally) {
+                       bool step_goes_on, TallySlot& tally) {
   const StepMemory& memory = step.memory;
   const std::uint32_t first = part.part * kExactBlock + threadIdx.x;
   ClusterTally sum;
+  std::uint32_t num_pairs = 0;
   for (std::uint32_t k = first; k < num_members; k += part.num_parts * kExactBlock) {
     const std::uint32_t slot = part.slice * memory.member_capacity + k;
     const Member member = memory.members[slot];
-    if (memory.owner[member.index] == member.index) add_tally(memory.clusters[slot].tally, sum);
-    if (member.has_changed) store<kBoundary>(step, member);
+    if (memory.owner[member.index] == member.index) {
+      add_tally(memory.clusters[slot].tally, sum);
+      if (memory.clusters[slot].solution == kSolvedAsPair) ++num_pairs;
+    }
+    if (member.has_changed) store<kBoundary>(step, member, step_goes_on);
+    if (step_goes_on) {
+      EventKey& event = memory.events[member.index];
+      const bool was_due = !member.has_changed && tick_of(event) < step.state.window_end;
+      if (was_due) memory.members[slot].has_changed = kWasDue;
+      if (was_due || member.has_changed) event = kNoEventKey;
+    }
   }
-  const bool adds_ball = part.slice == 0 && first == 0 && step.has_participant();
-  if (adds_ball && step.state.ball_owner == kBallCluster)
-    add_tally(cluster_of(step, kBallCluster).tally, sum);
+  if (part.slice == 0 && first == 0 && step.has_participant()) {
+    sum.num_events += step.state.num_wall_events;
+    sum.event_hash += step.state.wall_event_hash;
+  }
   reduce_warp(sum, tally, step.state);
+  num_pairs = warp_add(num_pairs);
+  if (threadIdx.x % 32 == 0 && num_pairs != 0)
+    atomicAdd(&step.state.num_events_solved, static_cast<unsigned long long>(num_pairs));
+}
+
+// ---- kept events, if the step goes on
+
+__device__ inline bool comes_before(const StepContext& step, EventKey a, EventKey b) {
+  if (tick_of(a) != tick_of(b)) return a < b;
+  return a != b && step.id_of_partner(partner_of(a)) < step.id_of_partner(partner_of(b));
+}
+
+// Parcel i keeps the event if it comes before the one that it has.
+__device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i, EventKey event) {
+  EventKey& kept = step.memory.events[i];
+  EventKey old = load_fresh(&kept);
+  while (comes_before(step, event, old)) {
+    const EventKey before = atomicCAS(&kept, old, event);
+    if (before == old) {
+      atomicMin(&step.memory.earliest[i / kTile], tick_of(event));
+      return;
+    }
+    old = before;
+  }
+}
+
+// Predicts the marked members of a block's slice, after all trajectories are committed. Each parcel that a
+// changed one will meet learns of it. Members no longer belong to clusters.
+template <Boundary kBoundary>
+__device__ void predict_members(const StepContext& step, std::uint32_t num_members,
+                                NearList<kExactBlock>::Space& near_space) {
+  const StepMemory& memory = step.memory;
+  for (std::uint32_t k = threadIdx.x; k < num_members; k += kExactBlock) {
+    const Member& member = memory.members[blockIdx.x * memory.member_capacity + k];
+    const std::uint32_t i = member.index;
+    memory.owner[i] = kInvalidIndex;
+    const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;
+    const Trajectory own = step.start_trajectory(i);
+    if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
+    Event best;
+    if (step.c.run.physics.parcels.contacts)
+      visit_collisions<kBoundary, false>(step, i, own, step.c.plan.max_speed_mps, near_space,
+                                         [&](std::uint32_t j, std::uint32_t tick) {
+                                           if (tick == kNoTick) return;
+                                           step.keep_collision(tick, j, best);
+                                           if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
+                                         });
+    keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
+    if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
+    if (is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;
+  }
 }
 
 }  // namespace pf::cuda

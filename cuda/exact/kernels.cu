@@ -37,7 +37,8 @@ __device__ SlicePart part_of_block() { return {blockIdx.x, blockIdx.y, gridDim.y
 
 // Returns whether there is nothing to do: a tick of a high exponent led beyond `until`.
 __device__ bool is_over(const ExactLaunch& launch) {
-  return launch.state->progress.now >= launch.until || launch.state->unresolvable != 0;
+  const ExactState& state = *launch.state;
+  return state.progress.now >= launch.until || state.unresolvable != 0 || state.paused != 0;
 }
 
 __device__ void draw_current(const ExactLaunch& launch, std::uint32_t i) {
@@ -56,7 +57,7 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     draw_current(launch, i);
     return;
   }
-  const ExactConstants c = constants_of(launch);
+  const ExactConstants c = constants_of_step(launch);
   predict<kBoundary, true>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
 }
 
@@ -65,8 +66,10 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
     pair_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ PairSpace pairs;
   __shared__ NearList<kBlock>::Space near_space;
+  __shared__ PathHits hits;
   if (is_over(launch)) return;
-  const ExactConstants c = constants_of(launch);
+  const ExactConstants c = constants_of_window(launch);
+  if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, hits);
   solve_pairs<kBoundary, true, kLanesOfPair>({launch, c}, part_of_block(), pairs, near_space);
 }
 
@@ -77,25 +80,28 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 //   SOLVE    solve clusters => find conflicts => merge clusters => ... until there are no conflicts
 //              solved up to `until`, where no anchoring is due: to_commit is set, return
 //              otherwise: COMMIT
-//   COMMIT   store the solution, unless the step failed => END
-//   END      time moves on, or the bounds for a retry are set => (anchor all =>) plan the next step
-//              `until` is reached, or the step is unresolvable: return
-//              a sort is due on the way: => return, the host launches the step again
-//              otherwise: => START
-//   START    predict => form clusters, solve pairs => SOLVE
+//   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>)
+//   END END      plan the next window, or a shorter one => START
+//              or the step ends: time moves on => (anchor all =>) plan the next step
+//                `until` is reached, or the window is unresolvable: return
+//                a sort is due on the way: => return, the host launches the step again
+//                otherwise: => START
+//   START    predict all, or refresh kept events => form clusters, solve pairs => SOLVE
 //
-// A step that one solution takes to `until` leaves COMMIT and END to commit_kernel, whose blocks need no
-// barrier. That is the common case; the loop is for retries, anchorings, and steps that end on the way.
+// A window that takes the step to `until` leaves COMMIT and END to commit_kernel, whose blocks need no
+// barrier. In a gas every step is one such window; the loop is for crowds, retries, anchorings, and steps
+// that end on the way.
 
 struct SolveSpace {
   TallySlot tally;
-  BlockSpace block;
+  ClusterSpace clusters;
+  PathHits hits;
   BlockCounts counts;
   PairSpace pairs;
   NearList<kBlock>::Space near;
 };
 
-// State SOLVE. Returns whether the step is solved.
+// State SOLVE. Returns whether the window is solved.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& space) {
   const SliceCounts& outside = step.memory.counts[blockIdx.x];
@@ -105,9 +111,8 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
     space.counts.neighbour_pairs = outside.neighbour_pairs;
   }
   __syncthreads();
-  const bool one_was_alone =
-      step.state.list_overflow == 0 && solve_all<kBoundary>(step, space.block, space.counts);
-  if (one_was_alone) cg::this_grid().sync();
+  const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
+  if (can_start) solve_all<kBoundary>(step, space.clusters, space.hits, space.counts);
   return is_solved(step.state);
 }
 
@@ -115,7 +120,13 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
 template <Boundary kBoundary>
 __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& space, bool solved) {
   const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
-  if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, space.tally);
+  const bool goes_on = step.state.window_end < step.state.plan.length;
+  if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
+  if (solved && goes_on) {
+    cg::this_grid().sync();
+    const ExactConstants c = constants_of_step(step.launch);
+    predict_members<kBoundary>({step.launch, c}, num_members, space.near);
+  }
   __syncthreads();
   if (threadIdx.x == 0) {
     add_slot(step.launch.slots[blockIdx.x % kNumSlots], space.tally);
@@ -125,21 +136,46 @@ __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& 
   cg::this_grid().sync();
 }
 
-// State END. Returns whether the kernel goes on with another step.
-__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved) {
+// Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.
+__device__ inline void release_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
+    launch.memory.owner[i] = kInvalidIndex;
+    launch.memory.earliest[i / kTile] = 0;
+  }
+}
+
+// State END. Returns whether the kernel goes on with another window.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, AfterWindow& after) {
   const cg::grid_group grid = cg::this_grid();
+  const auto rank = static_cast<std::uint32_t>(grid.thread_rank());
+  const auto num_threads = static_cast<std::uint32_t>(grid.size());
+  const bool is_first_warp = rank < kNumSlots;
   ExactState& state = *launch.state;
-  if (blockIdx.x == 0 && threadIdx.x < kNumSlots) finish_step(launch, solved);
+  if (is_first_warp) finish_window(launch, solved);
   grid.sync();
-  if (load_fresh(&state.unresolvable) != 0) return false;
-  if (solved && is_at_anchoring(state.progress))
-    anchor_all(launch, static_cast<std::uint32_t>(grid.thread_rank()),
-               static_cast<std::uint32_t>(grid.size()), [&] { grid.sync(); });
+  after = state.after_window;
+  if (after == AfterWindow::stop) return false;
+  if (after == AfterWindow::next_window) return true;
+  if (after == AfterWindow::retry_window) {
+    release_all(launch, rank, num_threads);
+    grid.sync();
+    return true;
+  }
+  if (after == AfterWindow::end_step_here) {
+    locate_all<kBoundary>(launch, rank, num_threads);
+    grid.sync();
+    if (is_first_warp) finish_step(launch, true);
+    grid.sync();
+  }
+  if (after != AfterWindow::retry_step && is_at_anchoring(state.progress))
+    anchor_all(launch, rank, num_threads, [&] { grid.sync(); });
+  if (state.paused != 0) return false;
   const bool is_done = state.progress.now >= launch.until;
   grid.sync();
   if (grid.thread_rank() == 0) {
     const std::uint64_t until = is_done ? launch.next_until : launch.until;
-    if (until > state.progress.now) plan_next(launch.run, until, state);
+    if (until > state.progress.now) plan_next(launch, until);
   }
   if (is_done) return false;
   grid.sync();
@@ -148,13 +184,22 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved) 
 
 // State START.
 template <Boundary kBoundary>
-__device__ __forceinline__ void run_start(const ExactLaunch& launch, SolveSpace& space) {
-  const ExactConstants c = constants_of(launch);
-  const StepContext step{launch, c};
-  for (std::uint32_t tile = blockIdx.x; tile * kBlock < launch.space.num_parcels; tile += gridDim.x)
-    predict<kBoundary, false>(step, tile * kBlock + threadIdx.x, blockIdx.x, space.near);
+__device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_step, SolveSpace& space) {
+  {
+    const ExactConstants c = constants_of_step(launch);
+    const StepContext step{launch, c};
+    if (same_step) {
+      refresh<kBoundary>(step, blockIdx.x, space.near);
+    } else {
+      for (std::uint32_t first = blockIdx.x * kBlock; first < launch.space.num_parcels;
+           first += gridDim.x * kBlock)
+        predict<kBoundary, false>(step, first + threadIdx.x, blockIdx.x, space.near);
+    }
+  }
   cg::this_grid().sync();
-  solve_pairs<kBoundary, false, kLanesOfPair>(step, {blockIdx.x}, space.pairs, space.near);
+  const ExactConstants c = constants_of_window(launch);
+  if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, space.hits);
+  solve_pairs<kBoundary, false, kLanesOfPair>({launch, c}, {blockIdx.x}, space.pairs, space.near);
   cg::this_grid().sync();
 }
 
@@ -165,18 +210,21 @@ __global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
   if (is_over(launch)) return;
   if (threadIdx.x == 0) space.tally = {};
   while (true) {
-    const ExactConstants c = constants_of(launch);
+    const ExactConstants c = constants_of_window(launch);
     const StepContext step{launch, c};
     const bool solved = run_solve<kBoundary>(step, space);
-    if (solved && reaches_end(step) && !ends_at_anchoring(step)) {
+    const bool ends_step = step.state.window_end == step.state.plan.length;
+    if (solved && ends_step && reaches_end(step) && !ends_at_anchoring(step)) {
       if (threadIdx.x == 0)
         launch.memory.counts[blockIdx.x].members = min(space.counts.members, launch.memory.member_capacity);
       if (blockIdx.x == 0 && threadIdx.x == 0) step.state.to_commit = 1;
       return;
     }
     run_commit<kBoundary>(step, space, solved);
-    if (!run_end(launch, solved)) return;
-    run_start<kBoundary>(launch, space);
+    AfterWindow after;
+    if (!run_end<kBoundary>(launch, solved, after)) return;
+    const bool same_step = after == AfterWindow::next_window || after == AfterWindow::retry_window;
+    run_start<kBoundary>(launch, same_step, space);
   }
 }
 
@@ -200,25 +248,29 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (state.to_commit == 0) {
     // The step was over before solve_kernel, or in it. In the latter case the next one is planned already,
     // and planning it again changes nothing.
-    if (is_over(launch) && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
+    if (is_over(launch) && state.paused == 0 && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
-      plan_next(launch.run, launch.next_until, state);
+      plan_next(launch, launch.next_until);
     return;
   }
   const SlicePart part = part_of_block();
   if (threadIdx.x == 0) tally = {};
   __syncthreads();
-  const ExactConstants c = constants_of(launch);
-  commit<kBoundary>({launch, c}, part, launch.memory.counts[part.slice].members, tally);
+  const ExactConstants c = constants_of_window(launch);
+  commit<kBoundary>({launch, c}, part, launch.memory.counts[part.slice].members, false, tally);
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[(blockIdx.x + blockIdx.y) % kNumSlots], tally);
   if (!is_last_block(state.num_committed, is_last)) return;
   for (std::uint32_t s = threadIdx.x; s < gridDim.x; s += kBlock) launch.memory.counts[s] = {};
-  if (threadIdx.x < kNumSlots) finish_step(launch, true);
+  if (threadIdx.x < kNumSlots) finish_window(launch, true);
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;
-  if (launch.next_until > state.progress.now) plan_next(launch.run, launch.next_until, state);
+  if (launch.next_until > state.progress.now && state.paused == 0) plan_next(launch, launch.next_until);
+}
+
+__global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_constant__ ExactLaunch launch) {
+  if (launch.state->paused != 0) draw_current(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
 std::uint32_t max_slices() {
@@ -255,6 +307,11 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
     PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
                                         dim3(launch.memory.num_slices), dim3(kBlock), arguments, 0, stream));
   });
+}
+
+void launch_draw_paused(const ExactLaunch& launch, cudaStream_t stream) {
+  draw_paused_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+  PF_LAUNCHED("draw_paused_kernel");
 }
 
 void launch_commit(const ExactLaunch& launch, cudaStream_t stream) {

@@ -18,6 +18,8 @@ struct ExactLaunch {
   TallySlot* slots = nullptr;          // kNumSlots
   DrawBuffers draw;                    // device memory; null pointers: nothing is drawn
   bool ball_was_set = false;           // from outside, since the last request
+  bool goes_on = false;                // the last request ended within a step
+  std::uint64_t budget_ns = 0;         // of the request; 0: none
   std::uint64_t until = 0;             // tick of the reference speed at which the step ends
   std::uint64_t next_until = 0;        // at which the one after it ends; 0: there is none
   std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never
@@ -41,6 +43,8 @@ void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
 // positions at the current tick. The latter also sets the displacement since the sort to 0.
 void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream);
+// Draws the present state if the request ended before its last step.
+void launch_draw_paused(const ExactLaunch& launch, cudaStream_t stream);
 // out[i] = position of parcel i.
 void launch_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream);
 

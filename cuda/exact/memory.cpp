@@ -12,7 +12,7 @@ constexpr std::uint32_t kNeighbourPairShare = 8;  // neighbours in two clusters
 constexpr std::uint32_t kCommonShare = 16;
 constexpr std::uint32_t kNearBallShare = 4;
 constexpr std::uint32_t kMinCommon = 16384;
-constexpr std::uint32_t kMaxBallSegments = 4096;
+constexpr std::uint32_t kMaxBallHits = 16384;  // of all solutions of a window
 
 CommonList list(const DeviceBuffer<std::uint32_t>& buffer) {
   return {buffer.data(), static_cast<std::uint32_t>(buffer.capacity())};
@@ -39,24 +39,26 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
   choose_capacities(num_parcels);
   const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_slices_; };
   const std::size_t common = num_parcels / kCommonShare + kMinCommon;
+  earliest_ = DeviceBuffer<std::uint32_t>(num_parcels / kTile + 1);
   active_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
   counts_ = DeviceBuffer<SliceCounts>(num_slices_);
   representatives_ = DeviceBuffer<std::uint32_t>(all(active_capacity_));
   members_ = DeviceBuffer<Member>(all(member_capacity_));
-  clusters_ = DeviceBuffer<Cluster>(all(member_capacity_) + 1);
+  clusters_ = DeviceBuffer<Cluster>(all(member_capacity_));
   segments_ = DeviceBuffer<TrajectorySegment>(all(segment_capacity_));
   neighbour_pairs_ = DeviceBuffer<uint2>(all(neighbour_pair_capacity_));
   near_ball_ = DeviceBuffer<std::uint32_t>(num_parcels / kNearBallShare + kMinCommon);
   todo_ = DeviceBuffer<std::uint32_t>(common);
   conflicts_ = DeviceBuffer<uint2>(common);
-  ball_segments_ = DeviceBuffer<BallTrajectorySegment>(kMaxBallSegments);
+  ball_segments_ = DeviceBuffer<BallSegment>(2 * kMaxBallSegments);
+  ball_hits_ = DeviceBuffer<BallHit>(kMaxBallHits);
   reserved_ = num_parcels;
 }
 
 std::size_t ExactMemory::bytes() const {
-  return active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + clusters_.bytes() +
+  return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + clusters_.bytes() +
          segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() + todo_.bytes() +
-         conflicts_.bytes() + ball_segments_.bytes();
+         conflicts_.bytes() + ball_segments_.bytes() + ball_hits_.bytes();
 }
 
 Vec2i* ExactMemory::positions(const DeviceParcels& next, std::uint32_t buffer) {
@@ -73,8 +75,9 @@ StepMemory ExactMemory::lay_out(const DeviceParcels& current, const DeviceParcel
   m.member_slot = next.id.data();
   m.list_head = next.tick.data();
   const SortScratch scratch = cell_sort.scratch();
-  m.event_tick = scratch.keys[0];
-  m.event_partner = scratch.keys[1];
+  static_assert(sizeof(EventKey) == sizeof(*scratch.keys));
+  m.events = reinterpret_cast<EventKey*>(scratch.keys);
+  m.earliest = earliest_.data();
   m.owner = scratch.indices;
   m.active = {active_.data(), active_capacity_};
   m.num_slices = num_slices_;
@@ -91,8 +94,10 @@ StepMemory ExactMemory::lay_out(const DeviceParcels& current, const DeviceParcel
   m.todo = list(todo_);
   m.conflicts = conflicts_.data();
   m.conflict_capacity = static_cast<std::uint32_t>(conflicts_.capacity());
-  m.ball_segments = ball_segments_.data();
-  m.ball_segment_capacity = kMaxBallSegments;
+  m.ball_paths[0] = ball_segments_.data();
+  m.ball_paths[1] = ball_segments_.data() + kMaxBallSegments;
+  m.ball_hits = ball_hits_.data();
+  m.ball_hit_capacity = kMaxBallHits;
   return m;
 }
 

@@ -15,8 +15,7 @@
 //   next.id                        4  member_slot
 //   next.tick                      4  list_head
 //   next.last_contact_tick         4  nothing
-//   cell_sort keys[0]              4  event_tick
-//   cell_sort keys[1]              4  event_partner
+//   cell_sort keys                 8  events
 //   cell_sort indices[0]           4  owner
 //   cell_sort indices[1]           4  nothing
 //
@@ -59,13 +58,14 @@ class ExactMemory {
   // Items in a slice.
   std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0,
                 neighbour_pair_capacity_ = 0;
-  DeviceBuffer<std::uint32_t> active_, representatives_, near_ball_, todo_;
+  DeviceBuffer<std::uint32_t> earliest_, active_, representatives_, near_ball_, todo_;
   DeviceBuffer<SliceCounts> counts_;
   DeviceBuffer<Member> members_;
   DeviceBuffer<Cluster> clusters_;
   DeviceBuffer<TrajectorySegment> segments_;
   DeviceBuffer<uint2> neighbour_pairs_, conflicts_;
-  DeviceBuffer<BallTrajectorySegment> ball_segments_;
+  DeviceBuffer<BallSegment> ball_segments_;
+  DeviceBuffer<BallHit> ball_hits_;
   DeviceBuffer<ExactState> state_{1};
 };
 

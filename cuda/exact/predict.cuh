@@ -1,20 +1,21 @@
 // Method `exact` on the device, first stage of a step: every parcel's earliest event on the start
-// trajectories.
+// trajectories. First stage of a later window of the step: which parcels have an event in it.
 #pragma once
 
-#include "cuda/exact/commit.cuh"
+#include "cuda/exact/ball_path.cuh"
+#include "cuda/exact/positions.cuh"
 
 namespace pf::cuda {
 
-// Replaces `best` if a collision of parcel i, on its start trajectory `own`, comes before it.
-template <Boundary kBoundary, bool kReadOnly>
-__device__ void keep_earliest_collision(const StepContext& step, std::uint32_t i, const Trajectory& own,
-                                        NearList<kExactBlock>::Space& near_space, Event& best) {
+// Calls visit(j, tick) for the collisions of parcel i, on its start trajectory `own`, with each other parcel.
+// fastest_mps: bound on the others' speeds.
+template <Boundary kBoundary, bool kReadOnly, class Visit>
+__device__ void visit_collisions(const StepContext& step, std::uint32_t i, const Trajectory& own,
+                                 double fastest_mps, NearList<kExactBlock>::Space& near_space, Visit visit) {
   const Vec2i* positions = step.start_positions();
   const Vec2i here = positions[i];
-  const ExactState& state = step.state;
   const float speed = sqrtf(dot(own.velocity, own.velocity));
-  const float radius = search_radius(step.c, speed + static_cast<float>(state.progress.fastest_mps));
+  const float radius = search_radius(step.c, speed + static_cast<float>(fastest_mps));
   const SearchCircle circle{here, i, step.search_reach(radius), radius * radius};
   const auto may_collide_with = [&](std::uint32_t j) {
     const Vec2i offset = separation<kBoundary>(step.launch.space.world, here, positions[j]);
@@ -23,8 +24,7 @@ __device__ void keep_earliest_collision(const StepContext& step, std::uint32_t i
   };
   const auto keep = [&](std::uint32_t j) {
     const Trajectory other = step.start_trajectory(j);
-    if (!is_retired(other.anchor))
-      step.keep_collision(collision_tick<kBoundary>(step.c, own, other), j, best);
+    if (!is_retired(other.anchor)) visit(j, collision_tick<kBoundary>(step.c, own, other));
   };
   NearList<kExactBlock> near{near_space};
   search<kBoundary, kReadOnly>(step.launch.space, positions, circle, [&](std::uint32_t j) { near.push(j); });
@@ -45,12 +45,22 @@ __device__ inline void note_invalid(const StepContext& step, std::uint32_t i) {
   atomicMax(&slot.first_invalid_id, ~step.id(i));
 }
 
+// Replaces `best` if parcel i, on its start trajectory, reaches the edge or a frozen ball before it.
+template <Boundary kBoundary>
+__device__ void keep_edge_and_frozen_ball(const StepContext& step, std::uint32_t i, const Trajectory& own,
+                                          Event& best) {
+  const Vec2i here = step.start_positions()[i];
+  if (may_reach_edge<kBoundary>(step.c, here)) keep_edge_event<kBoundary>(step.c, own, best);
+  if (step.c.plan.ball == BallRole::frozen && step.is_near_ball<kBoundary>(here))
+    keep_earlier(best, {ball_collision_tick<kBoundary>(step.c, step.state.ball.trajectory, own), kBallPartner,
+                        kBallPartner});
+}
+
 // Earliest event of parcel i. Sets speed2, (m/s)^2, to 0 if it has retired or is not finite, and writes where
 // the parcel is at the step's end if no event changes its trajectory.
 template <Boundary kBoundary, bool kReadOnly>
 __device__ Event predict_event(const StepContext& step, std::uint32_t i,
                                NearList<kExactBlock>::Space& near_space, float& speed2) {
-  const Vec2i here = step.start_positions()[i];
   const Trajectory own = step.start_trajectory(i);
   Event best;
   speed2 = 0.0F;
@@ -67,11 +77,10 @@ __device__ Event predict_event(const StepContext& step, std::uint32_t i,
   }
   write_end_position<kBoundary>(step, i, own);
   if (step.c.run.physics.parcels.contacts)
-    keep_earliest_collision<kBoundary, kReadOnly>(step, i, own, near_space, best);
-  if (may_reach_edge<kBoundary>(step.c, here)) keep_edge_event<kBoundary>(step.c, own, best);
-  if (step.c.plan.ball == BallRole::frozen && step.is_near_ball<kBoundary>(here))
-    keep_earlier(best, {ball_collision_tick<kBoundary>(step.c, step.state.ball.trajectory, own), kBallPartner,
-                        kBallPartner});
+    visit_collisions<kBoundary, kReadOnly>(
+        step, i, own, step.state.progress.fastest_mps, near_space,
+        [&](std::uint32_t j, std::uint32_t tick) { step.keep_collision(tick, j, best); });
+  keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
   return best;
 }
 
@@ -103,7 +112,7 @@ __device__ void append_if_near_ball(const StepContext& step, std::uint32_t i) {
   if (k < near_ball.capacity) {
     near_ball.items[k] = i;
   } else {
-    step.state.list_overflow = 1;
+    step.state.near_ball_overflow = 1;
   }
 }
 
@@ -113,24 +122,119 @@ __device__ inline void note_speed(TallySlot& slot, float speed2) {
     atomicMax(&slot.max_speed2_bits, fastest);
 }
 
+template <Boundary kBoundary>
+__device__ bool is_near_participant(const StepContext& step, std::uint32_t i) {
+  return step.has_participant() && i < step.launch.space.num_parcels &&
+         step.is_near_ball<kBoundary>(step.start_positions()[i]);
+}
+
+// Returns whether parcel i hits a participating ball in the window, if nothing happens to the two before;
+// then the hit is noted. The events that parcels keep are others: after each hit the ball is on a new
+// trajectory.
+template <Boundary kBoundary>
+__device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
+  if (!is_near_participant<kBoundary>(step, i)) return false;
+  const Trajectory own = step.start_trajectory(i);
+  if (is_retired(own.anchor) || !(dot(own.velocity, own.velocity) < kMaxFiniteSpeed2)) return false;
+  const std::uint32_t tick = hit_on_path<kBoundary>(step, {own, step.id(i)}).tick;
+  if (tick >= step.state.window_end) return false;
+  add_ball_hit(step, {tick, step.id(i), kInvalidIndex, 0, own, 0});
+  return true;
+}
+
+// Sets the earliest tick at which a parcel of the warp's tile that is not active keeps an event. Tiles near a
+// participating ball are looked through in every window. Whole warps call it. i: the parcel of the thread, or
+// beyond the last one.
+template <Boundary kBoundary>
+__device__ void set_earliest(const StepContext& step, std::uint32_t i, std::uint32_t tick, bool is_active) {
+  static_assert(kTile == 32);
+  if (is_near_participant<kBoundary>(step, i)) tick = 0;
+  const std::uint32_t later = warp_min(is_active && tick != 0 ? kNoTick : tick);
+  if (threadIdx.x % 32 == 0 && i < step.launch.space.num_parcels) step.memory.earliest[i / kTile] = later;
+}
+
 // Predicts for parcel i if there is one. Whole warps call it. kReadOnly: see search().
 template <Boundary kBoundary, bool kReadOnly>
 __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t slice,
                         NearList<kExactBlock>::Space& near_space) {
   const StepMemory& memory = step.memory;
   bool is_active = false;
+  std::uint32_t tick = kNoTick;
   float speed2 = 0.0F;
   if (i < step.launch.space.num_parcels) {
     const Event event = predict_event<kBoundary, kReadOnly>(step, i, near_space, speed2);
-    is_active = event.tick != kNoTick;
-    memory.event_tick[i] = event.tick;
-    memory.event_partner[i] = event.partner;
+    is_active = hits_participant_now<kBoundary>(step, i) || event.tick < step.state.window_end;
+    tick = event.tick;
+    memory.events[i] = event_key(event.tick, event.partner);
     memory.owner[i] = kInvalidIndex;
     if (is_active) memory.list_head[i] = kInvalidIndex;
     if (step.has_participant()) append_if_near_ball<kBoundary>(step, i);
   }
   append_active(step, slice, i, is_active);
+  set_earliest<kBoundary>(step, i, tick, is_active);
   note_speed(step.launch.slots[blockIdx.x % kNumSlots], speed2);
+}
+
+// ---- later windows of the step
+
+// Returns whether the due event of parcel i is stale.
+template <Boundary kBoundary>
+__device__ bool is_stale(const StepContext& step, std::uint32_t i, EventKey event) {
+  const std::uint32_t partner = partner_of(event);
+  if (!is_parcel(partner)) return false;
+  const EventKey of_partner = load_fresh(&step.memory.events[partner]);
+  if (of_partner == event_key(tick_of(event), i)) return false;
+  // The partner keeps no later event than one that is to come.
+  if (tick_of(of_partner) > tick_of(event)) return true;
+  const Trajectory other = step.start_trajectory(partner);
+  return is_retired(other.anchor) ||
+         collision_tick<kBoundary>(step.c, step.start_trajectory(i), other) != tick_of(event);
+}
+
+template <Boundary kBoundary>
+__device__ EventKey predicted_anew(const StepContext& step, std::uint32_t i,
+                                   NearList<kExactBlock>::Space& near_space) {
+  const Trajectory own = step.start_trajectory(i);
+  Event best;
+  visit_collisions<kBoundary, false>(
+      step, i, own, step.c.plan.max_speed_mps, near_space,
+      [&](std::uint32_t j, std::uint32_t tick) { step.keep_collision(tick, j, best); });
+  keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
+  return event_key(best.tick, best.partner);
+}
+
+// Lists a tile's active parcels. A whole warp calls it.
+template <Boundary kBoundary>
+__device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::uint32_t slice,
+                             NearList<kExactBlock>::Space& near_space) {
+  const StepMemory& memory = step.memory;
+  const std::uint32_t window_end = step.state.window_end;
+  const std::uint32_t i = tile * kTile + threadIdx.x % 32;
+  EventKey event = i < step.launch.space.num_parcels ? memory.events[i] : kNoEventKey;
+  if (tick_of(event) < window_end && is_stale<kBoundary>(step, i, event)) {
+    event = predicted_anew<kBoundary>(step, i, near_space);
+    memory.events[i] = event;
+  }
+  const bool is_active = hits_participant_now<kBoundary>(step, i) || tick_of(event) < window_end;
+  if (is_active) memory.list_head[i] = kInvalidIndex;
+  append_active(step, slice, i, is_active);
+  set_earliest<kBoundary>(step, i, tick_of(event), is_active);
+}
+
+// Lists all active parcels, and predicts due events that are stale anew. The grid calls it.
+template <Boundary kBoundary>
+__device__ void refresh(const StepContext& step, std::uint32_t slice,
+                        NearList<kExactBlock>::Space& near_space) {
+  const std::uint32_t num_tiles = (step.launch.space.num_parcels + kTile - 1) / kTile;
+  const std::uint32_t window_end = step.state.window_end;
+  constexpr std::uint32_t kWarps = kExactBlock / 32;
+  const std::uint32_t warp = blockIdx.x + gridDim.x * (threadIdx.x / 32);
+  for (std::uint32_t base = warp * 32; base < num_tiles; base += gridDim.x * kWarps * 32) {
+    const std::uint32_t mine = base + threadIdx.x % 32;
+    const bool is_due = mine < num_tiles && step.memory.earliest[mine] < window_end;
+    for (unsigned due = __ballot_sync(kWholeWarp, is_due); due != 0; due &= due - 1)
+      refresh_tile<kBoundary>(step, base + (__ffs(due) - 1), slice, near_space);
+  }
 }
 
 }  // namespace pf::cuda

@@ -2,6 +2,7 @@
 // other, and merging them.
 #pragma once
 
+#include "cuda/exact/ball_trace.cuh"
 #include "cuda/exact/solve.cuh"
 
 namespace pf::cuda {
@@ -9,6 +10,8 @@ namespace pf::cuda {
 // With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth of the
 // grid's.
 constexpr std::uint32_t kMaxConflictsAlone = 8;
+// Beyond it the window is retried, shorter.
+constexpr std::uint32_t kMaxRounds = 200;
 
 // Calls visit(trajectory, end) for the trajectories that events of the step led parcel i to, latest first,
 // until it returns true. Returns whether it did. end: tick of the step.
@@ -24,18 +27,6 @@ __device__ bool any_segment(const StepContext& step, std::uint32_t i, Visit visi
   return false;
 }
 
-// The same for the ball.
-template <class Visit>
-__device__ bool any_ball_segment(const StepContext& step, Visit visit) {
-  const BallMember& ball = step.state.ball_member;
-  if (visit(ball.now.trajectory, step.c.plan.length)) return true;
-  for (std::uint32_t s = 0; s < ball.num_segments; ++s) {
-    const BallTrajectorySegment segment = step.memory.ball_segments[s];
-    if (visit(segment.trajectory, segment.end)) return true;
-  }
-  return false;
-}
-
 // Returns whether a collision happens while both bodies are on their trajectories.
 __device__ inline bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= (first_end < second_end ? first_end : second_end);
@@ -46,15 +37,6 @@ __device__ bool trajectories_collide(const StepContext& step, std::uint32_t i, s
   return any_segment(step, i, [&](const Trajectory& p, std::uint32_t p_end) {
     return any_segment(step, j, [&](const Trajectory& q, std::uint32_t q_end) {
       return happens_before(collision_tick<kBoundary>(step.c, p, q), p_end, q_end);
-    });
-  });
-}
-
-template <Boundary kBoundary>
-__device__ bool collides_with_ball(const StepContext& step, std::uint32_t i) {
-  return any_segment(step, i, [&](const Trajectory& parcel, std::uint32_t parcel_end) {
-    return any_ball_segment(step, [&](const BallTrajectory& ball, std::uint32_t ball_end) {
-      return happens_before(ball_collision_tick<kBoundary>(step.c, ball, parcel), parcel_end, ball_end);
     });
   });
 }
@@ -78,26 +60,15 @@ __device__ void find_parcel_conflicts(const StepContext& step, BlockCounts& coun
 }
 
 template <Boundary kBoundary>
-__device__ void find_ball_conflicts(const StepContext& step, const StepTeam& team, BlockCounts& counts) {
-  const StepMemory& memory = step.memory;
-  const ExactState& state = step.state;
-  if (!step.has_participant() || !state.ball_member.has_changed) return;
-  const std::uint32_t ball_owner = state.ball_owner;
-  if (cluster_of(step, ball_owner).solution == kUnsolved) return;
-  const std::uint32_t num = min(state.num_near_ball, memory.near_ball.capacity);
-  for (std::uint32_t k = team.rank(); k < num; k += team.num_threads()) {
-    const std::uint32_t i = memory.near_ball.items[k], owner = memory.owner[i];
-    if (owner == kInvalidIndex || owner == ball_owner || cluster_of(step, owner).solution == kUnsolved)
-      continue;
-    if (collides_with_ball<kBoundary>(step, i)) add_conflict(step, counts, ball_owner, owner);
-  }
-}
-
-template <Boundary kBoundary>
 __device__ void find_conflicts(const StepContext& step, const StepTeam& team, BlockCounts& counts) {
-  if (team.rank() == 0) step.state.num_todo = 0;
+  ExactState& state = step.state;
+  if (team.rank() == 0) {
+    state.num_todo = 0;
+    state.serial_events += state.round_events;
+    state.largest_cluster = max(state.largest_cluster, state.round_events);
+    state.round_events = 0;
+  }
   find_parcel_conflicts<kBoundary>(step, counts);
-  find_ball_conflicts<kBoundary>(step, team, counts);
 }
 
 // Gives the members of a cluster to the root of its set. Does nothing if that was done in this round.
@@ -116,7 +87,6 @@ __device__ inline void reassign_members(const StepContext& step, std::uint32_t n
   }
   if (last != kInvalidIndex) memory.members[last].next = atomicExch(&into.merged, cluster.members);
   if (cluster.needs_block) into.needs_block = 1;
-  if (state.ball_owner == name && root != name) state.ball_owner = root;
   // There is room in `todo`: conflicts are no fewer.
   if (root == name) memory.todo.items[atomicAdd(&state.num_todo, 1U)] = root;
 }
@@ -157,12 +127,6 @@ __device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam
   return false;
 }
 
-__device__ inline unsigned long long global_time_ns() {
-  unsigned long long time;
-  asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(time));
-  return time;
-}
-
 // The same, timed by the first thread of all.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& team, BlockCounts& counts,
@@ -174,17 +138,146 @@ __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& tea
   return is_done;
 }
 
-// Solves all clusters of the step in rounds of solving and reconciling. Returns whether the first block did
-// the last rounds alone; the other blocks return before it, and all must then wait for it.
+// Solves all clusters in rounds of solving and reconciling, until there are no conflicts. round: number of
+// the first one; then of the next.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool solve_all(const StepContext& step, BlockSpace& space, BlockCounts& counts) {
+__device__ __forceinline__ void solve_in_rounds(const StepContext& step, ClusterSpace& space,
+                                                BlockCounts& counts, std::uint32_t& round) {
   StepTeam team;
-  for (std::uint32_t round = 0;; ++round) {
+  for (bool is_done = false; !is_done; ++round) {
+    if (threadIdx.x == 0) counts.round = round;
+    __syncthreads();
     solve<kBoundary>(step, team, space, counts, round == 0);
     if (team.rank() == 0) step.state.num_rounds += 1;
     team.barrier();
-    if (reconcile<kBoundary>(step, team, counts, round)) return team.alone;
+    is_done = reconcile<kBoundary>(step, team, counts, round);
   }
+  if (!team.alone) return;
+  // The first block did the last rounds alone.
+  team.grid.sync();
+  if (threadIdx.x == 0) counts.alone = 0;
+  __syncthreads();
+}
+
+// ---- the ball's path
+
+__device__ inline bool belongs_to_solution(const StepContext& step, const BallHit& hit) {
+  const Cluster& cluster = cluster_of(step, hit.cluster);
+  return cluster.parent == hit.cluster && cluster.solution != kUnsolved && cluster.attempt == hit.attempt;
+}
+
+// Returns whether a trajectory of parcel i in the window hits the ball on its path.
+template <Boundary kBoundary>
+__device__ bool hits_path(const StepContext& step, std::uint32_t i) {
+  const std::uint32_t id = step.id(i);
+  const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
+    const std::uint32_t tick = hit_on_path<kBoundary>(step, {trajectory, id}).tick;
+    return tick != kNoTick && tick <= end;
+  };
+  const Trajectory start = step.start_trajectory(i);
+  if (is_retired(start.anchor)) return false;
+  std::uint32_t start_end = step.c.plan.length;
+  if (step.owner_of(i) != kInvalidIndex &&
+      any_segment(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
+        start_end = static_cast<std::uint32_t>(anchor_time(step.c.plan, trajectory));
+        return hits(trajectory, end);
+      }))
+    return true;
+  return hits(start, start_end);
+}
+
+// Makes parcel i, which belongs to no cluster, one that is solved next.
+__device__ inline void add_cluster(const StepContext& step, BlockCounts& counts, std::uint32_t i,
+                                   std::uint32_t round) {
+  const StepMemory& memory = step.memory;
+  if (atomicCAS(&memory.owner[i], kInvalidIndex, i) != kInvalidIndex) return;
+  const std::uint32_t slot = new_member_slot(step, counts, i);
+  memory.members[slot].index = i;
+  memory.members[slot].next = kInvalidIndex;
+  Cluster& cluster = memory.clusters[slot];
+  start_cluster(cluster, i);
+  cluster.merged = slot;
+  cluster.reassigned = round;
+  const std::uint32_t k = atomicAdd(&step.state.num_todo, 1U);
+  if (k < memory.todo.capacity) {
+    memory.todo.items[k] = i;
+  } else {
+    step.state.solve_failed = 1;
+  }
+}
+
+// Lists the clusters to be solved next: if the path has changed, those that hit the ball, or would; and
+// parcels outside clusters that would.
+template <Boundary kBoundary>
+__device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& counts, bool has_changed,
+                                      std::uint32_t round) {
+  const StepMemory& memory = step.memory;
+  ExactState& state = step.state;
+  const StepTeam team;
+  const std::uint32_t num_logged = has_changed ? min(state.num_ball_hits, memory.ball_hit_capacity) : 0U;
+  for (std::uint32_t k = team.rank(); k < num_logged; k += team.num_threads()) {
+    const BallHit& hit = memory.ball_hits[k];
+    const Cluster& cluster = cluster_of(step, hit.cluster);
+    if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt)
+      reassign_members(step, hit.cluster, round);
+  }
+  const std::uint32_t num_near = min(state.num_near_ball, memory.near_ball.capacity);
+  for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
+    const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
+    if (owner == kInvalidIndex) {
+      if (hits_path<kBoundary>(step, i)) add_cluster(step, counts, i, round);
+    } else if (has_changed && load_fresh(&cluster_of(step, owner).reassigned) != round &&
+               hits_path<kBoundary>(step, i)) {
+      reassign_members(step, owner, round);
+    }
+  }
+}
+
+// Traces the ball's path through the hits of the solution. Returns whether clusters are listed to be solved,
+// against a path that has changed. round: of the first block's next one; then that in which they are solved.
+// The grid calls it.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHits& space,
+                                                 BlockCounts& counts, std::uint32_t& round) {
+  const cg::grid_group grid = cg::this_grid();
+  ExactState& state = step.state;
+  if (blockIdx.x == 0) {
+    trace_ball_path<kBoundary>(step, space,
+                               [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
+    if (threadIdx.x == 0) {
+      if (round > kMaxRounds) state.solve_failed = 1;
+      state.num_todo = 0;
+      state.num_conflicts[0] = 0;
+      state.round = round;
+    }
+  }
+  grid.sync();
+  round = load_fresh(&state.round);  // the first block may have done more rounds, alone
+  const bool has_changed = load_fresh(&state.path_has_changed) != 0;
+  const bool is_checked = load_fresh(&state.path_is_checked) != 0;
+  if (!has_changed && is_checked) return false;
+  find_clusters_at_ball<kBoundary>(step, counts, has_changed, round);
+  ++round;
+  grid.sync();
+  if (blockIdx.x == 0 && threadIdx.x == 0) state.path_is_checked = 1;
+  return load_fresh(&state.num_todo) != 0;
+}
+
+// Solves the window. Each block has its own spaces.
+template <Boundary kBoundary>
+__device__ __forceinline__ void solve_all(const StepContext& step, ClusterSpace& space, PathHits& hits,
+                                          BlockCounts& counts) {
+  const ExactState& state = step.state;
+  std::uint32_t round = 0;
+  do {
+    solve_in_rounds<kBoundary>(step, space, counts, round);
+    if (!step.has_participant()) return;
+    // All blocks must decide alike, before the first one changes what they decide by.
+    const bool has_hits = load_fresh(&state.num_ball_segments) + load_fresh(&state.num_ball_hits) > 1;
+    const bool has_failed = load_fresh(&state.solve_failed) != 0;
+    cg::this_grid().sync();
+    if (!has_hits || has_failed) return;
+  } while (update_ball_path<kBoundary>(step, hits, counts, round));
 }
 
 }  // namespace pf::cuda

@@ -145,13 +145,26 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   ++submitted_.num_sorts;
 }
 
+// Number of the request's steps to take as one. The ball's chords end with steps; without a ball only the number of
+// events matters. `most`: of them, so that search boxes hold few parcels.
+std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
+                                          double most) const {
+  const ExactProgress& progress = host_exact_->progress;
+  if (physics_.ball.exists || progress.preferred_ticks == 0.0) return 1;
+  const double ticks_of_step = request.dt_s / scaled(run.reference_ticks, progress.tick_exponent).tick_s;
+  const double together = std::min({progress.preferred_ticks / ticks_of_step, most, 1e6});
+  return std::max(1U, static_cast<std::uint32_t>(std::max(together, 0.0)));
+}
+
 CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const StepRequest& request) {
   const TickScale& ticks = run.reference_ticks;
   ExactRequest plan;
-  plan.ends = exact_.plan_ends(request, ticks.tick_s);
   plan.searches = physics_.parcels.contacts && !needs_all_pairs(run) && num_parcels_ > 0;
   plan.displacement = host_exact_->progress.fastest_mps * ticks.units_per_tick * request.dt_s / ticks.tick_s;
   const double widest = (kWidestReach - 1.0) * run.contact_distance;
+  const std::uint32_t num_together = steps_together(run, request, 0.25 * widest / plan.displacement);
+  plan.ends = exact_.plan_ends(request, num_together, ticks.tick_s);
+  plan.displacement *= num_together;
   // Parcels that move too far in a step are sorted again on its way; the host then waits for each part of it.
   plan.sorts_within = plan.searches && 2.0 * plan.displacement > widest;
   plan.sort_displacement =
@@ -188,7 +201,8 @@ void CudaBackend::step_exact(const ExactRequest& plan, ExactLaunch& launch) {
     ++exact_steps_since_sort_;
     expected_displacement_ += static_cast<std::int64_t>(plan.displacement + kDisplacementRounding);
     if (plan.sorts_within) expected_displacement_ = read_exact_state().progress.max_displacement;
-  } while (plan.sorts_within && host_exact_->progress.now < launch.until && host_exact_->unresolvable == 0);
+  } while (plan.sorts_within && host_exact_->progress.now < launch.until && host_exact_->unresolvable == 0 &&
+           host_exact_->paused == 0);
 }
 
 void CudaBackend::submit_exact(const StepRequest& request) {
@@ -197,6 +211,8 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = exact_launch(request);
   const RunConstants& run = launch.run;
+  launch.goes_on = exact_.is_mid_step();
+  launch.budget_ns = static_cast<std::uint64_t>(request.budget_ms * 1e6);
   const ExactRequest plan = plan_exact(run, request);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   submitted_ = {request.num_steps, 0, true, run.per_impulse_count, run.impulse_unit_kg_mps};
@@ -205,17 +221,18 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   if (plan.sorts_within) launch.sort_displacement = static_cast<std::int64_t>(plan.sort_displacement);
 
   timer_.begin(stream_);
-  launch.until = plan.ends.empty() ? 0 : plan.ends.front();
+  launch.until = plan.ends.empty() ? 0 : plan.ends.front().tick;
   cuda::launch_begin_exact_request(launch, stream_);
   for (std::size_t k = 0; k < plan.ends.size(); ++k) {
     const bool is_last = k + 1 == plan.ends.size();
-    launch.until = plan.ends[k];
-    launch.next_until = is_last ? 0 : plan.ends[k + 1];
+    launch.until = plan.ends[k].tick;
+    launch.next_until = is_last ? 0 : plan.ends[k + 1].tick;
     launch.draw = is_last ? draw : DrawBuffers{};
     step_exact(plan, launch);
   }
   if (request.draw) {
     if (plan.ends.empty()) launch_draw(physics_.world, current_parcels(), num_parcels_, draw, stream_);
+    if (launch.budget_ns != 0 && !plan.ends.empty()) cuda::launch_draw_paused(launch, stream_);
     copy_to_host(draw, *request.draw);
   }
   PF_CUDA(
@@ -223,6 +240,15 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   PF_CUDA(cudaMemcpyAsync(host_exact_.get(), exact_memory_.state(), sizeof(ExactState),
                           cudaMemcpyDeviceToHost, stream_));
   timer_.end(stream_);
+}
+
+// How far the request has come, and the ball of the moment if it ended within a step.
+void CudaBackend::finish_exact(StepReport& report) {
+  const ExactState& state = *host_exact_;
+  report.totals.num_steps = exact_.finish(state.progress.now);
+  report.mid_step = exact_.is_mid_step();
+  if (state.has_chord != 0 && !physics_.ball.held)
+    report.ball = ball_in_chord(physics_, state.chord, state.ball.trajectory, 0, report.ball);
 }
 
 }  // namespace pf

@@ -31,31 +31,29 @@ struct StepTeam {
 };
 
 __device__ inline bool needs_block(const StepContext& step, std::uint32_t cluster) {
-  return cluster_of(step, cluster).needs_block != 0 || load_fresh(&step.state.ball_owner) == cluster;
+  return cluster_of(step, cluster).needs_block != 0;
 }
 
-// Solves the clusters that take a block each: in the first round the ball's, later those in `todo`.
+// Solves the clusters in `todo` that take a block each.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const StepTeam& team,
-                                                BlockSpace& space, BlockCounts& counts, bool is_first) {
+                                                BlockSpace& space, BlockCounts& counts) {
   BlockSolver<kBoundary> solver(step, space, counts);
-  const bool has_ball = blockIdx.x == 0 && step.has_participant();
-  const std::uint32_t num = is_first ? (has_ball ? 1U : 0U) : load_fresh(&step.state.num_todo);
-  for (std::uint32_t k = is_first ? 0U : team.block(); k < num; k += team.num_blocks()) {
-    const std::uint32_t cluster = is_first ? kBallCluster : step.memory.todo.items[k];
-    if (is_first || needs_block(step, cluster))
-      solver.solve(cluster, is_first ? kInvalidIndex : cluster_of(step, cluster).merged);
+  const std::uint32_t num = load_fresh(&step.state.num_todo);
+  for (std::uint32_t k = team.block(); k < num; k += team.num_blocks()) {
+    const std::uint32_t cluster = step.memory.todo.items[k];
+    if (needs_block(step, cluster)) solver.solve(cluster, cluster_of(step, cluster).merged);
   }
 }
 
 // Solves the other clusters: in the first round those that were formed, later those that were merged.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_warps(const StepContext& step, const StepTeam& team,
-                                               BlockCounts& counts, bool is_first) {
+                                               WarpSpace& space, BlockCounts& counts, bool is_first) {
   constexpr unsigned kWarps = kExactBlock / 32;
   ExactState& state = step.state;
   const StepMemory& memory = step.memory;
-  WarpSolver<kBoundary> solver(step, counts);
+  WarpSolver<kBoundary> solver(step, space, counts);
   const std::uint32_t num_warps = team.num_blocks() * kWarps;
   const std::uint32_t num = load_fresh(is_first ? &state.num_representatives : &state.num_todo);
   const auto after = [&](std::uint32_t k) {
@@ -71,12 +69,18 @@ __device__ __forceinline__ void solve_by_warps(const StepContext& step, const St
   }
 }
 
+// Shared memory of a block.
+struct ClusterSpace {
+  BlockSpace block;
+  WarpSpace warps;
+};
+
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, BlockSpace& space,
+__device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, ClusterSpace& space,
                                       BlockCounts& counts, bool is_first) {
-  solve_by_blocks<kBoundary>(step, team, space, counts, is_first);
+  if (!is_first) solve_by_blocks<kBoundary>(step, team, space.block, counts);
   __syncthreads();
-  solve_by_warps<kBoundary>(step, team, counts, is_first);
+  solve_by_warps<kBoundary>(step, team, space.warps, counts, is_first);
 }
 
 }  // namespace pf::cuda

@@ -1,5 +1,5 @@
-// Method `exact` on the device: a block solves a cluster that is too large for a warp, or the one that owns
-// the ball, as the CPU's ClusterSolver does with one thread.
+// Method `exact` on the device: a block solves a cluster that is too large for a warp, as the CPU's
+// ClusterSolver does with one thread.
 #pragma once
 
 #include "cuda/exact/solve_block_members.cuh"
@@ -22,8 +22,7 @@ class BlockSolver {
   // Solves the cluster. list: slot of its first member. All threads call it with the same arguments.
   __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
     members_.start(cluster);
-    const bool fits = members_.load(list);
-    if (fits && members_.owns_ball) start_ball();
+    const bool fits = members_.template load<kBoundary>(list);
     const bool solved = fits && process_events();
     __syncthreads();
     if (members_.leads()) members_.finish(list, fits, solved);
@@ -31,30 +30,21 @@ class BlockSolver {
   }
 
  private:
-  static constexpr std::uint32_t kBall = 0xFFFFFFFEU;  // stands for the ball among slots
-
   // ---- events
 
-  static __device__ __forceinline__ uint4 key_of(std::uint32_t own_id, const Event& event,
-                                                 std::uint32_t slot) {
-    return {event.tick, own_id < event.partner_id ? own_id : event.partner_id,
-            own_id < event.partner_id ? event.partner_id : own_id, slot};
-  }
-
-  // Key of the earliest event; its w is the slot of the member that has it, or kBall.
-  __device__ __forceinline__ uint4 next_event() {
-    uint4 best{kNoTick, kInvalidIndex, kInvalidIndex, kInvalidIndex};
+  // The earliest event; its place is the slot of a member that has it.
+  __device__ __forceinline__ OrderedEvent next_event() {
+    OrderedEvent best;
     for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
       const std::uint32_t slot = space_.table[k];
-      const Member& member = members_[slot];
-      const uint4 key = key_of(member.id, member.event, slot);
-      if (key.x != kNoTick && is_before(key, best)) best = key;
+      const std::uint32_t id = members_[slot].id;
+      const Event event = members_[slot].event;
+      if (event.tick == kNoTick) continue;
+      const OrderedEvent own{event.tick, event.generation, min(id, event.partner_id),
+                             max(id, event.partner_id), slot};
+      if (comes_before(own, best)) best = own;
     }
-    best = members_.min_over_block(best);
-    if (members_.owns_ball) {
-      const uint4 key = key_of(kBallPartner, state_.ball_member.event, kBall);
-      if (key.x != kNoTick && is_before(key, best)) best = key;
-    }
+    best = members_.first_of_block(best);
     __syncthreads();
     return best;
   }
@@ -62,63 +52,55 @@ class BlockSolver {
   // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
   // Everything is inlined once into this loop, so that the kernel's argument stays in the constant bank.
   __device__ __forceinline__ bool process_events() {
-    bool ball_is_stale = members_.owns_ball;
     while (true) {
-      if (ball_is_stale) predict_ball();
-      const uint4 next = next_event();
-      if (next.x == kNoTick) return true;
-      if (members_.tally.num_events == kMaxEvents) {
-        if (members_.leads()) state_.solve_failed = 1;
+      const OrderedEvent next = next_event();
+      if (next.tick == kNoTick) return true;
+      if (members_.tally.num_events == state_.max_events) {
+        if (members_.leads()) stop_at(step_, next.tick);
         return true;
       }
-      const Event event = next.w == kBall ? state_.ball_member.event : members_[next.w].event;
-      std::uint32_t own = next.w, other = kInvalidIndex;
+      const Event event = members_[next.place].event;
+      std::uint32_t other = kInvalidIndex;
       if (is_parcel(event.partner)) {
-        const std::uint32_t joined = members_.join(event.partner);
-        if (joined == kInvalidIndex) return false;
-        (next.w == kBall ? own : other) = joined;
-      } else if (event.partner == kBallPartner && step_.has_participant()) {
-        if (members_.leads()) space_.other = load_fresh(&state_.ball_owner);
-        return false;
+        other = members_.template join<kBoundary>(event.partner);
+        if (other == kInvalidIndex) return false;
       }
       __syncthreads();
-      if (members_.leads()) apply_event(event, own, other, next.w == kBall);
+      if (members_.leads()) apply_event(event, next.place, other);
       record(next);
       __syncthreads();
-      ball_is_stale = next.w == kBall;
-      predict_flagged(own, other, ball_is_stale);
+      predict_flagged(next.place, other);
       __syncthreads();
     }
   }
 
-  // Called by the first thread. Applies the event of member `own`, or kBall, and flags the members that it
-  // changes.
-  __device__ __forceinline__ void apply_event(const Event& event, std::uint32_t own, std::uint32_t other,
-                                              bool is_of_ball) {
+  // Called by the first thread. Applies the event of member `own`, and flags the members that it changes.
+  __device__ __forceinline__ void apply_event(const Event& event, std::uint32_t own, std::uint32_t other) {
     if (other != kInvalidIndex) {
-      apply_pair_event(own, other, event.tick);
-    } else if (is_of_ball || event.partner == kBallPartner) {
-      apply_ball_event(own, event);
+      apply_pair_event(own, other, event);
+    } else if (event.partner == kBallPartner) {
+      apply_ball_hit(own, event);
     } else {
       apply_edge_event(own, event);
     }
     space_.num_flagged = 0;
-    if (own != kBall) space_.flagged[space_.num_flagged++] = own;
+    space_.flagged[space_.num_flagged++] = own;
     if (other != kInvalidIndex) space_.flagged[space_.num_flagged++] = other;
   }
 
   // Called by all threads, so that num_events is equal in all.
-  __device__ __forceinline__ void record(const uint4& event) {
-    members_.tally.event_hash += event_hash(step_.since_reset(event.x), event.y, event.z);
+  __device__ __forceinline__ void record(const OrderedEvent& event) {
+    members_.tally.event_hash += event_hash(step_.since_reset(event.tick), event.low_id, event.high_id);
     ++members_.tally.num_events;
   }
 
-  __device__ __forceinline__ void set_member_trajectory(const Trajectory& now, std::uint32_t tick,
+  __device__ __forceinline__ void set_member_trajectory(const Trajectory& now, const Event& event,
                                                         Member& member) {
-    set_trajectory(step_, members_.counts, now, tick, member, members_.tally);
+    set_trajectory(step_, members_.counts, now, event, member, members_.tally);
   }
 
-  __device__ __forceinline__ void apply_pair_event(std::uint32_t m, std::uint32_t n, std::uint32_t tick) {
+  __device__ __forceinline__ void apply_pair_event(std::uint32_t m, std::uint32_t n, const Event& event) {
+    const std::uint32_t tick = event.tick;
     const bool in_order = members_[m].id < members_[n].id;
     Member &one = members_[in_order ? m : n], &two = members_[in_order ? n : m];
     Trajectory first = one.trajectory, second = two.trajectory;
@@ -127,8 +109,8 @@ class BlockSolver {
     const bool elastic = is_in_contact(c_.plan, tick, one.last_contact_tick) ||
                          is_in_contact(c_.plan, tick, two.last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, members_.tally);
-    set_member_trajectory(first, tick, one);
-    set_member_trajectory(second, tick, two);
+    set_member_trajectory(first, event, one);
+    set_member_trajectory(second, event, two);
     one.last_contact_tick = two.last_contact_tick = c_.plan.start + tick;
   }
 
@@ -138,89 +120,20 @@ class BlockSolver {
     anchor_at<kBoundary>(c_, now, event.tick);
     apply_edge(c_, event.partner, now);
     if (event.partner == kExit) members_.tally.retired();
-    set_member_trajectory(now, event.tick, member);
+    set_member_trajectory(now, event, member);
     member.last_contact_tick = c_.plan.start + event.tick;
   }
 
-  // Member m hits the ball; or m is kBall, and the ball hits a wall.
-  __device__ __forceinline__ void apply_ball_event(std::uint32_t m, const Event& event) {
-    ExactBall ball = members_.owns_ball ? state_.ball_member.now : state_.ball;
-    BallReaction reaction{};
-    if (m != kBall) {
-      Member& member = members_[m];
-      Trajectory now = member.trajectory;
-      anchor_at<kBoundary>(c_, now, event.tick);
-      reaction = collide_with_ball<kBoundary>(c_, ball.trajectory, event.tick, now, members_.tally);
-      set_member_trajectory(now, event.tick, member);
-    }
-    if (members_.owns_ball) change_ball(event, reaction, ball);
-  }
-
-  __device__ __forceinline__ void change_ball(const Event& event, const BallReaction& reaction,
-                                              ExactBall& ball) {
-    BallMember& it = state_.ball_member;
-    if (it.has_changed) {
-      if (it.num_segments < memory_.ball_segment_capacity) {
-        memory_.ball_segments[it.num_segments++] = {ball.trajectory, event.tick};
-      } else {
-        state_.solve_failed = 1;
-      }
-    }
-    apply_to_ball(c_, event.tick, event.partner, reaction, ball);
-    it.now = ball;
-    it.has_changed = 1;
-    const double surface_mps = surface_speed_mps(c_.run.physics, ball.trajectory);
-    if (surface_mps > c_.plan.max_speed_mps)
-      atomicMax(&state_.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
-  }
-
-  // ---- the ball as a member
-
-  __device__ __forceinline__ void start_ball() {
-    if (members_.leads()) {
-      state_.ball_member.now = state_.ball;
-      state_.ball_member.has_changed = 0;
-      state_.ball_member.num_segments = 0;
-    }
-    __syncthreads();
-  }
-
-  __device__ __forceinline__ Trajectory current_trajectory(std::uint32_t i) const {
-    return step_.owner_of(i) == members_.cluster ? members_[memory_.member_slot[i]].trajectory
-                                                 : step_.start_trajectory(i);
-  }
-
-  __device__ __forceinline__ void predict_ball() {
-    Event best;
-    const BallTrajectory ball = state_.ball_member.now.trajectory;
-    const std::uint32_t num = min(state_.num_near_ball, memory_.near_ball.capacity);
-    for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
-      const std::uint32_t i = memory_.near_ball.items[k];
-      const Trajectory parcel = current_trajectory(i);
-      if (!is_retired(parcel.anchor))
-        step_.keep_collision(ball_collision_tick<kBoundary>(c_, ball, parcel), i, best);
-    }
-    best = members_.earliest(best);
-    if (members_.leads()) {
-      keep_ball_edge_event<kBoundary>(c_, ball, best);
-      state_.ball_member.event = best;
-    }
-    __syncthreads();
-  }
-
-  // Updates the ball's event after parcel i got a new trajectory. Returns whether the event was with that
-  // parcel, and the ball must be predicted.
-  __device__ __forceinline__ bool update_ball_event(std::uint32_t i, const Trajectory& now) {
-    BallMember& ball = state_.ball_member;
-    const Event event = ball.event;
-    __syncthreads();
-    if (event.partner == i) return true;
-    if (members_.leads() && !is_retired(now.anchor) && step_.is_near_ball<kBoundary>(positions_[i])) {
-      const Event next{ball_collision_tick<kBoundary>(c_, ball.now.trajectory, now), i, step_.id(i)};
-      if (next.tick != kNoTick && comes_before(next, event)) ball.event = next;
-    }
-    __syncthreads();
-    return false;
+  __device__ __forceinline__ void apply_ball_hit(std::uint32_t m, const Event& event) {
+    Member& member = members_[m];
+    Trajectory now = member.trajectory;
+    anchor_at<kBoundary>(c_, now, event.tick);
+    hit_ball<kBoundary>(step_, member,
+                        {event.tick, member.id, members_.cluster, members_.counts.round * kMaxAttemptsInRound,
+                         member.trajectory, member.next_generation},
+                        now, members_.tally);
+    set_member_trajectory(now, event, member);
+    member.has_changed = kHitBall;
   }
 
   // ---- predictions
@@ -229,6 +142,7 @@ class BlockSolver {
   struct Subject {
     std::uint32_t slot, index, id;
     Trajectory now;
+    std::uint32_t next_generation;
     float fastest_mps;
     bool is_gone, has_changed;
     std::uint32_t partner;  // slot of the member that changed as well, and is predicted on its own
@@ -255,25 +169,24 @@ class BlockSolver {
         });
   }
 
-  // Predicts the flagged members. Those that the event changed come first: `own` and `other`, unless they are
-  // kBall and kInvalidIndex. More are flagged on the way.
-  __device__ __forceinline__ void predict_flagged(std::uint32_t own, std::uint32_t other,
-                                                  bool& ball_is_stale) {
-    const std::uint32_t num_changed = (own != kBall ? 1U : 0U) + (other != kInvalidIndex ? 1U : 0U);
+  // Predicts the flagged members. Those that the event changed come first: `own` and `other`, unless that is
+  // kInvalidIndex. More are flagged on the way.
+  __device__ __forceinline__ void predict_flagged(std::uint32_t own, std::uint32_t other) {
+    const std::uint32_t num_changed = other != kInvalidIndex ? 2U : 1U;
     for (std::uint32_t k = 0; k < space_.num_flagged; ++k)
-      predict(space_.flagged[k], k < num_changed, k == 0 ? other : own, ball_is_stale);
+      predict(space_.flagged[k], k < num_changed, k == 0 ? other : own);
   }
 
   // Predicts the next event of member m. If it has a new trajectory, the other members learn of earlier
   // events with it; those whose partner left the trajectory of their event are flagged. partner: slot of the
   // member that changed as well, and is predicted on its own.
-  __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner,
-                                          bool& ball_is_stale) {
+  __device__ __forceinline__ void predict(std::uint32_t m, bool has_changed, std::uint32_t partner) {
     const Member& member = members_[m];
     const Subject it{m,
                      member.index,
                      member.id,
                      member.trajectory,
+                     member.next_generation,
                      member.fastest_mps,
                      is_retired(member.trajectory.anchor),
                      has_changed,
@@ -283,18 +196,17 @@ class BlockSolver {
       const Trajectory there = step_.start_trajectory(j);
       if (it.is_gone || is_retired(there.anchor)) return;
       if (owner != kInvalidIndex && has_changed) add_neighbour_pair(step_, members_.counts, it.index, j);
-      step_.keep_collision(collision_tick<kBoundary>(c_, it.now, there), j, best);
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.now, there);
+      step_.keep_collision(tick, j, best, generation_of(step_, tick, it.now, it.next_generation));
     });
     if (c_.run.physics.parcels.contacts) predict_with_members(it, best);
     best = members_.earliest(best);
     if (members_.leads()) {
       if (!it.is_gone)
-        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], it.now, members_.owns_ball, best);
+        keep_edge_and_ball<kBoundary>(step_, positions_[it.index], near_ball(members_[m]), best);
       members_[m].event = best;
     }
     __syncthreads();
-    if (members_.owns_ball && has_changed && !ball_is_stale)
-      ball_is_stale = update_ball_event(it.index, it.now);
   }
 
   __device__ __forceinline__ void predict_with_members(const Subject& it, Event& best) {
@@ -304,13 +216,16 @@ class BlockSolver {
       if (n == it.slot || is_retired(other.trajectory.anchor)) continue;
       const std::uint32_t tick =
           it.is_gone ? kNoTick : collision_tick<kBoundary>(c_, it.now, other.trajectory);
-      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id});
+      const std::uint32_t generation =
+          max(generation_of(step_, tick, it.now, it.next_generation),
+              generation_of(step_, tick, other.trajectory, other.next_generation));
+      if (tick != kNoTick) keep_earlier(best, {tick, other.index, other.id, generation});
       if (!it.has_changed || n == it.partner) continue;
       if (other.event.partner == it.index) {
         other.event = {};
         space_.flagged[atomicAdd(&space_.num_flagged, 1U)] = n;
-      } else if (tick != kNoTick && comes_before({tick, it.index, it.id}, other.event)) {
-        other.event = {tick, it.index, it.id};
+      } else {
+        keep_earlier(other.event, {tick, it.index, it.id, generation});
       }
     }
   }

@@ -1,6 +1,7 @@
 // Method `exact` on the device: the members of a cluster that the threads of a block solve together.
 #pragma once
 
+#include "cuda/exact/event_order.cuh"
 #include "cuda/exact/solve_common.cuh"
 
 namespace pf::cuda {
@@ -13,15 +14,8 @@ struct BlockSpace {
   std::uint32_t num_members, num_flagged;
   std::uint32_t other;   // cluster that stopped this one
   std::uint32_t joined;  // slot of the parcel that joined last, or kInvalidIndex
-  uint4 min_of_warps[kExactBlock / 32];
+  OrderedEvent first_of_warps[kExactBlock / 32];
 };
-
-// Sort key of an event: tick, lower id, higher id, slot. All bits set: no event.
-__device__ __forceinline__ bool is_before(const uint4& p, const uint4& q) {
-  if (p.x != q.x) return p.x < q.x;
-  if (p.y != q.y) return p.y < q.y;
-  return p.z != q.z ? p.z < q.z : p.w < q.w;
-}
 
 // All threads of the block call the functions of this struct together, unless noted; the first one writes.
 struct BlockMembers {
@@ -32,7 +26,6 @@ struct BlockMembers {
   BlockCounts& counts;
   BlockSpace& space;
   std::uint32_t cluster = 0;
-  bool owns_ball = false;
   ClusterTally tally;
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
@@ -42,7 +35,6 @@ struct BlockMembers {
   __device__ __forceinline__ void start(std::uint32_t name) {
     cluster = name;
     tally = {};
-    owns_ball = step.has_participant() && load_fresh(&step.state.ball_owner) == name;
     if (leads()) {
       space.num_members = 0;
       space.num_flagged = 0;
@@ -52,6 +44,7 @@ struct BlockMembers {
   }
 
   // Loads the members of a list of slots, at the step's start. Returns whether there is room for all.
+  template <Boundary kBoundary>
   __device__ __forceinline__ bool load(std::uint32_t list) {
     if (leads()) {
       std::uint32_t num_listed = 0;
@@ -65,7 +58,7 @@ struct BlockMembers {
     if (num() > kCapacity) return false;
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
       Member& member = (*this)[space.table[k]];
-      member = member_at_start(step, member.index);
+      member = member_at_start<kBoundary>(step, member.index);
     }
     __syncthreads();
     return true;
@@ -73,8 +66,9 @@ struct BlockMembers {
 
   // The slot of parcel i, which joins the cluster if it is free. Otherwise kInvalidIndex; space.other is then
   // the cluster that owns it, or this one if there is no room.
+  template <Boundary kBoundary>
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
-    if (leads()) space.joined = find_or_add(i);
+    if (leads()) space.joined = find_or_add<kBoundary>(i);
     __syncthreads();
     const std::uint32_t slot = space.joined;
     __syncthreads();
@@ -82,6 +76,7 @@ struct BlockMembers {
   }
 
   // Called by the first thread.
+  template <Boundary kBoundary>
   __device__ __forceinline__ std::uint32_t find_or_add(std::uint32_t i) {
     if (step.owner_of(i) == cluster) return memory.member_slot[i];
     if (num() == kCapacity) {
@@ -94,30 +89,18 @@ struct BlockMembers {
       return kInvalidIndex;
     }
     const std::uint32_t slot = new_member_slot(step, counts, i);
-    (*this)[slot] = member_at_start(step, i);
+    (*this)[slot] = member_at_start<kBoundary>(step, i);
     space.table[space.num_members++] = slot;
     return slot;
   }
 
-  // Lowest of the threads' keys, in all of them.
-  __device__ __forceinline__ uint4 min_over_block(uint4 best) {
-    for (unsigned offset = 16; offset > 0; offset /= 2) {
-      const uint4 other{
-          __shfl_xor_sync(kWholeWarp, best.x, offset), __shfl_xor_sync(kWholeWarp, best.y, offset),
-          __shfl_xor_sync(kWholeWarp, best.z, offset), __shfl_xor_sync(kWholeWarp, best.w, offset)};
-      if (is_before(other, best)) best = other;
-    }
-    if (threadIdx.x % 32 == 0) space.min_of_warps[threadIdx.x / 32] = best;
-    __syncthreads();
-    for (const uint4& other : space.min_of_warps) {
-      if (is_before(other, best)) best = other;
-    }
-    __syncthreads();
-    return best;
+  __device__ __forceinline__ OrderedEvent first_of_block(const OrderedEvent& event) {
+    return cuda::first_of_block(event, space.first_of_warps);
   }
   __device__ __forceinline__ Event earliest(const Event& best) {
-    const uint4 key = min_over_block({best.tick, best.partner_id, 0U, best.partner});
-    return {key.x, key.w, key.y};
+    const OrderedEvent first =
+        first_of_block({best.tick, best.generation, best.partner_id, best.partner_id, best.partner});
+    return {first.tick, first.place, first.low_id, first.generation};
   }
 
   // Called by the first thread: stores the list of members and the outcome for the other blocks.
@@ -130,7 +113,9 @@ struct BlockMembers {
     record.members = fits ? (num_stored > 0 ? space.table[0] : kInvalidIndex) : list;
     record.merged = kInvalidIndex;
     record.solution = solved ? kSolved : kUnsolved;
+    record.attempt = counts.round * kMaxAttemptsInRound;
     record.tally = tally;
+    note_solved(step, tally.num_events);
     if (solved) {
       if (tally.fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(tally.fastest2));
       return;

@@ -1,19 +1,20 @@
 // Method `exact` on the device: functions that the solvers of a warp and of a block share.
 #pragma once
 
-#include "cuda/exact/clusters.cuh"
+#include "cuda/exact/ball_path.cuh"
 
 namespace pf::cuda {
-
-// Events of a cluster at which its solver gives up; then the step is retried with half the length.
-constexpr std::uint32_t kMaxEvents = 20000;
 
 // Numbers of items in a block's slices, in shared memory; and 1 in `alone` if it solves the rest of the step
 // alone.
 struct BlockCounts {
   std::uint32_t members, segments, neighbour_pairs;
   std::uint32_t alone;
+  std::uint32_t round;
 };
+
+// Numbers a warp's or block's attempts to solve a cluster.
+constexpr std::uint32_t kMaxAttemptsInRound = 1024;
 
 // Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.
 __device__ inline void add_conflict(const StepContext& step, const BlockCounts& counts, std::uint32_t p,
@@ -39,21 +40,56 @@ __device__ __forceinline__ void add_neighbour_pair(const StepContext& step, Bloc
   }
 }
 
-__device__ inline Member member_at_start(const StepContext& step, std::uint32_t i) {
+// A parcel before the window's events, without its next event.
+__device__ __forceinline__ Member member_without_event(const StepContext& step, std::uint32_t i) {
   const StepMemory& memory = step.memory;
   Member member;
   member.index = i;
   member.id = step.id(i);
   member.trajectory = step.start_trajectory(i);
-  const std::uint32_t partner = memory.event_partner[i];
-  member.event = {memory.event_tick[i], partner, is_parcel(partner) ? step.id(partner) : partner};
   const std::uint32_t* last_contact_tick = memory.trajectories.last_contact_tick;
   member.last_contact_tick = last_contact_tick ? last_contact_tick[i] : 0U;
   member.next = kInvalidIndex;
   member.last_segment = kInvalidIndex;
   member.fastest_mps = sqrtf(dot(member.trajectory.velocity, member.trajectory.velocity)) * (1.0F + 1e-6F);
-  member.has_changed = 0;
+  member.has_changed = kUnchanged;
+  member.next_generation = 0;
   return member;
+}
+
+__device__ __forceinline__ void keep_hit(const PathHit& hit, Event& best) {
+  keep_earlier(best, {hit.tick, kBallPartner, kBallPartner, hit.generation});
+}
+
+// position: of the member at the step's start.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool may_hit_participant(const StepContext& step, Vec2i position,
+                                                    const Member& member) {
+  return step.has_participant() && step.is_near_ball<kBoundary>(position) &&
+         !is_retired(member.trajectory.anchor);
+}
+
+template <Boundary kBoundary>
+__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
+  Member member = member_without_event(step, i);
+  const EventKey event = step.memory.events[i];
+  if (tick_of(event) < step.c.plan.length)
+    member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
+  if (may_hit_participant<kBoundary>(step, step.start_positions()[i], member))
+    keep_hit(hit_on_path<kBoundary>(step, {member.trajectory, member.id}), member.event);
+  return member;
+}
+
+// Called by one thread of a solver at its end.
+__device__ inline void note_solved(const StepContext& step, std::uint32_t num_events) {
+  atomicMax(&step.state.round_events, num_events);
+  atomicAdd(&step.state.num_events_solved, static_cast<unsigned long long>(num_events));
+}
+
+// Called by one thread of a solver whose cluster has too many events before that tick.
+__device__ inline void stop_at(const StepContext& step, std::uint32_t tick) {
+  atomicMin(&step.state.stopped_at, tick);
+  step.state.solve_failed = 1;
 }
 
 // Claims parcel i for the cluster if it is free. Returns its owner before, kInvalidIndex if it was free.
@@ -80,17 +116,17 @@ __device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step
   return slot;
 }
 
-// Puts a member on the trajectory that an event at `tick` led to. The trajectory before becomes a segment,
+// Puts a member on the trajectory that an event led to. The trajectory before becomes a segment,
 // unless it is the start trajectory.
 __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCounts& counts,
-                                               const Trajectory& now, std::uint32_t tick, Member& member,
+                                               const Trajectory& now, const Event& event, Member& member,
                                                ClusterTally& tally) {
   const StepMemory& memory = step.memory;
   if (member.has_changed) {
     const std::uint32_t k = atomicAdd(&counts.segments, 1U);
     if (k < memory.segment_capacity) {
       const std::uint32_t segment = blockIdx.x * memory.segment_capacity + k;
-      memory.segments[segment] = {member.trajectory, tick, member.last_segment};
+      memory.segments[segment] = {member.trajectory, event.tick, member.last_segment};
       member.last_segment = segment;
     } else {
       step.state.solve_failed = 1;
@@ -98,7 +134,8 @@ __device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCou
   }
   const float speed2 = dot(now.velocity, now.velocity);
   member.trajectory = now;
-  member.has_changed = 1;
+  member.has_changed = kChanged;
+  member.next_generation = event.generation + 1;
   member.fastest_mps = fmaxf(member.fastest_mps, sqrtf(speed2) * (1.0F + 1e-6F));
   tally.fastest2 = fmaxf(tally.fastest2, speed2);
 }
@@ -135,14 +172,45 @@ struct MemberSearch {
   }
 };
 
-// Replaces `best` if a parcel reaches the edge, or a ball that its cluster does not own, before it.
+__device__ __forceinline__ ParcelNearBall near_ball(const Member& member) {
+  return {member.trajectory, member.id, member.next_generation, member.has_changed == kHitBall};
+}
+
+// Generation of an event at `tick` of a parcel on a trajectory.
+__device__ __forceinline__ std::uint32_t generation_of(const StepContext& step, std::uint32_t tick,
+                                                       const Trajectory& now, std::uint32_t next_generation) {
+  return generation_at(tick, anchor_time(step.c.plan, now), next_generation);
+}
+
+// Replaces `best` if a parcel reaches the edge before it. position: at the step's start.
+template <Boundary kBoundary>
+__device__ __forceinline__ void keep_edge(const StepContext& step, Vec2i position, const ParcelNearBall& it,
+                                          Event& best) {
+  if (!may_reach_edge<kBoundary>(step.c, position)) return;
+  Event edge;
+  keep_edge_event<kBoundary>(step.c, it.trajectory, edge);
+  edge.generation = generation_of(step, edge.tick, it.trajectory, it.next_generation);
+  keep_earlier(best, edge);
+}
+
+// The same for the edge and the ball.
 template <Boundary kBoundary>
 __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2i position,
-                                                   const Trajectory& now, bool owns_ball, Event& best) {
-  if (may_reach_edge<kBoundary>(step.c, position)) keep_edge_event<kBoundary>(step.c, now, best);
-  if (step.c.plan.ball == BallRole::absent || owns_ball || !step.is_near_ball<kBoundary>(position)) return;
-  keep_earlier(best, {ball_collision_tick<kBoundary>(step.c, step.state.ball.trajectory, now), kBallPartner,
-                      kBallPartner});
+                                                   const ParcelNearBall& it, Event& best) {
+  keep_edge<kBoundary>(step, position, it, best);
+  if (step.c.plan.ball == BallRole::absent || !step.is_near_ball<kBoundary>(position)) return;
+  keep_hit(hit_on_path<kBoundary>(step, it), best);
+}
+
+// Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
+template <Boundary kBoundary>
+__device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
+                                         Trajectory& now, ClusterTally& tally) {
+  if (step.has_participant()) add_ball_hit(step, hit);
+  const BallSegment* path = ball_path(step);
+  const std::uint32_t segment =
+      segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, member.event.generation});
+  collide_with_ball<kBoundary>(step.c, path[segment].trajectory, hit.tick, now, tally);
 }
 
 }  // namespace pf::cuda

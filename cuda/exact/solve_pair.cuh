@@ -37,11 +37,12 @@ template <Boundary kBoundary>
 __device__ CollidedPair collide_pair(const StepContext& step, std::uint32_t representative) {
   const StepMemory& memory = step.memory;
   const ExactConstants& c = step.c;
-  const std::uint32_t partner = memory.event_partner[representative];
+  const EventKey event = memory.events[representative];
+  const std::uint32_t partner = partner_of(event);
   const bool in_order = step.id(representative) < step.id(partner);
   CollidedPair pair{paired_parcel(step, in_order ? representative : partner),
                     paired_parcel(step, in_order ? partner : representative),
-                    memory.event_tick[representative],
+                    tick_of(event),
                     false,
                     {}};
   Trajectory& first = pair.first.trajectory;
@@ -78,12 +79,14 @@ __device__ bool is_undisturbed(const StepContext& step, const PairedParcel& it, 
   if (!near.holds_all()) return false;
   bool undisturbed = true;
   near.keep_if([&](std::uint32_t j) {
-    const std::uint32_t its_partner = memory.event_partner[j];
+    const EventKey event = memory.events[j];
     const Vec2f velocity = memory.trajectories.velocity[j];
     const Vec2i there = positions[j];
     if (j == partner) return false;
-    if (its_partner == it.index) undisturbed = false;
-    if (its_partner != kNoPartner) note(j);
+    if (tick_of(event) < c.plan.length) {
+      if (partner_of(event) == it.index) undisturbed = false;
+      note(j);
+    }
     return may_collide(separation<kBoundary>(step.world(), start, there), velocity - now.velocity,
                        step.contact_distance(), step.units_in_step());
   });
@@ -122,7 +125,8 @@ __device__ inline void publish_member(const StepContext& step, const PairedParce
   member.last_contact_tick = step.c.plan.start + tick;
   member.last_segment = kInvalidIndex;
   member.fastest_mps = 0.0F;
-  member.has_changed = 1;
+  member.has_changed = kChanged;
+  member.next_generation = 1;
   step.memory.members[it.member_slot] = member;
   step.memory.owner[it.index] = representative;
 }
@@ -181,8 +185,6 @@ __device__ void solve_pairs(const StepContext& step, const SlicePart& part, Pair
   constexpr unsigned kPairsAtOnce = kExactBlock / (2 * kLanes);
   const StepMemory& memory = step.memory;
   if (__syncthreads_or(static_cast<int>(load_fresh(&step.state.list_overflow))) != 0) return;
-  if (part.slice == 0 && part.part == 0 && threadIdx.x == 0 && step.has_participant())
-    start_cluster(cluster_of(step, kBallCluster), kBallCluster);
   const std::uint32_t num_active = min(memory.counts[part.slice].active, memory.active.capacity);
   float fastest2 = 0.0F;
   for (std::uint32_t first = part.part * kExactBlock; first < num_active;

@@ -21,12 +21,23 @@ __device__ __forceinline__ double load_early(const double* from) {
   return value;
 }
 
+__device__ inline unsigned long long global_time_ns() {
+  unsigned long long time;
+  asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(time));
+  return time;
+}
+
 // A load that sees what other blocks wrote in the same kernel.
 __device__ inline std::uint32_t load_fresh(const std::uint32_t* word) {
   return *const_cast<const volatile std::uint32_t*>(word);
 }
 
-__device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch) {
+__device__ inline EventKey load_fresh(const EventKey* event) {
+  return *const_cast<const volatile EventKey*>(event);
+}
+
+// Constants of the step, for what reaches to its end.
+__device__ __forceinline__ ExactConstants constants_of_step(const ExactLaunch& launch) {
   const StepPlan& plan = launch.state->plan;
   ExactConstants c{launch.run, plan};
   c.plan.start = load_early(&plan.start);
@@ -35,6 +46,14 @@ __device__ __forceinline__ ExactConstants constants_of(const ExactLaunch& launch
   return c;
 }
 
+// The same for what reaches to the window's end: then no later event exists.
+__device__ __forceinline__ ExactConstants constants_of_window(const ExactLaunch& launch) {
+  ExactConstants c = constants_of_step(launch);
+  c.plan.length = load_early(&launch.state->window_end);
+  return c;
+}
+
+// The constants say whether it reaches to the step's end or to the window's.
 struct StepContext {
   const ExactLaunch& launch;
   const StepMemory& memory;
@@ -50,7 +69,7 @@ struct StepContext {
   __device__ const World& world() const { return c.run.physics.world; }
   __device__ bool has_participant() const { return c.plan.ball == BallRole::participant; }
   __device__ float contact_distance() const { return static_cast<float>(c.run.contact_distance); }
-  __device__ float units_in_step() const {  // position units covered in the step at 1 m/s
+  __device__ float units_in_step() const {  // position units covered at 1 m/s
     return static_cast<float>(c.plan.units_per_tick * c.plan.length);
   }
 
@@ -60,6 +79,9 @@ struct StepContext {
     return {parcels.position[i], parcels.velocity[i], parcels.tick[i]};
   }
   __device__ std::uint32_t id(std::uint32_t i) const { return memory.trajectories.id[i]; }
+  __device__ std::uint32_t id_of_partner(std::uint32_t partner) const {
+    return is_parcel(partner) ? id(partner) : partner;
+  }
   __device__ std::uint32_t owner_of(std::uint32_t i) const { return load_fresh(&memory.owner[i]); }
 
   // position: of a parcel at the step's start.
@@ -74,8 +96,9 @@ struct StepContext {
   }
 
   // Replaces `best` if a collision with parcel j comes before it.
-  __device__ void keep_collision(std::uint32_t tick, std::uint32_t j, Event& best) const {
-    if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id(j)});
+  __device__ void keep_collision(std::uint32_t tick, std::uint32_t j, Event& best,
+                                 std::uint32_t generation = 0) const {
+    if (tick <= best.tick && tick != kNoTick) keep_earlier(best, {tick, j, id(j), generation});
   }
 
   // Half side of the search box around a position whose cells hold all parcels within `radius` of it: parcels

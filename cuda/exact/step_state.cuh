@@ -7,6 +7,11 @@
 // next step. Plans, retried steps and the ball stay on the device, so that steps follow each other without
 // the host.
 //
+// Where parcels are crowded a step is cut into windows, which solve_kernel works through one after the other.
+// Each parcel keeps its predicted event from window to window: a window costs what happens in it. The ticks
+// of all windows of a step count from the step's start. A kept event may be stale: predicted on a trajectory
+// that the partner has left. docs/exact.md says why that does no harm.
+//
 // A slice is the part of a list that one block of solve_kernel fills and works through: no block waits for a
 // counter that all share. A slot is an index into the members of all slices. A start trajectory is a parcel's
 // trajectory at the step's start.
@@ -15,14 +20,19 @@
 #include "core/index.hpp"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
-#include "model/exact/step_plan.hpp"
+#include "model/exact/epoch_plan.hpp"
 #include "model/tally.hpp"
 
 namespace pf::cuda {
 
-// A cluster's name is the index of one of its parcels, the representative. The cluster that starts with the
-// ball has this name.
-constexpr std::uint32_t kBallCluster = 0xFFFFFFFEU;
+// A cluster's name is the index of one of its parcels, the representative.
+
+// Events of a cluster at which its window is retried up to there. If they all lie in one tick, the limit is
+// raised, up to the largest one.
+constexpr std::uint32_t kMaxClusterEvents = 512, kLargestClusterEvents = 131072;
+
+constexpr std::uint32_t kMaxBallSegments = 1024;  // in a window
+constexpr double kPathMargin = 64.0;              // position units
 
 // A parcel of a cluster.
 struct Member {
@@ -31,10 +41,15 @@ struct Member {
   std::uint32_t index, id;
   std::uint32_t next;  // slot of the cluster's next member, or kInvalidIndex
   std::uint32_t last_contact_tick;
-  std::uint32_t last_segment;  // latest completed one, or kInvalidIndex; start trajectories are not stored
-  float fastest_mps;           // in the step so far
-  std::uint32_t has_changed;   // 1 after its first event
+  std::uint32_t last_segment;     // latest completed one, or kInvalidIndex; start trajectories are not stored
+  float fastest_mps;              // in the step so far
+  std::uint32_t has_changed;      // one of the values below
+  std::uint32_t next_generation;  // see generation_at
 };
+
+// Values of Member::has_changed. kHitBall: changed, the last time by the ball. kWasDue, at the commit:
+// unchanged, but its kept event did not happen.
+constexpr std::uint32_t kUnchanged = 0, kChanged = 1, kHitBall = 2, kWasDue = 3;
 
 // A trajectory that an event of the step led to, from its anchor to the parcel's next event.
 struct TrajectorySegment {
@@ -43,17 +58,20 @@ struct TrajectorySegment {
   std::uint32_t previous;  // the parcel's segment before it, or kInvalidIndex
 };
 
-struct BallTrajectorySegment {
+// A piece of the ball's path through a window. It begins with an event of the ball.
+struct BallSegment {
   BallTrajectory trajectory;
-  std::uint32_t end;
+  std::uint32_t begin;            // tick
+  std::uint32_t partner;          // of the event: id of a parcel, or a code
+  std::uint32_t next_generation;  // see generation_at
 };
 
-// The ball as a member of the cluster that owns it.
-struct BallMember {
-  ExactBall now;
-  Event event;
-  std::uint32_t num_segments = 0;
-  std::uint32_t has_changed = 0;
+// A hit that a solution has, or that is expected before there is one.
+struct BallHit {
+  std::uint32_t tick, id;
+  std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
+  Trajectory before;               // of the parcel
+  std::uint32_t next_generation;   // of the parcel on that; see generation_at
 };
 
 // Sums over a cluster's events.
@@ -88,6 +106,7 @@ struct Cluster {
   std::uint32_t reassigned;   // round in which its members were last reassigned
   std::uint32_t solution;     // kUnsolved, kSolved or kSolvedAsPair
   std::uint32_t needs_block;  // 1 if it is too large for a warp
+  std::uint32_t attempt;      // that led to the solution
   ClusterTally tally;
 };
 
@@ -108,16 +127,30 @@ struct CommonList {
   std::uint32_t capacity = 0;
 };
 
+// An event that a parcel keeps: its tick in the upper half, the partner's index or code in the lower one.
+using EventKey = unsigned long long;
+constexpr EventKey kNoEventKey = ~0ULL;
+
+PF_HD inline EventKey event_key(std::uint32_t tick, std::uint32_t partner) {
+  return static_cast<EventKey>(tick) << 32U | partner;
+}
+PF_HD inline std::uint32_t tick_of(EventKey event) { return static_cast<std::uint32_t>(event >> 32U); }
+PF_HD inline std::uint32_t partner_of(EventKey event) { return static_cast<std::uint32_t>(event); }
+
+constexpr std::uint32_t kTile = 32;  // parcels
+
 // Memory of a step, n entries each unless noted; exact/memory.cuh says where it lies.
 struct StepMemory {
-  ParcelPointers trajectories;          // sorted; positions are anchors
-  Vec2i* positions[2] = {};             // at the step's start and end; ExactState::current_buffer: start
-  std::uint32_t* event_tick = nullptr;  // earliest event on the start trajectories
-  std::uint32_t* event_partner = nullptr;
+  ParcelPointers trajectories;  // sorted; positions are anchors
+  // At the step's start, by tracing the present trajectory back, and at its end. ExactState::current_buffer:
+  // start.
+  Vec2i* positions[2] = {};
+  EventKey* events = nullptr;             // kept ones
+  std::uint32_t* earliest = nullptr;      // of each tile: none but active parcels keep an earlier event
   std::uint32_t* owner = nullptr;         // cluster, or kInvalidIndex
   std::uint32_t* member_slot = nullptr;   // of an owned or active parcel
   std::uint32_t* list_head = nullptr;     // slot of a cluster's first member, at its representative
-  SlicedList active;                      // parcels with an event before the step's end
+  SlicedList active;                      // parcels with an event in the window
   std::uint32_t num_slices = 0;           // blocks of solve_kernel
   Member* members = nullptr;              // num_slices x member_capacity
   Cluster* clusters = nullptr;            // as many, and one for the ball
@@ -130,8 +163,19 @@ struct StepMemory {
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
-  BallTrajectorySegment* ball_segments = nullptr;
-  std::uint32_t ball_segment_capacity = 0;
+  BallSegment* ball_paths[2] = {};  // kMaxBallSegments each; ExactState::ball_path: the one that holds
+  BallHit* ball_hits = nullptr;
+  std::uint32_t ball_hit_capacity = 0;
+};
+
+// What follows a window.
+enum class AfterWindow : std::uint32_t {
+  next_window,   // of the same step
+  retry_window,  // from the same tick, a shorter one
+  next_step,
+  end_step_here,  // the step ends where the window began: the bound on speeds was too low
+  retry_step,
+  stop,  // a window of one tick failed
 };
 
 // Lives on the device.
@@ -141,24 +185,55 @@ struct ExactState {
   std::uint32_t current_buffer = 0;  // of StepMemory::positions
   std::uint32_t max_ticks = 0;       // limit of the step's length: halved by a retry
 
+  // The ball's chord: a piece of its flight that is straight in the model (model/exact/epoch_plan.hpp).
+  StepPlan chord;
+  std::uint32_t has_chord = 0;
+  std::uint32_t chord_done = 0;  // ticks, at the step's start
+  BallSums chord_hits;           // on a frozen ball
+
   // The step's plan.
   StepPlan plan;
-  ExactBall ball;  // at the step's start
   BallNeighbourhood ball_neighbourhood;
 
   // The step's counters.
+  std::uint32_t num_near_ball = 0;
+  std::uint32_t near_ball_overflow = 0;      // 1 if there was no room for all
+  std::uint32_t fastest_committed_bits = 0;  // as fastest_after_bits, of the windows before
+  unsigned long long num_events = 0;
+
+  // The window's plan.
+  std::uint32_t window_begin = 0, window_end = 0;  // ticks of the step
+  std::uint32_t max_events = kMaxClusterEvents;    // of a cluster; with more the window is retried
+  double window_ticks = 4294967296.0;              // longest window, by what was learnt
+  ExactBall ball;                                  // at the window's start
+
+  // The window's counters.
   std::uint32_t list_overflow = 0;  // 1 if a list was full before solve_kernel: all its blocks see the same
   std::uint32_t solve_failed = 0;   // 1 if a list was full in solve_kernel, or a cluster had too many events
+  std::uint32_t stopped_at = 0;     // the first tick at which a cluster had too many
   std::uint32_t too_fast_bits = 0;  // speed of the ball's surface above the assumed bound, float, m/s
-  std::uint32_t fastest_after_bits = 0;  // square of the parcels' largest speed after an event, float
-  std::uint32_t num_near_ball = 0;
+  std::uint32_t fastest_after_bits = 0;      // square of the parcels' largest speed after an event, float
+  std::uint32_t round_events = 0;            // events of the largest cluster in the round
+  std::uint32_t serial_events = 0;           // the same, summed over rounds
+  unsigned long long num_events_before = 0;  // num_events at the window's start
   std::uint32_t num_representatives = 0;
   std::uint32_t num_taken = 0;          // representatives that warps took beyond their first one
   std::uint32_t num_conflicts[2] = {};  // found by all blocks; by one that solves the rest alone
   std::uint32_t num_todo = 0;
-  unsigned long long num_events = 0;
-  std::uint32_t ball_owner = kBallCluster;  // cluster
-  BallMember ball_member;
+
+  // The path of a ball, as solutions of this window assume it. A frozen ball has one segment.
+  std::uint32_t ball_path = 0;
+  std::uint32_t num_ball_segments = 0;
+  std::uint32_t path_is_straight = 0;  // 1 if it stays within kPathMargin of its first segment
+  std::uint32_t path_has_changed = 0;
+  std::uint32_t path_is_checked = 0;  // 1 if parcels outside clusters do not hit the ball on the path
+  std::uint32_t round = 0;
+  std::uint32_t num_ball_hits = 0;    // of all solutions in the window
+  std::uint32_t num_wall_events = 0;  // of the ball
+  unsigned long long wall_event_hash = 0;
+  ExactBall ball_at_end;
+
+  AfterWindow after_window = AfterWindow::next_step;
 
   // Between the kernels of a step.
   std::uint32_t to_commit = 0;         // 1 if commit_kernel has to store the solution
@@ -168,9 +243,14 @@ struct ExactState {
   // Sums over the request.
   unsigned long long num_rounds = 0;
   unsigned long long num_retried = 0;
+  unsigned long long num_windows = 0;
+  unsigned long long num_events_committed = 0, num_events_solved = 0;  // the latter in all rounds
+  std::uint32_t largest_cluster = 0;                                   // events in a window
   unsigned long long event_hash = 0;
   unsigned long long reconcile_ns = 0;  // time in which the first block found conflicts and merged
   std::uint32_t unresolvable = 0;       // 1 if a step of one tick failed
+  unsigned long long deadline_ns = 0;   // of the device's clock; 0: none
+  std::uint32_t paused = 0;             // 1 if the request ended at the deadline
 };
 
 }  // namespace pf::cuda

@@ -25,6 +25,12 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
     launch.step_state->totals = {};
     state.num_rounds = 0;
     state.num_retried = 0;
+    state.num_windows = 0;
+    state.largest_cluster = 0;
+    state.num_events_committed = state.num_events_solved = 0;
+    state.paused = 0;
+    state.deadline_ns = launch.budget_ns == 0 ? 0 : global_time_ns() + launch.budget_ns;
+    if (!launch.goes_on) state.has_chord = 0;
     state.event_hash = 0;
     state.reconcile_ns = 0;
     state.unresolvable = 0;
@@ -41,7 +47,7 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
   __syncthreads();
   if (threadIdx.x != 0) return;
   state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
-  if (launch.until > state.progress.now) plan_next(run, launch.until, state);
+  if (launch.until > state.progress.now) plan_next(launch, launch.until);
 }
 
 __global__ void reset_state_kernel(ExactState* state, std::uint64_t now) {

@@ -1,6 +1,8 @@
-// Method `exact` on the device from step to step: planning, ending and retrying steps, and anchoring.
+// Method `exact` on the device through time: planning, ending and retrying windows and steps, the ball's
+// chords, and anchoring.
 #pragma once
 
+#include "cuda/exact/ball_trace.cuh"
 #include "cuda/exact/commit.cuh"
 
 namespace pf::cuda {
@@ -10,87 +12,227 @@ __device__ inline bool ends_at_anchoring(const StepContext& step) {
   return (step.since_reset(state.plan.length) >> state.progress.tick_exponent) % kAnchorPeriod == 0;
 }
 
-__device__ inline void reset_counters(ExactState& state) {
-  state.list_overflow = 0;
-  state.solve_failed = 0;
-  state.too_fast_bits = 0;
-  state.fastest_after_bits = 0;
-  state.num_near_ball = 0;
-  state.num_representatives = 0;
-  state.num_taken = 0;
-  state.num_conflicts[0] = state.num_conflicts[1] = 0;
-  state.num_todo = 0;
-  state.num_events = 0;
-  state.ball_owner = kBallCluster;
-  state.ball_member.has_changed = 0;
-}
-
-// Plans the next step, which ends at the latest at `until`. Called by one thread.
-__device__ inline void plan_next(const RunConstants& run, std::uint64_t until, ExactState& state) {
-  state.plan = plan_step(run, state.progress, until, state.max_ticks);
-  const ExactConstants c{run, state.plan};
-  state.ball = ball_in_step(c, state.progress);
-  if (c.plan.ball != BallRole::absent) state.ball_neighbourhood = neighbourhood_of(c, state.ball.trajectory);
-  reset_counters(state);
-}
-
 __device__ inline double speed_from_bits(const std::uint32_t* bits) {
   return static_cast<double>(__uint_as_float(load_fresh(bits)));
 }
 __device__ inline double fastest_after_mps(const ExactState& state) {
   return sqrt(speed_from_bits(&state.fastest_after_bits));
 }
-// Largest speed in the step: of parcels after events, and of the ball's surface where it exceeds the bound.
+// Largest speed in the window: of parcels after events, and of the ball's surface where it exceeds the bound.
 __device__ inline double fastest_of_all_mps(const ExactState& state) {
   const double parcels = fastest_after_mps(state), ball = speed_from_bits(&state.too_fast_bits);
   return parcels > ball ? parcels : ball;
 }
 
 __device__ inline bool is_solved(const ExactState& state) {
-  return state.list_overflow == 0 && load_fresh(&state.solve_failed) == 0 &&
+  return state.list_overflow == 0 && state.near_ball_overflow == 0 && load_fresh(&state.solve_failed) == 0 &&
          fastest_of_all_mps(state) <= state.plan.max_speed_mps;
 }
 
-// Moves totals, ball and time to the end of a solved step. sum: over the tally's slots.
-__device__ inline void finish_solved(const ExactLaunch& launch, const TallySlot& sum) {
+// ---- windows. Each function is called by one thread.
+
+// Plans the next window of the step: an equal part of the rest.
+__device__ inline void plan_window(const ExactLaunch& launch) {
   ExactState& state = *launch.state;
-  add_to_totals(sum, *launch.step_state);
-  state.event_hash += sum.event_hash;
-  const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
-                      static_cast<std::int64_t>(sum.ball_torque)};
-  const double at_start = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
-  const ExactConstants c{launch.run, state.plan};
-  const ExactBall ball = c.plan.ball == BallRole::participant ? state.ball_member.now : state.ball;
-  ExactProgress progress = state.progress;
-  advance_progress(c, ball, {hits, at_start, fastest_after_mps(state), state.num_events}, progress);
-  state.progress = progress;
-  state.current_buffer ^= 1U;
-  state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
-  launch.step_state->ball = progress.ball;
+  const std::uint32_t left = state.plan.length - state.window_begin;
+  const double parts = left / state.window_ticks;
+  const auto num = static_cast<std::uint32_t>(parts) + (parts > 1.0 ? 1U : 0U);
+  state.window_end = state.window_begin + (num <= 1 ? left : (left + num - 1) / num);
+  state.list_overflow = 0;
+  state.solve_failed = 0;
+  state.stopped_at = kNoTick;
+  state.too_fast_bits = 0;
+  state.fastest_after_bits = 0;
+  state.round_events = 0;
+  state.serial_events = 0;
+  state.num_events_before = state.num_events;
+  state.num_representatives = 0;
+  state.num_taken = 0;
+  state.num_conflicts[0] = state.num_conflicts[1] = 0;
+  state.num_todo = 0;
+  start_ball_path(launch.run, launch.memory, state);
 }
 
-// Raises the bound on speeds if it was exceeded; else halves the step.
-__device__ inline void plan_retry(ExactState& state) {
+// The next windows are shorter if too many events of this one were applied one after the other: for each of
+// them some hundred could have been applied side by side. Or if the ball's path has many segments, which
+// parcels near it are compared with.
+__device__ inline void learn_from_window(ExactState& state) {
+  constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kSegments = 32.0;
+  constexpr double kShortest = 0.125, kLongest = 1.5;
+  const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
+  const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;
+  const double length = state.window_end - state.window_begin;
+  const double share =
+      fmin(allowed / (state.serial_events + 1.0), kSegments / (state.num_ball_segments + 1.0));
+  if (share < 1.0) {
+    const double shorter = length * (share > kShortest ? share : kShortest);
+    state.window_ticks = shorter > 1.0 ? shorter : 1.0;
+  } else if (share > 2.0) {
+    const double longer = length * (0.5 * share < kLongest ? 0.5 * share : kLongest);
+    if (longer > state.window_ticks) state.window_ticks = longer;
+  }
+}
+
+// After a window in which a cluster had too many events, or a list was full: a shorter one, or more events.
+__device__ inline AfterWindow retry_window(const ExactLaunch& launch) {
+  ExactState& state = *launch.state;
+  const std::uint32_t length = state.window_end - state.window_begin;
+  if (length == 1) {
+    if (state.stopped_at == kNoTick || state.max_events >= kLargestClusterEvents) return AfterWindow::stop;
+    state.max_events *= 4;
+  }
+  std::uint32_t shorter = length / 2;
+  if (state.stopped_at != kNoTick && state.stopped_at - state.window_begin < length)
+    shorter = state.stopped_at - state.window_begin;
+  state.window_ticks = shorter > 1 ? shorter : 1;
+  plan_window(launch);
+  return AfterWindow::retry_window;
+}
+
+// Decides what follows a window, and plans it if that belongs to the same step.
+__device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_committed) {
+  ExactState& state = *launch.state;
+  if (is_committed) {
+    ++state.num_windows;
+    learn_from_window(state);
+    state.max_events = kMaxClusterEvents;
+    state.fastest_committed_bits = max(state.fastest_committed_bits, state.fastest_after_bits);
+    if (state.plan.ball == BallRole::participant) state.ball = state.ball_at_end;
+    state.window_begin = state.window_end;
+    if (state.window_begin == state.plan.length) return AfterWindow::next_step;
+    plan_window(launch);
+    return AfterWindow::next_window;
+  }
   state.num_retried += 1;
   const double needed = fastest_of_all_mps(state);
   if (needed > state.plan.max_speed_mps) {
     state.progress.raised_bound_mps = kSpeedMargin * needed;
-    return;
+    return state.window_begin == 0 ? AfterWindow::retry_step : AfterWindow::end_step_here;
   }
-  state.max_ticks = state.plan.length / 2;
-  if (state.max_ticks == 0) state.unresolvable = 1;
+  if (state.near_ball_overflow != 0) {
+    state.max_ticks = state.plan.length / 2;
+    return state.max_ticks == 0 ? AfterWindow::stop : AfterWindow::retry_step;
+  }
+  return retry_window(launch);
 }
 
-// Ends a step that is committed, or one that must be retried. Called by one warp.
-__device__ __noinline__ inline void finish_step(const ExactLaunch& launch, bool is_committed) {
+// ---- steps
+
+// Longest step, in epochs of a CPU: search boxes grow with it. A fast ball in a slow gas reaches it.
+constexpr double kStepInEpochs = 2.0;
+
+// Starts the ball's next chord, which ends at the latest at `until`.
+__device__ inline void begin_chord(const RunConstants& run, std::uint64_t until, ExactState& state) {
+  state.chord = plan_chord(run, state.progress, until);
+  state.chord_done = 0;
+  state.chord_hits = {};
+  state.ball = ball_in_step({run, state.chord}, state.progress);
+  state.has_chord = 1;
+}
+
+// Moves the ball to the end of its chord, which is the end of the step.
+__device__ inline void end_chord(const RunConstants& run, ExactState& state) {
+  ExactProgress progress = state.progress;
+  ExactBall ball = state.ball;
+  ball.trajectory.tick += static_cast<std::int32_t>(state.chord.length);  // from the chord's start on
+  if (!run.physics.ball.held) finish_ball({run, state.chord}, ball, state.chord_hits, progress);
+  state.progress = progress;
+  state.has_chord = 0;
+}
+
+// Plans the next step, which ends at the latest at `until`, and its first window. Called by one thread.
+__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until) {
+  const RunConstants& run = launch.run;
+  ExactState& state = *launch.state;
+  ExactProgress progress = state.progress;
+  if (run.physics.ball.exists) {
+    if (state.has_chord == 0) begin_chord(run, until, state);
+    progress.ball.velocity_mps = state.ball.trajectory.velocity_mps;
+    progress.ball.spin_radps = state.ball.trajectory.spin_radps;
+  }
+  StepPlan plan = plan_step(run, progress, until, state.max_ticks);
+  const double longest = kStepInEpochs * preferred_epoch_ticks({run, plan});
+  if (longest < plan.length) plan.length = longest > 1.0 ? static_cast<std::uint32_t>(longest) : 1U;
+  if (run.physics.ball.exists) {
+    plan.ball = state.chord.ball;
+    plan.length = min(plan.length, state.chord.length - state.chord_done);
+  }
+  state.plan = plan;
+  if (plan.ball != BallRole::absent)
+    state.ball_neighbourhood = neighbourhood_of({run, plan}, state.ball.trajectory);
+  state.num_near_ball = 0;
+  state.near_ball_overflow = 0;
+  state.fastest_committed_bits = 0;
+  state.num_events = 0;
+  state.window_begin = 0;
+  plan_window(launch);
+}
+
+// Moves totals, ball and time to the end of a step, which may be earlier than planned: at the start of the
+// window. sum: over the tally's slots.
+__device__ inline void finish_solved(const ExactLaunch& launch, const TallySlot& sum) {
+  ExactState& state = *launch.state;
+  add_to_totals(sum, *launch.step_state);
+  state.event_hash += sum.event_hash;
+  state.num_events_committed += state.num_events;
+  const double at_start = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));
+  const double after = sqrt(speed_from_bits(&state.fastest_committed_bits));
+  state.chord_hits.impulse_x += static_cast<std::int64_t>(sum.ball_x);
+  state.chord_hits.impulse_y += static_cast<std::int64_t>(sum.ball_y);
+  state.chord_hits.torque += static_cast<std::int64_t>(sum.ball_torque);
+  ExactConstants c{launch.run, state.plan};
+  c.plan.length = state.window_begin;
+  ExactProgress progress = state.progress;
+  const double raised_bound_mps = progress.raised_bound_mps;
+  advance_progress(c, {{}, at_start, after, state.num_events}, progress);
+  if (c.plan.length < state.plan.length) progress.raised_bound_mps = raised_bound_mps;
+  state.progress = progress;
+  state.current_buffer ^= 1U;
+  state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
+  if (c.plan.ball == BallRole::absent) return;
+  state.ball.trajectory.tick -= static_cast<std::int32_t>(c.plan.length);
+  state.chord_done += c.plan.length;
+  if (state.chord_done == state.chord.length) end_chord(launch.run, state);
+  launch.step_state->ball = state.progress.ball;
+}
+
+// Ends a step, or one that must be retried: its tally is dropped. Called by one warp.
+__device__ __noinline__ inline void finish_step(const ExactLaunch& launch, bool is_solved) {
   const TallySlot sum = sum_slots(launch.slots[threadIdx.x]);
   launch.slots[threadIdx.x] = {};
-  if (threadIdx.x != 0) return;
-  if (is_committed) {
-    finish_solved(launch, sum);
-  } else {
-    plan_retry(*launch.state);
-  }
+  if (threadIdx.x == 0 && is_solved) finish_solved(launch, sum);
+}
+
+// After the deadline the request ends where a window has ended. Called by one thread.
+__device__ inline AfterWindow pause_if_late(ExactState& state, AfterWindow after) {
+  const bool can_pause = after == AfterWindow::next_window || after == AfterWindow::next_step;
+  if (!can_pause || state.deadline_ns == 0 || global_time_ns() < state.deadline_ns) return after;
+  state.paused = 1;
+  return after == AfterWindow::next_window ? AfterWindow::end_step_here : after;
+}
+
+// Ends a window, and the step if that is its last one. Called by one warp.
+__device__ inline void finish_window(const ExactLaunch& launch, bool is_committed) {
+  ExactState& state = *launch.state;
+  AfterWindow after = AfterWindow::stop;
+  if (threadIdx.x == 0) state.after_window = after = pause_if_late(state, end_window(launch, is_committed));
+  after = static_cast<AfterWindow>(__shfl_sync(kWholeWarp, static_cast<std::uint32_t>(after), 0));
+  if (after == AfterWindow::stop && threadIdx.x == 0) state.unresolvable = 1;
+  if (after == AfterWindow::next_step || after == AfterWindow::retry_step)
+    finish_step(launch, after == AfterWindow::next_step);
+}
+
+// Writes where the parcels are at the start of the window, where the step is to end. The threads with ranks 0
+// to num_threads - 1 call it.
+template <Boundary kBoundary>
+__device__ void locate_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
+  const ExactConstants c = constants_of_step(launch);
+  const StepContext step{launch, c};
+  const ExactState& state = step.state;
+  const auto tick = static_cast<std::int32_t>(state.window_begin);
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads)
+    step.memory.positions[state.current_buffer ^ 1U][i] =
+        position_at<kBoundary>(c, step.start_trajectory(i), tick);
 }
 
 // Speed of the fastest parcel that moves and is finite. The threads with ranks 0 to num_threads - 1 call it;
@@ -137,8 +279,9 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   synchronize();
   if (rank != 0) return;
   state.progress.tick_exponent = exponent;
-  state.progress.preferred_ticks =
-      ldexp(state.progress.preferred_ticks, static_cast<int>(before) - static_cast<int>(exponent));
+  const int shorter = static_cast<int>(before) - static_cast<int>(exponent);
+  state.progress.preferred_ticks = ldexp(state.progress.preferred_ticks, shorter);
+  state.window_ticks = ldexp(state.window_ticks, shorter);
 }
 
 }  // namespace pf::cuda

@@ -20,14 +20,27 @@ class ExactTimeline {
   void enter(const ExactLaunch& launch, cudaStream_t stream);
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
-  // Ticks of the reference speed at which the steps of a request end, in order. Moves the time to the last
-  // one. Steps shorter than a tick may have none. tick_s: of the reference speed.
-  std::vector<std::uint64_t> plan_ends(const StepRequest& request, double tick_s);
+  // Where steps of a request end: only every num_together-th and the last. Steps shorter than a tick may have no
+  // end. tick_s: of the reference speed.
+  struct End {
+    std::uint64_t tick;       // of the reference speed
+    std::uint32_t num_steps;  // of the request, up to here
+  };
+  const std::vector<End>& plan_ends(const StepRequest& request, std::uint32_t num_together, double tick_s);
+  // Moves the time to where the request has come: a tick of the reference speed. Returns the number of its steps
+  // that are complete.
+  std::uint32_t finish(std::uint64_t now);
+  // The last request ended within a step, which the next one completes.
+  bool is_mid_step() const { return is_mid_step_; }
 
  private:
   bool is_active_ = false;
-  double time_s_ = 0.0;    // requested since the reset
-  std::uint64_t now_ = 0;  // its nearest tick of the reference speed
+  bool is_mid_step_ = false;
+  double time_s_ = 0.0;          // of completed steps since the reset
+  double series_start_s_ = 0.0;  // time at the start of the series of requests
+  std::uint64_t now_ = 0;        // tick of the reference speed
+  StepRequest request_;
+  std::vector<End> ends_;  // of the request
 };
 
 }  // namespace pf::cuda

@@ -40,7 +40,6 @@ struct RequestTotals {
   unsigned long long num_invalid;
   unsigned long long first_invalid_step;
   unsigned int first_invalid_id;
-  float max_speed2;
 };
 
 struct StepState {

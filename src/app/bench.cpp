@@ -58,7 +58,7 @@ Bench prepare(const Options& options, Backend& backend) {
   const BallState ball = initial_ball(settings);
   const Spawner spawner(settings, bench.physics, ball);
   backend.reset(bench.physics, spawner.plan(), ball);
-  bench.request = step_request(settings, 1, plan_frame(settings, bench.physics, ball).dt_s);
+  bench.request = step_request(settings, bench.physics, 1, plan_frame(settings, bench.physics, ball).dt_s);
   return bench;
 }
 

@@ -63,6 +63,7 @@ std::string frame_text(const LoggedFrame& frame) {
     text += fmt::format("compare = {}\n", toml_string(kComparisonNames[static_cast<int>(frame.compare)]));
   if (frame.time_scale_factor != 1.0)
     text += fmt::format("time_scale_factor = {}\n", frame.time_scale_factor);
+  if (frame.max_steps) text += fmt::format("max_steps = {}\n", *frame.max_steps);
   if (!frame.hash.empty()) text += fmt::format("hash = {}\n", toml_string(frame.hash));
   return text;
 }
@@ -166,15 +167,21 @@ void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
 
 LoggedFrame Reader::frame(const toml::table& table) const {
   LoggedFrame frame;
-  const toml::node* number = table.get("number");
-  if (number == nullptr || !number->is_integer() || *number->value<std::int64_t>() < 0)
+  const toml::node* place = table.get("number");
+  if (place == nullptr || !place->is_integer() || *place->value<std::int64_t>() < 0)
     refuse(table, "[[frame]] takes a number, a whole number from 0, as number = 60");
-  frame.number = *number->value<std::int64_t>();
+  frame.number = *place->value<std::int64_t>();
   if (table.contains("settings")) frame.restart = settings(table);
   frame.edits = texts(table, "set");
   frame.presses = texts(table, "press");
   frame.hash = text(table, "hash");
   read_launch(table, frame);
+  if (const toml::node* steps = table.get("max_steps")) {
+    const double most = number(*steps, "max_steps");
+    if (most < 0.0 || most > UINT32_MAX || most != std::floor(most))
+      refuse(*steps, "max_steps takes a whole number from 0");
+    frame.max_steps = static_cast<std::uint32_t>(most);
+  }
   // Edits are tried here, so that an invalid log is refused before the run.
   Settings scratch;
   apply_edits(frame.edits, scratch, fmt::format("{}:{}", file_, table.source().begin.line));
@@ -238,7 +245,13 @@ InputLog::InputLog(const Simulation& simulation, const std::string& backend)
                         toml_string(PF_VERSION), toml_string(backend)) +
             settings_text(simulation.settings())) {}
 
-void InputLog::begin_frame(const Commands& commands, const Simulation& simulation) {
+void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
+  if (is_open_ && simulation.view().unfinished) return;
+  if (is_open_) {
+    frame_.max_steps = simulation.view().num_done;
+    complete_frame(simulation);
+  }
+  is_open_ = false;
   frame_ = {};
   frame_.number = num_frames_;
   for (const CommandSwitch& one : command_switches()) {
@@ -254,17 +267,32 @@ void InputLog::begin_frame(const Commands& commands, const Simulation& simulatio
 }
 
 void InputLog::end_frame(Simulation& simulation) {
-  ++num_frames_;
+  note_inputs(simulation);
+  is_open_ = simulation.view().unfinished;
+  if (!is_open_) complete_frame(simulation);
+}
+
+void InputLog::note_inputs(const Simulation& simulation) {
   const bool is_new = simulation.view().num_scenes != num_scenes_before_ ||
                       simulation.num_fallbacks() != num_fallbacks_before_;
+  frame_.edits.clear();
   if (is_new) {
     frame_.restart = simulation.settings();
   } else if (asked_) {
     frame_.edits = edits_between(settings_before_, *asked_, simulation.settings());
   }
-  if (!files_.empty() && num_frames_ % kFramesPerHash == 0) frame_.hash = hash_of(simulation);
+}
+
+void InputLog::complete_frame(Simulation& simulation) {
+  ++num_frames_;
+  is_hash_due_ = !files_.empty() && (is_hash_due_ || num_frames_ % kFramesPerHash == 0);
+  if (is_hash_due_ && !simulation.view().mid_step) {
+    frame_.hash = hash_of(simulation);
+    is_hash_due_ = false;
+  }
   const bool has_launch = frame_.fly || frame_.compare != Comparison::none || frame_.time_scale_factor != 1.0;
-  const bool has_input = is_new || has_launch || !frame_.edits.empty() || !frame_.presses.empty();
+  const bool has_input =
+      frame_.restart || has_launch || frame_.max_steps || !frame_.edits.empty() || !frame_.presses.empty();
   if (has_input || !frame_.hash.empty()) note(frame_);
 }
 
@@ -300,10 +328,12 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
   const auto found =
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
-  if (num_frames_ - 1 > last_hashed_) {
+  if (is_open_ || num_frames_ - 1 > last_hashed_) {
     LoggedFrame last;
-    last.number = num_frames_ - 1;
-    last.hash = hash_of(simulation);
+    if (is_open_) last = frame_;
+    last.number = is_open_ ? num_frames_ : num_frames_ - 1;
+    if (is_open_) last.max_steps = simulation.view().num_done;
+    if (!simulation.view().mid_step) last.hash = hash_of(simulation);
     write(*found, frame_text(last));
   }
   files_.erase(found);

@@ -24,7 +24,8 @@ struct LoggedFrame {
   std::optional<BallLaunch> fly;
   Comparison compare = Comparison::none;
   double time_scale_factor = 1.0;
-  std::string hash;  // of the state after the frame; empty: none
+  std::optional<std::uint32_t> max_steps;  // of the frame, which inputs have ended; none: all
+  std::string hash;                        // of the state after the frame; empty: none
 };
 
 struct RunLog {
@@ -56,8 +57,9 @@ class InputLog {
   // Before the first frame.
   explicit InputLog(const Simulation& simulation, const std::string& backend);
 
-  // Around each frame of the simulation.
-  void begin_frame(const Commands& commands, const Simulation& simulation);
+  // Around each picture of the simulation, with the commands that it admits. Pictures that go on with the
+  // steps of a frame belong to that frame.
+  void begin_frame(const Commands& commands, Simulation& simulation);
   void end_frame(Simulation& simulation);
 
   // Starts a file with the whole log so far. Throws UserError if it cannot be written.
@@ -74,6 +76,8 @@ class InputLog {
     std::ofstream stream;
   };
 
+  void note_inputs(const Simulation& simulation);
+  void complete_frame(Simulation& simulation);
   void note(const LoggedFrame& frame);
   void write(File& file, const std::string& text);
 
@@ -82,7 +86,9 @@ class InputLog {
   std::string failure_;
   std::int64_t num_frames_ = 0;
   std::int64_t last_hashed_ = -1;  // last frame with a hash in text_
+  bool is_hash_due_ = false;
   // State of the current frame.
+  bool is_open_ = false;  // its steps were not all done in its last picture
   LoggedFrame frame_;
   Settings settings_before_;
   std::optional<Settings> asked_;

@@ -20,6 +20,7 @@ Settings relevant_settings(Settings s) {
   s.threads = plain.threads;
   s.seconds = plain.seconds;
   s.relaunch = plain.relaunch;
+  s.frame_budget_ms = plain.frame_budget_ms;
   s.drawn_area_fraction = plain.drawn_area_fraction;
   s.ball_vx_mps = plain.ball_vx_mps;  // of the next launch
   s.ball_vy_mps = plain.ball_vy_mps;
@@ -43,7 +44,8 @@ void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
   }
   readout_.max_overlap_diameters =
       std::max(readout_.max_overlap_diameters, view.frame_totals.max_overlap_diameters);
-  if (view.simulated_s == measured_at_s_ || milliseconds_since(measured_) < kPeriod_ms) return;
+  if (view.mid_step || view.simulated_s == measured_at_s_ || milliseconds_since(measured_) < kPeriod_ms)
+    return;
   measure(view, backend);
 }
 

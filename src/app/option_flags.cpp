@@ -206,6 +206,10 @@ void add_bench_flags(CLI::App& app, Typed& typed, Options& options) {
   add_text(app, "--repeats", typed.repeats, "N", "repeats, for median and minimum; 1 to 1000; default 5");
   add_text(app, "--frames", typed.frames, "N",
            "time N whole frames instead, drawn offscreen with overlay; 1 to 1000000");
+  app.add_flag(
+      "--flight", options.bench_flight,
+      "time every frame of a whole flight instead, without drawing: until the ball leaves, for "
+      "--seconds, or for 6 s where no ball leaves; src/lab/plots/flight.py draws the results of --json");
   app.add_flag("--panel", options.bench_panel, "with --frames: draw the panel, too");
   app.add_option(
          "--record", typed.record,

@@ -23,8 +23,8 @@ struct SettingFlag {
 };
 
 inline const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
-inline const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "terms", "all",
-                                                  "plot"};
+inline const std::vector<std::string> kStudies = {
+    "validate", "work-precision", "stability", "contact-clock", "terms", "all", "plot"};
 inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};

@@ -86,7 +86,7 @@ void check_sweep(const Typed& typed, const Options& options) {
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
                           !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
-                          options.bench_panel || typed.force;
+                          options.bench_panel || options.bench_flight || typed.force;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
@@ -94,9 +94,12 @@ void check_sweep(const Typed& typed, const Options& options) {
   }
 }
 
-// Reads the options for whole frames.
+// Reads the options for whole frames and flights.
 void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
   const bool has_record = app.count("--record") > 0;
+  if (options.bench_flight && (typed.frames || typed.steps || typed.warmup || typed.repeats))
+    throw UserError(
+        "--flight: times all frames of a flight, once; leave out --frames, --steps, --warmup, --repeats");
   if (!typed.frames && (has_record || options.bench_panel)) {
     throw UserError(fmt::format("{}: needs --frames N, since steps alone are not drawn; add it",
                                 has_record ? "--record" : "--panel"));

@@ -75,6 +75,7 @@ struct Options {
   int bench_repeats = 5;
   int bench_frames = 0;              // --frames N: time whole frames instead of steps
   bool bench_panel = false;          // --panel: include the panel
+  bool bench_flight = false;         // --flight: time the frames of a whole flight instead
   std::filesystem::path bench_json;  // --json FILE
   bool sweep = false;                // --sweep: time whole frames over N instead
   std::int64_t sweep_max = 1'000'000;

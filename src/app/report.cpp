@@ -131,6 +131,9 @@ json exact_report(const Settings& settings, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
   return {{"rounds", totals.num_rounds},
           {"redone_steps", totals.num_retried_steps},
+          {"events", totals.num_events},
+          {"solved_events", totals.num_solved_events},
+          {"largest_cluster", totals.largest_cluster},
           {"event_hash", fmt::format("{:016x}", totals.event_hash)}};
 }
 

@@ -39,7 +39,8 @@ class RunRecord {
   // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
-  // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,event_hash} (null for other methods),
+  // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,events,solved_events (in all
+  // rounds),largest_cluster (events),event_hash} (null for other methods),
   // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes
   // (state and scratch of the parcels). A figure without meaning in the run (no parcels, no collision) is
   // null. settings: those at the end, which the panel may have changed.

@@ -15,6 +15,7 @@ Settings unit_gas(std::int64_t n, double area_fraction, Boundary boundary) {
   s.parcel_radius_m = 0.5;
   s.parcel_mass_kg = 1.0;
   s.restitution = 1.0;
+  s.contact_clock = 0.0;
   s.ball_present = false;
   return s;
 }
@@ -41,7 +42,7 @@ SceneRun::SceneRun(const Settings& s, std::unique_ptr<Backend> with) : settings(
 }
 
 StepReport SceneRun::advance(std::uint32_t steps, double dt_s) {
-  return backend->advance(step_request(settings, steps, dt_s));
+  return backend->advance(step_request(settings, physics, steps, dt_s));
 }
 
 StepReport SceneRun::advance(std::uint32_t steps) {

@@ -3,25 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
+#include "app/command_queue.hpp"
 #include "app/memory.hpp"
 #include "app/simulation_state.hpp"
-#include "app/step_request.hpp"
 
 namespace pf {
-namespace {
-
-bool has_left(const Physics& physics, const BallState& ball) {
-  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
-  const World& world = physics.world;
-  const double radius = physics.ball.radius_m;
-  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
-         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
-}
-
-}  // namespace
-
 std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name) {
   if (settings.air != Air::parcels) return 0;
   if (settings.num_parcels > 0) return settings.num_parcels;
@@ -65,71 +52,12 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   const Spawner spawner(with, derived, around);
   check_room(with, backend->memory_bytes());
   backend->reset(derived, spawner.plan(), around);
+  frame.reset();
+  view.mid_step = false;
+  step_ms = 0.0;
   physics = derived;
   ball = around;
   if (checkpoints) checkpoints->clear();
-}
-
-void Simulation::State::submit_steps(DrawTarget* target) {
-  keep_checkpoint_when_due();
-  const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
-  StepRequest request = step_request(settings, plan.num_steps, plan.dt_s);
-  DrawBuffers buffers;
-  if (target) {
-    target->reserve(physics.parcels.num);
-    ScopedPhase timing(mapping, Phase::map);
-    buffers = target->map();
-    request.draw = &buffers;
-  }
-  backend->submit(request);
-  in_flight = plan;
-  if (target) {
-    ScopedPhase timing(mapping, Phase::unmap);
-    target->unmap();
-  }
-}
-
-void Simulation::State::collect_steps() {
-  const StepReport report = backend->collect();
-  const FramePlan& plan = *in_flight;
-  view.dt_s = plan.dt_s;
-  view.steps_per_frame = plan.num_steps;
-  view.slow_motion = plan.slow_motion;
-  ball = report.ball;
-  view.times = report.times;
-  view.times += mapping;
-  view.frame_totals = report.totals;
-  view.min_bytes_moved = backend->min_bytes_moved(report.totals);
-  view.totals += report.totals;
-  view.simulated_s += plan.num_steps * plan.dt_s;
-  collision_rate_per_s = physics.parcels.num == 0 ? 0.0
-                                                  : 2.0 * static_cast<double>(report.totals.num_collisions) /
-                                                        (physics.parcels.num * plan.num_steps * plan.dt_s);
-  in_flight.reset();
-  if (report.totals.num_invalid > 0) {
-    view.paused = true;
-    view.message = fmt::format(
-        "Paused: {} parcels left the range of numbers in step {}, the first with id {}. Shorten the step "
-        "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
-        report.totals.num_invalid, report.totals.first_invalid_step, report.totals.first_invalid_id);
-  }
-  shown_s += 1.0 / settings.frame_rate_hz;
-  flight.dt_s = plan.dt_s;
-  flight.num_steps += plan.num_steps;
-  flight.compute_ms += report.times.total();
-  follow_ball();
-  if (view.flight == Flight::flying && has_left(physics, ball)) {
-    view.flight = Flight::landed;
-    left_once = true;
-    end_flight();
-  }
-}
-
-// Draws the current state without a step.
-void Simulation::State::draw_again(DrawTarget& target) {
-  target.reserve(physics.parcels.num);
-  backend->draw(target.map());
-  target.unmap();
 }
 
 // Continues with another backend from the start of the scene, because the state was lost with the device.
@@ -139,7 +67,7 @@ void Simulation::State::fall_back(const DeviceError& error) {
   backend = make_fallback();
   make_fallback = nullptr;
   ++num_fallbacks;
-  in_flight.reset();
+  in_flight = false;
   Settings with = settings;
   with.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
   reset(with);
@@ -158,6 +86,9 @@ void Simulation::State::update_view() {
   view.backend = backend->name();
   view.memory_bytes = backend->memory_bytes();
   view.waits = !launches_by_itself();
+  view.unfinished = frame.has_value();
+  view.asked = waiting.settings ? &*waiting.settings : nullptr;
+  view.waits_for_step = changes_anything(waiting);
 }
 
 Simulation::Simulation(Settings settings, std::unique_ptr<Backend> backend)
@@ -178,14 +109,22 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   view.frame_totals = {};
   view.min_bytes_moved = 0.0;
   mapping = {};
-  const bool waiting = view.flight == Flight::landed;
+  const bool is_landed = view.flight == Flight::landed;
   const bool is_new = view.num_scenes != scenes_before;  // its initial state is shown and measured
-  if (!is_new && !commands.hold && ((!view.paused && !waiting) || commands.single_step)) {
+  const bool steps = !is_new && !commands.hold && ((!view.paused && !is_landed) || commands.single_step);
+  if (steps && !frame) begin_steps(commands);
+  if (frame) {
     submit_steps(target);
   } else if (target) {
     draw_again(*target);
   }
-  if (waiting && !view.paused && !commands.hold && !in_flight) launch_again_when_due();
+  if (is_landed && !view.paused && !commands.hold && !in_flight) launch_again_when_due();
+}
+
+Commands Simulation::admit(const Commands& wanted) {
+  const Commands admitted = state_->admit(wanted);
+  state_->update_view();
+  return admitted;
 }
 
 void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
@@ -199,7 +138,10 @@ void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
 
 void Simulation::finish_frame() {
   State& s = *state_;
-  if (!s.in_flight) return;
+  if (!s.in_flight) {
+    if (s.frame && s.frame->num_done == s.frame->num_steps) s.end_frame();  // a replayed frame without a step
+    return s.update_view();
+  }
   try {
     s.collect_steps();
   } catch (const DeviceError& error) {
@@ -217,6 +159,7 @@ void Simulation::keep_checkpoints() {
   state_->checkpoints.emplace(std::min(kMaxBytes, available_memory_bytes() / 4));
 }
 
+void Simulation::keep_to_budget() { state_->has_budget = true; }
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }
 const FrameView& Simulation::view() const { return state_->view; }
 const Settings& Simulation::settings() const { return state_->settings; }

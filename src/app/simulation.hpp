@@ -37,10 +37,11 @@ struct Commands {
   bool launch = false;            // put the ball back to its start; parcels are kept
   std::optional<BallLaunch> fly;  // launch the ball like this, into fresh air of the scene's seed
   Comparison compare = Comparison::none;
-  bool hold = false;               // no step in this frame
-  bool back = false;               // go back to an earlier checkpoint of the flight
-  double time_scale_factor = 1.0;  // multiplies run.time_scale
-  std::string save_scene;          // write the settings as a scene file of this name; empty: no
+  bool hold = false;                       // no step in this frame
+  bool back = false;                       // go back to an earlier checkpoint of the flight
+  double time_scale_factor = 1.0;          // multiplies run.time_scale
+  std::string save_scene;                  // write the settings as a scene file of this name; empty: no
+  std::optional<std::uint32_t> max_steps;  // of this frame, for a replay; none: as planned
   bool quit = false;
 };
 
@@ -64,6 +65,13 @@ struct FrameView {
   double dt_s = 0.0;
   std::uint32_t steps_per_frame = 0;
   double slow_motion = 0.0;  // simulated over wall time
+  // The steps of a frame may be worked off in several pictures (Simulation::keep_to_budget).
+  std::uint32_t num_pictures = 1;   // of a frame
+  bool unfinished = false;          // the next picture goes on with the steps of this frame
+  bool mid_step = false;            // the last step, too, is unfinished
+  std::uint32_t num_done = 0;       // steps of the frame
+  const Settings* asked = nullptr;  // settings that wait for the end of a step; null: none
+  bool waits_for_step = false;      // there are such settings, or other commands
   bool paused = false;
   Flight flight = Flight::flying;
   bool waits = false;            // a landed ball is not launched again automatically
@@ -82,6 +90,14 @@ class Simulation {
   Simulation(Settings settings, std::unique_ptr<Backend> backend);
   ~Simulation();
 
+  // From now on the steps of a frame end, after the time of run.frame_budget_ms, with the current step or
+  // within it. The next call of begin_frame goes on with them. Initially off: for a window, which must answer
+  // its user. The states after whole frames are the same.
+  void keep_to_budget();
+  // Commands that begin_frame can apply now. They end an unfinished frame after its last whole step. Those
+  // that cannot be applied within a step wait for its end. To be called before begin_frame.
+  Commands admit(const Commands& wanted);
+
   // Applies commands, then starts the steps of one frame unless paused. If draw is given, the last step
   // writes to it: reserve, map, write, unmap. A device works on the steps while the caller queues the
   // drawing. A command that cannot be executed changes nothing and puts its reason into view().message.
@@ -89,7 +105,7 @@ class Simulation {
   // Waits for the frame's steps, then updates ball, path, times and totals of the view.
   void finish_frame();
   void advance_frame(const Commands& commands, DrawTarget* draw) {
-    begin_frame(commands, draw);
+    begin_frame(admit(commands), draw);
     finish_frame();
   }
 

@@ -31,6 +31,7 @@ bool disturbs(const Settings& a, Settings b) {
   b.threads = a.threads;
   b.seconds = a.seconds;
   b.relaunch = a.relaunch;
+  b.frame_budget_ms = a.frame_budget_ms;
   b.drawn_area_fraction = a.drawn_area_fraction;
   return !(a == b);
 }

@@ -14,6 +14,17 @@
 
 namespace pf {
 
+// The steps of a frame, worked off in one picture or several.
+struct FrameSteps {
+  FramePlan plan;
+  std::uint32_t num_steps = 0;  // at most those of the plan
+  std::uint32_t num_done = 0;
+  double start_s = 0.0;  // simulated
+  bool mid_step = false;
+  std::uint32_t num_pictures = 0;
+  StepTotals totals;
+};
+
 struct Simulation::State {
   Settings settings;
   Physics physics;
@@ -33,9 +44,14 @@ struct Simulation::State {
   std::int64_t num_launches = 0;
   double landed_for_s = 0.0;
   bool left_once = false;
-  double collision_rate_per_s = 0.0;   // per parcel, in the last frame; 0: not known
-  std::optional<FramePlan> in_flight;  // of the frame whose steps are submitted
-  PhaseTimes mapping;                  // of that frame
+  double collision_rate_per_s = 0.0;  // per parcel, in the last whole frame; 0: not known
+  std::optional<FrameSteps> frame;    // begun and not ended
+  bool in_flight = false;             // steps of it are submitted
+  PhaseTimes mapping;                 // of the picture
+  bool has_budget = false;
+  double step_ms = 0.0;                  // of the last steps; 0: not known
+  std::uint32_t num_frame_pictures = 1;  // of the last whole frame
+  Commands waiting;                      // for the end of a step
 
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
@@ -61,9 +77,15 @@ struct Simulation::State {
   void change_threads(const Settings& with);
   void execute(const Commands& commands);
   void begin(const Commands& commands, DrawTarget* target);
+  Commands admit(const Commands& wanted);
+  bool can_start_anew() const;
+  void begin_steps(const Commands& commands);
+  std::uint32_t num_steps_to_submit() const;
   void submit_steps(DrawTarget* target);
   void draw_again(DrawTarget& target);
   void collect_steps();
+  void end_frame();
+  void pause_if_invalid(const StepTotals& totals);
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
   void follow_ball();

@@ -6,7 +6,9 @@
 
 namespace pf {
 
-// num_steps of dt_s with method, search and contact durations of the settings. Draws nothing.
-StepRequest step_request(const Settings& settings, std::uint32_t num_steps, double dt_s);
+// num_steps of dt_s with method, search and contact durations of the settings. Draws nothing. physics:
+// derived from the same settings.
+StepRequest step_request(const Settings& settings, const Physics& physics, std::uint32_t num_steps,
+                         double dt_s);
 
 }  // namespace pf

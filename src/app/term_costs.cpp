@@ -28,6 +28,7 @@ Settings work_of(Settings s) {
   s.description = plain.description;
   s.seconds = plain.seconds;
   s.relaunch = plain.relaunch;
+  s.frame_budget_ms = plain.frame_budget_ms;
   s.drawn_area_fraction = plain.drawn_area_fraction;
   s.seed = plain.seed;
   s.ball_x_m = plain.ball_x_m;
@@ -99,20 +100,20 @@ void SteppingCopy::start(const Settings& settings, const TermOrigin& origin) {
   settings_ = settings;
   settings_.num_parcels = resolve_num_parcels(settings, backend_->name());
   dt_s_ = origin.dt_s;
-  const Physics physics = derive_physics(settings_);
-  if (num_parcels_ != physics.parcels.num) {
-    const Spawner spawner(settings_, physics, origin.ball);
-    backend_->reset(physics, spawner.plan(), origin.ball);
-    num_parcels_ = physics.parcels.num;
+  physics_ = derive_physics(settings_);
+  if (num_parcels_ != physics_.parcels.num) {
+    const Spawner spawner(settings_, physics_, origin.ball);
+    backend_->reset(physics_, spawner.plan(), origin.ball);
+    num_parcels_ = physics_.parcels.num;
   } else {
-    backend_->set_physics(physics);
+    backend_->set_physics(physics_);
     backend_->set_ball(origin.ball);
   }
   if (origin.parcels.position.size() == *num_parcels_) backend_->restore(origin.parcels);
 }
 
 double SteppingCopy::step(std::uint32_t num_steps) {
-  return backend_->advance(step_request(settings_, num_steps, dt_s_)).times.step_ms() / num_steps;
+  return backend_->advance(step_request(settings_, physics_, num_steps, dt_s_)).times.step_ms() / num_steps;
 }
 
 void TermCosts::request() {
@@ -129,7 +130,7 @@ void TermCosts::pause() {
 }
 
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
-  if (frame.frame_totals.num_steps == 0 || !make_) return;
+  if (frame.frame_totals.num_steps == 0 || frame.mid_step || !make_) return;
   if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);
   add_times(frame);
   const bool is_done = state_ == State::known || state_ == State::failed;

@@ -56,6 +56,7 @@ class SteppingCopy {
  private:
   std::unique_ptr<Backend> backend_;
   Settings settings_;
+  Physics physics_;  // of these settings
   double dt_s_ = 0.0;
   std::optional<std::uint32_t> num_parcels_;  // that it was reset for
 };

@@ -21,17 +21,20 @@ struct StepRequest {
   Method method = Method::impulse;
   Neighbors neighbors = Neighbors::grid;
   std::uint32_t num_steps = 1;
-  double dt_s = 0.0;                           // > 0
-  double spring_contact_s = 0.0;               // contact duration of `spring`; > 0 with that method
-  double contact_clock_s = 0.0;                // contact duration of the TC model in `exact`; 0: off
+  std::uint32_t num_done = 0;     // steps of the same series that earlier requests have completed
+  double budget_ms = 0.0;         // no step is begun after it; 0: no budget
+  double dt_s = 0.0;              // > 0
+  double spring_contact_s = 0.0;  // contact duration of `spring`; > 0 with that method
+  double contact_clock_s = 0.0;   // contact duration of the TC model in `exact`; 0: off
   std::vector<EventRecord>* events = nullptr;  // `exact` on the CPU appends its events; null: not recorded
   const DrawBuffers* draw = nullptr;           // written by the last step; null: nothing is drawn
 };
 
 struct StepReport {
-  PhaseTimes times;  // of the whole request
-  StepTotals totals;
-  BallState ball;  // after the last step
+  PhaseTimes times;   // of the whole request
+  StepTotals totals;  // num_steps: completed; fewer than asked for if the budget was spent
+  BallState ball;     // after the last step, or within an unfinished one
+  bool mid_step = false;
 };
 
 // Parcels by id: position units and m/s.
@@ -59,6 +62,12 @@ class Backend {
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in
   // use until collect(); those in host memory are complete when submit() returns. Only collect() may be
   // called before the next request.
+  //
+  // A budget may end a request after any step, and method `exact` within a step (mid_step), where state and
+  // drawing are those of the moment. The next request then goes on: num_done counts the steps that the series
+  // has completed, all else is as before, and the results are those of one request without a budget. Until
+  // the step is complete, only reset() and restore() may change the state; they drop it. A backend may ignore
+  // the budget.
   virtual void submit(const StepRequest& request) = 0;
   // Waits for the end of the submitted request.
   virtual StepReport collect() = 0;

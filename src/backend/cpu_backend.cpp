@@ -68,6 +68,7 @@ void CpuBackend::set_physics(const Physics& physics) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
   if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
+  exact_.forget_predictions();
   physics_ = physics;
 }
 
@@ -137,10 +138,13 @@ void CpuBackend::submit(const StepRequest& request) {
   } else {
     stop_exact();
     const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
-    for (std::uint32_t k = 0; k < request.num_steps; ++k) {
+    const Deadline deadline(request.budget_ms);
+    for (std::uint32_t k = 0; k < request.num_steps && (k == 0 || !deadline.has_passed()); ++k) {
       sort_if_needed(constants, request, report);
       step(constants, request, k + 1 == request.num_steps, report);
     }
+    const bool is_cut = report.totals.num_steps < request.num_steps;
+    if (is_cut && request.draw) draw(*request.draw);
   }
   report.ball = ball_;
   report_ = report;
@@ -151,6 +155,7 @@ void CpuBackend::advance_exact(const StepRequest& request, StepReport& report) {
   if (exact_.active() && has_contact_ticks != (request.contact_clock_s > 0.0)) stop_exact();
   if (!exact_.active()) start_exact(request);
   exact_.advance(physics_, request, parcels_, ball_, report);
+  report.mid_step = exact_.is_mid_step();
   if (request.draw) draw(*request.draw);
 }
 
@@ -236,18 +241,20 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
 }
 
 void CpuBackend::draw(const DrawBuffers& buffers) {
+  const std::vector<Vec2i>& position = positions();
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
     for (std::size_t i = begin; i < end; ++i) {
-      draw_parcel(buffers, physics_.world, i, positions()[i], parcels_.current.velocity[i]);
+      draw_parcel(buffers, physics_.world, i, position[i], parcels_.current.velocity[i]);
     }
   });
 }
 
 ParcelSnapshot CpuBackend::snapshot() {
   ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_};
+  const std::vector<Vec2i>& position = positions();
   for (std::size_t i = 0; i < size(); ++i) {
-    snapshot.position[parcels_.current.id[i]] = positions()[i];
+    snapshot.position[parcels_.current.id[i]] = position[i];
     snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
   }
   return snapshot;
@@ -268,7 +275,7 @@ Measures CpuBackend::measure() {
         sum.parcel_energy_j += 0.5 * mass * dot(v, v);
         sum.momentum_kg_mps += v * mass;
         sum.momentum_scale_kg_mps += mass * std::sqrt(dot(v, v));
-        sum.num_live += is_retired(positions()[i]) ? 0 : 1;
+        sum.num_live += is_retired(parcels_.current.position[i]) ? 0 : 1;
       }
       chunks[chunk] = sum;
     }
@@ -286,8 +293,9 @@ Measures CpuBackend::measure() {
 
 std::uint64_t CpuBackend::state_hash() {
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
+  const std::vector<Vec2i>& position = positions();
   for (std::size_t i = 0; i < size(); ++i) {
-    hash += parcel_hash(parcels_.current.id[i], positions()[i], parcels_.current.velocity[i]);
+    hash += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
   }
   return hash;
 }

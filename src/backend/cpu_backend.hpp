@@ -49,8 +49,8 @@ class CpuBackend final : public Backend {
 
   std::size_t size() const { return parcels_.size(); }
   // Current positions, in memory order.
-  const std::vector<Vec2i>& positions() const {
-    return exact_.active() ? exact_.positions() : parcels_.current.position;
+  const std::vector<Vec2i>& positions() {
+    return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);

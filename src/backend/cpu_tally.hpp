@@ -67,7 +67,6 @@ inline StepTotals totals_of(const StepConstants& c, const CpuTally& sum) {
   totals.first_invalid_id = sum.first_invalid_id;
   totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / c.per_impulse_count;
   totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);
-  totals.max_speed_mps = std::sqrt(static_cast<double>(sum.max_speed2));
   totals.ball_impulse_kg_mps =
       Vec2d{static_cast<double>(sum.ball.impulse_x), static_cast<double>(sum.ball.impulse_y)} *
       c.impulse_unit_kg_mps;

@@ -33,8 +33,8 @@ constexpr std::size_t kNumStepPhases = static_cast<std::size_t>(Phase::map);
 
 // Keys of the report and labels of the overlay, in the order of Phase.
 constexpr std::array<const char*, kNumPhases> kPhaseNames = {
-    "sort",   "grid", "collide_integrate", "ball", "predict", "solve",   "reconcile",
-    "commit", "map",  "unmap",             "draw", "panel",   "present", "encode"};
+    "sort", "grid",  "collide_integrate", "ball",  "predict", "solve", "reconcile", "commit", "map", "unmap",
+    "draw", "panel", "present",           "encode"};
 
 struct PhaseTimes {
   std::array<double, kNumPhases> ms{};
@@ -57,8 +57,8 @@ struct PhaseTimes {
   }
 };
 
-// The two phases that GL works on, by both clocks. The host's runs until the calls return; the GL device's covers
-// the work itself and is read some frames late, so that nothing waits for it. NaN: not known.
+// The two phases that GL works on, by both clocks. The host's runs until the calls return; the GL device's
+// covers the work itself and is read some frames late, so that nothing waits for it. NaN: not known.
 struct DrawTimes {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
@@ -73,6 +73,20 @@ using Clock = std::chrono::steady_clock;
 inline double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
+
+// The end of a time budget that starts now. budget_ms 0: it never ends.
+class Deadline {
+ public:
+  explicit Deadline(double budget_ms) : budget_ms_(budget_ms > 0.0 ? budget_ms : kNever) {}
+  double left_ms() const { return budget_ms_ == kNever ? kNever : budget_ms_ - milliseconds_since(start_); }
+  bool has_passed() const { return left_ms() <= 0.0; }
+
+ private:
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+
+  double budget_ms_;
+  Clock::time_point start_ = Clock::now();
+};
 
 // Adds its own lifetime to one phase.
 class ScopedPhase {

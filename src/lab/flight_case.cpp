@@ -46,7 +46,7 @@ FlightResult fly_scene(const Settings& settings, double duration_s, Backend& bac
   const FramePlan plan = plan_duration(settings, physics, start, duration_s);
   const double dt_s = duration_s / plan.num_steps;
   const Clock::time_point start_time = Clock::now();
-  const StepReport report = backend.advance(step_request(settings, plan.num_steps, dt_s));
+  const StepReport report = backend.advance(step_request(settings, physics, plan.num_steps, dt_s));
   return {report.ball, 1e6 * milliseconds_since(start_time), dt_s, report.totals};
 }
 
@@ -59,7 +59,7 @@ Exit fly_to_exit(const Settings& settings, Backend& backend) {
     const FramePlan plan = plan_duration(settings, physics, ball, kPart_s);
     const Clock::time_point start_time = Clock::now();
     const BallState next =
-        backend.advance(step_request(settings, plan.num_steps, kPart_s / plan.num_steps)).ball;
+        backend.advance(step_request(settings, physics, plan.num_steps, kPart_s / plan.num_steps)).ball;
     exit.wall_ns += 1e6 * milliseconds_since(start_time);
     const Vec2d moved = next.position_m - ball.position_m;
     const double to_edge = share_to_edge(physics.world, ball.position_m, next.position_m);
@@ -73,6 +73,30 @@ Exit fly_to_exit(const Settings& settings, Backend& backend) {
   }
   throw UserError("lab: the ball of scene " + settings.name +
                   " does not leave the world within 10 s; give another scene");
+}
+
+FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_wall_s, Backend& backend) {
+  const auto [physics, start] = spawn_scene(settings, backend);
+  FlightFrames flight;
+  flight.ball = start;
+  double wall_s = 0.0, rate_per_s = 0.0;
+  try {
+    while (flight.time_s < max_time_s && wall_s < max_wall_s && !has_left(physics, flight.ball)) {
+      const FramePlan plan = plan_frame(settings, physics, flight.ball, rate_per_s);
+      const Clock::time_point start_time = Clock::now();
+      const StepReport report = backend.advance(step_request(settings, physics, plan.num_steps, plan.dt_s));
+      flight.frame_ms.push_back(milliseconds_since(start_time));
+      wall_s += 1e-3 * flight.frame_ms.back();
+      const double frame_s = plan.num_steps * plan.dt_s;
+      rate_per_s = 2.0 * static_cast<double>(report.totals.num_collisions) / (physics.parcels.num * frame_s);
+      flight.time_s += frame_s;
+      flight.totals += report.totals;
+      flight.ball = report.ball;
+    }
+  } catch (const UserError&) {
+    flight.refused = true;
+  }
+  return flight;
 }
 
 double speed_of(const BallState& ball) { return std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)); }

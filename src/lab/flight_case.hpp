@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "backend/backend.hpp"
 #include "scene/settings.hpp"
@@ -42,6 +43,19 @@ struct Exit {
 
 // Flies until the ball leaves the open world. Throws UserError if that takes more than 10 s.
 Exit fly_to_exit(const Settings& settings, Backend& backend);
+
+// A flight in frames, as a window asks for them.
+struct FlightFrames {
+  std::vector<double> frame_ms;  // of the physics
+  StepTotals totals;
+  BallState ball;        // at the end
+  double time_s = 0.0;   // simulated
+  bool refused = false;  // a request could not be resolved in order
+};
+
+// Flies frame by frame until the ball leaves the world, the flight has lasted max_time_s, or its frames
+// together max_wall_s. The last frame may last longer.
+FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_wall_s, Backend& backend);
 
 double speed_of(const BallState& ball);
 

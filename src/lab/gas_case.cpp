@@ -96,7 +96,7 @@ GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend
 }
 
 StepReport GasRun::advance(std::uint32_t num_steps) {
-  return backend->advance(step_request(settings, num_steps, steps.dt));
+  return backend->advance(step_request(settings, physics, num_steps, steps.dt));
 }
 
 double GasRun::c2() const {

@@ -23,7 +23,7 @@ struct GasSteps {
   Method method = Method::impulse;
   double dt = 0.0;
   double spring_contact = 0.0;  // contact duration of `spring`; 0: 20 steps
-  double contact_clock = 0.0;   // contact duration of the TC model, of `exact`
+  double contact_clock = 0.0;   // contact duration of the TC model, of `exact`; 0: none
   double collisions = 40.0;     // length: collisions per parcel by theory, at the starting temperature
   double warmup = 1.0;          // collisions per parcel before the measurement
 };

@@ -144,16 +144,15 @@ void cache_table(const std::filesystem::path& folder) {
 // after each second.
 void measure_points(const Study& study, const std::vector<LabPoint>& points, const LabOptions& options,
                     const std::atomic<bool>& stop, Rows& rows, json& result) {
-  std::vector<std::size_t> missing;
+  std::vector<std::size_t> missing, alone;
   for (std::size_t k = 0; k < points.size(); ++k) {
-    if (!rows.has(k)) missing.push_back(k);
+    if (!rows.has(k)) (study.runs_in_parallel && points[k].is_timing ? alone : missing).push_back(k);
   }
   Progress progress(study.name, points.size(), rows.num_done());
   std::mutex guard;
   Clock::time_point saved = Clock::now();
-  parallel_for(static_cast<int>(missing.size()), study.runs_in_parallel ? 0 : 1, [&](int k) {
+  const auto measure = [&](std::size_t at) {
     if (stop) return;
-    const std::size_t at = missing[static_cast<std::size_t>(k)];
     {
       const std::lock_guard lock(guard);
       progress.show(rows.num_done(), points[at].key);
@@ -165,7 +164,10 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
     saved = Clock::now();
     result["points"] = rows.all();
     save_study(options.out, result);
-  });
+  };
+  parallel_for(static_cast<int>(missing.size()), study.runs_in_parallel ? 0 : 1,
+               [&](int k) { measure(missing[static_cast<std::size_t>(k)]); });
+  for (const std::size_t at : alone) measure(at);
   result["points"] = rows.all();
   progress.end(fmt::format("{} of {} points, {}", rows.num_done(), points.size(),
                            (options.out / (study.name + ".*")).string()));
@@ -216,8 +218,8 @@ std::vector<Study> chosen(const std::string& name) {
 }  // namespace
 
 const std::vector<Study>& studies() {
-  static const std::vector<Study> all = {work_precision_study(), stability_study(), terms_study(),
-                                         validate_study()};
+  static const std::vector<Study> all = {work_precision_study(), stability_study(), contact_clock_study(),
+                                         terms_study(), validate_study()};
   return all;
 }
 

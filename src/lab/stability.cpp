@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "app/scene_run.hpp"
+#include "lab/frame_cases.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/reference.hpp"
 #include "lab/stability_cases.hpp"
@@ -196,6 +197,21 @@ struct Planner {
     });
   }
 
+  void add_frames() {
+    for (const Method method : {Method::impulse, Method::exact}) {
+      for (const FrameCase& flight : frame_cases(method, context.quick)) {
+        const char* clock = flight.settings.contact_clock == 0.0 ? "/no clock" : "";
+        add(fmt::format("frames/{}/{}/{:g}{}", method_name(method), flight.axis, flight.value, clock),
+            [flight, quick = context.quick] {
+              json row = measure_frames(flight, quick);
+              row["map"] = "frames";
+              return row;
+            });
+        points.back().is_timing = true;
+      }
+    }
+  }
+
   void add_collapse() {
     for (const double e : {0.3, 0.4, 0.5, 0.6, 0.8}) {
       for (const double clock : {0.0, 1e-6, 1e-4, 1e-3, 1e-2, 1e-1}) {
@@ -222,6 +238,7 @@ std::vector<LabPoint> plan(const LabContext& context) {
   planner.add_missed(device);
   planner.add_curves(device);
   planner.add_collapse();
+  planner.add_frames();
   for (const double num : {1e3, 1e4, 1e5, 1e6, 1e7, 1e8}) {
     planner.add(fmt::format("positions/{:g}", num), [num] {
       return json{{"map", "positions"},

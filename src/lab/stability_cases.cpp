@@ -29,7 +29,7 @@ class FewDiscs {
   StepReport advance(Method method, std::uint32_t num_steps, double dt, double spring_contact = 0.0) {
     settings_.method = method;
     settings_.spring_contact_s = spring_contact;
-    return backend_->advance(step_request(settings_, num_steps, dt));
+    return backend_->advance(step_request(settings_, physics_, num_steps, dt));
   }
   double energy() const { return backend_->measure().parcel_energy_j; }
   std::vector<Vec2f> velocities() const { return backend_->snapshot().velocity; }
@@ -85,7 +85,7 @@ double turned_speed(double theta_rad, Backend& backend) {
   const auto [physics, start] = spawn_scene(s, backend);
   const double dt_s = theta_rad / (physics.ball.magnus_per_rad * start.spin_radps);
   const auto num_steps = static_cast<std::uint32_t>(std::round(2.0 * kPi / theta_rad));
-  const BallState end = backend.advance(step_request(s, num_steps, dt_s)).ball;
+  const BallState end = backend.advance(step_request(s, physics, num_steps, dt_s)).ball;
   return std::sqrt(dot(end.velocity_mps, end.velocity_mps) / dot(start.velocity_mps, start.velocity_mps));
 }
 

@@ -28,6 +28,7 @@ struct LabPoint {
   std::string key;  // name in the table; --resume finds finished points by it
   // Returns a row of the table, an object of numbers and texts; or an array of rows.
   std::function<nlohmann::json()> measure;
+  bool is_timing = false;  // runs alone, after the others
 };
 
 struct Study {
@@ -39,12 +40,14 @@ struct Study {
   // stopped. Each of result["points"] is a row of measure() with its "key". Names of references that the
   // result disagrees with go into result["failed"], a summary into result["words"], a list of sentences.
   void (*conclude)(nlohmann::json& result);
-  // Points are no timings and use one thread each: the machine measures several at a time.
+  // Points use one thread each and, but for those that say so, are no timings: the machine measures several
+  // at a time.
   bool runs_in_parallel = false;
 };
 
 Study work_precision_study();
 Study stability_study();
+Study contact_clock_study();
 Study terms_study();
 Study validate_study();
 

@@ -140,7 +140,7 @@ void add_heavy_ball(const RowSink& add) {
   SceneRun run(s, 1);
   const ParcelSnapshot before = run.backend->snapshot();
   std::vector<EventRecord> events;
-  StepRequest request = step_request(s, 1, 3.0);
+  StepRequest request = step_request(s, run.physics, 1, 3.0);
   request.events = &events;
   const BallState after = run.backend->advance(request).ball;
   ValidationRow row;

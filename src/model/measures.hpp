@@ -20,10 +20,12 @@ struct StepTotals {
   std::uint32_t first_invalid_id = UINT32_MAX;
   double impulse_sum_mps = 0.0;        // sum over pair collisions of |impulse| / parcel mass
   double max_overlap_diameters = 0.0;  // largest overlap at a contact
-  double max_speed_mps = 0.0;          // fastest parcel of the last step
   std::uint64_t num_sorts = 0;
   // Method `exact` only.
   std::uint64_t num_rounds = 0;
+  std::uint64_t num_events = 0;         // collisions, hits, edges
+  std::uint64_t num_solved_events = 0;  // in all rounds, also those of retried steps
+  std::uint64_t largest_cluster = 0;    // events
   std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
   std::uint64_t event_hash = 0;         // of the list of events
   Vec2d ball_impulse_kg_mps;            // by parcels on the ball, also when it is held
@@ -41,9 +43,11 @@ struct StepTotals {
     num_invalid += o.num_invalid;
     impulse_sum_mps += o.impulse_sum_mps;
     max_overlap_diameters = std::fmax(max_overlap_diameters, o.max_overlap_diameters);
-    max_speed_mps = o.max_speed_mps;
     num_sorts += o.num_sorts;
     num_rounds += o.num_rounds;
+    num_events += o.num_events;
+    num_solved_events += o.num_solved_events;
+    largest_cluster = largest_cluster > o.largest_cluster ? largest_cluster : o.largest_cluster;
     num_retried_steps += o.num_retried_steps;
     event_hash += o.event_hash;
     ball_impulse_kg_mps += o.ball_impulse_kg_mps;

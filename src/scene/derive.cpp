@@ -194,6 +194,14 @@ BallState initial_ball(const Settings& s) {
   return {{s.ball_x_m, s.ball_y_m}, {s.ball_vx_mps, s.ball_vy_mps}, s.ball_spin_radps, 0.0};
 }
 
+bool has_left(const Physics& physics, const BallState& ball) {
+  if (!physics.ball.exists || physics.world.boundary != Boundary::open) return false;
+  const World& world = physics.world;
+  const double radius = physics.ball.radius_m;
+  return std::fabs(ball.position_m.x) > world.half.x * world.unit_m + radius ||
+         std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
+}
+
 double area_fraction_of(const Physics& physics) {
   const World& world = physics.world;
   const double area = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
@@ -250,6 +258,13 @@ double displacement_of_step(const Settings& s, const Physics& physics, const Bal
 
 double spring_contact_s(const Settings& s, double dt_s) {
   return s.spring_contact_s > 0.0 ? s.spring_contact_s : kStepsPerContact * dt_s;
+}
+
+double contact_clock_s(const Settings& s, const Physics& physics) {
+  if (s.contact_clock_s > 0.0 || physics.parcels.num == 0) return s.contact_clock_s;
+  if (s.restitution == 1.0) return 0.0;
+  return s.contact_clock /
+         enskog_rate_per_s(area_fraction_of(physics), physics.reference_speed_mps, physics.parcels.radius_m);
 }
 
 }  // namespace pf

@@ -107,6 +107,11 @@ std::vector<Field> run_fields() {
        &Settings::time_scale},
       {"run", "frame_rate_hz", "Hz", "frames per second of wall time and of a film", 1, 1000,
        &Settings::frame_rate_hz},
+      {"run", "frame_budget_ms", "ms",
+       "time for the steps of a frame in a window, which then goes on in the next one and slows the flight; "
+       "0: "
+       "no limit",
+       0, 1e6, &Settings::frame_budget_ms},
       {"run", "seconds", "s", "length of a headless run in wall time; 0: until the ball leaves", 0, 1e6,
        &Settings::seconds},
       {"run", "seed", "", "seed of the random numbers", 0, kMaxExactInteger, &Settings::seed},
@@ -115,8 +120,11 @@ std::vector<Field> run_fields() {
        &Settings::spring_contact_s},
       {"run", "allow_unstable", "", "allow steps of method spring beyond its stability bound (--force)", 0, 0,
        &Settings::allow_unstable},
-      {"run", "contact_clock_s", "s",
-       "exact: a collision within this time of the last one loses no energy (TC model); 0: off", 0, 1e3,
+      {"run", "contact_clock", "mean free times",
+       "exact: a collision this soon after the last one loses no energy (TC model), so that collapsing heaps "
+       "do not stop time; 0: off",
+       0, 10, &Settings::contact_clock},
+      {"run", "contact_clock_s", "s", "the same in seconds; 0: from contact_clock", 0, 1e3,
        &Settings::contact_clock_s},
       {"run", "relaunch", "", "launch the ball again a second after it left the world", 0, 0,
        &Settings::relaunch},

@@ -62,12 +62,14 @@ struct Settings {
   std::int64_t max_substeps = 32;
   double time_scale = 0.1;  // simulated over wall time
   double frame_rate_hz = 60.0;
+  double frame_budget_ms = 50.0;  // of a window: time of a frame's steps before the flight is slowed; 0: none
   double seconds = 0.0;  // length of a headless run at frame_rate_hz; 0: until the ball leaves the world
   std::int64_t seed = 1;
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
   bool allow_unstable = false;    // `spring` may take steps beyond its stability bound
-  double contact_clock_s = 0.0;   // contact duration of the TC model in `exact`; 0: off
+  double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, shortest mean free times
+  double contact_clock_s = 0.0;   // the same in seconds; 0: from contact_clock
   bool relaunch = true;           // launch the ball again a second after it left the world
 
   bool operator==(const Settings&) const = default;

@@ -112,10 +112,9 @@ void Overlay::write_full(const FrameView& frame, const OverlayPlace& place) {
 void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const float y = place.bottom_px - height_px(OverlayMode::compact, place.scale) + 4.0F * place.scale;
   const double frame_ms = figures_.frame_ms.median;
-  const std::string line =
-      fmt::format("{:.0f} frames/s   {:.1f} ms   {}   {}   t = {:.3f} s   {}", 1e3 / std::max(frame_ms, 1e-3),
-                  frame_ms, air_text(frame), choice_text("run.method", *frame.settings), frame.simulated_s,
-                  speed_text(frame.slow_motion));
+  const std::string line = fmt::format(
+      "{:.0f} frames/s   {:.1f} ms   {}   {}   t = {:.3f} s   {}", 1e3 / std::max(frame_ms, 1e-3), frame_ms,
+      air_text(frame), choice_text("run.method", *frame.settings), frame.simulated_s, pace_text(frame));
   const float padding = kPadding_px * place.scale;
   texts_.add(place.left_px + padding, y, colors_.text, fitting(line, place.width_px - 2.0F * padding));
 }
@@ -138,7 +137,8 @@ void Overlay::write_status(const FrameView& frame, float x, float y, float scale
   texts_.add_right(right, y + 2.25F * row, colors_.dim,
                    fmt::format("{} {} of {}", frame.steps_per_frame,
                                frame.steps_per_frame == 1 ? "step" : "steps", time_text(frame.dt_s)));
-  texts_.add(x, y + 3.2F * row, colors_.text, speed_text(frame.slow_motion));
+  texts_.add(x, y + 3.2F * row, frame.num_pictures > 1 ? colors_.accent : colors_.text,
+             fitting(pace_text(frame), kStatusWidth_px * scale));
 }
 
 // The events, the speed of the steps, the memory.
@@ -148,8 +148,7 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   const StepTotals& totals = frame.totals;
   std::string events = grouped(totals.num_collisions) + " collisions";
   if (frame.settings->method == Method::exact) {
-    events += fmt::format(", {} rounds, {} retried", frame.frame_totals.num_rounds,
-                          frame.frame_totals.num_retried_steps);
+    events += ", " + grouped(frame.frame_totals.num_rounds) + " rounds";
   } else if (frame.physics->ball.exists) {
     events += ", " + grouped(totals.num_ball_hits) + " ball hits";
   }
@@ -157,7 +156,9 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   if (figures_.particle_steps_per_s > 0.0) {
     texts_.add(x, y + 5.1F * row, colors_.text,
                short_number(figures_.particle_steps_per_s) + " parcel-steps/s");
-    if (figures_.copy_share > 0.0) {
+    if (frame.settings->method == Method::exact) {
+      texts_.add_right(x + width, y + 5.1F * row, colors_.dim, cluster_text(frame.frame_totals));
+    } else if (figures_.copy_share > 0.0) {
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim,
                        fmt::format("{:.1f} % of copying", 100.0 * figures_.copy_share));
     }

@@ -29,7 +29,9 @@ MedianP99 statistics(std::span<double> values) {
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
-  kept_[num_added_ % kNumKept] = {times, drawing, frame_ms, steps * frame.num_parcels, frame.min_bytes_moved};
+  const bool is_stepping = steps > 0.0 || frame.unfinished;
+  kept_[num_added_ % kNumKept] = {
+      times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
   ++num_added_;
 }
 
@@ -57,7 +59,7 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   double particle_steps = 0.0;
   double bytes = 0.0;
   for (std::size_t i = 0; i < size(); ++i) {
-    if (kept_[i].particle_steps == 0.0) continue;  // no step
+    if (!kept_[i].is_stepping) continue;
     seconds += 1e-3 * kept_[i].times.step_ms();
     particle_steps += kept_[i].particle_steps;
     bytes += kept_[i].min_bytes;
@@ -77,7 +79,8 @@ OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::i
   for (const char* name : kPhaseNames) add(name);
   stream_
       << ",num_parcels,method,neighbors,dt_s,steps,particle_steps_per_s,copy_share,memory_bytes,draw_target,"
-         "collisions,ball_hits,rounds,redone_steps,draw_host_ms,draw_gpu_ms,panel_host_ms,panel_gpu_ms\n";
+         "collisions,ball_hits,rounds,redone_steps,draw_host_ms,draw_gpu_ms,panel_host_ms,panel_gpu_ms,"
+         "events,solved_events,largest_cluster,pictures\n";
   if (!stream_) {
     throw UserError(
         fmt::format("--overlay-csv: {} cannot be written; choose another file", in_quotes(file.string())));
@@ -110,7 +113,8 @@ void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, dou
     line.push_back(',');
     if (std::isfinite(ms)) fmt::format_to(out, "{:.4f}", ms);
   }
-  line.push_back('\n');
+  fmt::format_to(out, ",{},{},{},{}\n", totals.num_events, totals.num_solved_events, totals.largest_cluster,
+                 frame.num_pictures);
   stream_.write(line.data(), static_cast<std::streamsize>(line.size()));
 }
 

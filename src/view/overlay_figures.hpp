@@ -45,6 +45,7 @@ class FrameHistory {
     PhaseTimes times;
     DrawTimes drawing;
     double frame_ms = 0.0;
+    bool is_stepping = false;  // perhaps within a step
     double particle_steps = 0.0;
     double min_bytes = 0.0;
   };
@@ -65,7 +66,8 @@ struct OverlayInfo {
 // each phase of kPhaseNames (of this frame, median and 99th percentile of the last 120), num_parcels, method,
 // neighbors, dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
 // rounds, redone_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks
-// of the host and of the GL device; the device's is one or two frames late, and empty where it has none).
+// of the host and of the GL device; the device's is one or two frames late, and empty where it has none),
+// events, solved_events (in all rounds), largest_cluster (events), pictures (that the steps of a frame take).
 class OverlayCsv {
  public:
   explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written

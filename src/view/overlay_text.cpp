@@ -42,6 +42,17 @@ std::string speed_text(double slow_motion) {
   return fmt::format("slow motion, 1 s takes {} s", factor);
 }
 
+std::string pace_text(const FrameView& frame) {
+  if (frame.waits_for_step && frame.mid_step) return "input waits for the end of the step";
+  const std::string speed = speed_text(frame.slow_motion);
+  return frame.num_pictures > 1 ? fmt::format("{}, {} pictures a frame", speed, frame.num_pictures) : speed;
+}
+
+std::string cluster_text(const StepTotals& totals) {
+  return fmt::format("cluster of {}, {} retried", grouped(totals.largest_cluster),
+                     grouped(totals.num_retried_steps));
+}
+
 std::string air_text(const FrameView& frame) {
   switch (frame.physics->air) {
     case Air::vacuum:

@@ -15,6 +15,12 @@ std::string short_number(double value);
 std::string ms_text(double ms);
 std::string time_text(double seconds);
 std::string speed_text(double slow_motion);
+
+// The same, and whether the budget slows the flight or input waits.
+std::string pace_text(const FrameView& frame);
+
+// Largest cluster and repetitions of method `exact`.
+std::string cluster_text(const StepTotals& totals);
 // The kind of air, with the number of parcels.
 std::string air_text(const FrameView& frame);
 // The chosen name of a setting, path as in scene files.

@@ -39,7 +39,7 @@ Panel::Panel(std::int64_t max_parcels, std::string draw_target)
 
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
-  rows_.begin_frame(*frame.settings);
+  rows_.begin_frame(frame.asked ? *frame.asked : *frame.settings);
   shows_accuracy_ = false;
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
@@ -207,6 +207,11 @@ void Panel::edit_method(const FrameView& frame) {
   ImGui::EndDisabled();
   rows_.slider("Time step", "run.dt_s",
                {.high = 0.1, .format = "%.6f s", .logarithmic = true, .at_zero = "automatic"});
+  ImGui::BeginDisabled(edited.method != Method::exact || edited.restitution == 1.0 ||
+                       edited.contact_clock_s > 0.0);
+  rows_.slider("Contact clock", "run.contact_clock",
+               {.high = 0.1, .format = "%.5f free times", .logarithmic = true, .at_zero = "off"});
+  ImGui::EndDisabled();
   rows_.slider("Substeps", "run.substeps", {.high = 64.0, .format = "%lld", .at_zero = "as time scale asks"});
   const bool on_cpu = frame.backend == "cpu";
   const std::string all = on_cpu ? fmt::format("all {}", num_threads_) : "not used";

@@ -175,7 +175,9 @@ FilmScene* Recorder::scene() {
 void Recorder::take(const SeenPicture& seen, Simulation& simulation) {
   const FilmScene* drawn = scene();
   const SeenPicture picture = drawn != nullptr ? SeenPicture{drawn->framebuffer(), drawn->size()} : seen;
-  if (running_) running_->film->add_frame(picture.framebuffer, picture.size);
+  // In simulated time a film has a frame for each of the simulation, not for each picture of one.
+  const bool is_due = options_.record_real_time || !simulation.view().unfinished;
+  if (running_ && is_due) running_->film->add_frame(picture.framebuffer, picture.size);
   if (picture_requested_) {
     picture_requested_ = false;
     const std::string name =

@@ -76,6 +76,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (!options.log.empty()) log_.open(options.log);
+  if (has_window && !replay_) simulation_.keep_to_budget();
   if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
   if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
   recorder_.set_seen(context.size_px());
@@ -111,7 +112,7 @@ int Stage::run() {
     draw_gui(viewport);
     take_frame(viewport);
     present(viewport);
-    if (simulation_.view().frame_totals.num_steps > 0) {
+    if (simulation_.view().times.step_ms() > 0.0) {
       record_.add_frame(times_, simulation_.view().frame_totals, simulation_.view().dt_s, drawing_);
     }
     keep_pace();
@@ -208,6 +209,7 @@ void Stage::measure_copy_bandwidth() {
 void Stage::begin_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   const std::int64_t num_scenes = simulation_.view().num_scenes;
+  commands_ = simulation_.admit(commands_);
   log_.begin_frame(commands_, simulation_);
   simulation_.begin_frame(commands_, target_.get());
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();

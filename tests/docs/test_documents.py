@@ -272,6 +272,8 @@ class Commands:
         options = with_value(options, "-p", "500")
         if "--frames" in options:
             options = with_value(with_value(options, "--frames", "2"), "--size", "320x180")
+        elif "--flight" in options:
+            options = with_value(options, "--seconds", "0.05")
         else:
             options = [*options, "--steps", "2", "--warmup", "1", "--repeats", "1"]
         return self.ended(self.project.program, *options)
@@ -386,8 +388,14 @@ def drawings(project):
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     first, second, tested, whole = script.worked_merge()
-    told = re.sub(r"\s+", " ", project.text("docs/exact.md").partition("## A worked merge")[2].partition("\n## ")[0])
-    facts = [f"a step of {script.LENGTH} ticks", "A-B at tick %d" % first[0][0][0], "C-D at tick %d" % second[0][0][0],
+    told = re.sub(r"\s+", " ", project.text("docs/exact.md").partition("## A worked example")[2].partition("\n## ")[0])
+    at_start, after, events = script.worked_epoch()
+    check(at_start["E"] is None and after["F"] is None, "E keeps nothing at first, and nothing is to come for F")
+    facts = [f"an epoch of {script.EPOCH} ticks", f"a window of {script.LENGTH} ticks",
+             "A and B keep each other at tick %d, C and D at tick %d" % (at_start["A"][0], at_start["C"][0]),
+             "F keeps %s at tick %d" % at_start["F"][::-1], "keeps %s at tick %d" % after["C"][::-1],
+             "A and D keep each other at tick %d" % after["D"][0], "E keeps %s at tick %d" % after["E"][::-1],
+             ", ".join(f"{a}-{b} at {tick}" for tick, a, b in events[len(whole[0]):]), "A-B at tick %d" % first[0][0][0], "C-D at tick %d" % second[0][0][0],
              "collide at tick %d" % tested["AD"], "collide at tick %d" % tested["BC"],
              ", ".join(f"{a}-{b} at {tick}" for tick, a, b in whole[0])]
     for fact in facts:
@@ -427,10 +435,12 @@ FAULTS = [
     (commands, "docs/lab.md", "pickleflight lab plot lab", "pickleflight lab plots lab"),
     (commands, "docs/architecture.md", "./check -L physics", "./check -L physic"),
     (options, "docs/using.md", "`--still` writes", "`--stills` writes"),
-    (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clock`"),
+    (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clocks`"),
     (drawings, "docs/drawings/merge.svg", "find_conflicts", "find_conflict"),
     (drawings, "docs/exact.md", "collide at tick 58", "collide at tick 59"),
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),
+    (drawings, "docs/exact.md", "C-E at 75", "C-E at 76"),
+    (drawings, "docs/exact.md", "F keeps D at tick 63", "F keeps D at tick 64"),
     (spelling, "README.md", "the screen", "t" "eh screen"),
 ]
 

@@ -60,7 +60,7 @@ struct Window {
 
   Reference reference() const {
     ReferenceOptions options;
-    options.contact_clock_s = run.settings.contact_clock_s;
+    options.contact_clock_s = contact_clock_s(run.settings, run.physics);
     options.ball_frozen =
         physics.ball.exists && ball_role(run.physics, ball, end_s - start_s) == BallRole::frozen;
     return {physics, parcels, ball, options};
@@ -223,7 +223,7 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
   const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
   std::vector<double> last_s(num, -1e30);
   BallState ball = run.ball;
-  double requested_s = 0.0;
+  double requested_s = plan.flown_s;
   for (int k = 0; k < plan.num_windows; ++k) {
     const Measures before = run.backend->measure();
     if (before.num_live == 0) break;
@@ -237,7 +237,8 @@ MatchResult match_events(SceneRun& run, const MatchPlan& plan) {
     for (std::uint32_t i = 0; i < num; ++i) window.parcels[i].last_event_s = last_s[i] - window.start_s;
 
     std::vector<EventRecord> events;
-    StepRequest request = step_request(run.settings, plan.steps_per_window, window_s / plan.steps_per_window);
+    StepRequest request =
+        step_request(run.settings, physics, plan.steps_per_window, window_s / plan.steps_per_window);
     request.events = &events;
     ball = run.backend->advance(request).ball;
 

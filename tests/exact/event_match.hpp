@@ -19,6 +19,7 @@ struct MatchPlan {
   double collisions_per_window = 0.5;  // per parcel, at the current temperature
   std::uint32_t steps_per_window = 1;
   int num_windows = 1;
+  double flown_s = 0.0;         // before the first window; run.ball is the ball then
   double wrong_radius_m = 0.0;  // radius in the reference, to see the comparison fail; 0: the scene's
 };
 

@@ -51,6 +51,7 @@ Settings court_like(std::int64_t n) {
   Settings s = exact(court(n));
   s.magnus = false;
   s.ball_x_m = -3.0;
+  s.contact_clock = 0.0;
   s.ball_mass_kg = 1e4 * s.areal_density_kg_m2 * s.width_m * s.height_m / static_cast<double>(n);
   return s;
 }

@@ -224,6 +224,32 @@ TEST(Exact, ParcelsThatTouchAtTheStart) {
   expect_sound(run, totals, 100);
 }
 
+// Two parcels that rest, touching, are hit from both sides at once. All collisions happen within one tick. If
+// an event could come before others that were due before its cause, the ids would break the symmetry.
+TEST(Exact, CollisionsAtOneTickKeepAMirrorImage) {
+  for (const double restitution : {0.0, 0.5, 0.9}) {
+    Settings settings = exact(gas(4, 0.003, kPeriodic));
+    settings.restitution = restitution;
+    SceneRun run(settings, 1);
+    ParcelSnapshot row = run.backend->snapshot();
+    const auto contact =
+        static_cast<std::int32_t>(2.0 * run.physics.parcels.radius_m / run.physics.world.unit_m);
+    const float velocities[] = {1.0F, 0.0F, 0.0F, -1.0F};
+    for (int i = 0; i < 4; ++i) {
+      row.position[i] = {i * contact, 0};
+      row.velocity[i] = {velocities[i], 0.0F};
+    }
+    run.backend->restore(row);
+    EXPECT_GT(run.advance(1, 0.1).totals.num_collisions, 4U);
+    const ParcelSnapshot after = run.backend->snapshot();
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_EQ(after.velocity[i].x, -after.velocity[3 - i].x)
+          << "parcel " << i << ", restitution " << restitution;
+      EXPECT_LE(after.velocity[i].x, 0.0F);
+    }
+  }
+}
+
 TEST(Exact, RejectsACrowdThatCannotBeResolved) {
   SceneRun run = parcel_in_a_vice(make_cpu_backend(1));
   try {

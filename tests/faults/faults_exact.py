@@ -39,6 +39,8 @@ EXACT = [
           "0", "the ball's trajectory is assumed to start with the step"),
     Fault("tie_order", "exact/events.hpp", "a.partner_id < b.partner_id", "a.partner_id < b.partner_id",
           "a.partner_id > b.partner_id", "simultaneous events are in the wrong order"),
+    Fault("generation", "exact/events.hpp", "== tick ? next_generation : 0U", "next_generation", "0U * next_generation",
+          "of events at one tick, one may come before others that were due before its cause"),
     Fault("edge_of_rims", "exact/events.hpp", "walls ? wall_radius(c.run) : 0;\n  const std::int32_t from",
           "wall_radius(c.run)", "wall_radius(c.run) / 2", "walls of `exact` let parcels pass by half a radius"),
     Fault("ball_edge", "exact/events.hpp", "c.run.physics.ball.radius_m / world.unit_m", "c.run.physics.ball.radius_m",

@@ -4,52 +4,11 @@
 #include <limits>
 
 #include "core/error.hpp"
-#include "core/timing.hpp"
-#include "cuda/cuda_backend.hpp"
-#include "cuda/cuda_devices.hpp"
-#include "support/scene_support.hpp"
+#include "gpu/gpu_scenes.hpp"
 #include "support/snapshot_checks.hpp"
 
 namespace pf::test {
 namespace {
-
-class Gpu : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string why;
-    if (num_cuda_devices(&why) == 0) GTEST_SKIP() << "no CUDA device: " << why;
-  }
-};
-
-std::vector<Settings> scenes(std::int64_t n) {
-  std::vector<Settings> list;
-  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
-    Settings in_court = court(n, boundary);
-    if (n <= 2) in_court.area_fraction = 0.01;  // so few parcels would be wider than the court
-    list.push_back(in_court);
-    list.push_back(gas(n, n <= 2 ? 0.05 : 0.2, boundary));
-  }
-  return list;
-}
-
-void expect_same_hashes(const Settings& s, std::uint32_t steps) {
-  SceneRun cpu(s, make_cpu_backend(0));
-  SceneRun gpu(s, make_cuda_backend(0));
-  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash())
-      << s.name << " spawned, N = " << s.num_parcels;
-  const StepReport on_cpu = cpu.advance(steps);
-  const StepReport on_gpu = gpu.advance(steps);
-  const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +
-                            ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
-  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
-  EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
-  EXPECT_EQ(on_gpu.totals.event_hash, on_cpu.totals.event_hash) << where;
-  EXPECT_EQ(on_gpu.totals.num_ball_hits, on_cpu.totals.num_ball_hits) << where;
-  EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
-  EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
-  EXPECT_EQ(on_gpu.totals.max_speed_mps, on_cpu.totals.max_speed_mps) << where;
-  EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
-}
 
 TEST_F(Gpu, SameBitsAsTheCpuForEverySceneAndBoundary) {
   for (const std::int64_t n : {1, 2, 1000, 100000}) {
@@ -95,54 +54,6 @@ TEST_F(Gpu, ReportsVelocitiesThatAreNotFiniteAsTheCpuDoes) {
   }
 }
 
-TEST_F(Gpu, ExactTimesItsStages) {
-  Settings s = gas(200'000);
-  s.method = Method::exact;
-  SceneRun run(s, make_cuda_backend(0));
-  run.advance(10);
-  for (const std::uint32_t steps : {1U, 100U}) {
-    const auto start = Clock::now();
-    const PhaseTimes times = run.advance(steps).times;
-    const double wall_ms = milliseconds_since(start);
-    for (const Phase stage : {Phase::predict, Phase::solve, Phase::commit})
-      EXPECT_GT(times[stage], 0.0) << kPhaseNames[static_cast<std::size_t>(stage)] << ", " << steps;
-    if (steps > 1) {  // in a single step it may be below the resolution of the device's clock
-      EXPECT_GT(times[Phase::reconcile], 0.0);
-    }
-    EXPECT_EQ(times[Phase::collide_integrate], 0.0);
-    EXPECT_EQ(times[Phase::ball], 0.0);
-    EXPECT_LT(times.total(), 1.01 * wall_ms) << steps;
-  }
-}
-
-TEST_F(Gpu, ExactTimesARequestWithoutSteps) {
-  Settings s = gas(1000);
-  s.method = Method::exact;
-  SceneRun run(s, make_cuda_backend(0));
-  run.advance(1);
-  const PhaseTimes times = run.advance(1, 1e-12).times;  // shorter than a tick
-  EXPECT_GT(times[Phase::commit], 0.0);
-  EXPECT_EQ(times[Phase::predict] + times[Phase::solve] + times[Phase::reconcile], 0.0);
-}
-
-TEST_F(Gpu, ExactFliesABallThroughAVacuum) {
-  const auto ball = [](std::unique_ptr<Backend> backend) {
-    Settings s = court(1000);
-    s.air = Air::vacuum;
-    s.method = Method::exact;
-    SceneRun run(s, std::move(backend));
-    const BallState flown = run.advance(20, 1e-3).ball;
-    run.settings.method = Method::impulse;
-    return std::pair(flown, run.advance(20, 1e-3).ball);
-  };
-  EXPECT_EQ(ball(make_cuda_backend(0)), ball(make_cpu_backend(0)));
-}
-
-TEST_F(Gpu, ExactRejectsACrowdThatCannotBeResolved) {
-  SceneRun run = parcel_in_a_vice(make_cuda_backend(0));
-  EXPECT_THROW(run.advance(1, 0.1), UserError);
-}
-
 TEST_F(Gpu, SameBitsForAnyRequests) {
   const auto hash = [](std::uint32_t steps, int requests) {
     SceneRun run(court(20000), make_cuda_backend(0));
@@ -168,101 +79,6 @@ TEST_F(Gpu, SameBitsWithSpringAllPairsAndNoContacts) {
   Settings vacuum = court(0);
   vacuum.air = Air::vacuum;
   expect_same_hashes(vacuum, 50);
-}
-
-TEST_F(Gpu, ExactSameBitsAsTheCpuForEverySceneAndBoundary) {
-  for (const std::int64_t n : {1, 2, 1000, 100000}) {
-    for (Settings s : scenes(n)) {
-      s.method = Method::exact;
-      for (const std::uint32_t steps : {1U, 100U}) expect_same_hashes(s, steps);
-    }
-  }
-}
-
-TEST_F(Gpu, ExactSameBitsAfterTwoThousandSteps) {
-  for (const std::int64_t n : {1, 2, 1000, 100000}) {
-    for (Settings s : scenes(n)) {
-      s.method = Method::exact;
-      expect_same_hashes(s, 2000);
-    }
-  }
-}
-
-TEST_F(Gpu, ExactSameEventsForAnyStepLengthWithAContactDuration) {
-  Settings s = gas(5000, 0.6, Boundary::periodic);
-  s.method = Method::exact;
-  s.restitution = 0.7;
-  s.contact_clock_s = 1e-4;
-  expect_same_hashes(s, 40);
-  const auto events = [&](double dt_s, std::uint32_t steps) {
-    SceneRun run(s, make_cuda_backend(0));
-    return run.advance(steps, dt_s).totals.event_hash;
-  };
-  EXPECT_EQ(events(0.01, 80), events(0.04, 20));
-  EXPECT_EQ(events(0.01, 80), events(0.08, 10));
-}
-
-// Ticks become longer while a gas cools. The steps of one request for the whole time are so long that parcels
-// are sorted within them.
-TEST_F(Gpu, ExactSameBitsWhileAGasCools) {
-  Settings cooling = gas(500, 0.25, Boundary::periodic);
-  cooling.method = Method::exact;
-  cooling.restitution = 0.6;
-  for (const double clock_s : {0.0, 0.02}) {
-    cooling.contact_clock_s = clock_s;
-    for (const std::uint32_t steps : {1U, 300U}) {
-      SceneRun cpu(cooling, make_cpu_backend(0)), gpu(cooling, make_cuda_backend(0));
-      const StepTotals on_cpu = cpu.advance(steps, 1e4 / steps).totals;
-      const StepTotals on_gpu = gpu.advance(steps, 1e4 / steps).totals;
-      EXPECT_LT(gpu.backend->measure().parcel_energy_j / 500.0, 1e-4);
-      EXPECT_EQ(on_gpu.event_hash, on_cpu.event_hash) << clock_s << ", " << steps;
-      EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << clock_s << ", " << steps;
-    }
-  }
-}
-
-TEST_F(Gpu, ExactSameBitsOfABallSetInMotionInAColdGas) {
-  const auto hashes = [](std::unique_ptr<Backend> backend) {
-    Settings s = court(500, Boundary::periodic);
-    s.method = Method::exact;
-    s.restitution = 0.6;
-    s.ball_vx_mps = s.ball_spin_radps = 0.0;
-    s.magnus = false;
-    SceneRun run(s, std::move(backend));
-    run.advance(50, 20.0);
-    BallState ball = run.ball;
-    ball.velocity_mps = {5.0, 1.0};
-    run.backend->set_ball(ball);
-    const StepTotals totals = run.advance(40, 0.01).totals;
-    return std::pair(run.backend->state_hash(), totals.event_hash);
-  };
-  EXPECT_EQ(hashes(make_cuda_backend(0)), hashes(make_cpu_backend(0)));
-}
-
-TEST_F(Gpu, ExactSameBitsAfterOtherMethods) {
-  const auto hash = [](std::unique_ptr<Backend> backend) {
-    SceneRun run(gas(4000, 0.5), std::move(backend));
-    for (const Method method : {Method::impulse, Method::exact, Method::impulse, Method::exact}) {
-      run.settings.method = method;
-      run.advance(30, 0.02);
-    }
-    return run.backend->state_hash();
-  };
-  EXPECT_EQ(hash(make_cuda_backend(0)), hash(make_cpu_backend(0)));
-}
-
-TEST_F(Gpu, ExactRepeatsAtTenMillion) {
-  Settings s = gas(10'000'000);
-  s.method = Method::exact;
-  const auto hash = [&] {
-    SceneRun run(s, make_cuda_backend(0));
-    const StepReport report = run.advance(30);
-    EXPECT_GT(report.totals.num_collisions, 1'000'000U);
-    // 72 for trajectories and sort, 43 for members and clusters of up to a quarter of the parcels, and lists.
-    EXPECT_LE(run.backend->memory_bytes(), 125U * 10'000'000U);
-    return run.backend->state_hash();
-  };
-  EXPECT_EQ(hash(), hash());
 }
 
 TEST_F(Gpu, RepeatsAtTenMillion) {

@@ -1,5 +1,7 @@
 """Cases of the keys, the buttons and the slingshot."""
+import csv
 import math
+import statistics
 import time
 
 from bench import NEARLY_STILL, STEPWISE, check, fresh_hash, stepped
@@ -105,6 +107,37 @@ def leave(bench):
         print("ok: H again shows it")
         report = window.end()
         check(report["steps"] > 0 and report["scene"] == "court", "Esc ends with exit code 0 and a report")
+
+
+def answer_s(bench, budget_ms):
+    """Time from a press of H to the picture without the panel, or with it, and rows of the overlay's figures. A frame is
+    a single step with a million collisions, which takes a second or more."""
+    figures = bench.folder / "figures.csv"
+    with bench.open("--scene", "gas", "--method", "exact", "-p", "100000", "--dt", "20", "--substeps", "1", "--threads", "1",
+                    "--set", f"run.frame_budget_ms={budget_ms}", "--overlay-csv", str(figures)) as window:
+        times = []
+        for there in (False, True, False, True, False):
+            time.sleep(0.37)  # anywhere in a frame
+            began = time.monotonic()
+            window.press_key("h")
+            window.wait_for_control("Restitution", there)
+            times.append(time.monotonic() - began)
+        window.stop()
+    with open(figures, encoding="utf-8") as file:
+        return statistics.median(times), list(csv.DictReader(file))
+
+
+def answers(bench):
+    """Keys are answered before a slow step is done; without a budget, after it."""
+    late_s, whole = answer_s(bench, 0)
+    soon_s, cut = answer_s(bench, 50)
+    check(2.0 * soon_s < late_s, f"H is answered after {soon_s:.2f} s, without a budget after {late_s:.2f} s")
+    most = max(int(row["pictures"]) for row in cut)
+    check(most > 5, f"a step takes {most} pictures")
+    check(all(row["pictures"] == "1" for row in whole), "without a budget one")
+    usual = [float(row["slow_motion"]) for row in whole if float(row["slow_motion"]) > 0]
+    slowed = [float(row["slow_motion"]) for row in cut if int(row["pictures"]) > 5]
+    check(max(slowed) < 0.21 * min(usual), f"the flight is slowed, and says so: {max(slowed):.2g} after {min(usual):.2g}")
 
 
 def stays(bench):

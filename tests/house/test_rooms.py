@@ -41,17 +41,23 @@ MAX_FUNCTION_LINES = 60
 MAX_MEDIAN_FUNCTION_LINES = 8
 MAX_PARAMETERS = 6
 
-# Files of the same name in src/backend/exact and cuda/exact, with names that both must contain.
-TWINS = {
-    "step_state": ["TrajectorySegment", "BallTrajectorySegment", "Member", "Cluster", "ClusterTally"],
-    "predict": ["predict", "StepContext"],
-    "clusters": ["form_clusters", "union_sets", "StepContext"],
-    "solve": ["solve", "StepContext"],
-    "reconcile": ["find_conflicts", "merge", "StepContext"],
-    "commit": ["commit", "StepContext"],
-    "timeline": ["ExactTimeline"],
-}
+# The parts of method exact: the name of its files in src/backend/exact, that in cuda/exact, and what both must contain.
+# CONTEXT is the struct that a stage gets: there a window, here a step with its window.
 CPU_SIDE, GPU_SIDE = "src/backend/exact", "cuda/exact"
+CONTEXT = {CPU_SIDE: "WindowContext", GPU_SIDE: "StepContext"}
+TWINS = [
+    ("window", "step_state", ["TrajectorySegment", "Member", "Cluster", "ClusterTally"]),
+    ("window", "step_context", ["start_trajectory", "owner_of", "is_near_ball", "CONTEXT"]),
+    ("predict", "predict", ["predict", "collision_tick", "CONTEXT"]),
+    ("refresh", "predict", ["refresh", "is_near_ball", "CONTEXT"]),
+    ("clusters", "clusters", ["form_clusters", "union_sets", "CONTEXT"]),
+    ("solve", "solve", ["solve", "CONTEXT"]),
+    ("cluster_members", "solve_block_members", ["Member", "CONTEXT"]),
+    ("reconcile", "reconcile", ["find_conflicts", "merge", "CONTEXT"]),
+    ("commit", "commit", ["commit", "CONTEXT"]),
+    ("positions_at", "positions", ["position_at"]),
+    ("timeline", "timeline", ["ExactTimeline"]),
+]
 
 
 def source_files(root, *folders):
@@ -111,16 +117,18 @@ def files_of_stage(root, side, stage):
 
 def twin_errors(root):
     errors = []
-    for stage, names in TWINS.items():
-        for side in (CPU_SIDE, GPU_SIDE):
+    for *stages, names in TWINS:
+        for side, stage in zip((CPU_SIDE, GPU_SIDE), stages):
             files = files_of_stage(root, side, stage)
             if not files:
                 errors.append(f"{side}/{stage}.*: missing")
             text = "\n".join(file.read_text() for file in files)
-            errors += [f"{side}/{stage}.*: {name} is missing" for name in names
+            expected = [CONTEXT[side] if name == "CONTEXT" else name for name in names]
+            errors += [f"{side}/{stage}.*: {name} is missing" for name in expected
                        if files and not re.search(rf"\b{name}\b", text)]
     stems = [{file.stem for file in source_files(root, side)} for side in (CPU_SIDE, GPU_SIDE)]
-    errors += [f"{stem}.*: on both sides, but missing in TWINS" for stem in sorted(stems[0] & stems[1] - TWINS.keys())]
+    known = {cpu for cpu, gpu, _ in TWINS if cpu == gpu}
+    errors += [f"{stem}.*: on both sides, but missing in TWINS" for stem in sorted(stems[0] & stems[1] - known)]
     return errors
 
 
@@ -154,8 +162,11 @@ FAULTS = {
     "twins": [
         (lambda root: [file.unlink() for file in files_of_stage(root, GPU_SIDE, "commit")], "cuda/exact/commit.*: missing"),
         (lambda root: [file.write_text(re.sub(r"\bMember\b", "Person", file.read_text()))
-                       for file in files_of_stage(root, CPU_SIDE, "step_state")],
-         "src/backend/exact/step_state.*: Member is missing"),
+                       for file in files_of_stage(root, CPU_SIDE, "window")],
+         "src/backend/exact/window.*: Member is missing"),
+        (lambda root: [file.write_text(re.sub(r"\bStepContext\b", "Context", file.read_text()))
+                       for file in files_of_stage(root, GPU_SIDE, "reconcile")],
+         "cuda/exact/reconcile.*: StepContext is missing"),
         (lambda root: [(root / side / "planted.hpp").write_text("\n") for side in (CPU_SIDE, GPU_SIDE)],
          "planted.*: on both sides, but missing in TWINS"),
     ],

@@ -156,17 +156,17 @@ TEST(CollisionTick, UsesNearestImagesAtTheStepsStart) {
   }
 }
 
-// The same order on every machine: by tick, then by the partner's id; parcels before walls, walls before the
-// ball.
-TEST(EventOrder, IsByTickThenByThePartnersId) {
-  const Event early{5, 9, 90}, low{6, 9, 3}, high{6, 1, 4}, wall{6, kWallX, kWallX},
-      ball{6, kBallPartner, kBallPartner};
-  const Event* in_order[] = {&early, &low, &high, &wall, &ball};
-  for (int i = 0; i < 5; ++i) {
-    for (int k = 0; k < 5; ++k) EXPECT_EQ(comes_before(*in_order[i], *in_order[k]), i < k) << i << ", " << k;
+// The same order on every machine: by tick, then by generation, then by the partner's id; parcels before
+// walls, walls before the ball.
+TEST(EventOrder, IsByTickThenByGenerationThenByThePartnersId) {
+  const Event early{5, 9, 90, 7}, low{6, 9, 3}, high{6, 1, 4}, wall{6, kWallX, kWallX},
+      ball{6, kBallPartner, kBallPartner}, caused{6, 2, 1, 1};
+  const Event* in_order[] = {&early, &low, &high, &wall, &ball, &caused};
+  for (int i = 0; i < 6; ++i) {
+    for (int k = 0; k < 6; ++k) EXPECT_EQ(comes_before(*in_order[i], *in_order[k]), i < k) << i << ", " << k;
   }
   Event best;
-  for (const Event* event : {&ball, &low, &wall, &early, &high}) keep_earlier(best, *event);
+  for (const Event* event : {&caused, &ball, &low, &wall, &early, &high}) keep_earlier(best, *event);
   EXPECT_EQ(best.partner_id, early.partner_id);
 }
 

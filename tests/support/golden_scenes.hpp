@@ -1,5 +1,5 @@
-// The scenes of the golden hashes: every method and boundary, with and without a ball, and rare cases. The tests
-// of CPU and GPU compare the same scenes with the same file.
+// The scenes of the golden hashes: every method and boundary, with and without a ball, and rare cases. The
+// tests of CPU and GPU compare the same scenes with the same file.
 #pragma once
 
 #include <cstdio>
@@ -194,15 +194,26 @@ inline void add_flights(std::vector<GoldenScene>& list) {
   list.push_back(golden("ball_drag", s, 400, 0.02));
 }
 
+// A ball that pushes up a layer of inelastic parcels, with the default contact duration.
+inline Settings layer_in_a_court() {
+  Settings s = court(1000);
+  s.method = Method::exact;
+  s.restitution = 0.3;
+  s.area_fraction = 0.3;
+  return s;
+}
+
 // Rare cases of `exact`.
 inline void add_exact(std::vector<GoldenScene>& list) {
   Settings s = court(400, Boundary::walls);
   s.method = Method::exact;
+  s.contact_clock = 0.0;
   list.push_back(golden("exact_court_walls", s, 120, 0.0));
   s.neighbors = Neighbors::all_pairs;
   s.ball_vx_mps = -15.0;  // to the wall at once
   s.ball_vy_mps = 20.0;
   list.push_back(golden("exact_court_all_pairs", s, 60, 0.005));
+  list.push_back(golden("exact_court_default_clock", layer_in_a_court(), 150, 0.0));
 
   s = golden_gas(Method::exact, Boundary::periodic, 0.6, 0.6);
   s.contact_clock_s = 0.05;

@@ -79,6 +79,7 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.displacement_per_step",
                                           "run.substeps",
                                           "run.max_substeps",
+                                          "run.frame_budget_ms",
                                           "run.time_scale",
                                           "run.frame_rate_hz",
                                           "run.seconds",
@@ -86,6 +87,7 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.threads",
                                           "run.spring_contact_s",
                                           "run.allow_unstable",
+                                          "run.contact_clock",
                                           "run.contact_clock_s",
                                           "run.relaunch"};
   std::set<std::string> found;

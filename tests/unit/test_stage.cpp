@@ -255,9 +255,9 @@ TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
     return std::count(line.begin(), line.end(), ',') + 1;
   };
   for (const std::string& line : lines)
-    EXPECT_EQ(num_columns(line), 4 + 3 * (2 + int{kNumPhases}) + 17) << line;
+    EXPECT_EQ(num_columns(line), 4 + 3 * (2 + int{kNumPhases}) + 21) << line;
   EXPECT_TRUE(lines[3].starts_with("2,"));
-  EXPECT_TRUE(lines[3].ends_with(",1.0000,0.5000,,")) << lines[3];  // the panel's are not known
+  EXPECT_TRUE(lines[3].ends_with(",1.0000,0.5000,,,0,0,0,1")) << lines[3];  // the panel's are not known
   EXPECT_NE(lines[3].find(",1000,impulse,grid,"), std::string::npos) << lines[3];
   EXPECT_NE(lines[3].find(",4321,host,"), std::string::npos) << lines[3];
 }

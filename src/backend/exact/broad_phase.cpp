@@ -93,7 +93,7 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_d
   space.world = c.run.physics.world;
   space.reach = saturated_reach(around + 2.0 * half_path * kDiscRelative + since_sort);
   space.reach_owned = saturated_reach(around + longest_path * kDiscRelative + since_sort);
-  space.owned_radius = static_cast<float>(around + (longest_path + half_path) * kDiscRelative);
+  space.owned_radius = static_cast<float>(around + 1.5 * longest_path * kDiscRelative);
 }
 
 DiscSearch plain_disc_search(Boundary boundary) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <vector>
 
@@ -41,6 +42,7 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_d
 
 struct IndexPair {
   std::uint32_t first, second;
+  auto operator<=>(const IndexPair&) const = default;
 };
 
 // Result of a search for pairs, and its working memory; one per thread.

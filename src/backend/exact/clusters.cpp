@@ -12,19 +12,19 @@ namespace {
 using AtomicIndex = std::atomic_ref<std::uint32_t>;
 
 // Leaves the sets of active parcels as trees in member_slot, which has no other use yet.
-void connect_partners(StepContext& step) {
-  StepMemory& memory = step.memory;
+void connect_partners(WindowContext& window) {
+  EpochMemory& memory = window.memory;
   const std::vector<std::uint32_t>& active = memory.active;
   std::vector<std::uint32_t>& parent = memory.member_slot;
-  for_each_item(step, active.size(), [&](WorkerState&, std::size_t k) { parent[active[k]] = active[k]; });
-  for_each_item(step, active.size(), [&](WorkerState&, std::size_t k) {
-    const std::uint32_t partner = memory.event_partner[active[k]];
+  for_each_item(window, active.size(), [&](WorkerState&, std::size_t k) { parent[active[k]] = active[k]; });
+  for_each_item(window, active.size(), [&](WorkerState&, std::size_t k) {
+    const std::uint32_t partner = memory.calendar.event(active[k]).partner;
     if (is_parcel(partner)) union_sets(parent, active[k], partner);
   });
 }
 
 // Numbers the clusters in the order of their first active parcels, and sets owners and numbers of seeds.
-void number_clusters(StepMemory& memory) {
+void number_clusters(EpochMemory& memory) {
   memory.clusters.clear();
   for (const std::uint32_t i : memory.active) {
     const std::uint32_t root = find_root(memory.member_slot, i);
@@ -37,7 +37,7 @@ void number_clusters(StepMemory& memory) {
   }
 }
 
-void list_seeds(StepMemory& memory) {
+void list_seeds(EpochMemory& memory) {
   std::uint32_t num_seeds = 0;
   for (Cluster& cluster : memory.clusters) {
     cluster.first_seed = num_seeds;
@@ -51,11 +51,11 @@ void list_seeds(StepMemory& memory) {
   }
 }
 
-void add_ball_cluster(StepContext& step) {
-  StepMemory& memory = step.memory;
+void add_ball_cluster(WindowContext& window) {
+  EpochMemory& memory = window.memory;
   memory.ball_owner = kInvalidIndex;
-  memory.ball.has_changed = false;
-  if (!step.has_participant()) return;
+  memory.solved_ball.has_changed = false;
+  if (!window.has_participant()) return;
   memory.ball_owner = static_cast<std::uint32_t>(memory.clusters.size());
   memory.clusters.emplace_back().has_ball = true;
 }
@@ -83,12 +83,12 @@ void union_sets(std::vector<std::uint32_t>& parent, std::uint32_t a, std::uint32
   }
 }
 
-void form_clusters(StepContext& step) {
-  StepMemory& memory = step.memory;
-  connect_partners(step);
+void form_clusters(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  connect_partners(window);
   number_clusters(memory);
   list_seeds(memory);
-  add_ball_cluster(step);
+  add_ball_cluster(window);
   memory.todo.resize(memory.clusters.size());
   std::iota(memory.todo.begin(), memory.todo.end(), 0U);
 }

@@ -1,14 +1,14 @@
-// Last stage of a step: the solution becomes the parcels' state.
+// Last stage of a window: the solution becomes the parcels' state.
 #pragma once
 
-#include "backend/exact/step_state.hpp"
+#include "backend/exact/window.hpp"
 
 namespace pf {
 
-// Writes trajectories and end positions of changed parcels, and adds the clusters' tallies to the workers'.
-void commit(StepContext& step);
+// Writes trajectories, discs and kept events, and adds the clusters' tallies to the workers'.
+void commit(WindowContext& window);
 
-// Discards the solution, for another attempt: the state stays that of the step's start.
-void discard(StepContext& step);
+// Discards the solution, for another attempt: the state stays that of the window's start.
+void discard(WindowContext& window);
 
 }  // namespace pf

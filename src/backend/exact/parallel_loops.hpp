@@ -1,10 +1,10 @@
-// Loops of a step whose work its threads share.
+// Loops of a window whose work its threads share.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 
-#include "backend/exact/step_state.hpp"
+#include "backend/exact/window.hpp"
 
 namespace pf {
 
@@ -13,41 +13,41 @@ constexpr std::size_t kMinSharedItems = 256;
 
 // Calls visit(worker, item) for the items 0 .. num - 1.
 template <class Visit>
-void for_each_item(StepContext& step, std::size_t num, const Visit& visit) {
-  std::vector<WorkerState>& workers = step.memory.workers;
+void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
+  std::vector<WorkerState>& workers = window.memory.workers;
   if (num < kMinSharedItems) {
     for (std::size_t k = 0; k < num; ++k) visit(workers[0], k);
     return;
   }
-  step.team.run([&](unsigned thread) {
-    const auto [begin, end] = step.team.share(thread, num);
+  window.team.run([&](unsigned thread) {
+    const auto [begin, end] = window.team.share(thread, num);
     for (std::size_t k = begin; k < end; ++k) visit(workers[thread], k);
   });
 }
 
 // Calls visit(worker, begin, end) for chunks of all parcels, small enough to stay in the cache.
 template <class Visit>
-void for_each_chunk(StepContext& step, const Visit& visit) {
+void for_each_chunk(WindowContext& window, const Visit& visit) {
   constexpr std::size_t kChunk = 256;
-  std::vector<WorkerState>& workers = step.memory.workers;
+  std::vector<WorkerState>& workers = window.memory.workers;
   const auto visit_chunks = [&](WorkerState& worker, std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; k += kChunk) visit(worker, k, std::min(k + kChunk, end));
   };
-  if (step.num_parcels() < kMinSharedItems) return visit_chunks(workers[0], 0, step.num_parcels());
-  step.team.run([&](unsigned thread) {
-    const auto [begin, end] = step.team.share(thread, step.num_parcels());
+  if (window.num_parcels() < kMinSharedItems) return visit_chunks(workers[0], 0, window.num_parcels());
+  window.team.run([&](unsigned thread) {
+    const auto [begin, end] = window.team.share(thread, window.num_parcels());
     visit_chunks(workers[thread], begin, end);
   });
 }
 
 // Calls visit(worker) for each worker. num_items: size of the whole work.
 template <class Visit>
-void for_each_worker(StepContext& step, std::size_t num_items, const Visit& visit) {
-  std::vector<WorkerState>& workers = step.memory.workers;
+void for_each_worker(WindowContext& window, std::size_t num_items, const Visit& visit) {
+  std::vector<WorkerState>& workers = window.memory.workers;
   if (num_items < kMinSharedItems) {
     for (WorkerState& worker : workers) visit(worker);
   } else {
-    step.team.run([&](unsigned thread) { visit(workers[thread]); });
+    window.team.run([&](unsigned thread) { visit(workers[thread]); });
   }
 }
 

@@ -11,84 +11,120 @@
 namespace pf {
 namespace {
 
-// Calls visit(trajectory, end) for the trajectories that events of the step led a parcel to, latest first,
-// until it returns true. Returns whether it did. end: tick of the step.
-template <class Visit>
-bool any_segment(const StepContext& step, std::uint32_t i, const Visit& visit) {
-  const StepMemory& memory = step.memory;
-  const WorkerState& worker = memory.workers[memory.clusters[memory.owner[i]].thread];
-  const Member& member = worker.members[memory.member_slot[i]];
-  if (!member.has_changed) return false;
-  if (!is_retired(member.trajectory.anchor) && visit(member.trajectory, step.c.plan.length)) return true;
-  for (std::uint32_t s = member.last_segment; s != kInvalidIndex; s = worker.segments[s].previous) {
-    if (visit(worker.segments[s].trajectory, worker.segments[s].end)) return true;
+// The trajectories that events of the window led a parcel to, latest first.
+class SegmentCursor {
+ public:
+  SegmentCursor(const WindowContext& window, std::uint32_t i)
+      : worker_(&window.memory.workers[window.memory.clusters[window.memory.owner[i]].thread]) {
+    const Member& member = worker_->members[window.memory.member_slot[i]];
+    if (!member.has_changed) return;
+    current_ = &member.trajectory;
+    end_ = window.end - 1;
+    next_ = member.last_segment;
+    if (is_retired(current_->anchor)) advance();
   }
-  return false;
-}
 
-// The same for the ball.
-template <class Visit>
-bool any_ball_segment(const StepContext& step, const Visit& visit) {
-  const BallMember& ball = step.memory.ball;
-  if (visit(ball.now.trajectory, step.c.plan.length)) return true;
-  return std::any_of(ball.segments.begin(), ball.segments.end(), [&](const BallTrajectorySegment& segment) {
-    return visit(segment.trajectory, segment.end);
-  });
-}
+  bool is_valid() const { return current_ != nullptr; }
+  const Trajectory& trajectory() const { return *current_; }
+  std::uint32_t begin(const WindowContext& window) const {
+    return static_cast<std::uint32_t>(anchor_time(window.c.plan, *current_));
+  }
+  std::uint32_t end() const { return end_; }  // tick
+
+  void advance() {
+    current_ = nullptr;
+    if (next_ == kInvalidIndex) return;
+    const TrajectorySegment& segment = worker_->segments[next_];
+    current_ = &segment.trajectory;
+    end_ = segment.end;
+    next_ = segment.previous;
+  }
+
+ private:
+  const WorkerState* worker_;
+  const Trajectory* current_ = nullptr;  // null: there are no more
+  std::uint32_t end_ = 0;
+  std::uint32_t next_ = kInvalidIndex;
+};
 
 // Returns whether a collision happens while both bodies are on their trajectories.
 bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
   return tick != kNoTick && tick <= std::min(first_end, second_end);
 }
 
+// Only trajectories that last at a common tick are compared.
 template <Boundary kBoundary>
-bool trajectories_collide(const StepContext& step, std::uint32_t i, std::uint32_t j) {
-  return any_segment(step, i, [&](const Trajectory& a, std::uint32_t a_end) {
-    return any_segment(step, j, [&](const Trajectory& b, std::uint32_t b_end) {
-      return happens_before(collision_tick<kBoundary>(step.c, a, b), a_end, b_end);
-    });
-  });
+bool trajectories_collide(const WindowContext& window, std::uint32_t i, std::uint32_t j) {
+  SegmentCursor latest_b(window, j);  // of those that begin before a's end
+  for (SegmentCursor a(window, i); a.is_valid(); a.advance()) {
+    while (latest_b.is_valid() && latest_b.begin(window) > a.end()) latest_b.advance();
+    for (SegmentCursor b = latest_b; b.is_valid() && b.end() >= a.begin(window); b.advance()) {
+      const std::uint32_t tick = collision_tick<kBoundary>(window.c, a.trajectory(), b.trajectory());
+      if (happens_before(tick, a.end(), b.end())) return true;
+    }
+  }
+  return false;
 }
 
 template <Boundary kBoundary>
-bool collides_with_ball(const StepContext& step, std::uint32_t i) {
-  return any_segment(step, i, [&](const Trajectory& parcel, std::uint32_t parcel_end) {
-    return any_ball_segment(step, [&](const BallTrajectory& ball, std::uint32_t ball_end) {
-      return happens_before(ball_collision_tick<kBoundary>(step.c, ball, parcel), parcel_end, ball_end);
-    });
-  });
+bool collides_with_ball(const WindowContext& window, const BallTrajectory& ball, std::uint32_t ball_end,
+                        std::uint32_t i) {
+  for (SegmentCursor a(window, i); a.is_valid(); a.advance()) {
+    if (ball.tick > static_cast<std::int32_t>(a.end()) || ball_end < a.begin(window)) continue;
+    if (happens_before(window.ball_tick<kBoundary>(ball, a.trajectory()), a.end(), ball_end)) return true;
+  }
+  return false;
 }
 
 template <Boundary kBoundary>
-void find_parcel_conflicts(StepContext& step) {
-  const StepMemory& memory = step.memory;
+bool collides_with_ball(const WindowContext& window, std::uint32_t i) {
+  const BallMember& ball = window.memory.solved_ball;
+  return collides_with_ball<kBoundary>(window, ball.now.trajectory, window.end - 1, i) ||
+         std::any_of(ball.segments.begin(), ball.segments.end(), [&](const BallTrajectorySegment& segment) {
+           return collides_with_ball<kBoundary>(window, segment.trajectory, segment.end, i);
+         });
+}
+
+// A pair is found again after each of its events.
+void keep_different(std::vector<IndexPair>& pairs) {
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+template <Boundary kBoundary>
+void find_parcel_conflicts(WindowContext& window) {
+  const EpochMemory& memory = window.memory;
   std::size_t num_pairs = 0;
   for (const WorkerState& worker : memory.workers) num_pairs += worker.neighbour_pairs.size();
-  for_each_worker(step, num_pairs, [&](WorkerState& worker) {
+  for_each_worker(window, num_pairs, [&](WorkerState& worker) {
+    keep_different(worker.neighbour_pairs);
     for (const auto& [i, j] : worker.neighbour_pairs) {
       const std::uint32_t a = memory.owner[i], b = memory.owner[j];
-      if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(step, i, j))
+      if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(window, i, j))
         worker.conflicts.push_back({a, b});
     }
+    worker.compared_pairs.insert(worker.compared_pairs.end(), worker.neighbour_pairs.begin(),
+                                 worker.neighbour_pairs.end());
     worker.neighbour_pairs.clear();
   });
 }
 
 template <Boundary kBoundary>
-void find_ball_conflicts(StepContext& step) {
-  const StepMemory& memory = step.memory;
+void find_ball_conflicts(WindowContext& window) {
+  const EpochMemory& memory = window.memory;
   const std::uint32_t ball_owner = memory.ball_owner;
-  if (ball_owner == kInvalidIndex || !memory.ball.has_changed || !memory.clusters[ball_owner].is_solved)
+  if (ball_owner == kInvalidIndex || !memory.solved_ball.has_changed ||
+      !memory.clusters[ball_owner].is_solved)
     return;
-  for_each_item(step, memory.near_ball.size(), [&](WorkerState& worker, std::size_t k) {
+  for_each_item(window, memory.near_ball.size(), [&](WorkerState& worker, std::size_t k) {
     const std::uint32_t i = memory.near_ball[k], owner = memory.owner[i];
     if (owner == kInvalidIndex || owner == ball_owner || !memory.clusters[owner].is_solved) return;
-    if (collides_with_ball<kBoundary>(step, i)) worker.conflicts.push_back({ball_owner, owner});
+    if (collides_with_ball<kBoundary>(window, i)) worker.conflicts.push_back({ball_owner, owner});
   });
 }
 
 // Joins the clusters of every conflict in the trees of `parent`. Returns these clusters in ascending order.
-std::vector<std::uint32_t> union_conflicting(StepMemory& memory, std::vector<std::uint32_t>& parent) {
+std::vector<std::uint32_t> union_conflicting(EpochMemory& memory, std::vector<std::uint32_t>& parent) {
   std::vector<std::uint32_t> involved;
   for (WorkerState& worker : memory.workers) {
     for (const auto& [a, b] : worker.conflicts) {
@@ -105,7 +141,7 @@ std::vector<std::uint32_t> union_conflicting(StepMemory& memory, std::vector<std
 
 // Moves the members of cluster k to its representative, as seeds. Called for the clusters of a set in
 // ascending order, so that the representative comes first.
-void reassign_members(StepMemory& memory, std::uint32_t representative, std::uint32_t k) {
+void reassign_members(EpochMemory& memory, std::uint32_t representative, std::uint32_t k) {
   Cluster& into = memory.clusters[representative];
   Cluster& from = memory.clusters[k];
   const WorkerState& worker = memory.workers[from.thread];
@@ -128,22 +164,40 @@ void reassign_members(StepMemory& memory, std::uint32_t representative, std::uin
   from.is_merged = true;
 }
 
-bool has_conflicts(const StepMemory& memory) {
+bool has_conflicts(const EpochMemory& memory) {
   return std::any_of(memory.workers.begin(), memory.workers.end(),
                      [](const WorkerState& worker) { return !worker.conflicts.empty(); });
 }
 
 }  // namespace
 
-void find_conflicts(StepContext& step) {
-  for_boundary(step.c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
-    find_parcel_conflicts<kBoundary>(step);
-    find_ball_conflicts<kBoundary>(step);
+bool cut(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  std::uint32_t end = window.end;
+  for (const Cluster& cluster : memory.clusters) {
+    if (cluster.is_merged) continue;
+    if (cluster.has_failed) return false;  // the window will be discarded
+    end = std::min(end, cluster.stopped_at);
+  }
+  if (end == window.end) return false;
+  window.end = end;
+  memory.todo.clear();
+  for (std::uint32_t k = 0; k < memory.clusters.size(); ++k) {
+    const Cluster& cluster = memory.clusters[k];
+    if (!cluster.is_merged && cluster.is_solved && cluster.last_tick >= end) reassign_members(memory, k, k);
+  }
+  return true;
+}
+
+void find_conflicts(WindowContext& window) {
+  for_boundary(window.c.run.physics.world.boundary, [&]<Boundary kBoundary>() {
+    find_parcel_conflicts<kBoundary>(window);
+    find_ball_conflicts<kBoundary>(window);
   });
 }
 
-void merge(StepContext& step) {
-  StepMemory& memory = step.memory;
+void merge(WindowContext& window) {
+  EpochMemory& memory = window.memory;
   if (!has_conflicts(memory)) return memory.todo.clear();
   std::vector<std::uint32_t>& parent = memory.todo;  // has no other use at the moment
   parent.resize(memory.clusters.size());

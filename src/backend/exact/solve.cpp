@@ -19,35 +19,35 @@ struct alignas(64) Share {
   std::size_t end = 0;
 };
 
-void prefetch_cluster(const StepContext& step, std::uint32_t k) {
-  const StepMemory& memory = step.memory;
-  const ParcelArrays& parcels = step.trajectories;
+void prefetch_cluster(const WindowContext& window, std::uint32_t k) {
+  const EpochMemory& memory = window.memory;
+  const ParcelArrays& parcels = window.trajectories;
   const Cluster& cluster = memory.clusters[k];
   for (std::uint32_t m = 0; m < std::min(cluster.num_seeds, 4U); ++m) {
     const std::uint32_t i = memory.seeds[cluster.first_seed + m];
-    const void* lines[] = {&parcels.position[i],   &parcels.velocity[i],    &parcels.tick[i],
-                           &parcels.id[i],         &step.input.position[i], &memory.event_key[i],
-                           &memory.member_slot[i], &memory.owner[i],        &memory.event_partner[i],
-                           &memory.discs.x[i],     &memory.discs.y[i],      &memory.discs.radius[i]};
+    const void* lines[] = {&parcels.position[i],   &parcels.velocity[i],      &parcels.tick[i],
+                           &parcels.id[i],         &window.input.position[i], memory.calendar.line(i),
+                           &memory.member_slot[i], &memory.owner[i],          &memory.discs.x[i],
+                           &memory.discs.y[i],     &memory.discs.radius[i]};
     for (const void* line : lines) __builtin_prefetch(line);
   }
 }
 
 template <Boundary kBoundary>
-void solve_one(StepContext& step, unsigned thread, std::uint32_t k) {
-  ClusterSolver<kBoundary>(step, thread, k).solve();
+void solve_one(WindowContext& window, unsigned thread, std::uint32_t k) {
+  ClusterSolver<kBoundary>(window, thread, k).solve();
 }
 
 template <Boundary kBoundary>
-void solve_share(StepContext& step, unsigned thread, Share& share) {
-  const std::vector<std::uint32_t>& todo = step.memory.todo;
+void solve_share(WindowContext& window, unsigned thread, Share& share) {
+  const std::vector<std::uint32_t>& todo = window.memory.todo;
   while (true) {
     const std::size_t begin = share.next.fetch_add(kBatch, std::memory_order_relaxed);
     if (begin >= share.end) return;
     const std::size_t end = std::min(share.end, begin + kBatch);
     for (std::size_t k = begin; k < end; ++k) {
-      if (k + kPrefetchDistance < share.end) prefetch_cluster(step, todo[k + kPrefetchDistance]);
-      solve_one<kBoundary>(step, thread, todo[k]);
+      if (k + kPrefetchDistance < share.end) prefetch_cluster(window, todo[k + kPrefetchDistance]);
+      solve_one<kBoundary>(window, thread, todo[k]);
     }
   }
 }
@@ -55,29 +55,29 @@ void solve_share(StepContext& step, unsigned thread, Share& share) {
 // Each thread first solves clusters whose parcels it predicted, which are in its cache, then what is left of
 // the other threads' shares.
 template <Boundary kBoundary>
-void solve(StepContext& step) {
-  const std::vector<std::uint32_t>& todo = step.memory.todo;
+void solve(WindowContext& window) {
+  const std::vector<std::uint32_t>& todo = window.memory.todo;
   if (todo.size() < kMinSharedClusters) {
-    for (const std::uint32_t k : todo) solve_one<kBoundary>(step, 0, k);
+    for (const std::uint32_t k : todo) solve_one<kBoundary>(window, 0, k);
     return;
   }
-  const unsigned num_threads = step.team.size();
+  const unsigned num_threads = window.team.size();
   std::vector<Share> shares(num_threads);
   for (unsigned thread = 0; thread < num_threads; ++thread) {
-    const auto [begin, end] = step.team.share(thread, todo.size());
+    const auto [begin, end] = window.team.share(thread, todo.size());
     shares[thread].next = begin;
     shares[thread].end = end;
   }
-  step.team.run([&](unsigned thread) {
+  window.team.run([&](unsigned thread) {
     for (unsigned k = 0; k < num_threads; ++k)
-      solve_share<kBoundary>(step, thread, shares[(thread + k) % num_threads]);
+      solve_share<kBoundary>(window, thread, shares[(thread + k) % num_threads]);
   });
 }
 
 }  // namespace
 
-void solve(StepContext& step) {
-  for_boundary(step.c.run.physics.world.boundary, [&]<Boundary kBoundary>() { solve<kBoundary>(step); });
+void solve(WindowContext& window) {
+  for_boundary(window.c.run.physics.world.boundary, [&]<Boundary kBoundary>() { solve<kBoundary>(window); });
 }
 
 }  // namespace pf

@@ -1,26 +1,21 @@
-// Method `exact` on the CPU: solves one cluster. It applies the cluster's events to the step's end in the
+// Method `exact` on the CPU: solves one cluster. It applies the cluster's events to the window's end in the
 // order of time, as if all other parcels kept their start trajectories. If an event is with a parcel of
 // another cluster, the two clusters conflict and the solver stops.
 #pragma once
 
 #include <algorithm>
 
-#include "backend/exact/step_state.hpp"
+#include "backend/exact/cluster_members.hpp"
 
 namespace pf {
 
 template <Boundary kBoundary>
-class ClusterSolver {
+class ClusterSolver : ClusterMembers {
  public:
-  // index: of the cluster in the step's clusters. Discards its earlier solution.
-  ClusterSolver(StepContext& step, std::uint32_t thread, std::uint32_t index)
-      : step_(step),
-        c_(step.c),
-        memory_(step.memory),
-        worker_(step.memory.workers[thread]),
-        index_(index),
-        cluster_(step.memory.clusters[index]) {
-    cluster_.restart(thread, worker_.members.size(), worker_.events.size());
+  // index: of the cluster in the window's clusters. Discards its earlier solution.
+  ClusterSolver(WindowContext& window, std::uint32_t thread, std::uint32_t index)
+      : ClusterMembers(window, thread, index) {
+    cluster_.restart(thread, worker_.members.size(), worker_.events.size(), worker_.notes.size());
   }
 
   // Sets cluster.is_solved, or appends the other cluster to worker.conflicts.
@@ -34,94 +29,32 @@ class ClusterSolver {
     if (cluster_.has_ball) add_ball();
     cluster_.is_solved = process_events();
     cluster_.num_members = static_cast<std::uint32_t>(worker_.members.size()) - cluster_.first_member;
+    cluster_.num_notes = static_cast<std::uint32_t>(worker_.notes.size()) - cluster_.first_note;
     if (!cluster_.is_solved) worker_.neighbour_pairs.resize(num_neighbour_pairs);
   }
 
  private:
-  static constexpr std::uint32_t kBallMember = 0xFFFFFFFEU;
+  static constexpr std::uint32_t kMostEvents = 100000;  // whatever their ticks
 
-  // m: a slot among the worker's members. i, j: indices of parcels.
-  Member& member(std::uint32_t m) { return worker_.members[m]; }
-  std::uint32_t id(std::uint32_t i) const { return step_.trajectories.id[i]; }
-  BallMember& ball() { return memory_.ball; }
-
-  std::uint32_t add_member(std::uint32_t i) {
-    const auto m = static_cast<std::uint32_t>(worker_.members.size());
-    Member added;
-    added.index = i;
-    added.trajectory = step_.start_trajectory(i);
-    added.event = step_.start_event(i);
-    const std::vector<std::uint32_t>& last_contact_tick = step_.trajectories.last_contact_tick;
-    added.last_contact_tick = last_contact_tick.empty() ? 0U : last_contact_tick[i];
-    worker_.members.push_back(added);
-    memory_.member_slot[i] = m;
-    return m;
-  }
-
-  // Returns the parcel's slot among the members; a free parcel becomes one. Returns kInvalidIndex and records
-  // a conflict if another cluster owns it.
-  std::uint32_t join(std::uint32_t i) {
-    if (step_.owner_of(i) == index_) return memory_.member_slot[i];
-    const std::uint32_t owner = step_.claim(i, index_);
-    if (owner == index_) return add_member(i);
-    worker_.conflicts.push_back({index_, owner});
-    return kInvalidIndex;
-  }
-
-  // ---- the queue
-
-  void push(std::uint32_t m) {
-    const Member& it = member(m);
-    worker_.queue.push(m, it.version, id(it.index), it.event);
-  }
-
-  void set_event(std::uint32_t m, const Event& event) {
-    ++member(m).version;
-    member(m).event = event;
-    push(m);
-  }
-
-  void set_ball_event(const Event& event) {
-    ++ball().version;
-    ball().event = event;
-    worker_.queue.push(kBallMember, ball().version, kBallPartner, event);
-  }
-
-  // Returns false at a conflict. With too many events it stops as if it had finished; the step is then
-  // discarded.
+  // Returns false at a conflict. With too many events it stops before the next tick as if it had finished;
+  // the window is then cut there. With far too many the window is discarded.
   bool process_events() {
     while (!worker_.queue.empty()) {
       const EventQueue::Entry next = worker_.queue.pop();
       const bool is_ball = next.member == kBallMember;
       if (next.version != (is_ball ? ball().version : member(next.member).version)) continue;
-      if (cluster_.num_events == step_.input.max_events) return true;
+      const bool has_many = cluster_.num_events >= window_.max_events && next.tick > cluster_.last_tick;
+      cluster_.has_failed = cluster_.num_events == kMostEvents;
+      if (has_many || cluster_.has_failed) {
+        cluster_.stopped_at = next.tick;
+        return true;
+      }
       if (!(is_ball ? apply_ball_event() : apply_event(next.member))) return false;
     }
     return true;
   }
 
   // ---- events
-
-  void record_event(std::uint32_t tick, std::uint32_t first, std::uint32_t second) {
-    const std::uint64_t at =
-        step_.input.start_tick + (static_cast<std::uint64_t>(tick) << step_.input.tick_exponent);
-    const std::uint32_t low = std::min(first, second), high = std::max(first, second);
-    cluster_.event_hash += event_hash(at, low, high);
-    ++cluster_.num_events;
-    if (step_.records_events) worker_.events.push_back({at, low, high});
-  }
-
-  void set_trajectory(std::uint32_t m, const Trajectory& trajectory, std::uint32_t tick) {
-    Member& it = member(m);
-    if (it.has_changed) {
-      worker_.segments.push_back({it.trajectory, tick, it.last_segment});
-      it.last_segment = static_cast<std::uint32_t>(worker_.segments.size()) - 1;
-    }
-    const float speed2 = dot(trajectory.velocity, trajectory.velocity);
-    it.trajectory = trajectory;
-    it.has_changed = true;
-    cluster_.fastest2 = std::max(cluster_.fastest2, static_cast<double>(speed2));
-  }
 
   bool apply_event(std::uint32_t m) {
     const Event event = member(m).event;
@@ -131,16 +64,16 @@ class ClusterSolver {
       if (is_stale(m, other))
         repredict(m);
       else
-        apply_pair_event(m, other, event.tick);
+        apply_pair_event(m, other, event);
       return true;
     }
     if (event.partner != kBallPartner) {
       apply_edge_event(m, event);
-    } else if (step_.has_participant()) {
+    } else if (window_.has_participant()) {
       worker_.conflicts.push_back({index_, memory_.ball_owner});
       return false;
     } else {
-      apply_ball_hit(m, event.tick, step_.ball.trajectory);
+      apply_ball_hit(m, event, memory_.ball.trajectory);
       predict_changed(m);
     }
     return true;
@@ -152,10 +85,15 @@ class ClusterSolver {
     const Member& other = member(partner);
     if (!other.has_changed) return false;
     return is_retired(other.trajectory.anchor) ||
-           collision_tick<kBoundary>(c_, member(m).trajectory, other.trajectory) != member(m).event.tick;
+           !is_at_same_time(collision_of<kBoundary>(member(m), other), member(m).event);
   }
 
-  void apply_pair_event(std::uint32_t one, std::uint32_t other, std::uint32_t tick) {
+  static bool is_at_same_time(const Event& a, const Event& b) {
+    return a.tick == b.tick && a.generation == b.generation;
+  }
+
+  void apply_pair_event(std::uint32_t one, std::uint32_t other, const Event& event) {
+    const std::uint32_t tick = event.tick;
     const bool in_order = id(member(one).index) < id(member(other).index);
     const std::uint32_t a = in_order ? one : other, b = in_order ? other : one;
     Trajectory first = member(a).trajectory, second = member(b).trajectory;
@@ -164,11 +102,11 @@ class ClusterSolver {
     const bool elastic = is_in_contact(c_.plan, tick, member(a).last_contact_tick) ||
                          is_in_contact(c_.plan, tick, member(b).last_contact_tick);
     collide<kBoundary>(c_, first, second, elastic, cluster_.tally);
-    set_trajectory(a, first, tick);
-    set_trajectory(b, second, tick);
+    set_trajectory(a, first, event);
+    set_trajectory(b, second, event);
     member(a).last_contact_tick = member(b).last_contact_tick = c_.plan.start + tick;
     record_event(tick, id(member(a).index), id(member(b).index));
-    step_.search.find_candidates_of_two(step_.space, {mover(a), mover(b)}, worker_.candidates);
+    window_.search.find_candidates_of_two(window_.space, {mover(a), mover(b)}, worker_.candidates);
     predict_changed(a, b, worker_.candidates[0]);
     predict_changed(b, a, worker_.candidates[1]);
   }
@@ -178,18 +116,19 @@ class ClusterSolver {
     anchor_at<kBoundary>(c_, now, event.tick);
     apply_edge(c_, event.partner, now);
     if (event.partner == kExit) cluster_.tally.retired();
-    set_trajectory(m, now, event.tick);
+    set_trajectory(m, now, event);
     member(m).last_contact_tick = c_.plan.start + event.tick;
     record_event(event.tick, id(member(m).index), event.partner);
     predict_changed(m);
   }
 
-  BallReaction apply_ball_hit(std::uint32_t m, std::uint32_t tick, const BallTrajectory& trajectory) {
+  BallReaction apply_ball_hit(std::uint32_t m, const Event& event, const BallTrajectory& trajectory) {
     Trajectory now = member(m).trajectory;
-    anchor_at<kBoundary>(c_, now, tick);
-    const BallReaction reaction = collide_with_ball<kBoundary>(c_, trajectory, tick, now, cluster_.tally);
-    set_trajectory(m, now, tick);
-    record_event(tick, id(member(m).index), kBallPartner);
+    anchor_at<kBoundary>(c_, now, event.tick);
+    const BallReaction reaction =
+        collide_with_ball<kBoundary>(c_, trajectory, event.tick, now, cluster_.tally);
+    set_trajectory(m, now, event);
+    record_event(event.tick, id(member(m).index), kBallPartner);
     return reaction;
   }
 
@@ -200,7 +139,11 @@ class ClusterSolver {
     if (is_parcel(event.partner)) {
       m = join(event.partner);
       if (m == kInvalidIndex) return false;
-      reaction = apply_ball_hit(m, event.tick, ball().now.trajectory);
+      if (is_ball_event_stale(member(m))) {
+        predict_ball();
+        return true;
+      }
+      reaction = apply_ball_hit(m, event, ball().now.trajectory);
     } else {
       record_event(event.tick, event.partner, kBallPartner);
     }
@@ -212,61 +155,58 @@ class ClusterSolver {
 
   // ---- the ball as a member
 
-  void add_ball() {
-    ball().now = step_.ball;
-    ball().has_changed = false;
-    ball().fastest_mps = 0.0;
-    ball().segments.clear();
-    ball().version = 0;
-    predict_ball();
-  }
-
-  void set_ball_trajectory(const Event& event, const BallReaction& reaction) {
-    BallMember& it = ball();
-    if (it.has_changed) it.segments.push_back({it.now.trajectory, event.tick});
-    apply_to_ball(c_, event.tick, event.partner, reaction, it.now);
-    it.has_changed = true;
-    it.fastest_mps = std::max(it.fastest_mps, surface_speed_mps(c_.run.physics, it.now.trajectory));
-    it.event = {};
-  }
-
-  Trajectory current_trajectory(std::uint32_t i) {
-    return step_.owner_of(i) == index_ ? member(memory_.member_slot[i]).trajectory
-                                       : step_.start_trajectory(i);
+  bool is_ball_event_stale(const Member& partner) {
+    return is_retired(partner.trajectory.anchor) ||
+           !is_at_same_time(ball_collision_with<kBoundary>(partner), ball().event);
   }
 
   void predict_ball() {
     Event best;
     const BallTrajectory& trajectory = ball().now.trajectory;
     for (const std::uint32_t i : memory_.near_ball) {
-      const Trajectory parcel = current_trajectory(i);
+      if (window_.owner_of(i) == index_) {
+        const Member& it = member(memory_.member_slot[i]);
+        if (!is_retired(it.trajectory.anchor)) keep_earlier(best, ball_collision_with<kBoundary>(it));
+        continue;
+      }
+      const Trajectory parcel = window_.start_trajectory(i);
       if (is_retired(parcel.anchor)) continue;
-      keep_earlier(best, {ball_collision_tick<kBoundary>(c_, trajectory, parcel), i, id(i)});
+      const std::uint32_t tick = window_.ball_tick<kBoundary>(trajectory, parcel);
+      keep_earlier(best, {tick, i, id(i), ball_generation(tick)});
     }
-    keep_ball_edge_event<kBoundary>(c_, trajectory, best);
+    Event edge;
+    keep_ball_edge_event<kBoundary>(c_, trajectory, edge);
+    edge.generation = ball_generation(edge.tick);
+    if (edge.tick < window_.ball_end) keep_earlier(best, edge);
     set_ball_event(best);
   }
 
-  // Updates the ball's event for a member on a new trajectory.
+  // Updates the ball's event for a member on a new trajectory. If the event was with the old one, that is
+  // found when it is due.
   void update_ball_event(const Member& changed) {
-    if (ball().event.partner == changed.index) return predict_ball();
-    if (is_retired(changed.trajectory.anchor) || !step_.is_near_ball<kBoundary>(changed.index)) return;
-    const std::uint32_t tick = ball_collision_tick<kBoundary>(c_, ball().now.trajectory, changed.trajectory);
-    const Event now{tick, changed.index, id(changed.index)};
+    if (is_retired(changed.trajectory.anchor) || !window_.is_near_ball<kBoundary>(changed.index)) return;
+    const Event now = ball_collision_with<kBoundary>(changed);
     if (now.tick != kNoTick && comes_before(now, ball().event)) set_ball_event(now);
   }
 
   // ---- predictions
 
-  Mover mover(std::uint32_t m) { return step_.make_mover(member(m).index, member(m).trajectory); }
+  Mover mover(std::uint32_t m) {
+    return window_.make_mover<kBoundary>(member(m).index, member(m).trajectory);
+  }
 
   void keep_edge_and_ball(const Member& it, Event& best) const {
-    if (may_reach_edge<kBoundary>(c_, step_.input.position[it.index]))
-      keep_edge_event<kBoundary>(c_, it.trajectory, best);
+    if (may_reach_edge<kBoundary>(c_, window_.input.position[it.index])) {
+      Event edge;
+      keep_edge_event<kBoundary>(c_, it.trajectory, edge);
+      edge.generation = generation(it, edge.tick);
+      keep_earlier(best, edge);
+    }
     if (c_.plan.ball == BallRole::absent || cluster_.has_ball) return;
-    if (!step_.is_near_ball<kBoundary>(it.index)) return;
-    const std::uint32_t tick = ball_collision_tick<kBoundary>(c_, step_.ball.trajectory, it.trajectory);
-    keep_earlier(best, {tick, kBallPartner, kBallPartner});
+    if (!window_.is_near_ball<kBoundary>(it.index)) return;
+    const std::uint32_t tick = window_.ball_tick<kBoundary>(memory_.ball.trajectory, it.trajectory);
+    if (window_.has_participant() && tick >= window_.end) return;  // that is an event of the ball
+    keep_earlier(best, {tick, kBallPartner, kBallPartner, generation(it, tick)});
   }
 
   void predict_changed(std::uint32_t m) {
@@ -275,27 +215,31 @@ class ClusterSolver {
       if (cluster_.has_ball) update_ball_event(member(m));
       return;
     }
-    step_.find_candidates(mover(m), worker_.candidates[0]);
+    window_.find_candidates(mover(m), worker_.candidates[0]);
     predict_changed(m, kInvalidIndex, worker_.candidates[0]);
   }
 
   // Predicts the next event of a member on a new trajectory, and updates members that it collides with before
-  // their own events. `partner` has changed as well and is predicted separately. Members whose event was with
-  // the old trajectory find out when it is due.
+  // their own events. `partner` has changed as well and is predicted separately. Parcels whose event was with
+  // the old trajectory find out when it is due. Parcels outside the cluster are updated at the commit.
   void predict_changed(std::uint32_t m, std::uint32_t partner, const Candidates& candidates) {
     const Member it = member(m);
     Event best;
     for (const std::uint32_t j : candidates.overlapping) {
-      const std::uint32_t owner = step_.owner_of(j);
+      const std::uint32_t owner = window_.owner_of(j);
       if (owner == index_) {
         predict_between(it, j, partner, best);
         continue;
       }
       if (owner != kInvalidIndex) worker_.neighbour_pairs.push_back({it.index, j});
-      keep_earlier(best, {collision_tick<kBoundary>(c_, it.trajectory, step_.start_trajectory(j)), j, id(j)});
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, window_.start_trajectory(j));
+      if (tick == kNoTick) continue;
+      keep_earlier(best, {tick, j, id(j), generation(it, tick)});
+      if (memory_.calendar.would_lower(j, tick, it.index))
+        worker_.notes.push_back({j, m, it.trajectory.tick, tick});
     }
     for (const std::uint32_t j : candidates.owned) {
-      if (step_.owner_of(j) == index_)
+      if (window_.owner_of(j) == index_)
         predict_between(it, j, partner, best);
       else
         worker_.neighbour_pairs.push_back({it.index, j});
@@ -310,35 +254,41 @@ class ClusterSolver {
     const std::uint32_t n = memory_.member_slot[j];
     const Member& other = member(n);
     if (is_retired(other.trajectory.anchor)) return;
-    const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other.trajectory);
-    keep_earlier(best, {tick, j, id(j)});
-    const Event now{tick, it.index, id(it.index)};
-    if (n != partner && tick != kNoTick && comes_before(now, other.event)) set_event(n, now);
+    const Event collision = collision_of<kBoundary>(it, other);
+    keep_earlier(best, collision);
+    const Event now{collision.tick, it.index, id(it.index), collision.generation};
+    if (n != partner && now.tick != kNoTick && comes_before(now, other.event)) set_event(n, now);
   }
 
   // Predicts the next event of a member on its old trajectory.
   void repredict(std::uint32_t m) {
     const Member it = member(m);
-    step_.find_candidates(mover(m), worker_.candidates[0]);
+    window_.find_candidates(mover(m), worker_.candidates[0]);
     Event best;
-    const auto keep_collision = [&](std::uint32_t j, const Trajectory& other) {
-      if (is_retired(other.anchor)) return;
-      keep_earlier(best, {collision_tick<kBoundary>(c_, it.trajectory, other), j, id(j)});
+    const auto keep_collision = [&](const Member& other) {
+      if (!is_retired(other.trajectory.anchor)) keep_earlier(best, collision_of<kBoundary>(it, other));
     };
-    for (const std::uint32_t j : worker_.candidates[0].overlapping) keep_collision(j, current_trajectory(j));
+    const auto note_other = [&](std::uint32_t j) {
+      const std::uint32_t owner = window_.owner_of(j);
+      if (owner != index_ && owner != kInvalidIndex) worker_.neighbour_pairs.push_back({it.index, j});
+      return owner == index_;
+    };
+    for (const std::uint32_t j : worker_.candidates[0].overlapping) {
+      if (note_other(j)) {
+        keep_collision(member(memory_.member_slot[j]));
+        continue;
+      }
+      const Trajectory other = window_.start_trajectory(j);
+      if (is_retired(other.anchor)) continue;
+      const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other);
+      keep_earlier(best, {tick, j, id(j), generation(it, tick)});
+    }
     for (const std::uint32_t j : worker_.candidates[0].owned) {
-      if (step_.owner_of(j) == index_) keep_collision(j, member(memory_.member_slot[j]).trajectory);
+      if (note_other(j)) keep_collision(member(memory_.member_slot[j]));
     }
     keep_edge_and_ball(it, best);
     set_event(m, best);
   }
-
-  StepContext& step_;
-  const ExactConstants& c_;
-  StepMemory& memory_;
-  WorkerState& worker_;
-  std::uint32_t index_;
-  Cluster& cluster_;
 };
 
 }  // namespace pf

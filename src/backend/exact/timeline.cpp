@@ -9,25 +9,31 @@
 namespace pf {
 namespace {
 
-// Contact distances. Measured at N = 10^5, area fraction 0.2.
-constexpr double kCellWidth = 2.8;
-constexpr double kSortReach = 3.5;  // parcels are sorted again when search boxes become wider
+constexpr double kCellWidth = 2.8;  // contact distances. Measured at N = 10^5, area fraction 0.2.
+
+ExactConstants constants_now(const RunConstants& run, const ExactProgress& progress) {
+  return {run, plan_of_now(run, progress)};
+}
 
 }  // namespace
 
 void ExactTimeline::reset_time() {
   active_ = false;
+  is_mid_step_ = false;
   time_s_ = 0.0;
   progress_ = {};
+  forget_predictions();
 }
 
 void ExactTimeline::enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels) {
   ParcelArrays& trajectories = parcels.current;
-  const double tick_s = tick_seconds(physics.world, physics.reference_speed_mps);
+  run_ = make_run_constants(physics, contact_clock_s);
   progress_ = {};
-  progress_.now = static_cast<std::uint64_t>(std::llround(time_s_ / tick_s));
-  position_ = trajectories.position;
-  end_position_.resize(trajectories.position.size());
+  progress_.now = static_cast<std::uint64_t>(std::llround(time_s_ / run_.reference_ticks.tick_s));
+  forget_predictions();
+  present_ = trajectories.position;
+  present_is_valid_ = true;
+  position_.resize(trajectories.position.size());
   const auto now = static_cast<std::uint32_t>(progress_.now);
   trajectories.tick.assign(parcels.size(), now);
   trajectories.last_contact_tick.assign(contact_clock_s > 0.0 ? parcels.size() : 0,
@@ -35,156 +41,295 @@ void ExactTimeline::enter(const Physics& physics, double contact_clock_s, Sorted
   parcels.sorted = false;
   active_ = true;
   progress_.fastest_mps = fastest_parcel_mps(parcels);
+  window_length_.reset(static_cast<std::uint32_t>(parcels.size()));
 }
 
 void ExactTimeline::leave(SortedParcels& parcels) {
-  parcels.current.position = position_;
+  parcels.current.position = positions(parcels);
   for (ParcelArrays* arrays : {&parcels.current, &parcels.next}) {
     arrays->tick = {};
     arrays->last_contact_tick = {};
   }
   parcels.sorted = false;
   active_ = false;
+  is_mid_step_ = false;
+  forget_predictions();
+}
+
+// ---- all parcels at once
+
+void ExactTimeline::evaluate(const ExactConstants& c, const SortedParcels& parcels, std::int32_t tick,
+                             std::vector<Vec2i>& position) const {
+  const ParcelArrays& trajectories = parcels.current;
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, parcels.size());
+    positions_at(c, {trajectories.position.data(), trajectories.velocity.data(), trajectories.tick.data()},
+                 tick, begin, end, position.data());
+  });
+}
+
+const std::vector<Vec2i>& ExactTimeline::positions(const SortedParcels& parcels) {
+  if (!present_is_valid_) {
+    present_.resize(parcels.current.position.size());
+    evaluate(constants_now(run_, progress_), parcels, 0, present_);
+    present_is_valid_ = true;
+  }
+  return present_;
 }
 
 // Returns exactly the largest speed of a parcel that has not retired and whose speed is finite.
-double ExactTimeline::fastest_parcel_mps(const SortedParcels& parcels) const {
+double ExactTimeline::fastest_parcel_mps(const SortedParcels& parcels) {
   float fastest2 = 0.0F;
   for (std::size_t i = 0; i < parcels.size(); ++i) {
     const Vec2f v = parcels.current.velocity[i];
     const float speed2 = dot(v, v);
-    if (!is_retired(position_[i]) && speed2 < kMaxFiniteSpeed2) fastest2 = std::max(fastest2, speed2);
+    if (!is_retired(parcels.current.position[i]) && speed2 < kMaxFiniteSpeed2)
+      fastest2 = std::max(fastest2, speed2);
   }
   return std::sqrt(static_cast<double>(fastest2));
 }
 
 // The same with the ball's surface.
-double ExactTimeline::fastest_mps(const Physics& physics, const SortedParcels& parcels) const {
+double ExactTimeline::fastest_mps(const Physics& physics, const SortedParcels& parcels) {
   const double fastest = fastest_parcel_mps(parcels);
   return physics.ball.exists ? std::max(fastest, surface_speed_mps(physics, progress_.ball)) : fastest;
 }
 
-void ExactTimeline::anchor_all(const RunConstants& run, SortedParcels& parcels) {
+// Called between epochs and chords.
+void ExactTimeline::anchor_all(SortedParcels& parcels) {
   ParcelArrays& trajectories = parcels.current;
-  trajectories.position = position_;
+  trajectories.position = positions(parcels);
   const std::uint32_t before = progress_.tick_exponent;
   const std::uint32_t after =
-      choose_tick_exponent(run.reference_ticks, before, fastest_mps(run.physics, parcels));
+      choose_tick_exponent(run_.reference_ticks, before, fastest_mps(run_.physics, parcels));
   progress_.tick_exponent = after;
-  progress_.preferred_ticks =
-      std::ldexp(progress_.preferred_ticks, static_cast<int>(before) - static_cast<int>(after));
+  window_length_.rescale(std::ldexp(1.0, static_cast<int>(before) - static_cast<int>(after)));
   std::fill(trajectories.tick.begin(), trajectories.tick.end(),
             static_cast<std::uint32_t>(progress_.now >> after));
   for (std::uint32_t& tick : trajectories.last_contact_tick)
     tick = rescaled_contact_tick(tick, progress_.now, before, after);
 }
 
-// Sets the current positions: those at the step's start.
-void ExactTimeline::locate(const ExactConstants& c, const SortedParcels& parcels) {
-  const ParcelArrays& trajectories = parcels.current;
-  team_.run([&](unsigned thread) {
-    const auto [begin, end] = team_.share(thread, parcels.size());
-    positions_at(c, {trajectories.position.data(), trajectories.velocity.data(), trajectories.tick.data()}, 0,
-                 begin, end, position_.data());
-  });
-}
+// ---- epochs
 
-void ExactTimeline::sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report) {
-  if (!c.run.physics.parcels.contacts || parcels.size() == 0 || needs_all_pairs(c.run)) return;
-  const double contact = c.run.contact_distance;
-  const double reach = contact + 2.0 * progress_.fastest_mps * c.plan.units_per_tick * c.plan.length +
-                       static_cast<double>(progress_.max_displacement);
-  const bool is_wide = progress_.max_displacement > 0 && reach > kSortReach * contact;
-  if (parcels.sorted && !is_wide) return;
-  parcels.sort(team_, c.run.physics.world, kCellWidth * contact, position_.data(), report.times);
-  locate(c, parcels);
-  progress_.max_displacement = 0;
-  ++report.totals.num_sorts;
-}
-
-StepInput ExactTimeline::step_input(const ExactConstants& c, Neighbors neighbors,
-                                    const SortedParcels& parcels) const {
-  return {.constants = c,
-          .position = position_.data(),
-          .cell_start = parcels.cell_start.data(),
-          .grid = parcels.grid,
-          .all_pairs = neighbors == Neighbors::all_pairs || needs_all_pairs(c.run),
-          .max_displacement = progress_.max_displacement,
-          .fastest_mps = progress_.fastest_mps,
-          .start_tick = progress_.now,
-          .tick_exponent = progress_.tick_exponent};
-}
-
-// After a step that did not finish: raises the bound on speeds if that was too low, else returns a lower
-// limit of the step's length.
-std::uint32_t ExactTimeline::plan_retry(const StepPlan& failed, const StepOutcome& outcome,
-                                        std::uint32_t max_ticks) {
-  if (outcome.needed_bound_mps > failed.max_speed_mps) {
-    progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
-    return max_ticks;
+void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parcels, StepReport& report) {
+  ExactProgress progress = progress_;
+  if (chord_) progress.ball.velocity_mps = stepper_.ball().trajectory.velocity_mps;
+  if (chord_) progress.ball.spin_radps = stepper_.ball().trajectory.spin_radps;
+  epoch_.emplace(Epoch{{run_, plan_epoch(run_, progress)}, {}});
+  const ExactConstants& c = epoch_->constants;
+  evaluate(c, parcels, 0, position_);
+  if (run_.physics.parcels.contacts && parcels.size() > 0 && !needs_all_pairs(run_)) {
+    parcels.sort(team_, run_.physics.world, kCellWidth * run_.contact_distance, position_.data(),
+                 report.times);
+    evaluate(c, parcels, 0, position_);
+    present_is_valid_ = false;
+    ++report.totals.num_sorts;
   }
-  if (failed.length == 1) throw_unresolvable(failed.tick_s);
-  return failed.length / 2;
+  epoch_->input = {.position = position_.data(),
+                   .cell_start = parcels.cell_start.data(),
+                   .grid = parcels.grid,
+                   .all_pairs = request.neighbors == Neighbors::all_pairs || needs_all_pairs(run_),
+                   .fastest_mps = progress_.fastest_mps,
+                   .start_tick = progress_.now,
+                   .tick_exponent = progress_.tick_exponent};
+  BallTrajectory ball = chord_ ? stepper_.ball().trajectory : BallTrajectory{};
+  if (!chord_) ball.anchor_units = progress_.ball.position_m * (1.0 / run_.physics.world.unit_m);
+  const CpuTally tally = stepper_.begin_epoch(epoch_->input, c, ball, parcels.current, report.times);
+  epoch_->num_invalid = tally.num_invalid;
+  epoch_->first_invalid_id = tally.first_invalid_id;
+  progress_.fastest_mps = std::sqrt(static_cast<double>(tally.max_speed2));
+  progress_.raised_bound_mps = 0.0;
+  if (chord_) predict_chord(parcels, report);
 }
 
-void ExactTimeline::finish_step(const ExactConstants& c, const ExactBall& ball, const StepOutcome& outcome,
-                                StepReport& report) {
-  StepTotals totals = totals_of(c.run, outcome.tally);
+// ---- the ball's chords
+
+void ExactTimeline::begin_chord(std::uint64_t until, SortedParcels& parcels, StepReport& report) {
+  chord_.emplace(Chord{plan_chord(run_, progress_, until), 0, {}});
+  const ExactConstants c{run_, chord_->plan};
+  ExactBall ball = ball_in_step(c, progress_);
+  ball.trajectory.tick += static_cast<std::int32_t>(epoch_->done);
+  stepper_.ball() = ball;
+  predict_chord(parcels, report);
+}
+
+void ExactTimeline::predict_chord(SortedParcels& parcels, StepReport& report) {
+  epoch_->constants.plan.ball = chord_->plan.ball;
+  const WindowRequest request = window_request(epoch_->done, {});
+  stepper_.begin_chord(epoch_->input, epoch_->constants, stepper_.ball(), request, parcels.current,
+                       report.times);
+}
+
+void ExactTimeline::end_chord() {
+  const ExactConstants c{run_, chord_->plan};
+  ExactBall ball = stepper_.ball();
+  ball.trajectory.tick -= static_cast<std::int32_t>(epoch_->done - chord_->plan.length);
+  if (!run_.physics.ball.held) finish_ball(c, ball, chord_->frozen_hits, progress_);
+  chord_.reset();
+}
+
+// ---- windows
+
+WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest& request) const {
+  WindowRequest window{epoch_->done, end, 0, window_length_.max_cluster_events(), request.events};
+  if (!chord_) return window;
+  const std::uint32_t epoch_end = epoch_->constants.plan.length;
+  const std::uint32_t chord_left = chord_->plan.length - chord_->done;
+  const bool is_known =
+      chord_->plan.ball == BallRole::participant && always_flies_straight(run_.physics.ball);
+  window.ball_end = is_known || chord_left > epoch_end - epoch_->done ? epoch_end : epoch_->done + chord_left;
+  return window;
+}
+
+void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report) {
+  const std::uint32_t length = outcome.end - epoch_->done;
+  StepTotals totals = totals_of(run_, outcome.tally);
   totals.event_hash = outcome.event_hash;
+  totals.num_events = outcome.result.num_events;
   report.totals += totals;
-  advance_progress(c, ball, outcome.result, progress_);
-  std::swap(position_, end_position_);
+  progress_.fastest_mps = std::max(progress_.fastest_mps, outcome.result.fastest_after_mps);
+  progress_.now += static_cast<std::uint64_t>(length) << progress_.tick_exponent;
+  epoch_->done += length;
+  present_is_valid_ = false;
+  window_length_.learn(length, length < asked, outcome);
+  if (!chord_) return;
+  chord_->done += length;
+  chord_->frozen_hits.impulse_x += outcome.result.frozen_hits.impulse_x;
+  chord_->frozen_hits.impulse_y += outcome.result.frozen_hits.impulse_y;
+  chord_->frozen_hits.torque += outcome.result.frozen_hits.torque;
 }
 
-// Advances by one step, which ends in the tick of `until` or before it.
-void ExactTimeline::advance_step(const RunConstants& run, std::uint64_t until, const StepRequest& request,
-                                 SortedParcels& parcels, StepReport& report) {
-  std::uint32_t max_ticks = kAnchorPeriod;
-  while (true) {
-    const ExactConstants c{run, plan_step(run, progress_, until, max_ticks)};
-    sort_if_due(c, parcels, report);
-    ExactBall ball = ball_in_step(c, progress_);
-    const StepTarget target{parcels.current, ball, end_position_.data(), request.events};
-    const StepOutcome outcome =
-        stepper_.step(step_input(c, request.neighbors, parcels), target, report.times);
-    report.totals.num_rounds += outcome.num_rounds;
-    if (outcome.finished) {
-      finish_step(c, ball, outcome, report);
-      if (is_at_anchoring(progress_)) anchor_all(run, parcels);
-      return;
-    }
-    ++report.totals.num_retried_steps;
-    max_ticks = plan_retry(c.plan, outcome, max_ticks);
+// After a window that did not finish: a new epoch with a higher bound on speeds if that was too low, else a
+// shorter window.
+void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
+  const StepPlan& plan = epoch_->constants.plan;
+  if (outcome.needed_bound_mps > plan.max_speed_mps) {
+    progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
+    stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
+    return epoch_.reset();
   }
+  if (length == 1) throw_unresolvable(plan.tick_s);
+  window_length_.shorten(std::max(1U, outcome.failed_at - epoch_->done));
+}
+
+// Length of a window that shall not last longer than left_ms, as far as the last one tells.
+std::uint32_t ExactTimeline::choose_window(std::uint64_t until, double left_ms) const {
+  constexpr double kWorthwhile_ms = 1.0;
+  std::uint64_t limit = epoch_->constants.plan.length - epoch_->done;
+  limit = std::min(limit, ticks_until(progress_, until));
+  if (chord_) limit = std::min<std::uint64_t>(limit, chord_->plan.length - chord_->done);
+  const std::uint32_t length = window_length_.choose(static_cast<std::uint32_t>(limit));
+  const double affordable_ms = std::max(left_ms, kWorthwhile_ms);
+  if (length * ms_per_tick_ <= affordable_ms) return length;
+  return std::max(1U, static_cast<std::uint32_t>(affordable_ms / ms_per_tick_));
+}
+
+// Advances by one window, or retries it.
+void ExactTimeline::advance_window(std::uint32_t length, const StepRequest& request, SortedParcels& parcels,
+                                   StepReport& report) {
+  const Clock::time_point start = Clock::now();
+  const WindowOutcome outcome =
+      stepper_.solve_window(epoch_->input, epoch_->constants, window_request(epoch_->done + length, request),
+                            parcels.current, report.times);
+  ms_per_tick_ = milliseconds_since(start) / (outcome.finished ? outcome.end - epoch_->done : length);
+  report.totals.num_rounds += outcome.num_rounds;
+  report.totals.num_solved_events += outcome.num_solved;
+  report.totals.largest_cluster =
+      std::max<std::uint64_t>(report.totals.largest_cluster, outcome.largest_cluster);
+  if (!outcome.finished) {
+    ++report.totals.num_retried_steps;
+    return retry(outcome, length);
+  }
+  take_over(outcome, length, report);
+  if (chord_ && chord_->done == chord_->plan.length) end_chord();
+  if (epoch_->done < epoch_->constants.plan.length && !is_at_anchoring(progress_)) return;
+  if (chord_) stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
+  epoch_.reset();
+  if (is_at_anchoring(progress_)) anchor_all(parcels);
+}
+
+// Returns whether it got there before the deadline. It always gets further.
+bool ExactTimeline::advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
+                                  SortedParcels& parcels, StepReport& report) {
+  while (progress_.now < until) {
+    if (!epoch_) {
+      begin_epoch(request, parcels, report);
+      if (deadline.has_passed()) break;
+    }
+    if (run_.physics.ball.exists && !chord_) begin_chord(until, parcels, report);
+    advance_window(choose_window(until, deadline.left_ms()), request, parcels, report);
+    if (deadline.has_passed()) break;
+  }
+  return progress_.now >= until;
 }
 
 // Returns whether the ball was set in motion from outside, too fast for the ticks of a gas that has cooled.
-bool ExactTimeline::ball_needs_finer_ticks(const RunConstants& run) const {
-  if (!ball_is_new_ || progress_.tick_exponent == 0 || !run.physics.ball.exists) return false;
-  return surface_speed_mps(run.physics, progress_.ball) >
-         tick_speed_mps(run.reference_ticks, progress_.tick_exponent);
+bool ExactTimeline::ball_needs_finer_ticks() const {
+  if (!ball_is_new_ || progress_.tick_exponent == 0 || !run_.physics.ball.exists) return false;
+  return surface_speed_mps(run_.physics, progress_.ball) >
+         tick_speed_mps(run_.reference_ticks, progress_.tick_exponent);
+}
+
+BallState ExactTimeline::ball_now() const {
+  if (!chord_ || run_.physics.ball.held) return progress_.ball;
+  const std::int64_t now = epoch_ ? epoch_->done : 0;
+  return ball_in_chord(run_.physics, chord_->plan, stepper_.ball().trajectory, now, progress_.ball);
+}
+
+void ExactTimeline::adopt(const Physics& physics, const StepRequest& request) {
+  const RunConstants run = make_run_constants(physics, request.contact_clock_s);
+  const bool clock_changed =
+      run.reference_ticks.contact_duration_ticks != run_.reference_ticks.contact_duration_ticks;
+  if (clock_changed || request.neighbors != neighbors_) forget_predictions();
+  run_ = run;
+  neighbors_ = request.neighbors;
+}
+
+// Without a ball, steps leave no trace.
+void ExactTimeline::advance_steps(const StepRequest& request, SortedParcels& parcels, StepReport& report) {
+  const Deadline deadline(request.budget_ms);
+  const bool ends_each = run_.physics.ball.exists || request.budget_ms > 0.0;
+  for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
+    const double end_s = series_start_s_ + (request.num_done + k) * request.dt_s;
+    const auto until = static_cast<std::uint64_t>(std::llround(end_s / run_.reference_ticks.tick_s));
+    const bool ends_here = ends_each || k == request.num_steps;
+    const std::uint64_t before = progress_.now;
+    if (ends_here && !advance_until(until, request, deadline, parcels, report)) {
+      is_mid_step_ = is_mid_step_ || chord_ || progress_.now > before;
+      return;
+    }
+    is_mid_step_ = false;
+    time_s_ = end_s;
+    ++report.totals.num_steps;
+    if (deadline.has_passed()) return;
+  }
 }
 
 void ExactTimeline::advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels,
                             BallState& ball, StepReport& report) {
-  const RunConstants run = make_run_constants(physics, request.contact_clock_s);
-  const double tick_s = run.reference_ticks.tick_s;
-  const double start_s = time_s_;
-  check_is_countable(start_s + request.num_steps * request.dt_s, tick_s);
-  progress_.ball = ball;
-  if (ball_needs_finer_ticks(run)) anchor_all(run, parcels);
-  ball_is_new_ = false;
-  for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
-    time_s_ = start_s + k * request.dt_s;
-    const auto until = static_cast<std::uint64_t>(std::llround(time_s_ / tick_s));
-    while (progress_.now < until) advance_step(run, until, request, parcels, report);
-    ++report.totals.num_steps;
+  if (!is_mid_step_) progress_.ball = ball;
+  adopt(physics, request);
+  if (request.num_done == 0) series_start_s_ = time_s_;
+  check_is_countable(series_start_s_ + (request.num_done + request.num_steps) * request.dt_s,
+                     run_.reference_ticks.tick_s);
+  if (ball_needs_finer_ticks()) {
+    forget_predictions();
+    anchor_all(parcels);
   }
-  ball = progress_.ball;
+  ball_is_new_ = false;
+  advance_steps(request, parcels, report);
+  StepTotals state;
+  if (epoch_) {
+    state.num_invalid = epoch_->num_invalid * report.totals.num_steps;
+    state.first_invalid_id = epoch_->first_invalid_id;
+  }
+  report.totals += state;
+  ball = ball_now();
 }
 
 std::uint64_t ExactTimeline::memory_bytes() const {
-  return sizeof(Vec2i) * (position_.capacity() + end_position_.capacity()) + stepper_.memory_bytes();
+  return sizeof(Vec2i) * (position_.capacity() + present_.capacity()) + stepper_.memory_bytes();
 }
 
 }  // namespace pf

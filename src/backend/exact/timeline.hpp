@@ -1,11 +1,13 @@
-// Method `exact` on the CPU from step to step: the time, the parcels' positions, sorting and anchoring.
+// Method `exact` on the CPU through time: epochs, chords and windows, the parcels' positions, anchoring.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "backend/backend.hpp"
 #include "backend/exact/stepper.hpp"
+#include "backend/exact/window_length.hpp"
 #include "backend/parcel_arrays.hpp"
 
 namespace pf {
@@ -14,49 +16,92 @@ class ExactTimeline {
  public:
   explicit ExactTimeline(ThreadTeam& team) : team_(team), stepper_(team) {}
 
-  // While active, the parcels' stored positions are anchors of trajectories, and positions() has the current
-  // ones.
+  // While active, the parcels' stored positions are anchors of trajectories.
   bool active() const { return active_; }
-  const std::vector<Vec2i>& positions() const { return position_; }
+  // The current positions, in the order of the parcels.
+  const std::vector<Vec2i>& positions(const SortedParcels& parcels);
 
   void reset_time();
   // The ball was set from outside; its trajectory starts anew.
   void forget_ball() {
     progress_.ball_trajectory_holds = false;
     ball_is_new_ = true;
+    forget_predictions();
+  }
+  // Constants have changed. Called between requests.
+  void forget_predictions() {
+    epoch_.reset();
+    chord_.reset();
   }
   // Becomes active: anchors every parcel at its position. contact_clock_s: see StepRequest.
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
   // Stops being active: the stored positions become the current ones.
   void leave(SortedParcels& parcels);
-  // Advances by the whole request. ball: state at its start, then at its end.
+  // Advances by the request, or as far as its budget lasts. ball: state at its start, then at its end;
+  // ignored within a step, then that of the moment.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
                StepReport& report);
 
+  // The last request ended within a step, which the next one completes.
+  bool is_mid_step() const { return is_mid_step_; }
+
+  WindowLength& window_length() { return window_length_; }
   std::uint64_t memory_bytes() const;
 
  private:
-  void sort_if_due(const ExactConstants& c, SortedParcels& parcels, StepReport& report);
-  void locate(const ExactConstants& c, const SortedParcels& parcels);
-  double fastest_parcel_mps(const SortedParcels& parcels) const;
-  double fastest_mps(const Physics& physics, const SortedParcels& parcels) const;
-  bool ball_needs_finer_ticks(const RunConstants& run) const;
-  void anchor_all(const RunConstants& run, SortedParcels& parcels);
-  void advance_step(const RunConstants& run, std::uint64_t until, const StepRequest& request,
-                    SortedParcels& parcels, StepReport& report);
-  StepInput step_input(const ExactConstants& c, Neighbors neighbors, const SortedParcels& parcels) const;
-  std::uint32_t plan_retry(const StepPlan& failed, const StepOutcome& outcome, std::uint32_t max_ticks);
-  void finish_step(const ExactConstants& c, const ExactBall& ball, const StepOutcome& outcome,
-                   StepReport& report);
+  struct Epoch {
+    ExactConstants constants;
+    EpochInput input;
+    std::uint32_t done = 0;  // ticks
+    std::uint64_t num_invalid = 0;
+    std::uint32_t first_invalid_id = UINT32_MAX;
+  };
+  struct Chord {
+    StepPlan plan;           // start and length of the chord
+    std::uint32_t done = 0;  // ticks
+    BallSums frozen_hits;
+  };
+
+  void evaluate(const ExactConstants& c, const SortedParcels& parcels, std::int32_t tick,
+                std::vector<Vec2i>& position) const;
+  double fastest_parcel_mps(const SortedParcels& parcels);
+  double fastest_mps(const Physics& physics, const SortedParcels& parcels);
+  bool ball_needs_finer_ticks() const;
+  void anchor_all(SortedParcels& parcels);
+
+  BallState ball_now() const;
+  void adopt(const Physics& physics, const StepRequest& request);
+  void advance_steps(const StepRequest& request, SortedParcels& parcels, StepReport& report);
+  bool advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
+                     SortedParcels& parcels, StepReport& report);
+  void begin_epoch(const StepRequest& request, SortedParcels& parcels, StepReport& report);
+  void begin_chord(std::uint64_t until, SortedParcels& parcels, StepReport& report);
+  void predict_chord(SortedParcels& parcels, StepReport& report);
+  void end_chord();
+  WindowRequest window_request(std::uint32_t end, const StepRequest& request) const;
+  std::uint32_t choose_window(std::uint64_t until, double left_ms) const;
+  void advance_window(std::uint32_t length, const StepRequest& request, SortedParcels& parcels,
+                      StepReport& report);
+  void take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
+  void retry(const WindowOutcome& outcome, std::uint32_t length);
 
   ThreadTeam& team_;
   ExactStepper stepper_;
+  WindowLength window_length_;
   bool active_ = false;
   bool ball_is_new_ = false;
-  double time_s_ = 0.0;  // requested since the reset; progress_.now is the nearest tick
+  bool is_mid_step_ = false;
+  double time_s_ = 0.0;          // of completed steps since the reset
+  double series_start_s_ = 0.0;  // time at the start of the series of requests
+  double ms_per_tick_ = 0.0;     // of the last window
+  RunConstants run_;
+  Neighbors neighbors_ = Neighbors::grid;
   ExactProgress progress_;
-  std::vector<Vec2i> position_;  // n + kSearchPadding; leave() moves it to the parcels
-  std::vector<Vec2i> end_position_;
+  std::optional<Epoch> epoch_;
+  std::optional<Chord> chord_;
+  std::vector<Vec2i> position_;  // n + kSearchPadding; at the epoch's start
+  std::vector<Vec2i> present_;   // n + kSearchPadding
+  bool present_is_valid_ = false;
 };
 
 }  // namespace pf

@@ -10,11 +10,12 @@ import json
 import pathlib
 import sys
 
-ORDER = ["work-precision", "stability", "terms", "validate"]
+ORDER = ["work-precision", "stability", "contact-clock", "terms", "validate"]
 CAPTIONS = {"-order": "Order of convergence. Each line is a method; first order falls one decade per decade of the "
                       "time step.",
             "-parcels": "Scatter of the flight over 16 seeds. Where the scatter exceeds a method's error, only more "
                         "parcels help, not a better method.",
+            "-frames": "Worst frame over mean frame of a flight. A point high up is a flight whose picture stops.",
             "-curves": "Breaking points that theory knows. Lines are theory; dots are measured."}
 STYLE = """body{font:16px/1.5 system-ui,sans-serif;color:#222;max-width:1180px;margin:2.5em auto;padding:0 1em}
 h1{font-size:1.9em;margin-bottom:.1em}h2{margin-top:2.2em;border-top:1px solid #ddd;padding-top:1em}

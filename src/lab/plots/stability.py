@@ -1,14 +1,15 @@
 #!/usr/bin/python3
 """Charts of `pickleflight lab stability`: heat maps of the worst failure, and curves of theory.
 
-stability.py FOLDER    reads FOLDER/stability.json, writes stability.svg/.png and stability-curves.svg/.png beside it
+stability.py FOLDER    reads FOLDER/stability.json, writes stability, stability-curves and stability-frames
+                    as .svg and .png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import numpy as np
 import style
 from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
 from matplotlib.patches import Patch
-from matplotlib.ticker import NullLocator
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 # From harmless to worst. They also differ in lightness, for all kinds of colour vision.
 CLASSES = {"fine": "#F4F4F1", "overlap": "#F0E442", "collisions missed": "#56B4E9", "energy lost": "#0072B2",
@@ -215,12 +216,66 @@ def draw_curves(study):
     return figure
 
 
+FRAME_AXES = {"restitution": "restitution", "number of parcels": "parcels N", "area fraction": "area fraction",
+              "ball speed": "speed of the ball, m/s"}
+
+
+def draw_frame_axis(axes, rows, axis):
+    for method, has_clock in (("impulse", True), ("exact", True), ("exact", False)):
+        flown = sorted((row for row in rows if row["axis"] == axis and row["method"] == method and "worst_ms" in row
+                        and (row["contact_clock"] > 0) == has_clock), key=lambda row: row["value"])
+        if not flown:
+            continue
+        axes.plot([row["value"] for row in flown], [row["worst_over_mean"] for row in flown],
+                  ("-" if has_clock else ":") + MARKS[method], color=COLOURS[method], ms=5.5, lw=1.4,
+                  mfc=COLOURS[method] if has_clock else "white",
+                  label=method if has_clock else f"{method} without contact duration")
+        for row in flown if method == "exact" else []:
+            axes.annotate(f"{row['worst_ms']:.2g}", (row["value"], row["worst_over_mean"]), (0, 6 if has_clock else -13),
+                          fontsize=7.5, textcoords="offset points", ha="center", color=INK if has_clock else FAINT)
+        refused = [row for row in flown if row["refused"]]
+        axes.plot([row["value"] for row in refused], [row["worst_over_mean"] for row in refused], "x", ms=11, mew=2.2,
+                  color=CLASSES["blown up"])
+    axes.set_yscale("log")
+    if axis in ("number of parcels", "ball speed"):
+        axes.set_xscale("log")
+        values = sorted({row["value"] for row in rows if row["axis"] == axis})
+        axes.set_xticks(values, [f"{value:,g}" if value < 1e4 else f"{value / 1000:g}k" for value in values])
+        axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.set_yticks([1, 2, 5, 10, 20, 50, 100, 200, 500])
+    axes.set_xlabel(FRAME_AXES[axis])
+
+
+def draw_frames(study):
+    rows = points_of(study, "frames")
+    figure, grid = plt.subplots(1, 4, figsize=(13, 4.4), sharey=True)
+    figure.subplots_adjust(left=0.055, right=0.985, top=0.8, bottom=0.24, wspace=0.08)
+    for axes, axis in zip(grid, FRAME_AXES):
+        style.tidy(axes)
+        draw_frame_axis(axes, rows, axis)
+    ratios = [row["worst_over_mean"] for row in rows if "worst_ms" in row]
+    grid[0].set_ylim(0.9, 1.6 * max(ratios))
+    grid[0].set_ylabel("worst frame over mean frame")
+    figure.legend(*grid[0].get_legend_handles_labels(), loc="upper right", bbox_to_anchor=(0.99, 0.99), ncol=3,
+                  frameon=False, fontsize=10)
+    figure.text(0.01, 0.965, "How long the worst frame of a flight over the court takes", fontsize=14, color=INK,
+                fontweight="bold", va="top")
+    figure.text(0.01, 0.02, "Figures: worst frame of exact, milliseconds. Two threads; one setting of the court changed at a "
+                "time; of each frame the shortest time of 4 to 8 flights. A cross: refused.\n" + style.machine_text(study),
+                fontsize=8, color=FAINT)
+    return figure
+
+
 def main():
     where = style.folder()
     study = style.load(where, "stability")
     style.prepare("stability")
     style.save(draw_maps(study), where, "stability")
     style.save(draw_curves(study), where, "stability-curves")
+    if any("worst_ms" in row for row in points_of(study, "frames")):
+        style.save(draw_frames(study), where, "stability-frames")
 
 
 if __name__ == "__main__":

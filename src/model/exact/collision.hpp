@@ -55,9 +55,9 @@ PF_HD inline std::uint32_t contact_tick(const StepPlan& plan, const RelativeMoti
   return t < 0.0 ? kNoTick : event_tick(plan, pair.from, t);
 }
 
-// Tick at which two parcels collide, or kNoTick. Swapping them changes no bit: every term is odd in the pair.
 template <Boundary kBoundary>
-PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Trajectory& a, const Trajectory& b) {
+PF_HD inline RelativeMotion motion_from_parcel(const ExactConstants& c, const Trajectory& a,
+                                               const Trajectory& b) {
   const std::int32_t time_a = anchor_time(c.plan, a);
   const std::int32_t time_b = anchor_time(c.plan, b);
   const std::int32_t from = time_a > time_b ? time_a : time_b;
@@ -65,24 +65,34 @@ PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Traject
   Vec2d offset = to_double(b.anchor) - to_double(a.anchor);
   offset += displacement_units(c.plan, vb, static_cast<std::int64_t>(from) - time_b);
   offset -= displacement_units(c.plan, va, static_cast<std::int64_t>(from) - time_a);
-  const RelativeMotion pair =
-      nearest_image_motion<kBoundary>(c.run.physics.world, offset, (vb - va) * c.plan.units_per_tick, from);
-  return contact_tick(c.plan, pair, c.run.contact_distance);
+  return nearest_image_motion<kBoundary>(c.run.physics.world, offset, (vb - va) * c.plan.units_per_tick,
+                                         from);
 }
 
-// Tick at which a parcel and the ball collide, or kNoTick.
+// Tick at which two parcels collide, or kNoTick. Swapping them changes no bit: every term is odd in the pair.
 template <Boundary kBoundary>
-PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const BallTrajectory& ball,
-                                               const Trajectory& parcel) {
+PF_HD inline std::uint32_t collision_tick(const ExactConstants& c, const Trajectory& a, const Trajectory& b) {
+  return contact_tick(c.plan, motion_from_parcel<kBoundary>(c, a, b), c.run.contact_distance);
+}
+
+template <Boundary kBoundary>
+PF_HD inline RelativeMotion motion_from_ball(const ExactConstants& c, const BallTrajectory& ball,
+                                             const Trajectory& parcel) {
   const std::int32_t time = anchor_time(c.plan, parcel);
   const std::int32_t from = time > ball.tick ? time : ball.tick;
   const Vec2d v = to_double(parcel.velocity);
   Vec2d offset = to_double(parcel.anchor) - ball.anchor_units;
   offset += displacement_units(c.plan, v, static_cast<std::int64_t>(from) - time);
   offset -= displacement_units(c.plan, ball.velocity_mps, static_cast<std::int64_t>(from) - ball.tick);
-  const RelativeMotion pair = nearest_image_motion<kBoundary>(
-      c.run.physics.world, offset, (v - ball.velocity_mps) * c.plan.units_per_tick, from);
-  return contact_tick(c.plan, pair, c.run.ball_contact);
+  return nearest_image_motion<kBoundary>(c.run.physics.world, offset,
+                                         (v - ball.velocity_mps) * c.plan.units_per_tick, from);
+}
+
+// Tick at which a parcel and the ball collide, or kNoTick.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const BallTrajectory& ball,
+                                               const Trajectory& parcel) {
+  return contact_tick(c.plan, motion_from_ball<kBoundary>(c, ball, parcel), c.run.ball_contact);
 }
 
 // Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel

@@ -25,11 +25,23 @@ struct Event {
   std::uint32_t tick = kNoTick;
   std::uint32_t partner = kNoPartner;     // index, or one of the codes above
   std::uint32_t partner_id = kNoPartner;  // id, or the same code
+  std::uint32_t generation = 0;
 };
 
-// The earlier tick comes first; of one tick, the lower partner id.
+// The earlier tick comes first; of one tick, the lower generation; of one generation, the lower partner id.
 PF_HD inline bool comes_before(const Event& a, const Event& b) {
-  return a.tick < b.tick || (a.tick == b.tick && a.partner_id < b.partner_id);
+  if (a.tick != b.tick) return a.tick < b.tick;
+  if (a.generation != b.generation) return a.generation < b.generation;
+  return a.partner_id < b.partner_id;
+}
+
+// An event at the same tick as one that led to it is of the next generation. So the order of events is known
+// before they happen: none comes before its cause. Returns the generation of a body's event at `tick`.
+// anchor: tick of the body's trajectory. next_generation: 1 + that of the event which led to it, or 0 if that
+// has an earlier tick.
+PF_HD inline std::uint32_t generation_at(std::uint32_t tick, std::int32_t anchor,
+                                         std::uint32_t next_generation) {
+  return static_cast<std::uint32_t>(anchor) == tick ? next_generation : 0U;
 }
 
 PF_HD inline void keep_earlier(Event& best, const Event& other) {

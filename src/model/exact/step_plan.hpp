@@ -312,8 +312,8 @@ PF_HD inline void finish_ball(const ExactConstants& c, const ExactBall& ball, co
       before.x == state.position_m.x && before.y == state.position_m.y && !is_at_anchoring(progress);
 }
 
-// Moves time, displacement bound and ball to the end of a solved step.
-PF_HD inline void advance_progress(const ExactConstants& c, const ExactBall& ball, const StepResult& result,
+// Moves time and the bounds on displacements and speeds to the end of a solved step.
+PF_HD inline void advance_progress(const ExactConstants& c, const StepResult& result,
                                    ExactProgress& progress) {
   const double after = result.fastest_after_mps, at_start = result.fastest_at_start_mps;
   const double fastest = after > progress.fastest_mps ? after : progress.fastest_mps;
@@ -322,8 +322,6 @@ PF_HD inline void advance_progress(const ExactConstants& c, const ExactBall& bal
   progress.raised_bound_mps = 0.0;
   progress.preferred_ticks = preferred_ticks(c.run.physics, c.plan.length, result.num_events);
   progress.now += static_cast<std::uint64_t>(c.plan.length) << progress.tick_exponent;
-  if (c.plan.ball == BallRole::absent || c.run.physics.ball.held) return;
-  finish_ball(c, ball, result.frozen_hits, progress);
 }
 
 }  // namespace pf

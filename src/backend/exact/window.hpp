@@ -1,8 +1,11 @@
-// Method `exact` on the CPU: the state that the stages of a step share.
+// Method `exact` on the CPU: the state that the stages of a window share.
 //
-// A cluster is a set of parcels, perhaps with the ball, whose events depend on each other. One thread solves
-// it. A start trajectory is a parcel's trajectory at the step's start; these stay until the step is
-// committed.
+// An epoch begins with parcels sorted into cells and every parcel's next event predicted up to the epoch's
+// end. It is cut into windows, which are solved one after the other. Ticks count from the epoch's start.
+//
+// A cluster is a set of parcels, perhaps with the ball, whose events in a window depend on each other. One
+// thread solves it. A start trajectory is a parcel's trajectory at the window's start; these stay until the
+// window is committed.
 #pragma once
 
 #include <algorithm>
@@ -10,21 +13,22 @@
 #include <cstdint>
 #include <vector>
 
-#include "backend/parcel_arrays.hpp"
 #include "backend/cpu_tally.hpp"
 #include "backend/exact/broad_phase.hpp"
+#include "backend/exact/calendar.hpp"
 #include "backend/exact/event_queue.hpp"
 #include "backend/exact/event_record.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "core/thread_team.hpp"
-#include "model/exact/step_plan.hpp"
+#include "model/exact/epoch_plan.hpp"
 #include "model/tally.hpp"
 
 namespace pf {
 
-// A trajectory that an event of the step led to, from its anchor to the parcel's next event.
+// A trajectory that an event of the window led to, from its anchor to the parcel's next event.
 struct TrajectorySegment {
   Trajectory trajectory;
-  std::uint32_t end = 0;                   // tick of the step
+  std::uint32_t end = 0;                   // tick
   std::uint32_t previous = kInvalidIndex;  // the parcel's segment before it, in the worker's list
 };
 
@@ -41,14 +45,16 @@ struct Member {
   Event event;
   std::uint32_t last_contact_tick = 0;
   std::uint32_t last_segment = kInvalidIndex;  // latest completed one; start trajectories are not stored
+  std::uint32_t next_generation = 0;           // see generation_at
   bool has_changed = false;
 };
 
-// The ball as a member of the cluster that owns it.
+// A participating ball. Between windows: its trajectory and its kept event, which may be stale.
 struct BallMember {
   ExactBall now;
   Event event;
   std::uint32_t version = 0;
+  std::uint32_t next_generation = 0;
   bool has_changed = false;
   double fastest_mps = 0.0;  // of its surface
   std::vector<BallTrajectorySegment> segments;
@@ -84,33 +90,51 @@ struct ClusterTally {
 static_assert(EventTally<ClusterTally>);
 
 struct Cluster {
-  std::uint32_t first_seed = 0, num_seeds = 0;      // in StepMemory::seeds
+  std::uint32_t first_seed = 0, num_seeds = 0;      // in EpochMemory::seeds
   std::uint32_t thread = 0;                         // its worker holds the members
   std::uint32_t first_member = 0, num_members = 0;  // in WorkerState::members
   std::uint32_t first_event = 0, num_events = 0;    // in WorkerState::events if they are recorded
+  std::uint32_t first_note = 0, num_notes = 0;      // in WorkerState::notes
   bool has_ball = false;
-  bool is_solved = false;  // false: it ran into another cluster
-  bool is_merged = false;  // became part of a cluster with a lower index
-  double fastest2 = 0.0;   // largest squared speed after an event
+  bool is_solved = false;              // false: it ran into another cluster
+  bool is_merged = false;              // became part of a cluster with a lower index
+  bool has_failed = false;             // too many events at one tick, or nearly so
+  std::uint32_t stopped_at = kNoTick;  // tick of the first event that was one too many
+  std::uint32_t last_tick = 0;         // of its events
+  double fastest2 = 0.0;               // largest squared speed after an event
   std::uint64_t event_hash = 0;
   ClusterTally tally;
 
-  // Discards the solution. The next one gets members and events from the end of a worker's lists.
-  void restart(unsigned by_thread, std::size_t num_worker_members, std::size_t num_worker_events) {
+  // Discards the solution. The next one gets members, events and notes from the end of a worker's lists.
+  void restart(unsigned by_thread, std::size_t num_worker_members, std::size_t num_worker_events,
+               std::size_t num_worker_notes) {
     thread = by_thread;
     first_member = static_cast<std::uint32_t>(num_worker_members);
     first_event = static_cast<std::uint32_t>(num_worker_events);
-    num_members = num_events = 0;
+    first_note = static_cast<std::uint32_t>(num_worker_notes);
+    num_members = num_events = num_notes = 0;
     is_solved = false;
+    has_failed = false;
+    stopped_at = kNoTick;
+    last_tick = 0;
     fastest2 = 0.0;
     event_hash = 0;
     tally = {};
   }
 };
 
-// A collision of two parcels on their start trajectories.
+// A collision of two parcels on their trajectories at the epoch's start.
 struct PredictedCollision {
   std::uint32_t tick, first, second;
+};
+
+// A collision that a member on a new trajectory will have with a parcel outside its cluster, earlier than
+// that parcel's kept event. It counts if the trajectory lasts to the window's end.
+struct NeighbourNote {
+  std::uint32_t neighbour;
+  std::uint32_t member;       // slot in WorkerState::members
+  std::uint32_t anchor_tick;  // of the member's trajectory
+  std::uint32_t tick;
 };
 
 // Results and working memory of one thread.
@@ -120,88 +144,87 @@ struct WorkerState {
   CpuTally tally;
   std::vector<PredictedCollision> collisions;
   std::vector<std::uint32_t> selected;  // parcels for a list that all threads contribute to
+  std::vector<std::uint32_t> stale;
   EventQueue queue;
   std::vector<Member> members;  // of all clusters that the thread solved
   std::vector<TrajectorySegment> segments;
-  std::vector<IndexPair>
-      neighbour_pairs;               // a changed parcel of a cluster, and one near it in another cluster
+  std::vector<NeighbourNote> notes;
+  // A changed parcel of a cluster, and one near it in another cluster: found in this round, and in all.
+  std::vector<IndexPair> neighbour_pairs, compared_pairs;
   std::vector<IndexPair> conflicts;  // clusters that must be solved as one
+  Event ball_event;                  // of a participating ball with a member of a cluster without it
   std::vector<EventRecord> events;
 };
 
-struct StepInput {
-  ExactConstants constants;
-  const Vec2i* position = nullptr;  // at the step's start
+struct EpochInput {
+  const Vec2i* position = nullptr;  // at the epoch's start, by which the parcels are sorted
   const std::uint32_t* cell_start = nullptr;
   GridShape grid;
   bool all_pairs = false;
-  std::int64_t max_displacement = 0;  // bound along an axis from the sort to the step's start, position units
-  double fastest_mps = 0.0;           // bound on the parcels' speeds at the step's start
-  std::uint64_t start_tick = 0;       // since the reset, ticks of the reference speed
-  std::uint32_t tick_exponent = 0;    // a tick of the step lasts 2^tick_exponent of these
-  std::uint32_t max_events = 100000;  // of a cluster
+  double fastest_mps = 0.0;         // bound on the parcels' speeds at the epoch's start
+  std::uint64_t start_tick = 0;     // since the reset, ticks of the reference speed
+  std::uint32_t tick_exponent = 0;  // a tick of the epoch lasts 2^tick_exponent of these
 };
 
-// Working memory of steps, kept from one to the next. n: number of parcels.
-struct StepMemory {
+// Working memory of epochs and windows. n: number of parcels.
+struct EpochMemory {
   std::vector<WorkerState> workers;  // one for each thread
-  BoundingDiscs discs;               // n; of paths along the start trajectories
-  // n each; a parcel's earliest event on the start trajectories: event_key and partner.
-  std::vector<std::uint64_t> event_key;  // kNoEvent between steps
-  std::vector<std::uint32_t> event_partner;
-  std::vector<std::uint32_t> owner;        // n + kSearchPadding; cluster, kInvalidIndex between steps
+  BoundingDiscs discs;               // n; of paths along the trajectories to the epoch's end
+  Calendar calendar;
+  std::vector<std::uint32_t> owner;        // n + kSearchPadding; cluster, kInvalidIndex between windows
   std::vector<std::uint32_t> member_slot;  // n; of an owned parcel in its worker's members
-  std::vector<std::uint32_t> active;       // parcels with an event before the step's end
-  std::vector<std::uint32_t> near_ball;    // parcels that may hit the ball, if it is a participant
+  std::vector<std::uint32_t> near_ball;    // parcels that may hit the ball in the epoch
+  std::vector<std::uint32_t> due;          // parcels whose kept event lies in the window
+  std::vector<std::uint32_t> active;       // those whose next event does
   std::vector<std::uint32_t> seeds;        // parcels that clusters start from
   std::vector<Cluster> clusters;
   std::vector<std::uint32_t> todo;  // clusters to solve
-  BallMember ball;
+  ExactBall ball;                   // at the window's start
+  Event ball_event;                 // kept, of a participating ball
+  BallMember solved_ball;
   std::uint32_t ball_owner = kInvalidIndex;  // cluster
 
-  void prepare(unsigned num_threads, std::size_t num_parcels);
+  void prepare_epoch(unsigned num_threads, std::size_t num_parcels);
+  void prepare_window();
   std::uint64_t memory_bytes() const;
 };
 
-// Orders the events of a parcel: by tick, then by the partner's id.
-inline std::uint64_t event_key(std::uint32_t tick, std::uint32_t partner_id) {
-  return (static_cast<std::uint64_t>(tick) << 32U) | partner_id;
-}
-constexpr std::uint64_t kNoEvent = ~0ULL;
-
-// The step in hand, as every stage gets it.
-struct StepContext {
-  const StepInput& input;
+// The window in hand, as every stage gets it.
+struct WindowContext {
+  const EpochInput& input;
   const ExactConstants& c;
-  ParcelArrays& trajectories;  // sorted, positions are anchors; only commit writes them
-  const ExactBall& ball;       // at the step's start
-  Vec2i* end_position;         // n; at the step's end
-  bool records_events;
+  ParcelArrays& trajectories;    // sorted, positions are anchors; only commit writes them
+  std::uint32_t begin = 0;       // ticks
+  std::uint32_t end = 0;         // the first tick after the window
+  std::uint32_t ball_end = 0;    // the ball's trajectory is not known from this tick on
+  std::uint32_t max_events = 0;  // of a cluster; a window in which one has more is cut
+  bool records_events = false;
   ThreadTeam& team;
-  StepMemory& memory;
+  EpochMemory& memory;
   BallNeighbourhood ball_neighbourhood;
   DiscSpace space;
   DiscSearch search;
 
   std::size_t num_parcels() const { return trajectories.id.size(); }
   bool has_participant() const { return c.plan.ball == BallRole::participant; }
-  float units_in_step() const { return static_cast<float>(c.plan.units_per_tick * c.plan.length); }
+  bool has_frozen_ball() const { return c.plan.ball == BallRole::frozen; }
+  float units_in_epoch() const { return static_cast<float>(c.plan.units_per_tick * c.plan.length); }
   float half_contact() const { return static_cast<float>(0.5 * c.run.contact_distance); }
 
   Trajectory start_trajectory(std::uint32_t i) const {
     return {trajectories.position[i], trajectories.velocity[i], trajectories.tick[i]};
   }
 
-  // A parcel's earliest event on the start trajectories.
-  Event start_event(std::uint32_t i) const {
-    const std::uint64_t key = memory.event_key[i];
-    if (key == kNoEvent) return {};
-    return {static_cast<std::uint32_t>(key >> 32U), memory.event_partner[i], static_cast<std::uint32_t>(key)};
-  }
-
   template <Boundary kBoundary>
   bool is_near_ball(std::uint32_t i) const {
     return is_in<kBoundary>(ball_neighbourhood, c.run.physics.world, input.position[i]);
+  }
+
+  // Tick at which a parcel and the ball collide, or kNoTick.
+  template <Boundary kBoundary>
+  std::uint32_t ball_tick(const BallTrajectory& ball, const Trajectory& parcel) const {
+    const std::uint32_t tick = ball_collision_tick<kBoundary>(c, ball, parcel);
+    return tick < ball_end ? tick : kNoTick;
   }
 
   // Ownership is sequentially consistent: if two clusters each claim a parcel and then look at the other's
@@ -216,12 +239,16 @@ struct StepContext {
                                                                                                    : owner;
   }
 
-  // A parcel on a new trajectory, with the disc of its path from the anchor, or from the step's start, on.
+  // A parcel with the disc of its path from its anchor, or from the window's start, to the epoch's end.
+  template <Boundary kBoundary>
   Mover make_mover(std::uint32_t i, const Trajectory& trajectory) const {
-    const std::int32_t from = std::max(anchor_time(c.plan, trajectory), 0);
-    const Vec2i position = from > 0 ? trajectory.anchor : input.position[i];
+    if (is_retired(trajectory.anchor)) return {i, {0.0F, 0.0F, std::nanf("")}};
+    const std::int32_t anchored = anchor_time(c.plan, trajectory);
+    const auto now = static_cast<std::int32_t>(begin);
+    const Vec2i position = anchored >= now ? trajectory.anchor : position_at<kBoundary>(c, trajectory, now);
+    const std::int32_t from = std::max(anchored, now);
     const auto units = static_cast<float>(c.plan.units_per_tick * static_cast<double>(c.plan.length - from));
-    // A parcel that is faster than the bound makes the step be discarded, so its disc does not matter.
+    // A parcel that is faster than the bound makes the window be discarded, so its disc does not matter.
     const double speed2 = dot(trajectory.velocity, trajectory.velocity);
     const bool is_bounded = speed2 <= c.plan.max_speed_mps * c.plan.max_speed_mps;
     return {i, bounding_disc(position, is_bounded ? trajectory.velocity * units : Vec2f{}, half_contact())};
@@ -233,8 +260,5 @@ struct StepContext {
     if (c.run.physics.parcels.contacts) search.find_candidates(space, mover, candidates);
   }
 };
-
-// Parcels' discs and cells of a step, for searches.
-DiscSpace make_disc_space(const StepInput& input, const StepMemory& memory, std::size_t num_parcels);
 
 }  // namespace pf

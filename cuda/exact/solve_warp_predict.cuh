@@ -1,0 +1,246 @@
+// Method `exact` on the device: a warp predicts events of the members of its cluster.
+//
+// The time goes into instructions that wait for each other. So the two members of an event are predicted at
+// once, one by each half of the warp, and each lane compares its half's member with one body: a member, a
+// parcel outside, or the ball.
+#pragma once
+
+#include "cuda/exact/solve_warp_members.cuh"
+
+namespace pf::cuda {
+
+// Shared memory of a block's warps.
+struct WarpSpace {
+  static constexpr unsigned kMaxNear = 48;
+  std::uint32_t near[kExactBlock / 16][kMaxNear];  // parcels that a half of a warp has found
+};
+
+// All lanes call the functions of this class together.
+class WarpPredictions : protected WarpMembers {
+ protected:
+  __device__ __forceinline__ WarpPredictions(const StepContext& step, WarpSpace& space, BlockCounts& counts)
+      : WarpMembers(step, counts), near_(space.near[threadIdx.x / kHalf]) {}
+
+  // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
+  // other members learn of earlier events with these; those whose partner left the trajectory of their event
+  // must be predicted next. Returns their lanes.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ unsigned predict(unsigned one, unsigned two, unsigned changed) {
+    const Subject subject = subject_of(lane_ < kHalf ? one : two, changed);
+    const unsigned num_members = c_.run.physics.parcels.contacts ? num_ : 0U;
+    const auto near =
+        MemberSearch::around<kBoundary>(step_, subject.here, subject.body.trajectory, subject.fastest_mps);
+    SearchBox box = box_around<kBoundary>(step_.launch.space, subject.here, near.reach);
+    if (!subject.is_there || num_members == 0) box.num_ranges = 0;
+    HalfWarpCursor<kAhead> cursor(step_.launch.space, box);
+    bool is_at_ball =
+        subject.is_there && c_.plan.ball != BallRole::absent && step_.is_near_ball<kBoundary>(subject.here);
+    bool may_meet_ball = false, is_stale = false;
+    unsigned num_near = 0;  // listed ones of this half
+    Event best;
+    if (subject.is_there && half_lane() == 0) keep_edge<kBoundary>(step_, subject.here, subject.body, best);
+    for (unsigned first_member = 0;; first_member += kHalf) {
+      while (cursor.has_more() && !__any_sync(kWholeWarp, num_near + kAhead * kHalf > WarpSpace::kMaxNear))
+        list_near<kBoundary>(near, subject, cursor, num_near);
+      __syncwarp();
+      const unsigned member = first_member + half_lane();
+      const bool with_member = member < num_members && member != subject.lane;
+      // The lanes without a member take what else is to be compared.
+      const unsigned free = in_half(!with_member), num_free = __popc(free);
+      const unsigned rank = __popc(free & (bit(half_lane()) - 1));
+      Comparison it = member_to_compare(member, with_member);
+      if (!with_member && rank < num_near) it = parcel_to_compare(near_[num_near - 1 - rank], subject);
+      if (!with_member && rank == num_near && is_at_ball) it = ball_to_compare(subject, may_meet_ball);
+      const Event event = compare<kBoundary>(subject, it, may_meet_ball);
+      keep_earlier(best, event);
+      if (first_member < num_members) is_stale |= tell(one, two, changed, first_member, event);
+      if (num_free > num_near) is_at_ball = false;
+      num_near -= min(num_free, num_near);
+      const bool is_left =
+          first_member + kHalf < num_members || num_near > 0 || is_at_ball || cursor.has_more();
+      if (!__any_sync(kWholeWarp, is_left)) break;
+    }
+    may_meet_ball = in_half(may_meet_ball) != 0;
+    if (__any_sync(kWholeWarp, may_meet_ball)) {
+      const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step_, subject.body, may_meet_ball);
+      if (half_lane() == 0) keep_hit(hit, best);
+    }
+    best = first_of_half(best);
+    const Event of_one = from(best, 0), of_two = from(best, kHalf);
+    if (lane_ == one) it_.event = of_one;
+    if (lane_ == two) it_.event = of_two;
+    return __ballot_sync(kWholeWarp, is_stale);
+  }
+
+ private:
+  static constexpr unsigned kHalf = 16;
+  static constexpr unsigned kAhead = 2;
+
+  // The member that a half of the warp predicts.
+  struct Subject {
+    unsigned lane;     // kNoLane: none
+    bool is_there;     // there is one, and it has not retired
+    bool has_changed;  // it is on a new trajectory
+    ParcelNearBall body;
+    std::uint32_t index;
+    Vec2i here;  // position at the step's start
+    float fastest_mps;
+  };
+
+  // What a lane compares the subject with. kNoPartner: nothing.
+  struct Comparison {
+    std::uint32_t partner = kNoPartner, id = kNoPartner;  // as in Event
+    std::uint32_t next_generation = 0;
+    Trajectory trajectory{};  // of a parcel
+  };
+
+  __device__ __forceinline__ unsigned half_lane() const { return lane_ % kHalf; }
+  __device__ __forceinline__ unsigned in_half(bool holds) const {
+    return __ballot_sync(kWholeWarp, holds) >> (lane_ & kHalf) & 0xFFFFU;
+  }
+
+  __device__ __forceinline__ Subject subject_of(unsigned lane, unsigned changed) const {
+    const unsigned source = lane % 32;
+    Subject subject;
+    subject.lane = lane;
+    subject.has_changed = (changed & bit(lane)) != 0;
+    subject.body = {from(it_.trajectory, source), from(it_.id, source), from(it_.next_generation, source),
+                    from(it_.has_changed, source) == kHitBall};
+    subject.is_there = lane != kNoLane && !is_retired(subject.body.trajectory.anchor);
+    subject.index = from(it_.index, source);
+    subject.here = from(here_, source);
+    subject.fastest_mps = from(it_.fastest_mps, source);
+    return subject;
+  }
+
+  // Lists the next candidates of the cursor that may collide with the subject.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ void list_near(const MemberSearch& near, const Subject& subject,
+                                            HalfWarpCursor<kAhead>& cursor, unsigned& num_near) {
+    std::uint32_t candidates[kAhead], owner[kAhead];
+    Vec2i there[kAhead];
+    Vec2f velocity[kAhead];
+    cursor.next(candidates);
+    for (unsigned u = 0; u < kAhead; ++u) {
+      const std::uint32_t j = min(candidates[u], step_.launch.space.num_parcels - 1);
+      owner[u] = step_.owner_of(j);
+      there[u] = positions_[j];
+      velocity[u] = memory_.trajectories.velocity[j];
+    }
+    for (unsigned u = 0; u < kAhead; ++u) {
+      const bool is_other =
+          candidates[u] != kInvalidIndex && candidates[u] != subject.index && owner[u] != cluster_;
+      const bool is_near =
+          is_other && near.template holds<kBoundary>(step_.world(), there[u]) &&
+          (owner[u] != kInvalidIndex || near.template may_hit<kBoundary>(step_, there[u], velocity[u]));
+      const unsigned lanes = in_half(is_near);
+      if (is_near) near_[num_near + __popc(lanes & (bit(half_lane()) - 1))] = candidates[u];
+      num_near += __popc(lanes);
+    }
+  }
+
+  __device__ __forceinline__ Comparison member_to_compare(unsigned lane, bool is_real) const {
+    const unsigned source = lane % 32;
+    const Comparison it{from(it_.index, source), from(it_.id, source), from(it_.next_generation, source),
+                        from(it_.trajectory, source)};
+    return is_real ? it : Comparison{};
+  }
+
+  // Parcel j, outside the cluster: a free one on its start trajectory, one of another cluster on any.
+  __device__ __forceinline__ Comparison parcel_to_compare(std::uint32_t j, const Subject& subject) {
+    const std::uint32_t id = load_early(&memory_.trajectories.id[j]);
+    if (step_.owner_of(j) != kInvalidIndex && subject.has_changed)
+      add_neighbour_pair(step_, counts_, subject.index, j);
+    return {j, id, 0, step_.start_trajectory(j)};
+  }
+
+  // The ball, if it is on one trajectory in the window. Otherwise, and if it is not far from that, its path
+  // must be looked along.
+  __device__ __forceinline__ Comparison ball_to_compare(const Subject& subject, bool& may_meet) const {
+    const ExactState& state = step_.state;
+    if (state.num_ball_segments > 1) {
+      may_meet = state.path_is_straight == 0;
+      if (may_meet) return {};
+    } else if (subject.body.just_hit && step_.has_participant()) {
+      return {};
+    }
+    return {kBallPartner, kBallPartner, 0, {}};
+  }
+
+  // The subject's event with that body.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ Event compare(const Subject& subject, const Comparison& it,
+                                           bool& may_meet_ball) const {
+    const Trajectory& own = subject.body.trajectory;
+    const bool with_ball = it.partner == kBallPartner;
+    const bool is_possible =
+        subject.is_there && it.partner != kNoPartner && !is_retired(it.trajectory.anchor);
+    if (!is_possible) return {};
+    RelativeMotion motion;
+    double contact = c_.run.contact_distance;
+    bool is_margin = false;
+    if (with_ball) {
+      is_margin = step_.state.num_ball_segments > 1;
+      motion = motion_from_ball<kBoundary>(c_, ball_path(step_)[0].trajectory, own);
+      contact = is_margin ? c_.run.ball_contact + kPathMargin : c_.run.ball_contact;
+    } else {
+      motion = motion_from_parcel<kBoundary>(c_, own, it.trajectory);
+    }
+    const std::uint32_t tick = contact_tick(c_.plan, motion, contact);
+    if (is_margin) {
+      may_meet_ball = tick != kNoTick || dot(motion.offset, motion.offset) <= contact * contact;
+      return {};
+    }
+    const std::uint32_t own_generation = generation_of(step_, tick, own, subject.body.next_generation);
+    const std::uint32_t other_generation =
+        with_ball ? 0U : generation_of(step_, tick, it.trajectory, it.next_generation);
+    return {tick, it.partner, it.id, max(own_generation, other_generation)};
+  }
+
+  // Members learn of collisions with subjects that have changed. first_member: of those that the halves'
+  // lanes have just compared. event: of this lane. Returns whether this lane's member must be predicted: its
+  // event is gone.
+  __device__ __forceinline__ bool tell(unsigned one, unsigned two, unsigned changed, unsigned first_member,
+                                       const Event& event) {
+    const bool is_told = is_member() && (changed & bit(lane_)) == 0 &&
+                         lane_ / kHalf == first_member / kHalf && !is_retired(it_.trajectory.anchor);
+    bool is_stale = false;
+    for (unsigned k = 0; k < 2; ++k) {
+      const unsigned subject = k == 0 ? one : two;
+      if ((changed & bit(subject)) == 0) continue;
+      const unsigned source = k * kHalf + half_lane();
+      const Event collision{from(event.tick, source), from(it_.index, subject), from(it_.id, subject),
+                            from(event.generation, source)};
+      if (!is_told) continue;
+      if (it_.event.partner == collision.partner) {
+        is_stale = true;
+        it_.event = {};
+      } else {
+        keep_earlier(it_.event, collision);
+      }
+    }
+    return is_stale;
+  }
+
+  // The first event of a half's lanes, in all of them.
+  __device__ __forceinline__ Event first_of_half(const Event& event) const {
+    const auto lowest = [](std::uint32_t value) {
+      for (unsigned offset = kHalf / 2; offset > 0; offset /= 2)
+        value = min(value, __shfl_xor_sync(kWholeWarp, value, offset));
+      return value;
+    };
+    bool among = event.tick == lowest(event.tick);
+    const bool is_tied = __popc(in_half(among)) > 1;
+    if (__any_sync(kWholeWarp, is_tied && event.tick != kNoTick)) {
+      const std::uint32_t generation = lowest(among ? event.generation : kNoTick);
+      among = among && event.generation == generation;
+      const std::uint32_t partner_id = lowest(among ? event.partner_id : kNoPartner);
+      among = among && event.partner_id == partner_id;
+    }
+    return from(event, (lane_ & kHalf) + first_of(in_half(among)));
+  }
+
+  std::uint32_t* near_;  // of this half
+};
+
+}  // namespace pf::cuda

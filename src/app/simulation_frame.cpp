@@ -1,0 +1,149 @@
+// The steps of a frame, in one picture or, with a budget, in several.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "app/command_queue.hpp"
+#include "app/simulation_state.hpp"
+#include "app/step_request.hpp"
+#include "scene/derive.hpp"
+#include "scene/scene_file.hpp"
+
+namespace pf {
+
+Commands Simulation::State::admit(const Commands& wanted) {
+  waiting = joined(waiting, wanted);
+  if (frame) {
+    const bool is_in_step = frame->mid_step && !(starts_anew(waiting) && can_start_anew());
+    if (only_steps(waiting) || is_in_step) return {};
+    end_frame();
+  }
+  return std::exchange(waiting, {});
+}
+
+// Whether the waiting commands find what they start with, as far as it can be known without starting it.
+bool Simulation::State::can_start_anew() const {
+  try {
+    Settings with = waiting.settings.value_or(settings);
+    if (!waiting.scene.empty()) with = load_scene(waiting.scene);
+    if (waiting.restart) with = *waiting.restart;
+    resolve(with);
+    const Spawner tried(with, derive_physics(with), initial_ball(with));
+    return true;
+  } catch (const UserError&) {
+    return false;
+  }
+}
+
+void Simulation::State::begin_steps(const Commands& commands) {
+  keep_checkpoint_when_due();
+  frame.emplace();
+  frame->plan = plan_frame(settings, physics, ball, collision_rate_per_s);
+  frame->num_steps = std::min(frame->plan.num_steps, commands.max_steps.value_or(UINT32_MAX));
+  frame->start_s = view.simulated_s;
+}
+
+// A step that input waits for is completed first. Backends may ignore the budget between steps, so that the
+// number of steps keeps to it, too. A series of `exact` is not divided here.
+std::uint32_t Simulation::State::num_steps_to_submit() const {
+  const std::uint32_t left = frame->num_steps - frame->num_done;
+  if (changes_anything(waiting) && !only_steps(waiting)) return 1;
+  const double budget_ms = has_budget ? settings.frame_budget_ms : 0.0;
+  if (budget_ms <= 0.0 || step_ms <= 0.0 || settings.method == Method::exact) return left;
+  return static_cast<std::uint32_t>(std::clamp<double>(budget_ms / step_ms, 1.0, left));
+}
+
+void Simulation::State::submit_steps(DrawTarget* target) {
+  if (frame->num_done == frame->num_steps) {
+    if (target) draw_again(*target);
+    return;
+  }
+  StepRequest request = step_request(settings, physics, num_steps_to_submit(), frame->plan.dt_s);
+  request.num_done = frame->num_done;
+  if (has_budget) request.budget_ms = settings.frame_budget_ms;
+  DrawBuffers buffers;
+  if (target) {
+    target->reserve(physics.parcels.num);
+    ScopedPhase timing(mapping, Phase::map);
+    buffers = target->map();
+    request.draw = &buffers;
+  }
+  backend->submit(request);
+  in_flight = true;
+  if (target) {
+    ScopedPhase timing(mapping, Phase::unmap);
+    target->unmap();
+  }
+}
+
+void Simulation::State::collect_steps() {
+  const StepReport report = backend->collect();
+  in_flight = false;
+  const auto num_steps = static_cast<std::uint32_t>(report.totals.num_steps);
+  frame->num_done += num_steps;
+  frame->mid_step = report.mid_step;
+  frame->totals += report.totals;
+  ++frame->num_pictures;
+  if (num_steps > 0) step_ms = report.times.step_ms() / num_steps;
+  ball = report.ball;
+  const FramePlan& plan = frame->plan;
+  view.num_done = frame->num_done;
+  view.mid_step = frame->mid_step;
+  view.num_pictures = std::max(frame->num_pictures, num_frame_pictures);
+  view.dt_s = plan.dt_s;
+  view.steps_per_frame = plan.num_steps;
+  view.slow_motion = plan.slow_motion / view.num_pictures;
+  view.times = report.times;
+  view.times += mapping;
+  view.frame_totals = report.totals;
+  view.min_bytes_moved = backend->min_bytes_moved(report.totals);
+  view.totals += report.totals;
+  view.simulated_s = frame->start_s + frame->num_done * plan.dt_s;
+  flight.compute_ms += report.times.total();
+  if (frame->num_done == frame->num_steps) end_frame();
+}
+
+// After all steps of a frame, or fewer if commands ended it. A replay of the same number of steps does the
+// same: what a dropped step added to the totals has no effect.
+void Simulation::State::end_frame() {
+  const FrameSteps ended = *frame;
+  frame.reset();
+  const FramePlan& plan = ended.plan;
+  view.num_done = ended.num_done;
+  if (ended.num_done == plan.num_steps) {
+    const auto num_collisions = static_cast<double>(ended.totals.num_collisions);
+    collision_rate_per_s = physics.parcels.num == 0
+                               ? 0.0
+                               : 2.0 * num_collisions / (physics.parcels.num * plan.num_steps * plan.dt_s);
+    num_frame_pictures = ended.num_pictures;
+  }
+  pause_if_invalid(ended.totals);
+  shown_s += 1.0 / settings.frame_rate_hz;
+  flight.dt_s = plan.dt_s;
+  flight.num_steps += ended.num_done;
+  follow_ball();
+  if (view.flight == Flight::flying && has_left(physics, ball)) {
+    view.flight = Flight::landed;
+    left_once = true;
+    end_flight();
+  }
+}
+
+void Simulation::State::pause_if_invalid(const StepTotals& totals) {
+  if (totals.num_invalid == 0) return;
+  view.paused = true;
+  view.message = fmt::format(
+      "Paused: {} parcels left the range of numbers in step {}, the first with id {}. Shorten the step "
+      "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
+      totals.num_invalid, totals.first_invalid_step, totals.first_invalid_id);
+}
+
+// Draws the current state without a step.
+void Simulation::State::draw_again(DrawTarget& target) {
+  target.reserve(physics.parcels.num);
+  backend->draw(target.map());
+  target.unmap();
+}
+
+}  // namespace pf

@@ -1,0 +1,119 @@
+// The kept events of all parcels, and which of them are due.
+//
+// A parcel's kept event is never later than its true next one. It may be stale: its partner may have left the
+// trajectory that it was predicted on. Each block of parcels has a tick before which none of them is due.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "model/exact/events.hpp"
+
+namespace pf {
+
+// Lowers a value that threads share.
+template <class Unsigned>
+void lower_to(Unsigned& value, Unsigned to) {
+  std::atomic_ref<Unsigned> shared(value);
+  Unsigned seen = shared.load(std::memory_order_relaxed);
+  while (to < seen && !shared.compare_exchange_weak(seen, to, std::memory_order_relaxed)) {
+  }
+}
+
+class Calendar {
+ public:
+  static constexpr std::size_t kBlock = 64;  // parcels
+
+  // Starts an epoch. Then every parcel must be cleared. id: of the parcels, which stays where it is.
+  void reset(const std::vector<std::uint32_t>& id) {
+    id_ = id.data();
+    key_.resize(id.size());
+    earliest_.assign((id.size() + kBlock - 1) / kBlock, kNoTick);
+  }
+  void clear(std::uint32_t i) { key_[i] = kNoEvent; }
+
+  std::size_t num_blocks() const { return earliest_.size(); }
+  const void* line(std::uint32_t i) const { return &key_[i]; }  // to prefetch
+  std::uint32_t tick(std::uint32_t i) const { return tick_of(key_[i]); }
+
+  Event event(std::uint32_t i) const {
+    const std::uint64_t key = key_[i];
+    if (key == kNoEvent) return {};
+    const std::uint32_t partner = partner_of(key);
+    return {tick_of(key), partner, id_of(partner)};
+  }
+
+  // Whether a collision with `partner` would replace a parcel's event.
+  bool would_lower(std::uint32_t i, std::uint32_t tick, std::uint32_t partner) const {
+    return comes_before(key_of(tick, partner), key_[i]);
+  }
+
+  // Replaces a parcel's event. One thread may do so while others lower events of other parcels.
+  void set(std::uint32_t i, const Event& event) {
+    key_[i] = event.tick == kNoTick ? kNoEvent : key_of(event.tick, event.partner);
+    if (event.tick != kNoTick) lower_block(i, event.tick);
+  }
+
+  // Keeps the earlier of a parcel's event and this one. Any thread may call it.
+  void lower(std::uint32_t i, std::uint32_t tick, std::uint32_t partner) {
+    const std::uint64_t key = key_of(tick, partner);
+    std::atomic_ref<std::uint64_t> shared(key_[i]);
+    std::uint64_t seen = shared.load(std::memory_order_relaxed);
+    while (comes_before(key, seen)) {
+      if (shared.compare_exchange_weak(seen, key, std::memory_order_relaxed)) return lower_block(i, tick);
+    }
+  }
+
+  // Has a parcel found when its event is due, also after it was taken out.
+  void restore(std::uint32_t i) { lower_block(i, tick(i)); }
+
+  // Appends the parcels of a block whose events come before tick `end`, and takes them out: they are found
+  // again once `set`, `lower` or `restore` has been called for them.
+  void take_due(std::size_t block, std::uint32_t end, std::vector<std::uint32_t>& due) {
+    if (earliest_[block] >= end) return;
+    const std::size_t first = block * kBlock, last = std::min(key_.size(), first + kBlock);
+    std::uint32_t rest = kNoTick;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t tick = tick_of(key_[i]);
+      if (tick < end)
+        due.push_back(static_cast<std::uint32_t>(i));
+      else
+        rest = std::min(rest, tick);
+    }
+    earliest_[block] = rest;
+  }
+
+  // A tick before which nothing is due.
+  std::uint32_t earliest() const {
+    std::uint32_t tick = kNoTick;
+    for (const std::uint32_t of_block : earliest_) tick = std::min(tick, of_block);
+    return tick;
+  }
+
+  std::uint64_t memory_bytes() const { return 8 * key_.capacity() + 4 * earliest_.capacity(); }
+
+ private:
+  // An event as one word: tick and partner.
+  static constexpr std::uint64_t kNoEvent = ~0ULL;
+  static std::uint64_t key_of(std::uint32_t tick, std::uint32_t partner) {
+    return (static_cast<std::uint64_t>(tick) << 32U) | partner;
+  }
+  static std::uint32_t tick_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32U); }
+  static std::uint32_t partner_of(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
+
+  std::uint32_t id_of(std::uint32_t partner) const { return is_parcel(partner) ? id_[partner] : partner; }
+  bool comes_before(std::uint64_t a, std::uint64_t b) const {
+    if (tick_of(a) != tick_of(b)) return a < b;
+    return b != kNoEvent && id_of(partner_of(a)) < id_of(partner_of(b));
+  }
+
+  void lower_block(std::uint32_t i, std::uint32_t tick) { lower_to(earliest_[i / kBlock], tick); }
+
+  const std::uint32_t* id_ = nullptr;    // n
+  std::vector<std::uint64_t> key_;       // n
+  std::vector<std::uint32_t> earliest_;  // of each block
+};
+
+}  // namespace pf

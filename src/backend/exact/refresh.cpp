@@ -1,0 +1,106 @@
+#include "backend/exact/refresh.hpp"
+
+#include <algorithm>
+
+#include "backend/exact/parallel_loops.hpp"
+#include "backend/exact/predict.hpp"
+#include "model/for_boundary.hpp"
+
+namespace pf {
+namespace {
+
+constexpr std::size_t kMinSharedBlocks = 2048;
+
+void list_due(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  Calendar& calendar = memory.calendar;
+  memory.due.clear();
+  const std::size_t num_blocks = calendar.num_blocks();
+  if (num_blocks < kMinSharedBlocks) {
+    for (std::size_t b = 0; b < num_blocks; ++b) calendar.take_due(b, window.end, memory.due);
+    return;
+  }
+  window.team.run([&](unsigned thread) {
+    const auto [first, last] = window.team.share(thread, num_blocks);
+    for (std::size_t b = first; b < last; ++b)
+      calendar.take_due(b, window.end, memory.workers[thread].selected);
+  });
+  for (WorkerState& worker : memory.workers) {
+    memory.due.insert(memory.due.end(), worker.selected.begin(), worker.selected.end());
+    worker.selected.clear();
+  }
+}
+
+// Whether the two parcels of a due event still are on the trajectories that it was predicted on.
+template <Boundary kBoundary>
+bool is_valid(const WindowContext& window, std::uint32_t i) {
+  const Calendar& calendar = window.memory.calendar;
+  const Event event = calendar.event(i);
+  // A participating ball keeps its collisions itself. A parcel has one only where a window was cut before it.
+  if (!is_parcel(event.partner)) return event.partner != kBallPartner || !window.has_participant();
+  // Both would keep a collision that is to come, or an earlier event.
+  const Event of_partner = calendar.event(event.partner);
+  if (of_partner.tick == event.tick && of_partner.partner == i) return true;
+  if (of_partner.tick > event.tick) return false;
+  const Trajectory partner = window.start_trajectory(event.partner);
+  return !is_retired(partner.anchor) &&
+         collision_tick<kBoundary>(window.c, window.start_trajectory(i), partner) == event.tick;
+}
+
+template <Boundary kBoundary>
+void repredict(WindowContext& window, WorkerState& worker, std::uint32_t i) {
+  const ExactConstants& c = window.c;
+  const Trajectory trajectory = window.start_trajectory(i);
+  Candidates& candidates = worker.candidates[0];
+  window.find_candidates(window.make_mover<kBoundary>(i, trajectory), candidates);
+  Event best;
+  for (const std::uint32_t j : candidates.overlapping) {
+    const std::uint32_t tick = collision_tick<kBoundary>(c, trajectory, window.start_trajectory(j));
+    keep_earlier(best, {tick, j, window.trajectories.id[j]});
+  }
+  if (may_reach_edge<kBoundary>(c, window.input.position[i])) keep_edge_event<kBoundary>(c, trajectory, best);
+  if (window.has_frozen_ball() && window.is_near_ball<kBoundary>(i)) {
+    const std::uint32_t tick = window.ball_tick<kBoundary>(window.memory.ball.trajectory, trajectory);
+    keep_earlier(best, {tick, kBallPartner, kBallPartner});
+  }
+  window.memory.calendar.set(i, best);
+}
+
+template <Boundary kBoundary>
+void refresh_ball(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  const Event& event = memory.ball_event;
+  if (!window.has_participant() || event.tick >= window.end || !is_parcel(event.partner)) return;
+  const Trajectory partner = window.start_trajectory(event.partner);
+  if (!is_retired(partner.anchor) &&
+      window.ball_tick<kBoundary>(memory.ball.trajectory, partner) == event.tick)
+    return;
+  memory.ball_event = next_ball_event<kBoundary>(window);
+}
+
+template <Boundary kBoundary>
+void refresh(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  list_due(window);
+  for_each_item(window, memory.due.size(), [&](WorkerState& worker, std::size_t k) {
+    if (!is_valid<kBoundary>(window, memory.due[k])) worker.stale.push_back(memory.due[k]);
+  });
+  for_each_worker(window, memory.due.size(), [&](WorkerState& worker) {
+    for (const std::uint32_t i : worker.stale) repredict<kBoundary>(window, worker, i);
+    worker.stale.clear();
+  });
+  memory.active.clear();
+  for (const std::uint32_t i : memory.due) {
+    if (memory.calendar.tick(i) < window.end) memory.active.push_back(i);
+  }
+  refresh_ball<kBoundary>(window);
+}
+
+}  // namespace
+
+void refresh(WindowContext& window) {
+  for_boundary(window.c.run.physics.world.boundary,
+               [&]<Boundary kBoundary>() { refresh<kBoundary>(window); });
+}
+
+}  // namespace pf

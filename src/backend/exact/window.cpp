@@ -1,0 +1,35 @@
+#include "backend/exact/window.hpp"
+
+namespace pf {
+
+void EpochMemory::prepare_epoch(unsigned num_threads, std::size_t num_parcels) {
+  workers.resize(num_threads);
+  discs.resize(num_parcels);
+  const std::size_t num_owners = num_parcels + kSearchPadding;
+  if (owner.size() != num_owners) owner.assign(num_owners, kInvalidIndex);
+  member_slot.resize(num_parcels);
+}
+
+void EpochMemory::prepare_window() {
+  for (WorkerState& worker : workers) {
+    worker.tally = {};
+    worker.members.clear();
+    worker.segments.clear();
+    worker.events.clear();
+    worker.notes.clear();
+    worker.compared_pairs.clear();
+  }
+}
+
+std::uint64_t EpochMemory::memory_bytes() const {
+  std::uint64_t bytes = 4 * (owner.capacity() + member_slot.capacity() + due.capacity() + active.capacity() +
+                             near_ball.capacity() + seeds.capacity() + todo.capacity()) +
+                        sizeof(Cluster) * clusters.capacity() + discs.memory_bytes() +
+                        calendar.memory_bytes();
+  for (const WorkerState& worker : workers)
+    bytes +=
+        sizeof(Member) * worker.members.capacity() + sizeof(TrajectorySegment) * worker.segments.capacity();
+  return bytes;
+}
+
+}  // namespace pf

@@ -1,0 +1,166 @@
+// Method `exact`: results depend on neither windows nor epochs. Window lengths are drawn at random here, from
+// a single tick to the longest possible, and windows are cut after a few events of a cluster.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "backend/exact/timeline.hpp"
+#include "exact/exact_support.hpp"
+
+namespace pf::test {
+namespace {
+
+constexpr auto kPeriodic = Boundary::periodic;
+constexpr auto kWalls = Boundary::walls;
+constexpr auto kOpen = Boundary::open;
+
+struct Result {
+  std::uint64_t events = 0, state = 0;
+  std::uint64_t num_collisions = 0, num_ball_hits = 0;
+  bool operator==(const Result&) const = default;
+};
+
+void PrintTo(const Result& r, std::ostream* out) {
+  *out << r.num_collisions << " collisions, " << r.num_ball_hits << " hits, events " << r.events << ", state "
+       << r.state;
+}
+
+// A timeline without a backend around it.
+struct TimelineRun {
+  SceneRun scene;
+  SortedParcels parcels;
+  ThreadTeam team;
+  ExactTimeline timeline{team};
+  BallState ball;
+  StepTotals totals;
+
+  TimelineRun(const Settings& settings, unsigned threads)
+      : scene(settings, 1), team(threads), ball(scene.ball) {
+    const ParcelSnapshot start = scene.backend->snapshot();
+    parcels.resize(start.position.size());
+    for (std::uint32_t i = 0; i < start.position.size(); ++i) {
+      parcels.current.position[i] = start.position[i];
+      parcels.current.velocity[i] = start.velocity[i];
+      parcels.current.id[i] = i;
+    }
+    timeline.enter(scene.physics, contact_clock_s(settings, scene.physics), parcels);
+  }
+
+  // Window lengths from a tick to all that is possible; any power of two in between is as likely.
+  void draw_windows(std::uint64_t seed) {
+    timeline.window_length().draw = [random = std::mt19937_64(seed)](std::uint32_t limit) mutable {
+      const double exponent = std::uniform_real_distribution<double>(0.0, 1.0)(random);
+      return static_cast<std::uint32_t>(
+          std::pow(static_cast<double>(limit), 1.0 - 0.6 * exponent * exponent));
+    };
+  }
+
+  void advance(std::uint32_t num_steps, double dt_s) {
+    StepReport report;
+    timeline.advance(scene.physics, step_request(scene.settings, scene.physics, num_steps, dt_s), parcels,
+                     ball, report);
+    totals += report.totals;
+  }
+
+  Result result() {
+    Result r{totals.event_hash, ball_hash(ball), totals.num_collisions, totals.num_ball_hits};
+    const std::vector<Vec2i>& position = timeline.positions(parcels);
+    for (std::size_t i = 0; i < parcels.size(); ++i)
+      r.state += parcel_hash(parcels.current.id[i], position[i], parcels.current.velocity[i]);
+    return r;
+  }
+};
+
+struct WindowCase {
+  const char* name;
+  Settings settings;
+  std::uint32_t num_steps;
+  double dt_s;
+};
+void PrintTo(const WindowCase& c, std::ostream* out) { *out << c.name; }
+
+Settings with_restitution(Settings s, double e) {
+  s.restitution = e;
+  return s;
+}
+
+Settings with_clock(Settings s, double clock_s) {
+  s.contact_clock_s = clock_s;
+  return s;
+}
+
+Settings with_default_clock(Settings s) {
+  s.contact_clock = Settings{}.contact_clock;
+  return s;
+}
+
+// A ball of 5 parcel radii that spins and has friction.
+Settings with_ball(Settings s, double mass_kg, double speed_mps, bool curves) {
+  s.ball_present = true;
+  s.ball_radius_m = 2.5;
+  s.ball_mass_kg = mass_kg;
+  s.ball_x_m = s.ball_y_m = 0.0;
+  s.ball_vx_mps = speed_mps;
+  s.ball_spin_radps = 0.5 * speed_mps;
+  s.friction = 0.3;
+  s.magnus = curves;
+  s.k_magnus = curves ? 0.05 * mass_kg : 0.0;
+  return s;
+}
+
+Settings layer(std::int64_t n, double area_fraction, double e, double speed_mps = 15.0) {
+  Settings s = exact(court(n));
+  s.area_fraction = area_fraction;
+  s.restitution = e;
+  s.ball_vx_mps = speed_mps;
+  s.ball_y_m = 0.0;
+  s.contact_clock = 0.0;
+  return s;
+}
+
+class Windows : public testing::TestWithParam<WindowCase> {};
+
+TEST_P(Windows, DoNotChangeTheResult) {
+  const WindowCase& c = GetParam();
+  TimelineRun plain(c.settings, 1);
+  plain.advance(c.num_steps, c.dt_s);
+  const Result expected = plain.result();
+  EXPECT_GT(expected.num_collisions + expected.num_ball_hits, 50U);
+  for (int seed = 1; seed <= 6 * test_scale(); ++seed) {
+    TimelineRun run(c.settings, 1 + static_cast<unsigned>(seed) % 3);
+    run.draw_windows(static_cast<std::uint64_t>(seed));
+    if (seed % 2 == 0) run.timeline.window_length().most_events = static_cast<std::uint32_t>(seed) - 1;
+    run.advance(c.num_steps, c.dt_s);
+    EXPECT_EQ(run.result(), expected) << "seed " << seed;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Exact, Windows,
+    testing::Values(
+        WindowCase{"walls", with_restitution(exact(gas(300, 0.3, kWalls)), 0.9), 20, 0.1},
+        WindowCase{"dense_periodic", exact(gas(1000, 0.6, kPeriodic)), 10, 0.1},
+        WindowCase{"densest", exact(gas(200, 0.69, kPeriodic)), 10, 0.1},
+        WindowCase{"open", exact(gas(1000, 0.3, kOpen)), 20, 0.1},
+        WindowCase{"clock", with_clock(with_restitution(exact(gas(1000, 0.6, kPeriodic)), 0.8), 0.02), 10,
+                   0.1},
+        WindowCase{"without_restitution", with_restitution(exact(gas(200, 0.3, kWalls)), 0.0), 10, 0.1},
+        WindowCase{"many", exact(gas(20000, 0.2, kPeriodic)), 4, 0.1},
+        WindowCase{"ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, false), 30, 0.1},
+        WindowCase{"fast_ball", with_ball(exact(gas(1000, 0.3, kPeriodic)), 200.0, 15.0, false), 20, 0.05},
+        WindowCase{"light_ball", with_ball(exact(gas(300, 0.2, kWalls)), 0.3, 2.0, false), 30, 0.1},
+        WindowCase{"ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kWalls)), 20.0, 2.0, false), 20, 0.1},
+        WindowCase{"light_ball_in_a_crowd", with_ball(exact(gas(1000, 0.6, kPeriodic)), 1.0, 2.0, false), 20,
+                   0.1},
+        WindowCase{"curved_ball", with_ball(exact(gas(300, 0.3, kWalls)), 20.0, 2.0, true), 30, 0.1},
+        WindowCase{"frozen_ball", with_ball(exact(gas(300, 0.2, kPeriodic)), 1e9, 3.0, true), 30, 0.1},
+        WindowCase{"layer", layer(3000, 0.4, 0.9), 150, 4e-4},
+        WindowCase{"inelastic_layer", layer(3000, 0.4, 0.3), 80, 4e-4},
+        WindowCase{"layer_with_clock", with_default_clock(layer(3000, 0.4, 0.0)), 150, 4e-4},
+        WindowCase{"bullet", layer(3000, 0.1, 0.5, 300.0), 40, 2e-4}),
+    [](const auto& param_info) { return std::string(param_info.param.name); });
+
+}  // namespace
+}  // namespace pf::test

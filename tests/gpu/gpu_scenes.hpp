@@ -1,0 +1,52 @@
+// Scenes of the tests of the CUDA backend, and their comparison with the CPU backend.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "cuda/cuda_backend.hpp"
+#include "cuda/cuda_devices.hpp"
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+
+class Gpu : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string why;
+    if (num_cuda_devices(&why) == 0) GTEST_SKIP() << "no CUDA device: " << why;
+  }
+};
+
+inline std::vector<Settings> scenes(std::int64_t n) {
+  std::vector<Settings> list;
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings in_court = court(n, boundary);
+    if (n <= 2) in_court.area_fraction = 0.01;  // so few parcels would be wider than the court
+    list.push_back(in_court);
+    list.push_back(gas(n, n <= 2 ? 0.05 : 0.2, boundary));
+  }
+  return list;
+}
+
+inline void expect_same_hashes(const Settings& s, std::uint32_t steps) {
+  SceneRun cpu(s, make_cpu_backend(0));
+  SceneRun gpu(s, make_cuda_backend(0));
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash())
+      << s.name << " spawned, N = " << s.num_parcels;
+  const StepReport on_cpu = cpu.advance(steps);
+  const StepReport on_gpu = gpu.advance(steps);
+  const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +
+                            ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
+  EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
+  EXPECT_EQ(on_gpu.totals.event_hash, on_cpu.totals.event_hash) << where;
+  EXPECT_EQ(on_gpu.totals.num_ball_hits, on_cpu.totals.num_ball_hits) << where;
+  EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
+  EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
+  EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
+}
+
+}  // namespace pf::test
