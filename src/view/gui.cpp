@@ -234,16 +234,6 @@ void Gui::draw(unsigned int framebuffer, SizePx size) {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-void show_corner_notice(const std::string& text, float width_px, float scale) {
-  const float padding = 8.0F * scale;
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const ImVec2 high(width_px - padding, 3.0F * padding + size.y);
-  const ImVec2 low(high.x - size.x - 2.0F * padding, padding);
-  ImDrawList* list = ImGui::GetForegroundDrawList();
-  list->AddRectFilled(low, high, IM_COL32(11, 19, 25, 225), 0.5F * padding);
-  list->AddText(ImVec2(low.x + padding, low.y + padding), IM_COL32(226, 233, 234, 255), text.c_str());
-}
-
 bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Gui::wants_text() const { return ImGui::GetIO().WantTextInput; }
 

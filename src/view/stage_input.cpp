@@ -126,6 +126,7 @@ void Stage::write_panel_map() {
     const auto y = static_cast<float>(size_.height - start_px.y);
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
+  marks_.note(panel_.controls());
   std::string layout = panel_.controls().text();
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);

@@ -55,7 +55,6 @@ class Stage {
   void write_panel_map();
   void steer();
   double left_to_still_s() const;
-  void show_recording();
   bool ended();
   bool still_ended() const;
   int finish();
