@@ -24,7 +24,7 @@ std::string flag_help(const SettingFlag& flag) {
   const std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
   const auto* choice = std::get_if<Choice>(&field.member);
   const std::string allowed = choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", "))
-                                                : fmt::format("{} to {}", field.min, field.max);
+                                                : range_text(field);
   const Settings defaults;
   const std::string standard =
       is_num_parcels(flag)
@@ -39,7 +39,7 @@ std::string set_help() {
     const bool is_number =
         field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
     const auto* choice = std::get_if<Choice>(&field.member);
-    const std::string range = is_number ? fmt::format(" ({} to {})", field.min, field.max)
+    const std::string range = is_number ? fmt::format(" ({})", range_text(field))
                               : choice  ? fmt::format(" ({})", fmt::join(choice->names, ", "))
                                         : "";
     text += fmt::format("  {} = {}{}{}\n      {}\n", field.path(), value_text(field, Settings{}),

@@ -172,18 +172,21 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
       "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
   rows.begin_row("Accuracy", help);
   const double limits[2] = {0.1, 50.0};
-  ImGui::SliderScalar("##accuracy", ImGuiDataType_Double, &percent_, &limits[0], &limits[1], "%.2f %%",
-                      ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
-  const bool done = ImGui::IsItemDeactivatedAfterEdit();
+  double percent = rows.in_hand("Accuracy", percent_);
+  const bool moved =
+      ImGui::SliderScalar("##accuracy", ImGuiDataType_Double, &percent, &limits[0], &limits[1], "%.2f %%",
+                          ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
+  const auto number = rows.finished("Accuracy", percent, moved, true, {1e-3, 99.0, "%"});
   rows.end_row("Accuracy", help);
   ImGui::EndDisabled();
-  if (done) choose(rows, frame);
+  rows.refusal("Accuracy");
+  percent_ = number.value_or(percent_);
+  if (number) choose(rows, frame);
   if (!note_.empty()) ImGui::TextWrapped("%s", note_.c_str());
   if (has_parcels && table_) plot(rows, frame, theme);
 }
 
 void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
-  percent_ = std::isfinite(percent_) ? std::clamp(percent_, 1e-3, 99.0) : 2.0;
   const AccuracyWish wish = {0.01 * percent_, target(rows.edited()), true};
   try {
     const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);

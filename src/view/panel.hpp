@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -54,6 +55,8 @@ class Panel {
   void edit_main(const FrameView& frame);
   void edit_num_parcels();
   void edit_launch();
+  std::optional<double> launch_row(const char* label, const std::string& help, double value,
+                                   const SliderLook& look, const NumberRange& range);
   void edit_ball(const FrameView& frame);
   void edit_air();
   void edit_method(const FrameView& frame);
@@ -70,11 +73,7 @@ class Panel {
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
   std::vector<std::string> scenes_;  // listed when the menu opened
-  // A change of N spawns the air again, so it is applied on release only.
-  std::int64_t num_parcels_ = 0;
-  bool holds_num_parcels_ = false;
   std::array<char, 256> scene_file_{};
-  double ui_scale_ = 1.0;          // in hand
   double launch_angle_deg_ = 0.0;  // kept here, because a speed of 0 has no direction
 };
 

@@ -13,6 +13,7 @@
 #include "view/overlay_figures.hpp"
 #include "view/phase_styles.hpp"
 #include "view/scene_marks.hpp"
+#include "view/setting_rows.hpp"
 
 namespace pf {
 namespace {
@@ -51,6 +52,15 @@ TEST(Aim, AClickLaunchesNothing) {
   aim.drag({-50.0, 0.0}, false);
   aim.cancel();
   EXPECT_FALSE(aim.release());
+}
+
+TEST(Refusal, NamesTheRangeAndTheUnit) {
+  EXPECT_EQ(refusal_of(7.0, {0.0, 1.0}), "7 is not within 0 to 1; nothing changed");
+  EXPECT_EQ(refusal_of(-5.0, {1.0, 200e6}), "-5 is not within 1 to 200 million; nothing changed");
+  EXPECT_EQ(refusal_of(1e9, {0.0, 1e3, "s"}), "1e+09 is not within 0 to 1000 s; nothing changed");
+  EXPECT_EQ(refusal_of(std::nan(""), {0.0, 1.0}), "nan is not within 0 to 1; nothing changed");
+  EXPECT_EQ(refusal_of(0.0, {0.0, 1.0}), "");
+  EXPECT_EQ(refusal_of(1.0, {0.0, 1.0}), "");
 }
 
 TEST(ColorMaps, LightnessRisesAllTheWay) {
