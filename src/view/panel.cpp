@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "app/options.hpp"
-#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
@@ -47,7 +46,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
-  edit_scene(frame, commands);
+  scene_menu_.edit(rows_, frame, commands);
   edit_buttons(frame, commands);
   ImGui::Separator();
   edit_main(frame);
@@ -63,30 +62,6 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (rows_.changed()) commands.settings = rows_.edited();
   if (!commands.scene.empty()) switches.fit_camera = true;
   return commands;
-}
-
-// The program's name and the menu of scenes. Choosing the current scene loads it again.
-void Panel::edit_scene(const FrameView& frame, Commands& commands) {
-  const std::string& current = frame.settings->name;
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "Pickleball Flight");
-  ImGui::SameLine();
-  ImGui::SetNextItemWidth(-1.0F);
-  const bool open = ImGui::BeginCombo("##scene", current.c_str(), ImGuiComboFlags_HeightLarge);
-  rows_.end_row("Scene",
-                fmt::format("{}\nAnother scene replaces all settings, also those of the command line, "
-                            "and starts from its beginning.",
-                            frame.settings->description));
-  if (!open) return;
-  if (ImGui::IsWindowAppearing()) {
-    scenes_.clear();
-    for (const SceneEntry& scene : list_scenes()) scenes_.push_back(scene.name);
-  }
-  for (const std::string& name : scenes_) {
-    if (ImGui::Selectable(name.c_str(), name == current)) commands.scene = name;
-    rows_.controls().note("Scene." + name);
-  }
-  ImGui::EndCombo();
 }
 
 void Panel::edit_buttons(const FrameView& frame, Commands& commands) {

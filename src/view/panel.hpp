@@ -12,6 +12,7 @@
 #include "app/simulation.hpp"
 #include "view/accuracy_section.hpp"
 #include "view/look.hpp"
+#include "view/scene_menu.hpp"
 #include "view/setting_rows.hpp"
 
 namespace pf {
@@ -50,7 +51,6 @@ class Panel {
  private:
   static constexpr float kWidth_px = 318.0F;
 
-  void edit_scene(const FrameView& frame, Commands& commands);
   void edit_buttons(const FrameView& frame, Commands& commands);
   void edit_main(const FrameView& frame);
   void edit_num_parcels();
@@ -72,7 +72,7 @@ class Panel {
   AccuracySection accuracy_;
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
-  std::vector<std::string> scenes_;  // listed when the menu opened
+  SceneMenu scene_menu_;
   std::array<char, 256> scene_file_{};
   double launch_angle_deg_ = 0.0;  // kept here, because a speed of 0 has no direction
 };
