@@ -211,8 +211,12 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Checkbox("Ball's path (T)", &switches.show_path);
   rows_.end_row("Path", "the ball's path");
   ImGui::SameLine();
-  if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
+  const float half = 0.5F * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (rows_.button("Fit (F)", half, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
+  ImGui::SameLine();
+  if (rows_.button("Keys (F1)", half, "all keys and mouse gestures on a card; Esc closes it"))
+    switches.show_keys = !switches.show_keys;
   const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc quits";
   rows_.begin_row("Overlay", overlay_help);
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");

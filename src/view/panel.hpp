@@ -26,6 +26,7 @@ struct ViewSwitches {
   double ui_scale = 1.0;  // of text and overlay
   bool vsync = true;
   bool full_screen = false;
+  bool show_keys = false;      // the card of keys
   bool fit_camera = false;     // requested; the stage clears it
   bool measure_terms = false;  // requested; the stage clears it
 };

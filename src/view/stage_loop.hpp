@@ -31,6 +31,7 @@ class Stage {
 
  private:
   Commands handle_input();
+  void show_keys(const InputFrame& input, Commands& commands);
   void aim(const InputFrame& input, Commands& commands);
   bool is_at_ball(Vec2d pointer_px) const;
   void follow_keys(const InputFrame& input);

@@ -140,3 +140,25 @@ def letters(picture, place):
     x0, y0, x1, y1 = (round(edge) for edge in place)
     rows = range((y0 + y1) // 2 + 2, y1)
     return [x - x0 for x in range(x0, min(x1, picture.width)) if any(max(picture.at(x, y)) > 120 for y in rows)]
+
+
+def key_card(bench):
+    """F1, ? and the button show all keys over the picture; each and Esc take them away, and Esc does no more."""
+    file = bench.folder / "keys.png"
+    with bench.open("--picture", str(file), "--paused", "--size", "1000x700") as window:
+        for opens, closes in (("F1", "Escape"), ("?", "F1"), ("F1", "?")):
+            for key, there in ((opens, True), (closes, False)):
+                window.press_shifted("slash") if key == "?" else window.press_key(key)
+                window.wait_for_control("Key card", there)
+            print(f"ok: {opens} shows it, {closes} takes it away")
+        window.is_running()
+        window.click("Keys (F1)")
+        window.wait_for_control("Key card")
+        time.sleep(0.3)
+        x0, y0, x1, y1 = (round(edge) for edge in window.controls()["Key card"])
+        window.stop()
+    check(318 <= x0 and x1 <= 1000 and y0 > 0 and y1 < 700, f"all of it is over the picture: {x0}, {y0}, {x1}, {y1}")
+    picture = read_png(file)
+    lit = [any(max(picture.at(x, y)) > 150 for x in range(x0 + 14, x1)) for y in range(y0, y1)]
+    lines = sum(1 for above, here in zip(lit, lit[1:]) if here and not above)
+    check(lines >= 19, f"it has {lines} lines of text")
