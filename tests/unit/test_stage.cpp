@@ -115,6 +115,22 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
   EXPECT_EQ(figures.copy_share, 0.0);
 }
 
+TEST(OverlayFigures, StayWhileTheBallHasLeft) {
+  Frames frames;
+  FrameHistory history;
+  for (int i = 0; i < 10; ++i) history.add(computing(2.0), 16.0, frames.view);
+  frames.view.flight = Flight::landed;
+  history.add(computing(2.0), 16.0, frames.view);  // the step in which it left
+  frames.view.frame_totals = {};
+  for (int i = 0; i < 500; ++i) history.add({}, 16.0, frames.view);
+  EXPECT_EQ(history.size(), 11U);
+  const auto phase = static_cast<std::size_t>(Phase::collide_integrate);
+  EXPECT_DOUBLE_EQ(history.figures(0.0).phase_ms[phase].median, 2.0);
+  frames.view.flight = Flight::flying;
+  for (int i = 0; i < 120; ++i) history.add({}, 16.0, frames.view);
+  EXPECT_EQ(history.figures(0.0).phase_ms[phase].median, 0.0) << "the next flight has its own";
+}
+
 // Method exact spends its step in phases of its own.
 TEST(OverlayFigures, StepTimeIncludesEveryPhaseOfAStep) {
   PhaseTimes times;
