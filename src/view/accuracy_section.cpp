@@ -54,16 +54,19 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
       "collisions counted over those of a gas in equilibrium, with their statistical error; a gas that cools "
       "in "
       "clusters, or one that a ball stirs, is not in equilibrium");
-  row(rows, "Missed, left",
-      fmt::format("{}, {}",
-                  std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
-                  r.num_retired),
-      "share of collisions that steps so long do not see, by theory (exact sees all), and the number of "
-      "parcels "
-      "that have left an open world");
+  row(rows, "Missed hits",
+      std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
+      "share of collisions that steps so long do not see, by theory; exact sees all");
+  row(rows, "Parcels gone", fmt::format("{}", r.num_retired), "parcels that have left an open world");
   row(rows, "Overlap", fmt::format("at most {:.2g} diameters", r.max_overlap_diameters),
       fmt::format("at a contact, over {:.3g} s simulated and {} collisions", r.simulated_s,
                   r.num_collisions));
+}
+
+std::string expected_text(const AccuracyChoice& choice) {
+  if (choice.expected_error <= 0.0) return "no error resolved";
+  return fmt::format("{} within {}{:.2g} %", choice.of, choice.is_bound ? "less than " : "",
+                     100.0 * choice.expected_error);
 }
 
 // A rectangle of the screen with logarithmic axes. An error of 0 lies at its lower edge.
@@ -192,8 +195,7 @@ void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
     const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);
     rows.edited() = choice.settings;
     rows.mark_changed();
-    note_ = fmt::format("{}: {} within {}{:.2g} %", method_name(choice.settings.method), choice.of,
-                        choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
+    note_ = fmt::format("{}: {}", method_name(choice.settings.method), expected_text(choice));
     if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
   } catch (const UserError& error) {
     note_ = error.what();

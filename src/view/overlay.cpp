@@ -161,7 +161,7 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim, cluster_text(frame.frame_totals));
     } else if (figures_.copy_share > 0.0) {
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim,
-                       fmt::format("{:.1f} % of copying", 100.0 * figures_.copy_share));
+                       fmt::format("{:.1f} % of copy bandwidth", 100.0 * figures_.copy_share));
     }
   }
   const std::string memory =

@@ -56,7 +56,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   shows_accuracy_ = rows_.header("Accuracy", false);
   if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
   if (rows_.header("View", true)) edit_view(switches);
-  if (rows_.header("Show", false)) edit_show(frame, switches, commands);
+  if (rows_.header("Presenting", false)) edit_show(frame, switches, commands);
   if (rows_.header("All settings", false)) edit_all();
   ImGui::End();
   if (rows_.changed()) commands.settings = rows_.edited();

@@ -145,7 +145,7 @@ def save(bench):
     with bench.open("--set", "air.restitution=0.4", "--paused") as window:
         for header in ("Ball", "Air", "Method", "View"):
             window.click(f"{header} header")
-        window.click("Show header")
+        window.click("Presenting header")
         window.wait_for_control("Scene file")
         window.type_text("Scene file", str(file))
         window.click("Save")
