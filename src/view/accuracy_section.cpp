@@ -12,6 +12,7 @@
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "view/overlay_paint.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -174,11 +175,9 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
       "lab "
       "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
   rows.begin_row("Accuracy", help);
-  const double limits[2] = {0.1, 50.0};
   double percent = rows.in_hand("Accuracy", percent_);
-  const bool moved =
-      ImGui::SliderScalar("##accuracy", ImGuiDataType_Double, &percent, &limits[0], &limits[1], "%.2f %%",
-                          ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
+  const bool moved = slide<double>("##accuracy", percent, {0.1, 50.0}, "%.2f %%",
+                                   ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
   const auto number = rows.finished("Accuracy", percent, moved, true, {1e-3, 99.0, "%"});
   rows.end_row("Accuracy", help);
   ImGui::EndDisabled();

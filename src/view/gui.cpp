@@ -180,12 +180,13 @@ void Gui::apply_style(Theme theme, float scale) {
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();
   style.WindowRounding = 0.0F;
-  style.FrameRounding = style.GrabRounding = style.PopupRounding = 4.0F;
+  style.FrameRounding = style.PopupRounding = 4.0F;
+  style.GrabRounding = 2.0F;
   style.WindowBorderSize = 0.0F;
   style.FramePadding = ImVec2(8.0F, 3.5F);
   style.ItemSpacing = ImVec2(8.0F, 2.0F);
   style.WindowPadding = ImVec2(14.0F, 10.0F);
-  style.GrabMinSize = 14.0F;
+  style.GrabMinSize = 6.0F;
   style.ScrollbarSize = 10.0F;
   set_colors(theme, style.Colors);
   style.ScaleAllSizes(scale);

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "app/options.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -148,8 +149,7 @@ std::optional<double> Panel::launch_row(const char* label, const std::string& he
   rows_.begin_row(label, help);
   value = rows_.in_hand(label, value);
   const std::string id = std::string("##") + label;
-  const bool moved =
-      ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &look.low, &look.high, look.format);
+  const bool moved = slide<double>(id.c_str(), value, {look.low, look.high}, look.format);
   const auto number = rows_.finished(label, value, moved, false, range);
   rows_.end_row(label, help);
   rows_.refusal(label);
@@ -275,8 +275,7 @@ void Panel::edit_look(ViewSwitches& switches) {
   choose("##colours", kColorMapNames, switches.look.color_map, "Colours", rows_.controls());
   rows_.begin_row("Text size", "+ and -: text, panel and overlay. Takes effect when you let go.");
   double scale = rows_.in_hand("Text size", switches.ui_scale);
-  const bool moved =
-      ImGui::SliderScalar("##scale", ImGuiDataType_Double, &scale, &kMinUiScale, &kMaxUiScale, "%.2f");
+  const bool moved = slide<double>("##scale", scale, {kMinUiScale, kMaxUiScale}, "%.2f");
   const auto number = rows_.finished("Text size", scale, moved, true, {kMinUiScale, kMaxUiScale});
   if (number) switches.ui_scale = *number;
   rows_.end_row("Text size", "+ and -");
@@ -286,6 +285,7 @@ void Panel::edit_look(ViewSwitches& switches) {
 // Every setting of the table, by its name in a scene file.
 void Panel::edit_all() {
   ImGui::PushID("all");  // some settings also have a row above
+  rows_.set_label_room(13.0F);
   std::string section;
   for (const Field& field : fields()) {
     if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());

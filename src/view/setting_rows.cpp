@@ -8,12 +8,12 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "view/slide.hpp"
+
 namespace pf {
 namespace {
 
 const Field& field_of(const char* path) { return find_field(path, "panel"); }
-
-float label_width() { return ImGui::GetFontSize() * 9.8F; }
 
 double number_of(const Field& field, const Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
@@ -54,9 +54,18 @@ const std::string& help_of(const char* path) {
 }
 
 void tooltip(const std::string& text) {
-  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsAnyItemActive()) return;
+  const float font = ImGui::GetFontSize();
+  const float wrap = 22.0F * font;
+  const ImVec2 padding = ImGui::GetStyle().WindowPadding;
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, wrap);
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  const float right = ImGui::GetWindowPos().x + ImGui::GetWindowWidth() + 0.5F * font;
+  ImGui::SetNextWindowPos(
+      ImVec2(std::max(std::min(right, screen.x - size.x - 2.0F * padding.x), 0.0F),
+             std::max(std::min(ImGui::GetItemRectMin().y, screen.y - size.y - 2.0F * padding.y), 0.0F)));
   ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 22.0F);
+  ImGui::PushTextWrapPos(wrap);
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
@@ -64,6 +73,7 @@ void tooltip(const std::string& text) {
 
 void SettingRows::begin_frame(const Settings& shown) {
   controls_.clear();
+  label_room_ = kLabelRoom;
   edited_ = shown;
   changed_ = false;
 }
@@ -72,7 +82,7 @@ void SettingRows::begin_row(const char* label, const std::string& help) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(label);
   tooltip(help);
-  ImGui::SameLine(label_width());
+  ImGui::SameLine(label_room_ * ImGui::GetFontSize());
   ImGui::SetNextItemWidth(-1.0F);
 }
 
@@ -86,12 +96,11 @@ bool SettingRows::move(const Field& field, const SliderLook& look, double& value
   const int flags = ImGuiSliderFlags_NoRoundToFormat | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
   const char* format = value == 0.0 && look.at_zero != nullptr ? look.at_zero : look.format;
   if (std::holds_alternative<double Settings::*>(field.member))
-    return ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &look.low, &look.high, format,
-                               flags);
+    return slide<double>(id.c_str(), value, {look.low, look.high}, format, flags);
   auto whole = static_cast<std::int64_t>(value);
-  const auto low = static_cast<std::int64_t>(look.low);
-  const auto high = static_cast<std::int64_t>(look.high);
-  const bool moved = ImGui::SliderScalar(id.c_str(), ImGuiDataType_S64, &whole, &low, &high, format, flags);
+  const bool moved = slide<std::int64_t>(
+      id.c_str(), whole, {static_cast<std::int64_t>(look.low), static_cast<std::int64_t>(look.high)}, format,
+      flags);
   value = static_cast<double>(whole);
   return moved;
 }

@@ -54,6 +54,8 @@ class SettingRows {
   // Any setting but a text, by its key; a number is typed and counts when finished.
   void any(const Field& field);
 
+  // Room for labels, in heights of the font.
+  void set_label_room(float heights) { label_room_ = heights; }
   // For rows of another kind: label at the left with its tooltip, the next widget takes the rest.
   void begin_row(const char* label, const std::string& help);
   void end_row(const char* label, const std::string& help);
@@ -71,6 +73,9 @@ class SettingRows {
   // A slider of a whole or of a floating-point number. True if the value moved.
   static bool move(const Field& field, const SliderLook& look, double& value);
 
+  static constexpr float kLabelRoom = 9.8F;
+
+  float label_room_ = kLabelRoom;
   Settings edited_;
   bool changed_ = false;
   std::string held_label_;  // of a control whose value is not applied yet
@@ -83,7 +88,7 @@ class SettingRows {
 // Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// For the last widget.
+// For the last widget, at the right of its window, where it covers no other control; not while one is in use.
 void tooltip(const std::string& text);
 
 }  // namespace pf

@@ -13,7 +13,7 @@ NEEDED = ("Xvfb", "xdotool")
 # ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more.
 HOLD_S = 0.12
 LIMIT_S = 30.0  # for anything to happen
-SLIDER_END_PX = 2 + 14 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
+SLIDER_END_PX = 2 + 6 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
 
 
 def skip_if_missing():
