@@ -123,6 +123,15 @@ class Window:
         low, high = x0 + SLIDER_END_PX, x1 - SLIDER_END_PX
         self._press("mousemove", str(round(low + share * (high - low))), str(round(0.5 * (y0 + y1))))
 
+    def move_to(self, label, share):
+        """The pointer, to a share of the slider's range."""
+        self._move_to(label, share)
+
+    def hold(self, label, share):
+        """The button goes down there and stays."""
+        self._move_to(label, share)
+        self._press("mousedown", "1")
+
     def click(self, label):
         self._move_to(label)
         self._press("mousedown", "1")

@@ -14,6 +14,7 @@
 #include "view/phase_styles.hpp"
 #include "view/scene_marks.hpp"
 #include "view/setting_rows.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -61,6 +62,14 @@ TEST(Refusal, NamesTheRangeAndTheUnit) {
   EXPECT_EQ(refusal_of(std::nan(""), {0.0, 1.0}), "nan is not within 0 to 1; nothing changed");
   EXPECT_EQ(refusal_of(0.0, {0.0, 1.0}), "");
   EXPECT_EQ(refusal_of(1.0, {0.0, 1.0}), "");
+}
+
+TEST(Sliders, TheKnobIsWhereTheValueIs) {
+  EXPECT_DOUBLE_EQ(knob_share(0.25, 0.0, 1.0, false), 0.25);
+  EXPECT_DOUBLE_EQ(knob_share(-200.0, -200.0, 200.0, false), 0.0);
+  EXPECT_DOUBLE_EQ(knob_share(0.1, 0.01, 1.0, true), 0.5);
+  EXPECT_EQ(knob_share(0.0, 0.0, 0.1, true), 0.0) << "an automatic time step";
+  EXPECT_EQ(knob_share(300.0, 0.0, 60.0, false), 1.0) << "typed beyond the slider's end";
 }
 
 TEST(ColorMaps, LightnessRisesAllTheWay) {
