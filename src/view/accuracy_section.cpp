@@ -65,7 +65,7 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
       std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
       "share of collisions that steps so long do not see, by theory; exact sees all");
   row(rows, "Parcels gone", fmt::format("{}", r.num_retired), "parcels that have left an open world");
-  row(rows, "Overlap", fmt::format("at most {:.2g} diameters", r.max_overlap_diameters),
+  row(rows, "Largest overlap", fmt::format("{:.2g} diameters", r.max_overlap_diameters),
       fmt::format("at a contact, over {:.3g} s simulated and {} collisions", r.simulated_s,
                   r.num_collisions));
 }

@@ -86,13 +86,13 @@ def labels(bench):
 def chart(bench):
     """The chart of accuracy has costs and a caption below each other at its foot, clear of its points."""
     file = bench.folder / "chart.png"
-    with bench.open(*ELASTIC, "--method", "exact", "--picture", str(file)) as window:
+    with bench.open(*ELASTIC, "--method", "exact", "--size", "1000x790", "--picture", str(file)) as window:
         open_accuracy(window)
         x0, y0, x1, y1 = window.controls()["Work-precision"]
         window.stop()
     picture = read_png(file)
     foot = range(round(y1 - 2.0 * 14), round(y1))
-    lit = [any(sum(picture.at(x, y)) > 300 for x in range(round(x0), round(x1))) for y in foot]
+    lit = [any(sum(picture.at(x, y)) > 220 for x in range(round(x0), round(x1))) for y in foot]
     lines = sum(1 for above, here in zip([False] + lit, lit) if here and not above)
     check(lines == 2, f"{lines} lines of text at the foot")
     colored = [(x, y) for y in foot for x in range(round(x0), round(x1))
