@@ -25,14 +25,16 @@ void show_rows(const char* head, std::span<const KeyRow> rows) {
 }  // namespace
 
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
-  ImGui::SetNextWindowPos(ImVec2(place.left_px + 0.5F * place.width_px, 0.5F * place.bottom_px),
-                          ImGuiCond_Always, ImVec2(0.5F, 0.5F));
-  // Large text in a small window scrolls.
-  ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(place.width_px, place.bottom_px));
+  // Beside the panel if there is room. Large text in a small window scrolls.
+  const float right = place.left_px + place.width_px;
+  const float left = place.width_px > 38.0F * ImGui::GetFontSize() ? place.left_px : 0.0F;
+  ImGui::SetNextWindowPos(ImVec2(0.5F * (left + right), 0.5F * place.bottom_px), ImGuiCond_Always,
+                          ImVec2(0.5F, 0.5F));
+  ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(right - left, place.bottom_px));
   ImGui::Begin("keys", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
-                   ImGuiWindowFlags_NoFocusOnAppearing);
+                   ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_HorizontalScrollbar);
   if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
     show_rows("Mouse", kMouseRows);
     show_rows("Keys", kKeyRows);

@@ -84,7 +84,7 @@ class Chips {
     const float left = place_.left_px + std::max(0.5F * (place_.width_px - text.x - beside), 4.0F * s);
     const ImVec2 low(left, y_);
     const ImVec2 high(left + text.x + beside, y_ + height);
-    ImDrawList* list = ImGui::GetForegroundDrawList();
+    ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys
     list->AddRectFilled(low, high, colors_.ground, 13.0F * s);
     list->AddRect(low, high, edge, 13.0F * s);
     if (dot) list->AddCircleFilled(ImVec2(left + 15.0F * s, y_ + 0.5F * height), 5.0F * s, kRed);
