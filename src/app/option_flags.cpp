@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/accuracy.hpp"
+#include "app/key_table.hpp"
 
 namespace pf {
 namespace {
@@ -23,8 +24,8 @@ std::string flag_help(const SettingFlag& flag) {
   const Field field = field_of(flag);
   const std::string unit = field.unit.empty() ? "" : " [" + field.unit + "]";
   const auto* choice = std::get_if<Choice>(&field.member);
-  const std::string allowed = choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", "))
-                                                : fmt::format("{} to {}", field.min, field.max);
+  const std::string allowed =
+      choice != nullptr ? fmt::format("{}", fmt::join(choice->names, ", ")) : range_text(field);
   const Settings defaults;
   const std::string standard =
       is_num_parcels(flag)
@@ -39,7 +40,7 @@ std::string set_help() {
     const bool is_number =
         field.max > field.min && !std::holds_alternative<std::string Settings::*>(field.member);
     const auto* choice = std::get_if<Choice>(&field.member);
-    const std::string range = is_number ? fmt::format(" ({} to {})", field.min, field.max)
+    const std::string range = is_number ? fmt::format(" ({})", range_text(field))
                               : choice  ? fmt::format(" ({})", fmt::join(choice->names, ", "))
                                         : "";
     text += fmt::format("  {} = {}{}{}\n      {}\n", field.path(), value_text(field, Settings{}),
@@ -162,6 +163,7 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
 
 void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   add_stage_flags(app, typed, options);
+  app.footer([] { return key_help() + "\n" + set_help(); });
   app.add_flag("-t", options.show_path, "draw the path of the ball");
   app.add_flag("--headless", options.headless, "run without a window");
   app.add_flag_callback(

@@ -86,11 +86,11 @@ void check_parcel_size(const Settings& s, const Physics& physics, Vec2d size) {
   const double diameter = 2.0 * physics.parcels.radius_m;
   const double smaller = std::min(size.x, size.y);
   if (diameter > 0.5 * smaller) {
-    throw UserError(
-        fmt::format("air: {} parcels at area fraction {:g} are {:g} m wide, more than half the world's "
-                    "smaller side ({:g} m); "
-                    "raise air.num_parcels or lower air.area_fraction",
-                    physics.parcels.num, s.area_fraction, diameter, smaller));
+    throw UserError(fmt::format(
+        "air: {} at area fraction {} {:g} m wide, more than half the world's smaller side "
+        "({:g} m); raise air.num_parcels or lower air.area_fraction",
+        physics.parcels.num == 1 ? "1 parcel" : fmt::format("{} parcels", physics.parcels.num),
+        fmt::format("{:g} {}", s.area_fraction, physics.parcels.num == 1 ? "is" : "are"), diameter, smaller));
   }
   if (diameter < physics.world.unit_m) {  // a contact's position would not be resolved
     throw UserError(

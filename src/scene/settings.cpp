@@ -32,7 +32,7 @@ bool is_allowed_default(const Field& field) {
 // Allowed values of a field with unit and default, for the end of every message.
 std::string allowed_text(const Field& field) {
   const std::string unit = field.unit.empty() ? "" : " " + field.unit;
-  const std::string range = fmt::format("from {} to {}{}", field.min, field.max, unit);
+  const std::string range = fmt::format("from {}{}", range_text(field), unit);
   const std::string kind = std::visit(
       Overload{
           [&](double Settings::*) { return "a number " + range; },
@@ -117,6 +117,19 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }
 
 }  // namespace
+
+std::string limit_text(double limit) {
+  constexpr double kMillion = 1e6;
+  constexpr double kMaxExactInteger = 9007199254740992.0;
+  if (limit == kMaxExactInteger) return "2^53";
+  const double millions = limit / kMillion;
+  const bool is_round = std::abs(millions) >= 1.0 && millions == std::round(millions);
+  return is_round ? fmt::format("{} million", millions) : fmt::format("{}", limit);
+}
+
+std::string range_text(const Field& field) {
+  return fmt::format("{} to {}", limit_text(field.min), limit_text(field.max));
+}
 
 std::string value_text(const Field& field, const Settings& settings) {
   return std::visit(

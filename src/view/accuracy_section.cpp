@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "view/overlay_paint.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -28,8 +30,13 @@ ImU32 method_color(std::size_t method, Theme theme) {
   return packed(color);
 }
 
-std::string signed_text(double value) { return std::isfinite(value) ? fmt::format("{:+.2g}", value) : "-"; }
-std::string plain_text(double value) { return std::isfinite(value) ? fmt::format("{:.2g}", value) : "-"; }
+// In per cent, as in the legend of the flights.
+std::string signed_text(double share) {
+  return std::isfinite(share) ? fmt::format("{:+.2g} %", 100.0 * share) : "-";
+}
+std::string plain_text(double share) {
+  return std::isfinite(share) ? fmt::format("{:.2g} %", 100.0 * share) : "-";
+}
 
 void row(SettingRows& rows, const char* label, const std::string& value, const std::string& help) {
   rows.begin_row(label, help);
@@ -43,8 +50,8 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
       "relative, of parcels and ball together, since the last launch or change of a setting; with a "
       "restitution "
       "below 1 a loss is physics");
-  row(rows, "Momentum", plain_text(r.momentum_drift),
-      "its drift, relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, "
+  row(rows, "Momentum drift", plain_text(r.momentum_drift),
+      "relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, "
       "and "
       "that is physics");
   std::string rate = "-";
@@ -54,16 +61,19 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
       "collisions counted over those of a gas in equilibrium, with their statistical error; a gas that cools "
       "in "
       "clusters, or one that a ball stirs, is not in equilibrium");
-  row(rows, "Missed, left",
-      fmt::format("{}, {}",
-                  std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
-                  r.num_retired),
-      "share of collisions that steps so long do not see, by theory (exact sees all), and the number of "
-      "parcels "
-      "that have left an open world");
-  row(rows, "Overlap", fmt::format("at most {:.2g} diameters", r.max_overlap_diameters),
+  row(rows, "Missed hits",
+      std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
+      "share of collisions that steps so long do not see, by theory; exact sees all");
+  row(rows, "Parcels gone", fmt::format("{}", r.num_retired), "parcels that have left an open world");
+  row(rows, "Largest overlap", fmt::format("{:.2g} diameters", r.max_overlap_diameters),
       fmt::format("at a contact, over {:.3g} s simulated and {} collisions", r.simulated_s,
                   r.num_collisions));
+}
+
+std::string expected_text(const AccuracyChoice& choice) {
+  if (choice.expected_error <= 0.0) return "no error resolved";
+  return fmt::format("{} within {}{:.2g} %", choice.of, choice.is_bound ? "less than " : "",
+                     100.0 * choice.expected_error);
 }
 
 // A rectangle of the screen with logarithmic axes. An error of 0 lies at its lower edge.
@@ -98,7 +108,7 @@ std::optional<Axes> axes_of(const WorkPrecision& picture, ImVec2 low, ImVec2 hig
   return is_plane && axes.min_error > 0.0 ? std::optional(axes) : std::nullopt;
 }
 
-void draw_decades(ImDrawList* list, const Axes& axes, const OverlayColors& colors) {
+void draw_errors(ImDrawList* list, const Axes& axes, const OverlayColors& colors) {
   const float size = 0.8F * ImGui::GetFontSize();
   for (double error = 1e-6; error < 10.0; error *= 10.0) {
     if (error < axes.min_error || error > axes.max_error) continue;
@@ -107,10 +117,34 @@ void draw_decades(ImDrawList* list, const Axes& axes, const OverlayColors& color
     list->AddText(ImGui::GetFont(), size, ImVec2(at.x + 3.0F, at.y - size), colors.dim,
                   fmt::format("{:g} %", 100.0 * error).c_str());
   }
-  for (double cost = 1.0; cost < 1e9; cost *= 10.0) {
-    if (cost < axes.min_cost || cost > axes.max_cost) continue;
+}
+
+// Costs to mark: powers of ten, or also twice and five times these where there are fewer than two.
+std::vector<double> marked_costs(const Axes& axes) {
+  std::vector<double> decades, all;
+  for (double decade = 1e-3; decade < 1e9; decade *= 10.0) {
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double cost = factor * decade;
+      if (cost < axes.min_cost || cost > axes.max_cost) continue;
+      all.push_back(cost);
+      if (factor == 1.0) decades.push_back(cost);
+    }
+  }
+  return decades.size() < 2 ? all : decades;
+}
+
+void draw_costs(ImDrawList* list, const Axes& axes, const OverlayColors& colors) {
+  const float size = 0.8F * ImGui::GetFontSize();
+  float free_from = axes.low.x;
+  for (const double cost : marked_costs(axes)) {
     const ImVec2 at = axes.place({cost, axes.min_error});
     list->AddLine(ImVec2(at.x, axes.low.y), at, colors.edge);
+    const std::string text = fmt::format("{:g} ns", cost);
+    const float width = text_width(text, 0.8F);
+    const float left = std::clamp(at.x - 0.5F * width, axes.low.x + 2.0F, axes.high.x - width - 2.0F);
+    if (left < free_from) continue;
+    list->AddText(ImGui::GetFont(), size, ImVec2(left, axes.high.y + 0.4F * size), colors.dim, text.c_str());
+    free_from = left + width + size;
   }
 }
 
@@ -128,12 +162,13 @@ void draw_methods(ImDrawList* list, const Axes& axes, const WorkPrecision& pictu
   }
 }
 
+// Above the axes.
 void draw_names(ImDrawList* list, const Axes& axes, Theme theme) {
   const float size = 0.85F * ImGui::GetFontSize();
   float right = axes.high.x - 4.0F;
   for (std::size_t k = kMethods.size(); k-- > 0;) {
     right -= text_width(kMethods[k].name, 0.85F);
-    list->AddText(ImGui::GetFont(), size, ImVec2(right, axes.low.y + 2.0F), method_color(k, theme),
+    list->AddText(ImGui::GetFont(), size, ImVec2(right, axes.low.y - 1.25F * size), method_color(k, theme),
                   kMethods[k].name);
     right -= size;
   }
@@ -171,26 +206,26 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
       "lab "
       "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
   rows.begin_row("Accuracy", help);
-  const double limits[2] = {0.1, 50.0};
-  ImGui::SliderScalar("##accuracy", ImGuiDataType_Double, &percent_, &limits[0], &limits[1], "%.2f %%",
-                      ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
-  const bool done = ImGui::IsItemDeactivatedAfterEdit();
+  double percent = rows.in_hand("Accuracy", percent_);
+  const bool moved = slide<double>("##accuracy", percent, {0.1, 50.0}, "%.2f %%",
+                                   ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
+  const auto number = rows.finished("Accuracy", percent, moved, true, {1e-3, 99.0, "%"});
   rows.end_row("Accuracy", help);
   ImGui::EndDisabled();
-  if (done) choose(rows, frame);
+  rows.refusal("Accuracy");
+  percent_ = number.value_or(percent_);
+  if (number) choose(rows, frame);
   if (!note_.empty()) ImGui::TextWrapped("%s", note_.c_str());
   if (has_parcels && table_) plot(rows, frame, theme);
 }
 
 void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
-  percent_ = std::isfinite(percent_) ? std::clamp(percent_, 1e-3, 99.0) : 2.0;
   const AccuracyWish wish = {0.01 * percent_, target(rows.edited()), true};
   try {
     const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);
     rows.edited() = choice.settings;
     rows.mark_changed();
-    note_ = fmt::format("{}: {} within {}{:.2g} %", method_name(choice.settings.method), choice.of,
-                        choice.is_bound ? "less than " : "", 100.0 * choice.expected_error);
+    note_ = fmt::format("{}: {}", method_name(choice.settings.method), expected_text(choice));
     if (!choice.remarks.empty()) note_ += "; " + choice.remarks.front();
   } catch (const UserError& error) {
     note_ = error.what();
@@ -206,12 +241,12 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
       work_precision(*table_, settings, target(settings), frame.backend, displacement);
   const float font = ImGui::GetFontSize();
   const ImVec2 low = ImGui::GetCursorScreenPos();
-  const ImVec2 size(ImGui::GetContentRegionAvail().x, 8.0F * font);
+  const ImVec2 size(ImGui::GetContentRegionAvail().x, 10.5F * font);
   ImGui::InvisibleButton("##work-precision", size);
   rows.end_row(
       "Work-precision",
       fmt::format("error of {} over cost in nanoseconds per disc and time d/c, at area fraction {:g} and "
-                  "restitution {:g}, the nearest of the table; vertical lines are powers of ten. The dot: "
+                  "restitution {:g}, the nearest of the table. The dot: "
                   "the current setting{}",
                   picture.of, picture.area_fraction, picture.restitution,
                   picture.current ? fmt::format(", {:.3g} ns, {:.2g} %", picture.current->ns_per_disc_time,
@@ -221,14 +256,17 @@ void AccuracySection::plot(SettingRows& rows, const FrameView& frame, Theme them
   const OverlayColors& colors = overlay_colors(theme);
   ImDrawList* list = ImGui::GetWindowDrawList();
   list->AddRectFilled(low, high, colors.plot);
-  const auto axes = axes_of(picture, low, ImVec2(high.x, high.y - 0.5F * font));
+  // Names stand above the axes; the costs and the caption below, clear of points with an error of 0.
+  const auto axes =
+      axes_of(picture, ImVec2(low.x, low.y + 1.2F * font), ImVec2(high.x, high.y - 2.2F * font));
   if (!axes) return;
-  draw_decades(list, *axes, colors);
+  draw_errors(list, *axes, colors);
+  draw_costs(list, *axes, colors);
   draw_methods(list, *axes, picture, theme);
   draw_names(list, *axes, theme);
-  const std::string caption = fmt::format("error of {}; cost \xE2\x86\x92", picture.of);
-  list->AddText(ImGui::GetFont(), 0.85F * font, ImVec2(low.x + 0.3F * font, high.y - font), colors.dim,
-                caption.c_str());
+  const std::string caption = fmt::format("error of {}; cost per disc and time d/c \xE2\x86\x92", picture.of);
+  list->AddText(ImGui::GetFont(), 0.85F * font, ImVec2(low.x + 0.3F * font, high.y - 1.05F * font),
+                colors.dim, caption.c_str());
   if (!picture.current) return;
   const ImVec2 at = axes->place(*picture.current);
   list->AddCircleFilled(at, 0.42F * font, colors.plot);

@@ -180,12 +180,13 @@ void Gui::apply_style(Theme theme, float scale) {
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();
   style.WindowRounding = 0.0F;
-  style.FrameRounding = style.GrabRounding = style.PopupRounding = 4.0F;
+  style.FrameRounding = style.PopupRounding = 4.0F;
+  style.GrabRounding = 2.0F;
   style.WindowBorderSize = 0.0F;
   style.FramePadding = ImVec2(8.0F, 3.5F);
   style.ItemSpacing = ImVec2(8.0F, 2.0F);
   style.WindowPadding = ImVec2(14.0F, 10.0F);
-  style.GrabMinSize = 14.0F;
+  style.GrabMinSize = 6.0F;
   style.ScrollbarSize = 10.0F;
   set_colors(theme, style.Colors);
   style.ScaleAllSizes(scale);
@@ -232,16 +233,6 @@ void Gui::draw(unsigned int framebuffer, SizePx size) {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
   glViewport(0, 0, size.width, size.height);
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
-}
-
-void show_corner_notice(const std::string& text, float width_px, float scale) {
-  const float padding = 8.0F * scale;
-  const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-  const ImVec2 high(width_px - padding, 3.0F * padding + size.y);
-  const ImVec2 low(high.x - size.x - 2.0F * padding, padding);
-  ImDrawList* list = ImGui::GetForegroundDrawList();
-  list->AddRectFilled(low, high, IM_COL32(11, 19, 25, 225), 0.5F * padding);
-  list->AddText(ImVec2(low.x + padding, low.y + padding), IM_COL32(226, 233, 234, 255), text.c_str());
 }
 
 bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }

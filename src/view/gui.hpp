@@ -61,7 +61,4 @@ class Gui {
   float scale_ = 0.0F;
 };
 
-// A line in a dark box at the upper right corner of a picture of this width.
-void show_corner_notice(const std::string& text, float width_px, float scale);
-
 }  // namespace pf

@@ -66,7 +66,8 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   mode = fitting_mode(mode, place.width_px, place.scale);
   if (mode == OverlayMode::off) return;
   const bool is_moved = mode != written_mode_ || !(place == written_place_) || look.theme != written_theme_;
-  const bool is_due = every_frame_ || frame.paused || history_.num_added() >= written_at_ + kFramesPerText;
+  const bool is_still = frame.paused || frame.flight == Flight::landed;  // adds no frames, or few
+  const bool is_due = every_frame_ || is_still || history_.num_added() >= written_at_ + kFramesPerText;
   if (is_moved || is_due) write_texts(frame, mode, place, look);
   begin_strip(place, height_px(mode, place.scale), colors_);
   if (mode == OverlayMode::full) {
@@ -160,7 +161,7 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim, cluster_text(frame.frame_totals));
     } else if (figures_.copy_share > 0.0) {
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim,
-                       fmt::format("{:.1f} % of copying", 100.0 * figures_.copy_share));
+                       fmt::format("{:.1f} % of copy bandwidth", 100.0 * figures_.copy_share));
     }
   }
   const std::string memory =

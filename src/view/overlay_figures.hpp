@@ -31,7 +31,8 @@ class FrameHistory {
  public:
   static constexpr std::size_t kNumKept = 120;
 
-  // times: all phases of one frame; frame_ms: wall time from the frame before to it.
+  // times: all phases of one frame; frame_ms: wall time from the frame before to it. Frames that only wait
+  // for the next launch are left out, so that the flight's figures stay.
   void add(const PhaseTimes& times, double frame_ms, const FrameView& frame, const DrawTimes& drawing = {});
   std::size_t size() const { return num_added_ < kNumKept ? num_added_ : kNumKept; }
   std::uint64_t num_added() const { return num_added_; }

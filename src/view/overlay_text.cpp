@@ -60,7 +60,7 @@ std::string air_text(const FrameView& frame) {
     case Air::drag:
       return "drag in closed form, no parcels";
     default:
-      return grouped(frame.num_parcels) + " parcels";
+      return grouped(frame.num_parcels) + (frame.num_parcels == 1 ? " parcel" : " parcels");
   }
 }
 

@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "app/options.hpp"
-#include "scene/scene_file.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -47,7 +47,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
-  edit_scene(frame, commands);
+  scene_menu_.edit(rows_, frame, commands);
   edit_buttons(frame, commands);
   ImGui::Separator();
   edit_main(frame);
@@ -57,36 +57,12 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   shows_accuracy_ = rows_.header("Accuracy", false);
   if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
   if (rows_.header("View", true)) edit_view(switches);
-  if (rows_.header("Show", false)) edit_show(frame, switches, commands);
+  if (rows_.header("Presenting", false)) edit_show(frame, switches, commands);
   if (rows_.header("All settings", false)) edit_all();
   ImGui::End();
   if (rows_.changed()) commands.settings = rows_.edited();
   if (!commands.scene.empty()) switches.fit_camera = true;
   return commands;
-}
-
-// The program's name and the menu of scenes. Choosing the current scene loads it again.
-void Panel::edit_scene(const FrameView& frame, Commands& commands) {
-  const std::string& current = frame.settings->name;
-  ImGui::AlignTextToFramePadding();
-  ImGui::TextColored(ImGui::GetStyleColorVec4(ImGuiCol_CheckMark), "Pickleball Flight");
-  ImGui::SameLine();
-  ImGui::SetNextItemWidth(-1.0F);
-  const bool open = ImGui::BeginCombo("##scene", current.c_str(), ImGuiComboFlags_HeightLarge);
-  rows_.end_row("Scene",
-                fmt::format("{}\nAnother scene replaces all settings, also those of the command line, "
-                            "and starts from its beginning.",
-                            frame.settings->description));
-  if (!open) return;
-  if (ImGui::IsWindowAppearing()) {
-    scenes_.clear();
-    for (const SceneEntry& scene : list_scenes()) scenes_.push_back(scene.name);
-  }
-  for (const std::string& name : scenes_) {
-    if (ImGui::Selectable(name.c_str(), name == current)) commands.scene = name;
-    rows_.controls().note("Scene." + name);
-  }
-  ImGui::EndCombo();
 }
 
 void Panel::edit_buttons(const FrameView& frame, Commands& commands) {
@@ -121,56 +97,63 @@ void Panel::edit_main(const FrameView& frame) {
 // A field to type the number, and a logarithmic slider.
 void Panel::edit_num_parcels() {
   Settings& edited = rows_.edited();
-  if (!holds_num_parcels_) num_parcels_ = edited.num_parcels;
+  const NumberRange range = {1.0, find_field("air.num_parcels", "panel").max};
+  auto num = static_cast<std::int64_t>(rows_.in_hand("Parcels N", static_cast<double>(edited.num_parcels)));
+  auto typed = static_cast<std::int64_t>(rows_.in_hand("Parcels N typed", static_cast<double>(num)));
   ImGui::BeginDisabled(edited.air != Air::parcels);
   const std::string help = help_of("air.num_parcels") + "\nTakes effect when you let go, or with Enter.";
   rows_.begin_row("Parcels N", help);
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
-  ImGui::InputScalar("##N typed", ImGuiDataType_S64, &num_parcels_, nullptr, nullptr, "%lld");
-  bool done = ImGui::IsItemDeactivatedAfterEdit();
-  holds_num_parcels_ = ImGui::IsItemActive();
+  bool moved = ImGui::InputScalar("##N typed", ImGuiDataType_S64, &typed, nullptr, nullptr, "%lld");
+  auto number = rows_.finished("Parcels N typed", static_cast<double>(typed), moved, true, range);
   rows_.end_row("Parcels N typed", help);
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
   const std::int64_t low = 1;
-  ImGui::SliderScalar(
-      "##N", ImGuiDataType_S64, &num_parcels_, &low, &max_parcels_, "",
+  moved = ImGui::SliderScalar(
+      "##N", ImGuiDataType_S64, &num, &low, &max_parcels_, "",
       ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput);
-  done = done || ImGui::IsItemDeactivatedAfterEdit();
-  holds_num_parcels_ = holds_num_parcels_ || ImGui::IsItemActive();
+  if (const auto slid = rows_.finished("Parcels N", static_cast<double>(num), moved, true, range))
+    number = slid;
   rows_.end_row("Parcels N", help);
   ImGui::EndDisabled();
-  if (!done) return;
-  const double most = find_field("air.num_parcels", "panel").max;
-  num_parcels_ = std::clamp<std::int64_t>(num_parcels_, 1, static_cast<std::int64_t>(most));
-  if (num_parcels_ == edited.num_parcels) return;
-  edited.num_parcels = num_parcels_;
+  rows_.refusal("Parcels N typed");
+  if (!number || static_cast<std::int64_t>(*number) == edited.num_parcels) return;
+  edited.num_parcels = static_cast<std::int64_t>(*number);
   rows_.mark_changed();
 }
 
 // Speed and direction, for the scene's two components of velocity.
 void Panel::edit_launch() {
   Settings& edited = rows_.edited();
-  double speed_mps = std::hypot(edited.ball_vx_mps, edited.ball_vy_mps);
+  const double speed_mps = std::hypot(edited.ball_vx_mps, edited.ball_vy_mps);
   if (speed_mps > 0.0) launch_angle_deg_ = std::atan2(edited.ball_vy_mps, edited.ball_vx_mps) / kDegree;
-  double angle_deg = launch_angle_deg_;
-  const double limits[4] = {0.0, 60.0, -180.0, 180.0};
   const std::string help =
       fmt::format("speed and angle (degrees, counter-clockwise) of the next launch:\n{}\n{}",
                   help_of("ball.vx_mps"), help_of("ball.vy_mps"));
-  rows_.begin_row("Launch speed", help);
-  bool moved =
-      ImGui::SliderScalar("##speed", ImGuiDataType_Double, &speed_mps, &limits[0], &limits[1], "%.2f m/s");
-  rows_.end_row("Launch speed", help);
-  rows_.begin_row("Launch angle", help);
-  moved |=
-      ImGui::SliderScalar("##angle", ImGuiDataType_Double, &angle_deg, &limits[2], &limits[3], "%.1f deg");
-  rows_.end_row("Launch angle", help);
-  if (!moved) return;
-  if (std::isfinite(angle_deg)) launch_angle_deg_ = angle_deg;
-  edited.ball_vx_mps = speed_mps * std::cos(angle_deg * kDegree);
-  edited.ball_vy_mps = speed_mps * std::sin(angle_deg * kDegree);
+  const double max_mps = find_field("ball.vx_mps", "panel").max;
+  const auto speed =
+      launch_row("Launch speed", help, speed_mps, {0.0, 60.0, "%.2f m/s"}, {0.0, max_mps, "m/s"});
+  const auto angle = launch_row("Launch angle", help, launch_angle_deg_, {-180.0, 180.0, "%.1f deg"},
+                                {-360.0, 360.0, "degrees"});
+  if (!speed && !angle) return;
+  launch_angle_deg_ = angle.value_or(launch_angle_deg_);
+  edited.ball_vx_mps = speed.value_or(speed_mps) * std::cos(launch_angle_deg_ * kDegree);
+  edited.ball_vy_mps = speed.value_or(speed_mps) * std::sin(launch_angle_deg_ * kDegree);
   rows_.mark_changed();
+}
+
+// The number to apply, if any.
+std::optional<double> Panel::launch_row(const char* label, const std::string& help, double value,
+                                        const SliderLook& look, const NumberRange& range) {
+  rows_.begin_row(label, help);
+  value = rows_.in_hand(label, value);
+  const std::string id = std::string("##") + label;
+  const bool moved = slide<double>(id.c_str(), value, {look.low, look.high}, look.format);
+  const auto number = rows_.finished(label, value, moved, false, range);
+  rows_.end_row(label, help);
+  rows_.refusal(label);
+  return number;
 }
 
 void Panel::edit_ball(const FrameView& frame) {
@@ -228,8 +211,12 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Checkbox("Ball's path (T)", &switches.show_path);
   rows_.end_row("Path", "the ball's path");
   ImGui::SameLine();
-  if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
+  const float half = 0.5F * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
+  if (rows_.button("Fit (F)", half, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
+  ImGui::SameLine();
+  if (rows_.button("Keys (F1)", half, "all keys and mouse gestures on a card; Esc closes it"))
+    switches.show_keys = !switches.show_keys;
   const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc quits";
   rows_.begin_row("Overlay", overlay_help);
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
@@ -287,16 +274,18 @@ void Panel::edit_look(ViewSwitches& switches) {
                   "of the parcels' speed; lightness rises in each, also for colour-blind eyes");
   choose("##colours", kColorMapNames, switches.look.color_map, "Colours", rows_.controls());
   rows_.begin_row("Text size", "+ and -: text, panel and overlay. Takes effect when you let go.");
-  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) ui_scale_ = switches.ui_scale;
-  ImGui::SliderScalar("##scale", ImGuiDataType_Double, &ui_scale_, &kMinUiScale, &kMaxUiScale, "%.2f");
-  if (ImGui::IsItemDeactivatedAfterEdit())
-    switches.ui_scale = std::clamp(ui_scale_, kMinUiScale, kMaxUiScale);
+  double scale = rows_.in_hand("Text size", switches.ui_scale);
+  const bool moved = slide<double>("##scale", scale, {kMinUiScale, kMaxUiScale}, "%.2f");
+  const auto number = rows_.finished("Text size", scale, moved, true, {kMinUiScale, kMaxUiScale});
+  if (number) switches.ui_scale = *number;
   rows_.end_row("Text size", "+ and -");
+  rows_.refusal("Text size");
 }
 
 // Every setting of the table, by its name in a scene file.
 void Panel::edit_all() {
   ImGui::PushID("all");  // some settings also have a row above
+  rows_.set_label_room(13.0F);
   std::string section;
   for (const Field& field : fields()) {
     if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "app/simulation.hpp"
 #include "view/accuracy_section.hpp"
 #include "view/look.hpp"
+#include "view/scene_menu.hpp"
 #include "view/setting_rows.hpp"
 
 namespace pf {
@@ -24,6 +26,7 @@ struct ViewSwitches {
   double ui_scale = 1.0;  // of text and overlay
   bool vsync = true;
   bool full_screen = false;
+  bool show_keys = false;      // the card of keys
   bool fit_camera = false;     // requested; the stage clears it
   bool measure_terms = false;  // requested; the stage clears it
 };
@@ -49,11 +52,12 @@ class Panel {
  private:
   static constexpr float kWidth_px = 318.0F;
 
-  void edit_scene(const FrameView& frame, Commands& commands);
   void edit_buttons(const FrameView& frame, Commands& commands);
   void edit_main(const FrameView& frame);
   void edit_num_parcels();
   void edit_launch();
+  std::optional<double> launch_row(const char* label, const std::string& help, double value,
+                                   const SliderLook& look, const NumberRange& range);
   void edit_ball(const FrameView& frame);
   void edit_air();
   void edit_method(const FrameView& frame);
@@ -69,12 +73,8 @@ class Panel {
   AccuracySection accuracy_;
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
-  std::vector<std::string> scenes_;  // listed when the menu opened
-  // A change of N spawns the air again, so it is applied on release only.
-  std::int64_t num_parcels_ = 0;
-  bool holds_num_parcels_ = false;
+  SceneMenu scene_menu_;
   std::array<char, 256> scene_file_{};
-  double ui_scale_ = 1.0;          // in hand
   double launch_angle_deg_ = 0.0;  // kept here, because a speed of 0 has no direction
 };
 

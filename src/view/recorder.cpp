@@ -230,11 +230,18 @@ void Recorder::finish(Simulation& simulation) {
   if (options_.still_s) write_picture(options_.still, kept, simulation);
 }
 
-std::string Recorder::notice() const {
-  const bool is_news = !last_news_.empty() && milliseconds_since(news_since_) < 1e3 * kNewsShown_s;
-  if (!running_) return is_news ? last_news_ : "";
+std::string Recorder::film_line() const {
+  if (!running_) return "";
   const FilmFigures film = running_->film->figures();
-  return fmt::format("REC {}: {}", film.file.string(), count_text(film));
+  const auto time_s = static_cast<std::int64_t>(static_cast<double>(film.num_frames) / film.rate_hz);
+  std::string line = fmt::format("{}:{:02}  {}", time_s / 60, time_s % 60, film.file.filename().string());
+  if (film.num_dropped > 0) line += fmt::format(", {} dropped", film.num_dropped);
+  if (film.num_duplicated > 0) line += fmt::format(", {} doubled", film.num_duplicated);
+  return line;
+}
+
+std::string Recorder::news() const {
+  return !last_news_.empty() && milliseconds_since(news_since_) < 1e3 * kNewsShown_s ? last_news_ : "";
 }
 
 bool Recorder::failed() const { return failed_; }

@@ -51,8 +51,9 @@ class Recorder {
   // Ends the film and waits until all films are written; writes the picture of --picture or --still.
   void finish(Simulation& simulation);
 
-  // One line for the window: the current film, or the end of the last one. Empty: none.
-  std::string notice() const;
+  // Lines for the window: the current film with its time, and news of films and pictures. Empty: none.
+  std::string film_line() const;
+  std::string news() const;
   bool failed() const;  // a film broke off
   // The last film, null without one: file, log, frames, dropped, duplicated, surplus, encoder, width,
   // height, rate_hz, write_ms_per_frame (of encoder or sink, on their thread), failure (null: none), earlier:

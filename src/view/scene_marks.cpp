@@ -65,49 +65,86 @@ void show_figures(const BallLaunch& launch, ImVec2 at, const ScenePlace& scene) 
   list->AddText(ImVec2(at.x + 10.0F * s, at.y + 5.0F * s + 1.1F * line_px), colors.text, spin.c_str());
 }
 
-// A rounded notice, centred at the top; returns where the next one may stand.
-float show_chip(const std::string& what, ImU32 edge, float y, const OverlayPlace& place,
-                const OverlayColors& colors) {
-  const float width = text_width(what) + 24.0F * place.scale;
-  const float height = 26.0F * place.scale;
-  const float left = place.left_px + std::max(0.5F * (place.width_px - width), 4.0F);
-  ImDrawList* list = ImGui::GetForegroundDrawList();
-  list->AddRectFilled(ImVec2(left, y), ImVec2(left + width, y + height), colors.ground, 0.5F * height);
-  list->AddRect(ImVec2(left, y), ImVec2(left + width, y + height), edge, 0.5F * height);
-  list->AddText(ImVec2(left + 12.0F * place.scale, y + 0.5F * (height - ImGui::GetFontSize())), colors.text,
-                what.c_str());
-  return y + height + 6.0F * place.scale;
-}
+// Notices below each other, centred at the top of a place.
+class Chips {
+ public:
+  using Rectangles = std::map<std::string, std::array<float, 4>>;
 
-void show_notices(const FrameView& frame, float y, const OverlayPlace& place, const OverlayColors& colors) {
-  const float width = place.width_px - 40.0F * place.scale;
-  if (frame.paused) {
-    y = show_chip("Paused: space runs on, S steps", colors.accent, y, place, colors);
-  } else if (frame.flight == Flight::landed) {
-    y = show_chip(
-        frame.waits ? "The ball has left: M next method, L launch again" : "The ball has left the court",
-        colors.accent, y, place, colors);
+  Chips(const OverlayPlace& place, float top, const OverlayColors& colors, Rectangles& rectangles)
+      : place_(place), y_(top), colors_(colors), rectangles_(rectangles) {}
+
+  // Wrapped, because a message ends with its remedy. dot: red, before the text.
+  void show(const char* name, const std::string& what, ImU32 edge, bool dot = false) {
+    if (what.empty()) return;
+    const float s = place_.scale;
+    const float beside = (24.0F + (dot ? kDot_px : 0.0F)) * s;
+    const float room = std::max(place_.width_px - beside - 16.0F * s, 8.0F * ImGui::GetFontSize());
+    const ImVec2 text = ImGui::CalcTextSize(what.c_str(), nullptr, false, room);
+    const float height = text.y + 12.0F * s;
+    const float left = place_.left_px + std::max(0.5F * (place_.width_px - text.x - beside), 4.0F * s);
+    const ImVec2 low(left, y_);
+    const ImVec2 high(left + text.x + beside, y_ + height);
+    ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys
+    list->AddRectFilled(low, high, colors_.ground, 13.0F * s);
+    list->AddRect(low, high, edge, 13.0F * s);
+    if (dot) list->AddCircleFilled(ImVec2(left + 15.0F * s, y_ + 0.5F * height), 5.0F * s, kRed);
+    list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), ImVec2(high.x - 12.0F * s - text.x, y_ + 6.0F * s),
+                  colors_.text, what.c_str(), nullptr, room);
+    rectangles_[name] = {low.x, low.y, high.x, high.y};
+    y_ = high.y + 6.0F * s;
   }
-  if (!frame.notice.empty()) y = show_chip(fitting(frame.notice, width), colors.accent, y, place, colors);
-  if (!frame.message.empty()) show_chip(fitting(frame.message, width), colors.warning, y, place, colors);
+
+ private:
+  static constexpr float kDot_px = 16.0F;  // with its gap
+  static constexpr ImU32 kRed = IM_COL32(232, 52, 52, 255);
+
+  const OverlayPlace& place_;
+  float y_;
+  const OverlayColors& colors_;
+  Rectangles& rectangles_;
+};
+
+void show_notices(const FrameView& frame, const WindowNotices& window, const OverlayColors& colors,
+                  Chips chips) {
+  chips.show("Film notice", window.film, colors.edge, true);
+  if (frame.paused) {
+    chips.show("Pause notice", "Paused: space runs on, S steps", colors.accent);
+  } else if (frame.flight == Flight::landed) {
+    chips.show(
+        "Flight notice",
+        frame.waits ? "The ball has left: M next method, L launch again" : "The ball has left the court",
+        colors.accent);
+  }
+  chips.show("Success notice", frame.notice, colors.accent);
+  chips.show("News notice", window.news, colors.accent);
+  chips.show("Failure notice", frame.message, colors.warning);
 }
 
 }  // namespace
 
-void SceneMarks::show(const FrameView& frame, const ScenePlace& scene) {
+void SceneMarks::show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices) {
   float y = kTop_px * scene.place.scale;
   OverlayPlace beside = scene.place;
+  rectangles_.clear();
   if (FlightLegend::is_shown(frame, scene.look)) {
     const ViewRegion legend = show_legend(frame, scene);
     // Notices stand beside the legend, or below one that is too wide.
     const bool is_at_top = legend.bottom_px + legend.height_px > scene.height_px - 1.0;
-    if (is_at_top && legend.width_px < 0.6 * scene.place.width_px)
+    if (is_at_top && legend.width_px < 0.6 * scene.place.width_px) {
       beside.width_px -= static_cast<float>(legend.width_px);
-    else if (is_at_top)
+      const bool is_at_left = legend.left_px < scene.place.left_px + 1.0F;
+      if (is_at_left) beside.left_px += static_cast<float>(legend.width_px);
+    } else if (is_at_top) {
       y += static_cast<float>(legend.height_px);
+    }
     show_numbers(frame, scene);
   }
-  show_notices(frame, y, beside, overlay_colors(scene.look.theme));
+  const OverlayColors& colors = overlay_colors(scene.look.theme);
+  show_notices(frame, notices, colors, Chips(beside, y, colors, rectangles_));
+}
+
+void SceneMarks::note(ControlMap& controls) const {
+  for (const auto& [name, rectangle] : rectangles_) controls.note(name, rectangle);
 }
 
 ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
@@ -130,7 +167,10 @@ ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& sce
   const ViewRegion at = place_legend(free, legend_.size(frame, scene.look, scale),
                                      region_of_world(scene.camera, frame.physics->world));
   const auto top = static_cast<float>(scene.height_px - at.bottom_px - at.height_px);
-  legend_.paint(ImVec2(static_cast<float>(at.left_px), top), frame, scene.look, scale);
+  const auto left = static_cast<float>(at.left_px);
+  legend_.paint(ImVec2(left, top), frame, scene.look, scale);
+  rectangles_["Legend"] = {left, top, left + static_cast<float>(at.width_px),
+                           top + static_cast<float>(at.height_px)};
   return at;
 }
 

@@ -2,9 +2,14 @@
 // while a launch is aimed.
 #pragma once
 
+#include <array>
+#include <map>
+#include <string>
+
 #include "app/simulation.hpp"
 #include "view/camera.hpp"
 #include "view/flight_legend.hpp"
+#include "view/gui.hpp"
 #include "view/look.hpp"
 #include "view/overlay.hpp"
 
@@ -18,9 +23,17 @@ struct ScenePlace {
   Look look;
 };
 
+// Notices of the window alone, not of a film. Empty: none.
+struct WindowNotices {
+  std::string film;  // that runs, beside a red dot
+  std::string news;  // of films and pictures
+};
+
 class SceneMarks {
  public:
-  void show(const FrameView& frame, const ScenePlace& scene);
+  void show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices = {});
+  // Rectangles of legend and notices in the last frame.
+  void note(ControlMap& controls) const;
   // The part of the free region that a fitted world fills, so that the legend stands beside it.
   ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
                               float scale) const;
@@ -33,6 +46,7 @@ class SceneMarks {
   static void show_numbers(const FrameView& frame, const ScenePlace& scene);
 
   FlightLegend legend_;
+  std::map<std::string, std::array<float, 4>> rectangles_;
 };
 
 }  // namespace pf

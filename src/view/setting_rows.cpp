@@ -8,12 +8,12 @@
 #include <cmath>
 #include <unordered_map>
 
+#include "view/slide.hpp"
+
 namespace pf {
 namespace {
 
 const Field& field_of(const char* path) { return find_field(path, "panel"); }
-
-float label_width() { return ImGui::GetFontSize() * 9.8F; }
 
 double number_of(const Field& field, const Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member))
@@ -21,17 +21,23 @@ double number_of(const Field& field, const Settings& settings) {
   return settings.*std::get<double Settings::*>(field.member);
 }
 
-// Clamps to the field's range. A number that is not finite passes: the simulation refuses it with a reason.
 void set_number(const Field& field, double value, Settings& settings) {
   if (const auto* whole = std::get_if<std::int64_t Settings::*>(&field.member)) {
-    settings.** whole = static_cast<std::int64_t>(std::clamp(value, field.min, field.max));
-    return;
+    settings.** whole = static_cast<std::int64_t>(value);
+  } else {
+    settings.*std::get<double Settings::*>(field.member) = value;
   }
-  settings.*std::get<double Settings::*>(field.member) =
-      std::isfinite(value) ? std::clamp(value, field.min, field.max) : value;
 }
 
+NumberRange range_of(const Field& field) { return {field.min, field.max, field.unit.c_str()}; }
+
 }  // namespace
+
+std::string refusal_of(double value, const NumberRange& range) {
+  if (value >= range.low && value <= range.high) return "";
+  return fmt::format("{:g} is not within {} to {}{}{}; nothing changed", value, limit_text(range.low),
+                     limit_text(range.high), *range.unit != '\0' ? " " : "", range.unit);
+}
 
 const std::string& help_of(const char* path) {
   static std::unordered_map<const Field*, std::string> made;
@@ -40,7 +46,7 @@ const std::string& help_of(const char* path) {
   if (!text.empty()) return text;
   text = field.doc;
   if (!field.unit.empty()) text += fmt::format("\nUnit: {}", field.unit);
-  if (field.min < field.max) text += fmt::format("\nAllowed: {:g} to {:g}", field.min, field.max);
+  if (field.min < field.max) text += fmt::format("\nAllowed: {}", range_text(field));
   if (const auto* choice = std::get_if<Choice>(&field.member))
     text += fmt::format("\nAllowed: {}", fmt::join(choice->names, ", "));
   text += fmt::format("\n{}", field.path());
@@ -48,9 +54,18 @@ const std::string& help_of(const char* path) {
 }
 
 void tooltip(const std::string& text) {
-  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled)) return;
+  if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsAnyItemActive()) return;
+  const float font = ImGui::GetFontSize();
+  const float wrap = 22.0F * font;
+  const ImVec2 padding = ImGui::GetStyle().WindowPadding;
+  const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, wrap);
+  const ImVec2 screen = ImGui::GetIO().DisplaySize;
+  const float right = ImGui::GetWindowPos().x + ImGui::GetWindowWidth() + 0.5F * font;
+  ImGui::SetNextWindowPos(
+      ImVec2(std::max(std::min(right, screen.x - size.x - 2.0F * padding.x), 0.0F),
+             std::max(std::min(ImGui::GetItemRectMin().y, screen.y - size.y - 2.0F * padding.y), 0.0F)));
   ImGui::BeginTooltip();
-  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 22.0F);
+  ImGui::PushTextWrapPos(wrap);
   ImGui::TextUnformatted(text.c_str());
   ImGui::PopTextWrapPos();
   ImGui::EndTooltip();
@@ -58,6 +73,7 @@ void tooltip(const std::string& text) {
 
 void SettingRows::begin_frame(const Settings& shown) {
   controls_.clear();
+  label_room_ = kLabelRoom;
   edited_ = shown;
   changed_ = false;
 }
@@ -66,7 +82,7 @@ void SettingRows::begin_row(const char* label, const std::string& help) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(label);
   tooltip(help);
-  ImGui::SameLine(label_width());
+  ImGui::SameLine(label_room_ * ImGui::GetFontSize());
   ImGui::SetNextItemWidth(-1.0F);
 }
 
@@ -80,12 +96,11 @@ bool SettingRows::move(const Field& field, const SliderLook& look, double& value
   const int flags = ImGuiSliderFlags_NoRoundToFormat | (look.logarithmic ? ImGuiSliderFlags_Logarithmic : 0);
   const char* format = value == 0.0 && look.at_zero != nullptr ? look.at_zero : look.format;
   if (std::holds_alternative<double Settings::*>(field.member))
-    return ImGui::SliderScalar(id.c_str(), ImGuiDataType_Double, &value, &look.low, &look.high, format,
-                               flags);
+    return slide<double>(id.c_str(), value, {look.low, look.high}, format, flags);
   auto whole = static_cast<std::int64_t>(value);
-  const auto low = static_cast<std::int64_t>(look.low);
-  const auto high = static_cast<std::int64_t>(look.high);
-  const bool moved = ImGui::SliderScalar(id.c_str(), ImGuiDataType_S64, &whole, &low, &high, format, flags);
+  const bool moved = slide<std::int64_t>(
+      id.c_str(), whole, {static_cast<std::int64_t>(look.low), static_cast<std::int64_t>(look.high)}, format,
+      flags);
   value = static_cast<double>(whole);
   return moved;
 }
@@ -93,22 +108,41 @@ bool SettingRows::move(const Field& field, const SliderLook& look, double& value
 void SettingRows::slider(const char* label, const char* path, const SliderLook& look) {
   const Field& field = field_of(path);
   const std::string help = help_of(path) + (look.on_release ? "\nTakes effect when you let go." : "");
-  double value = held_path_ == path ? held_value_ : number_of(field, edited_);
+  double value = in_hand(label, number_of(field, edited_));
   begin_row(label, help);
   const bool moved = move(field, look, value);
-  // A typed number counts when it is finished: 1e9 on the way to 1e-9 must not.
-  const bool waits = look.on_release || ImGui::GetIO().WantTextInput;
-  const bool done = held_path_ == path || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
-  if (waits && ImGui::IsItemActive()) {
-    held_path_ = path;
-    held_value_ = value;
-  } else if (held_path_ == path) {
-    held_path_.clear();
-  }
+  const auto number = finished(label, value, moved, look.on_release, range_of(field));
   end_row(label, help);
-  if (!done) return;
-  set_number(field, value, edited_);
+  refusal(label);
+  if (!number) return;
+  set_number(field, *number, edited_);
   changed_ = true;
+}
+
+std::optional<double> SettingRows::finished(const char* label, double value, bool moved, bool on_release,
+                                            const NumberRange& range) {
+  // A typed number counts when it is finished: 1e9 on the way to 1e-9 must not.
+  const bool waits = on_release || ImGui::GetIO().WantTextInput;
+  const bool done = held_label_ == label || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
+  if (ImGui::IsItemActivated()) refused_label_.clear();
+  if (waits && ImGui::IsItemActive()) {
+    held_label_ = label;
+    held_value_ = value;
+  } else if (held_label_ == label) {
+    held_label_.clear();
+  }
+  if (!done) return std::nullopt;
+  refusal_ = refusal_of(value, range);
+  refused_label_ = refusal_.empty() ? "" : label;
+  return refusal_.empty() ? std::optional(value) : std::nullopt;
+}
+
+void SettingRows::refusal(const char* label) {
+  if (refused_label_ != label) return;
+  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_CheckMark));
+  ImGui::TextWrapped("%s", refusal_.c_str());
+  ImGui::PopStyleColor();
+  controls_.note(std::string(label) + " refused");
 }
 
 void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes) {
@@ -158,19 +192,13 @@ void SettingRows::any(const Field& field) {
     return checkboxes({{path.c_str(), path.c_str()}});
   begin_row(field.key.c_str(), help_of(path.c_str()));
   const std::string id = "##all " + path;
-  const std::string held = "all " + path;
-  double value = held_path_ == held ? held_value_ : number_of(field, edited_);
-  ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
-  const bool done = ImGui::IsItemDeactivatedAfterEdit();
-  if (ImGui::IsItemActive()) {
-    held_path_ = held;
-    held_value_ = value;
-  } else if (held_path_ == held) {
-    held_path_.clear();
-  }
+  double value = in_hand(path.c_str(), number_of(field, edited_));
+  const bool moved = ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
+  const auto number = finished(path.c_str(), value, moved, true, range_of(field));
   end_row(path.c_str(), help_of(path.c_str()));
-  if (!done) return;
-  set_number(field, value, edited_);
+  refusal(path.c_str());
+  if (!number) return;
+  set_number(field, *number, edited_);
   changed_ = true;
 }
 

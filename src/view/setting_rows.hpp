@@ -3,6 +3,7 @@
 #pragma once
 
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,16 @@ struct SliderLook {
   const char* at_zero = nullptr;  // shown in place of the number 0
   bool on_release = false;        // applied on release: the change spawns the air again, or costs as much
 };
+
+// A number that may be typed, ends included.
+struct NumberRange {
+  double low = 0.0;
+  double high = 0.0;
+  const char* unit = "";
+};
+
+// The reason why a typed number is refused, with the range: "7 is not within 0 to 1". Empty: it is not.
+std::string refusal_of(double value, const NumberRange& range);
 
 class SettingRows {
  public:
@@ -43,9 +54,18 @@ class SettingRows {
   // Any setting but a text, by its key; a number is typed and counts when finished.
   void any(const Field& field);
 
+  // Room for labels, in heights of the font.
+  void set_label_room(float heights) { label_room_ = heights; }
   // For rows of another kind: label at the left with its tooltip, the next widget takes the rest.
   void begin_row(const char* label, const std::string& help);
   void end_row(const char* label, const std::string& help);
+  // For the last widget, which shows value: the number to apply. None while it is held, typed or unchanged. A
+  // number out of range is refused: refusal(label) shows why below the row.
+  std::optional<double> finished(const char* label, double value, bool moved, bool on_release,
+                                 const NumberRange& range);
+  // The value in hand, else the given one.
+  double in_hand(const char* label, double value) const { return held_label_ == label ? held_value_ : value; }
+  void refusal(const char* label);
   bool button(const char* label, float width_px, const char* help);
   bool header(const char* label, bool open);
 
@@ -53,17 +73,22 @@ class SettingRows {
   // A slider of a whole or of a floating-point number. True if the value moved.
   static bool move(const Field& field, const SliderLook& look, double& value);
 
+  static constexpr float kLabelRoom = 9.8F;
+
+  float label_room_ = kLabelRoom;
   Settings edited_;
   bool changed_ = false;
-  std::string held_path_;  // of a slider whose value is not applied yet
+  std::string held_label_;  // of a control whose value is not applied yet
   double held_value_ = 0.0;
+  std::string refused_label_;  // of the control whose number was refused last
+  std::string refusal_;
   ControlMap controls_;
 };
 
 // Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// For the last widget.
+// For the last widget, at the right of its window, where it covers no other control; not while one is in use.
 void tooltip(const std::string& text);
 
 }  // namespace pf

@@ -193,7 +193,8 @@ bool Stage::still_ended() const {
                               view.simulated_s, view.message.empty() ? "" : ": ", view.message));
 }
 
-// The reference of the overlay's share of copying, once per backend. Without it the overlay shows no share.
+// The reference of the overlay's share of copy bandwidth, once per backend. Without it the overlay shows no
+// share.
 void Stage::measure_copy_bandwidth() {
   Backend& backend = simulation_.backend();
   const std::size_t num_bytes = backend.name() == "cuda" ? 256U << 20 : 32U << 20;  // beyond the caches

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/key_card.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
@@ -33,6 +34,7 @@ Commands Stage::handle_input() {
   commands.time_scale_factor = input.commands.time_scale_factor;
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
   commands.quit = input.commands.quit;
+  show_keys(input, commands);
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();
@@ -41,6 +43,17 @@ Commands Stage::handle_input() {
   follow_switches(commands);
   follow_camera(input);
   return commands;
+}
+
+// The card of keys. Esc closes it, and then nothing else.
+void Stage::show_keys(const InputFrame& input, Commands& commands) {
+  bool& shown = switches_.show_keys;
+  if (input.toggle_keys) shown = !shown;
+  if (shown && commands.quit) shown = commands.quit = false;
+  if (!shown) return;
+  const float left = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
+  show_key_card({left, static_cast<float>(size_.width) - left, static_cast<float>(size_.height), scale_},
+                panel_.controls());
 }
 
 // A drag begins at the ball or at its start. The simulation waits until it ends.
@@ -126,6 +139,7 @@ void Stage::write_panel_map() {
     const auto y = static_cast<float>(size_.height - start_px.y);
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
+  marks_.note(panel_.controls());
   std::string layout = panel_.controls().text();
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);

@@ -31,6 +31,7 @@ class Stage {
 
  private:
   Commands handle_input();
+  void show_keys(const InputFrame& input, Commands& commands);
   void aim(const InputFrame& input, Commands& commands);
   bool is_at_ball(Vec2d pointer_px) const;
   void follow_keys(const InputFrame& input);
@@ -55,7 +56,6 @@ class Stage {
   void write_panel_map();
   void steer();
   double left_to_still_s() const;
-  void show_recording();
   bool ended();
   bool still_ended() const;
   int finish();

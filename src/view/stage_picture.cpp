@@ -37,19 +37,15 @@ void Stage::describe_overlay() {
   overlay_.show(view, mode, place, switches_.look);
   place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
   const auto height_px = static_cast<float>(size_.height);
-  marks_.show(view, {camera_, place, height_px, look_of_marks()});
+  // A film with a picture of its own does not show the window's notices.
+  WindowNotices notices;
+  if (context_.window() != nullptr) notices = {recorder_.film_line(), recorder_.news()};
+  marks_.show(view, {camera_, place, height_px, look_of_marks()}, notices);
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});
   }
-  if (context_.window() != nullptr) show_recording();
   gui_.end_frame();
-}
-
-// At the upper right corner of the window. A film with a picture of its own does not show it.
-void Stage::show_recording() {
-  const std::string text = recorder_.notice();
-  if (!text.empty()) show_corner_notice(text, static_cast<float>(size_.width), scale_);
 }
 
 void Stage::draw_air(const Viewport& viewport) {

@@ -37,6 +37,7 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_V, [](InputFrame& input) { flip(input.toggle_vsync); }},
     {GLFW_KEY_F11, [](InputFrame& input) { flip(input.toggle_full_screen); }},
     {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
+    {GLFW_KEY_F1, [](InputFrame& input) { flip(input.toggle_keys); }},
     {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},
     {GLFW_KEY_F12, [](InputFrame& input) { input.take_picture = true; }}};
 
@@ -52,6 +53,9 @@ void apply_key(int key, int mods, InputFrame& input) {
 // to reach.
 void apply_letter(unsigned int letter, InputFrame& input) {
   switch (letter) {
+    case '?':
+      flip(input.toggle_keys);
+      break;
     case '+':
     case '=':
       ++input.larger_text;

@@ -26,6 +26,7 @@ struct InputFrame {
   bool toggle_full_screen = false;
   int larger_text = 0;  // steps
   bool fit = false;
+  bool toggle_keys = false;  // the card of keys
   bool toggle_film = false;
   bool take_picture = false;
   bool measure_terms = false;

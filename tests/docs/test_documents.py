@@ -370,6 +370,18 @@ def options(project):
     check_none(faults, "every option and setting that a document names is known")
 
 
+def keys(project):
+    """The table of keys and gestures in docs/using.md is the program's, as --help and its card of keys show it."""
+    shown = project.run(project.program, "run", "--help").stdout.partition("Mouse and keys in the window:\n")[2]
+    known = {tuple(re.split(r"  +", line.strip(), maxsplit=1)) for line in shown.partition("\n\n")[0].splitlines()}
+    table = project.text("docs/using.md").partition("## Mouse and keys")[2].partition("\n## ")[0]
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines() if line.startswith("|")]
+    told = {tuple(row[at:at + 2]) for row in cells[2:] for at in (0, 3)} - {("", ""), ("**key**", "**does**")}
+    check(len(known) > 15, f"--help has {len(known)} rows of keys and gestures")
+    check_none([f"--help alone has {row}" for row in sorted(known - told)] +
+               [f"docs/using.md alone has {row}" for row in sorted(told - known)], "docs/using.md has the same")
+
+
 # ---- drawings and spelling
 
 def drawings(project):
@@ -436,6 +448,7 @@ FAULTS = [
     (commands, "docs/architecture.md", "./check -L physics", "./check -L physic"),
     (options, "docs/using.md", "`--still` writes", "`--stills` writes"),
     (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clocks`"),
+    (keys, "docs/using.md", "begin, end a film", "begin a film"),
     (drawings, "docs/drawings/merge.svg", "find_conflicts", "find_conflict"),
     (drawings, "docs/exact.md", "collide at tick 58", "collide at tick 59"),
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),
@@ -469,7 +482,7 @@ def refuses_broken(project):
             check(False, f"{look.__name__} does not see {new!r} in {name}")
 
 
-CASES = {case.__name__: case for case in (words, purposes, files, commands, options, drawings, spelling, refuses_broken)}
+CASES = {case.__name__: case for case in (words, purposes, files, commands, options, keys, drawings, spelling, refuses_broken)}
 
 
 def main():

@@ -35,16 +35,22 @@ def values(bench):
 
 
 def typed(bench):
-    """Numbers typed after control and click: taken, put into the range, or refused."""
+    """Numbers typed after control and click: taken, or refused with a line below the control."""
     with bench.open() as window:
         window.type_value("Time step", "0.0002")
-        window.type_value("Restitution", "7")
-        window.type_value("Ball spin", "1e999")
+        for label, text in (("Restitution", "7"), ("Time step", "1e9"), ("Parcels N typed", "-5"), ("Ball spin", "1e999")):
+            window.type_value(label, text)
+            window.wait_for_control(f"{label} refused")
+            x0, y0, x1, _ = window.controls()[f"{label} refused"]
+            check(y0 >= window.controls()[label][3] and x1 < 318, f"{label} {text} is refused below: {x0}, {y0}")
+        window.click("Parcels N typed")
+        window.press_key("Escape")
+        window.wait_for_control("Ball spin refused", there=False)
         window.type_value("Parcels N typed", "777")
         time.sleep(0.3)
         report = window.stop()
-    check(report["dt_s"] == 0.0002, f"the time step is that typed: {report['dt_s']} s")
-    check(report["restitution"] == 1.0, f"restitution 7 is put into its range: {report['restitution']}")
+    check(report["dt_s"] == 0.0002, f"the time step is that typed, not that refused: {report['dt_s']} s")
+    check(report["restitution"] == 0.9, f"restitution 7 is refused, the scene's stays: {report['restitution']}")
     spin = report["ball"]["spin_radps"]
     check(10.0 < spin < 25.5, f"an infinite spin is refused, the scene's stays: {spin:.1f} rad/s")
     check(report["num_parcels"] == 777, f"N is that typed: {report['num_parcels']}")
@@ -139,7 +145,7 @@ def save(bench):
     with bench.open("--set", "air.restitution=0.4", "--paused") as window:
         for header in ("Ball", "Air", "Method", "View"):
             window.click(f"{header} header")
-        window.click("Show header")
+        window.click("Presenting header")
         window.wait_for_control("Scene file")
         window.type_text("Scene file", str(file))
         window.click("Save")

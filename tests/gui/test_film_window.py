@@ -119,7 +119,33 @@ def replay_in_window(bench):
     check(abs(again["ball"]["spin_radps"]) > 100, f"with the input: {again['ball']['spin_radps']:.0f} rad/s")
 
 
-CASES = {case.__name__: case for case in (film_key, picture_key, replay_in_window)}
+def are_apart(a, b):
+    return a[2] <= b[0] or b[2] <= a[0] or a[3] <= b[1] or b[3] <= a[1]
+
+
+def film_notice(bench):
+    """While it records, a red dot with the film's time covers neither legend nor panel nor overlay."""
+    for size in ("1280x700", "800x700"):
+        with bench.open("--size", size, "-t", "--picture", "last.png", "--time-scale", "0.01") as window:
+            window.press_key("F9")
+            window.wait_for_control("Film notice")
+            window.press_key("F12")
+            window.wait_for_control("News notice")
+            time.sleep(0.3)
+            places = window.controls()
+            window.stop()
+        notices = {name: place for name, place in places.items() if name.endswith("notice")}
+        legend, panel = places["Legend"], [0, 0, 318, 700]
+        overlay = [318, 700 - (150 if size.startswith("1280") else 28), 1280, 700]
+        for name, place in notices.items():
+            check(all(are_apart(place, other) for other in (legend, panel, overlay)), f"{size}: {name} covers nothing: {place}")
+        x0, y0, _, y1 = notices["Film notice"]
+        picture = read_png("last.png")
+        red, green, blue = picture.at(round(x0 + 15), round(0.5 * (y0 + y1)))
+        check(red > 200 and max(green, blue) < 80, f"and its dot is red: {red}, {green}, {blue}")
+
+
+CASES = {case.__name__: case for case in (film_key, film_notice, picture_key, replay_in_window)}
 
 
 def main():

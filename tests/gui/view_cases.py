@@ -117,3 +117,48 @@ def dense_screen(bench):
     # Each edge is rounded to a whole pixel, the font's height too: two pixels each way, at most.
     grown = [(before, after) for before, after in zip(*widths)]
     check(all(abs(after - 2.0 * before) <= 4.0 for before, after in grown), f"width and height of a slider: {grown}")
+
+
+def scene_words(bench):
+    """The open menu of scenes has a line below each name that says what it shows: another for each."""
+    file = bench.folder / "menu.png"
+    with bench.open("--size", "1000x700", "--picture", str(file), "--paused") as window:
+        window.click("Scene")
+        window.wait_for_control("Scene.gas")
+        time.sleep(0.3)
+        places = {name: place for name, place in window.controls().items() if name.startswith("Scene.")}
+        window.stop()
+    picture = read_png(file)
+    lines = {name: letters(picture, place) for name, place in places.items()}
+    lengths = [max(columns, default=0) for columns in lines.values()]
+    check(len(lines) > 8 and min(lengths) > 250, f"{len(lines)} sentences, the shortest {min(lengths)} pixels long")
+    check(len({tuple(columns) for columns in lines.values()}) == len(lines), "each another")
+
+
+def letters(picture, place):
+    """Columns with letters in the lower half of a rectangle, from its left."""
+    x0, y0, x1, y1 = (round(edge) for edge in place)
+    rows = range((y0 + y1) // 2 + 2, y1)
+    return [x - x0 for x in range(x0, min(x1, picture.width)) if any(max(picture.at(x, y)) > 120 for y in rows)]
+
+
+def key_card(bench):
+    """F1, ? and the button show all keys over the picture; each and Esc take them away, and Esc does no more."""
+    file = bench.folder / "keys.png"
+    with bench.open("--picture", str(file), "--paused", "--size", "1000x700") as window:
+        for opens, closes in (("F1", "Escape"), ("?", "F1"), ("F1", "?")):
+            for key, there in ((opens, True), (closes, False)):
+                window.press_shifted("slash") if key == "?" else window.press_key(key)
+                window.wait_for_control("Key card", there)
+            print(f"ok: {opens} shows it, {closes} takes it away")
+        window.is_running()
+        window.click("Keys (F1)")
+        window.wait_for_control("Key card")
+        time.sleep(0.3)
+        x0, y0, x1, y1 = (round(edge) for edge in window.controls()["Key card"])
+        window.stop()
+    check(318 <= x0 and x1 <= 1000 and y0 > 0 and y1 < 700, f"all of it is over the picture: {x0}, {y0}, {x1}, {y1}")
+    picture = read_png(file)
+    lit = [any(max(picture.at(x, y)) > 150 for x in range(x0 + 14, x1)) for y in range(y0, y1)]
+    lines = sum(1 for above, here in zip(lit, lit[1:]) if here and not above)
+    check(lines >= 19, f"it has {lines} lines of text")

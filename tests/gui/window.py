@@ -13,7 +13,7 @@ NEEDED = ("Xvfb", "xdotool")
 # ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more.
 HOLD_S = 0.12
 LIMIT_S = 30.0  # for anything to happen
-SLIDER_END_PX = 2 + 14 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
+SLIDER_END_PX = 2 + 6 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
 
 
 def skip_if_missing():
@@ -122,6 +122,15 @@ class Window:
         x0, y0, x1, y1 = self.controls()[label]
         low, high = x0 + SLIDER_END_PX, x1 - SLIDER_END_PX
         self._press("mousemove", str(round(low + share * (high - low))), str(round(0.5 * (y0 + y1))))
+
+    def move_to(self, label, share):
+        """The pointer, to a share of the slider's range."""
+        self._move_to(label, share)
+
+    def hold(self, label, share):
+        """The button goes down there and stays."""
+        self._move_to(label, share)
+        self._press("mousedown", "1")
 
     def click(self, label):
         self._move_to(label)

@@ -104,7 +104,7 @@ TEST(Options, NumParcels) {
   EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
   EXPECT_EQ(options_of({"-p", "200000000"}).settings.num_parcels, 200000000);
   EXPECT_EQ(refusal({"-p", "0"}),
-            "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200000000; for a flight "
+            "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
             "without parcels use --set air.kind=vacuum");
   for (const char* text : {"-5", "1000000000000", "200000001", "1e300", "1e999"}) {
     EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;

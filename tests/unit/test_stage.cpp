@@ -13,6 +13,8 @@
 #include "view/overlay_figures.hpp"
 #include "view/phase_styles.hpp"
 #include "view/scene_marks.hpp"
+#include "view/setting_rows.hpp"
+#include "view/slide.hpp"
 
 namespace pf {
 namespace {
@@ -51,6 +53,23 @@ TEST(Aim, AClickLaunchesNothing) {
   aim.drag({-50.0, 0.0}, false);
   aim.cancel();
   EXPECT_FALSE(aim.release());
+}
+
+TEST(Refusal, NamesTheRangeAndTheUnit) {
+  EXPECT_EQ(refusal_of(7.0, {0.0, 1.0}), "7 is not within 0 to 1; nothing changed");
+  EXPECT_EQ(refusal_of(-5.0, {1.0, 200e6}), "-5 is not within 1 to 200 million; nothing changed");
+  EXPECT_EQ(refusal_of(1e9, {0.0, 1e3, "s"}), "1e+09 is not within 0 to 1000 s; nothing changed");
+  EXPECT_EQ(refusal_of(std::nan(""), {0.0, 1.0}), "nan is not within 0 to 1; nothing changed");
+  EXPECT_EQ(refusal_of(0.0, {0.0, 1.0}), "");
+  EXPECT_EQ(refusal_of(1.0, {0.0, 1.0}), "");
+}
+
+TEST(Sliders, TheKnobIsWhereTheValueIs) {
+  EXPECT_DOUBLE_EQ(knob_share(0.25, 0.0, 1.0, false), 0.25);
+  EXPECT_DOUBLE_EQ(knob_share(-200.0, -200.0, 200.0, false), 0.0);
+  EXPECT_DOUBLE_EQ(knob_share(0.1, 0.01, 1.0, true), 0.5);
+  EXPECT_EQ(knob_share(0.0, 0.0, 0.1, true), 0.0) << "an automatic time step";
+  EXPECT_EQ(knob_share(300.0, 0.0, 60.0, false), 1.0) << "typed beyond the slider's end";
 }
 
 TEST(ColorMaps, LightnessRisesAllTheWay) {
@@ -103,6 +122,22 @@ TEST(OverlayFigures, MedianAndPercentileOfTheLastFrames) {
   EXPECT_DOUBLE_EQ(figures.frame_ms.p99, 238.0);
   EXPECT_DOUBLE_EQ(figures.total_ms.median, 60.5);
   EXPECT_EQ(figures.copy_share, 0.0);
+}
+
+TEST(OverlayFigures, StayWhileTheBallHasLeft) {
+  Frames frames;
+  FrameHistory history;
+  for (int i = 0; i < 10; ++i) history.add(computing(2.0), 16.0, frames.view);
+  frames.view.flight = Flight::landed;
+  history.add(computing(2.0), 16.0, frames.view);  // the step in which it left
+  frames.view.frame_totals = {};
+  for (int i = 0; i < 500; ++i) history.add({}, 16.0, frames.view);
+  EXPECT_EQ(history.size(), 11U);
+  const auto phase = static_cast<std::size_t>(Phase::collide_integrate);
+  EXPECT_DOUBLE_EQ(history.figures(0.0).phase_ms[phase].median, 2.0);
+  frames.view.flight = Flight::flying;
+  for (int i = 0; i < 120; ++i) history.add({}, 16.0, frames.view);
+  EXPECT_EQ(history.figures(0.0).phase_ms[phase].median, 0.0) << "the next flight has its own";
 }
 
 // Method exact spends its step in phases of its own.

@@ -1,0 +1,39 @@
+// Keys and gestures of the window in words. The card over the picture and --help show this table, and a test
+// compares the one in docs/using.md.
+#pragma once
+
+#include <string>
+
+namespace pf {
+
+struct KeyRow {
+  const char* keys;
+  const char* does;
+};
+
+inline constexpr KeyRow kMouseRows[] = {
+    {"drag the ball, or its start", "pull back and let fly; speed in m/s and mph"},
+    {"the same with Shift", "up and down: spin in rad/s and rpm"},
+    {"drag elsewhere, right drag", "pan"},
+    {"wheel / double click", "zoom at the pointer / fit the view"}};
+
+inline constexpr KeyRow kKeyRows[] = {{"space / S", "pause, go on / one frame, while paused"},
+                                      {"[ ] (or , .)", "half, double time scale, down to 1/1000"},
+                                      {"B", "back by about a second of this flight, again: further"},
+                                      {"R / L", "back to the start / launch again, the air as it is"},
+                                      {"M", "the same launch with the next method; both stay"},
+                                      {"Shift+M", "the same launch with half the time step"},
+                                      {"T / G", "path of the ball / ghost paths"},
+                                      {"H / O", "hide panel / overlay: full, one line, off"},
+                                      {"F / F11 / V", "fit the view / full screen / vertical sync"},
+                                      {"D / C", "light, dark theme / colours of the parcels"},
+                                      {"+ -", "larger, smaller text and overlay"},
+                                      {"F9 / F12", "begin, end a film / picture"},
+                                      {"E", "measure what each term of the model costs"},
+                                      {"F1 or ?", "all keys on a card; again or Esc: closes it"},
+                                      {"Esc", "leave off aiming; quit"}};
+
+// The table for --help, a line per row.
+std::string key_help();
+
+}  // namespace pf
