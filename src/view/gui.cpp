@@ -4,6 +4,7 @@
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>
+#include <imgui_internal.h>  // closing a popup from outside of it
 
 #include <algorithm>
 #include <filesystem>
@@ -246,5 +247,13 @@ void show_corner_notice(const std::string& text, float width_px, float scale) {
 
 bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Gui::wants_text() const { return ImGui::GetIO().WantTextInput; }
+
+bool Gui::has_popup() const {
+  return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+}
+
+void Gui::close_popups() {
+  if (has_popup()) ImGui::ClosePopupToLevel(0, false);
+}
 
 }  // namespace pf

@@ -50,6 +50,8 @@ class Gui {
 
   bool wants_mouse() const;
   bool wants_text() const;
+  bool has_popup() const;  // a menu or a list is open
+  void close_popups();
 
  private:
   Gui(GLFWwindow* window, float scale);

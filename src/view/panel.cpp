@@ -230,7 +230,7 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::SameLine();
   if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
-  const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc quits";
+  const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc twice quits";
   rows_.begin_row("Overlay", overlay_help);
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
   rows_.end_row("Overlay", overlay_help);

@@ -79,7 +79,8 @@ float show_chip(const std::string& what, ImU32 edge, float y, const OverlayPlace
   return y + height + 6.0F * place.scale;
 }
 
-void show_notices(const FrameView& frame, float y, const OverlayPlace& place, const OverlayColors& colors) {
+// Returns where a further one may stand.
+float show_notices(const FrameView& frame, float y, const OverlayPlace& place, const OverlayColors& colors) {
   const float width = place.width_px - 40.0F * place.scale;
   if (frame.paused) {
     y = show_chip("Paused: space runs on, S steps", colors.accent, y, place, colors);
@@ -89,7 +90,8 @@ void show_notices(const FrameView& frame, float y, const OverlayPlace& place, co
         colors.accent, y, place, colors);
   }
   if (!frame.notice.empty()) y = show_chip(fitting(frame.notice, width), colors.accent, y, place, colors);
-  if (!frame.message.empty()) show_chip(fitting(frame.message, width), colors.warning, y, place, colors);
+  if (!frame.message.empty()) y = show_chip(fitting(frame.message, width), colors.warning, y, place, colors);
+  return y;
 }
 
 }  // namespace
@@ -107,7 +109,9 @@ void SceneMarks::show(const FrameView& frame, const ScenePlace& scene) {
       y += static_cast<float>(legend.height_px);
     show_numbers(frame, scene);
   }
-  show_notices(frame, y, beside, overlay_colors(scene.look.theme));
+  const OverlayColors& colors = overlay_colors(scene.look.theme);
+  y = show_notices(frame, y, beside, colors);
+  if (!said_.empty()) show_chip(said_, colors.accent, y, beside, colors);
 }
 
 ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,

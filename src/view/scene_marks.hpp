@@ -2,6 +2,9 @@
 // while a launch is aimed.
 #pragma once
 
+#include <string>
+#include <utility>
+
 #include "app/simulation.hpp"
 #include "view/camera.hpp"
 #include "view/flight_legend.hpp"
@@ -20,6 +23,8 @@ struct ScenePlace {
 
 class SceneMarks {
  public:
+  // A line below the notices of the frame; empty: none.
+  void say(std::string line) { said_ = std::move(line); }
   void show(const FrameView& frame, const ScenePlace& scene);
   // The part of the free region that a fitted world fills, so that the legend stands beside it.
   ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
@@ -33,6 +38,7 @@ class SceneMarks {
   static void show_numbers(const FrameView& frame, const ScenePlace& scene);
 
   FlightLegend legend_;
+  std::string said_;
 };
 
 }  // namespace pf

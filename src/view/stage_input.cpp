@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/escape.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
@@ -32,15 +33,36 @@ Commands Stage::handle_input() {
   commands.back = commands.back || input.commands.back;
   commands.time_scale_factor = input.commands.time_scale_factor;
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
-  commands.quit = input.commands.quit;
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();
+  if (input.escape) escape(commands);
   aim(input, commands);
   follow_keys(input);
   follow_switches(commands);
   follow_camera(input);
   return commands;
+}
+
+void Stage::escape(Commands& commands) {
+  const Clock::time_point now = Clock::now();
+  const std::string question = recorder_.is_recording()
+                                   ? "Press Esc again to quit; the film will be finished"
+                                   : "Press Esc again to quit";
+  const bool asked = notice_.text(now) == question;
+  switch (effect_of_escape({gui_.has_popup(), aim_.active(), switches_.full_screen, asked})) {
+    case EscapeEffect::close_popup:
+      return gui_.close_popups();
+    case EscapeEffect::stop_aiming:
+      return aim_.cancel();
+    case EscapeEffect::leave_full_screen:
+      switches_.full_screen = false;
+      return;
+    case EscapeEffect::ask:
+      return notice_.show(question, now);
+    case EscapeEffect::quit:
+      commands.quit = true;
+  }
 }
 
 // A drag begins at the ball or at its start. The simulation waits until it ends.
@@ -52,8 +74,6 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
   commands.hold = true;
-  if (commands.quit) aim_.cancel();
-  commands.quit = false;
   if (input.released) commands.fly = aim_.release();
   Settings aimed = settings;
   aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
@@ -126,6 +146,8 @@ void Stage::write_panel_map() {
     const auto y = static_cast<float>(size_.height - start_px.y);
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
+  const std::string notice = notice_.text(Clock::now());
+  if (!notice.empty()) panel_.controls().note("Notice: " + notice, {});
   std::string layout = panel_.controls().text();
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);

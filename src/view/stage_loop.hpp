@@ -15,6 +15,7 @@
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
 #include "view/panel.hpp"
+#include "view/passing_notice.hpp"
 #include "view/recorder.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
@@ -33,6 +34,7 @@ class Stage {
   Commands handle_input();
   void aim(const InputFrame& input, Commands& commands);
   bool is_at_ball(Vec2d pointer_px) const;
+  void escape(Commands& commands);
   void follow_keys(const InputFrame& input);
   void follow_switches(const Commands& commands);
   void follow_camera(const InputFrame& input);
@@ -78,6 +80,7 @@ class Stage {
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
+  PassingNotice notice_;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
   InputLog log_;

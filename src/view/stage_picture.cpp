@@ -37,6 +37,7 @@ void Stage::describe_overlay() {
   overlay_.show(view, mode, place, switches_.look);
   place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
   const auto height_px = static_cast<float>(size_.height);
+  marks_.say(notice_.text(Clock::now()));
   marks_.show(view, {camera_, place, height_px, look_of_marks()});
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,

@@ -95,8 +95,34 @@ def slingshot(bench):
     check(ball["distance_m"] < 0.2, f"it starts again: {ball['distance_m']:.3f} m flown")
 
 
+ASKS = "Notice: Press Esc again to quit"
+
+
+def escape(bench):
+    """Esc closes a menu, then leaves full screen; then it asks, for two seconds, and ends nothing."""
+    with bench.open("--paused") as window:
+        window.click("Method")
+        window.wait_for_control("Method.spring")
+        window.press_key("Escape")
+        window.wait_for_control("Method.spring", there=False)
+        print("ok: Esc closes the menu")
+        window.press_key("F11")
+        time.sleep(0.5)
+        check(ASKS not in window.controls(), "and asks nothing")
+        window.press_key("Escape")
+        time.sleep(0.5)
+        for _ in range(2):  # the second time as the first: the question has gone
+            window.press_key("Escape")
+            window.wait_for_control(ASKS)
+            window.wait_for_control(ASKS, there=False)
+        window.is_running()
+        report = window.stop()
+    check(report["display"]["width"] == 800, f"Esc leaves full screen: {report['display']['width']} wide")
+    check(report["method"] == "impulse", "the menu changed nothing")
+
+
 def leave(bench):
-    """H hides the panel and shows it; Esc ends."""
+    """H hides the panel and shows it; Esc twice ends."""
     with bench.open() as window:
         check("Ball spin" in window.controls(), "the panel is there at first")
         window.press_key("h")
@@ -106,7 +132,7 @@ def leave(bench):
         window.wait_for_control("Ball spin")
         print("ok: H again shows it")
         report = window.end()
-        check(report["steps"] > 0 and report["scene"] == "court", "Esc ends with exit code 0 and a report")
+        check(report["steps"] > 0 and report["scene"] == "court", "Esc twice ends with exit code 0 and a report")
 
 
 def answer_s(bench, budget_ms):
