@@ -75,6 +75,7 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
   aim_.drag(input.drag_px, input.shift);
   commands.hold = true;
   if (input.released) commands.fly = aim_.release();
+  if (commands.fly && view.paused) commands.toggle_pause = true;  // a ball let go flies
   Settings aimed = settings;
   aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
   aimed.ball_vy_mps = aim_.launch().velocity_mps.y;

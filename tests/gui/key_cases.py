@@ -80,6 +80,19 @@ def time_keys(bench):
     check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
 
 
+def slingshot_paused(bench):
+    """Letting go starts time; a click on the ball does not."""
+    with bench.open("--paused", *NEARLY_STILL, "--set", "air.kind=vacuum") as window:
+        window.drag("Ball's start", [(1, 0)])
+        window.wait_for_control("Run")
+        window.drag("Ball's start", [(-30, 10), (-30, 30)])
+        window.wait_for_control("Run", there=False)
+        time.sleep(0.3)
+        report = window.stop()
+    check(report["simulated_s"] > 0.0 and report["ball"]["distance_m"] > 0.0,
+          f"the ball let go flies: {report['ball']['distance_m']:.4f} m")
+
+
 def slingshot(bench):
     """A pull of 60 pixels left and 40 down is 15 m/s to the right and 10 up; with Shift, 80 up are 40 rad/s more."""
     with bench.open(*NEARLY_STILL, "--set", "air.kind=vacuum", "--set", "ball.vx_mps=3") as window:
