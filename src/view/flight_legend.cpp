@@ -50,9 +50,10 @@ std::string length_text(double m) {
   return m >= 1e-4 ? fmt::format("{:.1f} mm", 1e3 * m) : fmt::format("{:.1f} \xC2\xB5m", 1e6 * m);
 }
 
-FlightRow plain_row(const FlightRecord& flight, std::size_t age) {
+FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   FlightRow row;
-  row.number = age == 0 ? "now" : fmt::format("{}", age);
+  row.is_current = is_current;
+  row.number = fmt::format("{}{}", flight.number, is_current ? ", now" : "");
   row.method = air_name(flight);
   if (flight.dt_s > 0.0) row.method += ", " + step_text(flight.dt_s);
   if (flight.disturbed) row.method += ", changed in flight";
@@ -71,6 +72,19 @@ void compare_row(const FlightRecord& flight, const FlightRecord* first, bool end
   const auto drift = ended ? flight.energy_drift() : std::nullopt;
   row.energy = drift ? fmt::format("{:+.3f} %", 100.0 * *drift) : (ended ? "-" : "...");
   row.cost = fmt::format("{:.1f} ms", flight.compute_ms);
+}
+
+std::vector<const FlightRecord*> in_order(const FrameView& frame, const FlightRecord* first) {
+  std::vector<const FlightRecord*> flights = {first};
+  if (first != frame.flight_record) flights.push_back(frame.flight_record);
+  for (const FlightRecord& old : *frame.old_flights) {
+    if (&old != first) flights.push_back(&old);
+  }
+  return flights;
+}
+
+std::string foot_text(const FrameView& frame) {
+  return frame.half_step ? "half of the scene's time step; Shift+M: the scene's again" : "";
 }
 
 std::size_t num_ghosts(const FrameView& frame, const Look& look) {
@@ -101,19 +115,16 @@ void paint_sample(ImVec2 at, ImU32 color, float dash_px, float scale) {
 
 }  // namespace
 
-std::vector<FlightRow> flight_rows(const FrameView& frame) {
-  std::vector<const FlightRecord*> flights = {frame.flight_record};
-  for (const FlightRecord& old : *frame.old_flights) flights.push_back(&old);
-  const FlightRecord* first = frame.flight_record;  // the oldest of the current launch
-  for (const FlightRecord* flight : flights) {
-    if (flight->launch == frame.flight_record->launch) first = flight;
-  }
+std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
+  const FlightRecord* current = frame.flight_record;
+  const FlightRecord* first = &reference_of(*current, *frame.old_flights);
   std::vector<FlightRow> rows;
-  for (std::size_t age = 0; age < flights.size(); ++age) {
-    const FlightRecord& flight = *flights[age];
-    rows.push_back(plain_row(flight, age));
-    if (first == frame.flight_record || flight.launch != first->launch) continue;
-    compare_row(flight, first, age > 0 || frame.flight == Flight::landed, rows.back());
+  for (const FlightRecord* flight : in_order(frame, first)) {
+    const bool is_current = flight == current;
+    rows.push_back(plain_row(*flight, is_current));
+    rows.back().color = flight_color(theme, *flight);
+    if (first == current || flight->launch != first->launch) continue;
+    compare_row(*flight, first, !is_current || frame.flight == Flight::landed, rows.back());
   }
   return rows;
 }
@@ -125,13 +136,15 @@ bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
 LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
   if (!is_shown(frame, look)) return {};
   constexpr std::size_t kMinFlights = 3;
-  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look);
+  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look) +
+                               (foot_.empty() ? 0 : 1);
   return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
 }
 
-void FlightLegend::write(const FrameView& frame, const Look&, float scale) {
+void FlightLegend::write(const FrameView& frame, const Look& look, float scale) {
   if (written_flight_ != frame.num_flights || ++frames_since_ >= kFramesPerText || frame.paused) {
-    rows_ = flight_rows(frame);
+    rows_ = flight_rows(frame, look.theme);
+    foot_ = foot_text(frame);
     written_flight_ = frame.num_flights;
     frames_since_ = 0;
   }
@@ -149,6 +162,7 @@ void FlightLegend::measure(float scale) {
     widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], text_size()));
     text_width_px_ += widths_px_[c] + kGap_px * scale;
   }
+  text_width_px_ = std::max(text_width_px_, text_width(foot_, text_size()));
   // In steps: figures that grow by a digit must not move the world.
   constexpr double kWidthStep = 40.0;
   const double width = text_width_px_ / scale + 2.0F * (kPad_px + kMargin_px);
@@ -162,13 +176,15 @@ void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, fl
   const float kept = static_cast<float>(layout_width_) * scale;
   const ImVec2 low(at.x + std::max(kept - width - kMargin_px * scale, 4.0F * scale),
                    at.y + kMargin_px * scale);
-  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look);
+  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
   ImGui::GetBackgroundDrawList()->AddRectFilled(low,
                                                 ImVec2(low.x + width, low.y + height_of(num_rows) * scale),
                                                 overlay_colors(look.theme).ground, 5.0F * scale);
   const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
   paint_cells(text, look, scale);
   if (num_ghosts(frame, look) > 0) paint_ghosts(text, *frame.ghosts, look, scale);
+  const float foot_y = text.y + kRow_px * scale * static_cast<float>(num_rows);
+  if (!foot_.empty()) write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_);
 }
 
 void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
@@ -185,12 +201,12 @@ void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
     };
     write(0, colors.dim, kHeads[c]);
     for (std::size_t r = 0; r < rows_.size(); ++r)
-      write(r + 1, r == 0 ? colors.text : colors.dim, rows_[r].*kCells[c]);
+      write(r + 1, rows_[r].is_current ? colors.text : colors.dim, rows_[r].*kCells[c]);
     x += widths_px_[c];
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const Rgb color = r == 0 ? theme_colors(look.theme).path : old_flight_color(look.theme, r - 1);
-    paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(color), 0.0F, scale);
+    paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(rows_[r].color), 0.0F,
+                 scale);
   }
 }
 

@@ -250,7 +250,7 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
   if (rows_.button("Next method", width, "M: the same launch again with the next method; both paths stay"))
     commands.compare = Comparison::next_method;
   ImGui::SameLine();
-  if (rows_.button("Half step", width, "Shift+M: the same launch again with half the time step"))
+  if (rows_.button("Half step", width, "Shift+M: the same launch again with half the time step; once more: with the scene's"))
     commands.compare = Comparison::half_step;
   ImGui::EndDisabled();
   ImGui::SameLine();

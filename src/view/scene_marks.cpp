@@ -141,14 +141,13 @@ ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& sce
 // At the newest point of each earlier path, inside the scene.
 void SceneMarks::show_numbers(const FrameView& frame, const ScenePlace& scene) {
   const auto& [left, width, bottom, s] = scene.place;
-  for (std::size_t i = 0; i < frame.old_flights->size(); ++i) {
-    const FlightRecord& flight = (*frame.old_flights)[i];
+  for (const FlightRecord& flight : *frame.old_flights) {
     if (flight.points_m.empty()) continue;
     ImVec2 at = on_screen(to_double(flight.points_m.back()), scene);
     at.x = std::clamp(at.x - 6.0F * s, left + 4.0F * s, left + width - 16.0F * s);
     at.y = std::clamp(at.y - 20.0F * s, 4.0F * s, bottom - 20.0F * s);
-    ImGui::GetBackgroundDrawList()->AddText(at, packed(old_flight_color(scene.look.theme, i)),
-                                            fmt::format("{}", i + 1).c_str());
+    ImGui::GetBackgroundDrawList()->AddText(at, packed(flight_color(scene.look.theme, flight)),
+                                            fmt::format("{}", flight.number).c_str());
   }
 }
 

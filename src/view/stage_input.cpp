@@ -33,6 +33,8 @@ Commands Stage::handle_input() {
   commands.back = commands.back || input.commands.back;
   commands.time_scale_factor = input.commands.time_scale_factor;
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
+  if (commands.compare == Comparison::half_step && simulation_.view().half_step)
+    commands.compare = Comparison::scene_step;
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();

@@ -278,12 +278,28 @@ TEST(FlightLegend, ComparesFlightsOfTheSameLaunchOnly) {
   frames.old_flights = {first, other};
   const auto rows = flight_rows(frames.view);
   ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[0].method, "spring");
-  EXPECT_EQ(rows[0].apart, "2.00 m, 2.00 m");
-  EXPECT_EQ(rows[0].energy, "...");
-  EXPECT_EQ(rows[1].apart, "-");
-  EXPECT_EQ(rows[1].energy, "-25.000 %");
+  EXPECT_EQ(rows[0].apart, "-");
+  EXPECT_EQ(rows[0].energy, "-25.000 %");
+  EXPECT_EQ(rows[1].method, "spring");
+  EXPECT_TRUE(rows[1].is_current);
+  EXPECT_EQ(rows[1].apart, "2.00 m, 2.00 m");
+  EXPECT_EQ(rows[1].energy, "...");
   EXPECT_EQ(rows[2].apart, "");
+}
+
+TEST(FlightLegend, ColourIsOfTheMethodWhereverTheRowStands) {
+  FlightRecord flight;
+  std::vector<Rgb> colors;
+  for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
+    flight.method = method;
+    flight.half_step = false;
+    EXPECT_EQ(flight_color(Theme::dark, flight), method_color(Theme::dark, method));
+    colors.push_back(flight_color(Theme::dark, flight));
+    flight.half_step = true;
+    colors.push_back(flight_color(Theme::dark, flight));
+  }
+  std::sort(colors.begin(), colors.end());
+  EXPECT_EQ(std::unique(colors.begin(), colors.end()), colors.end());
 }
 
 }  // namespace
