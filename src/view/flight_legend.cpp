@@ -23,7 +23,7 @@ constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
     &FlightRow::number, &FlightRow::method, &FlightRow::speed, &FlightRow::spin,
     &FlightRow::apart,  &FlightRow::energy, &FlightRow::cost};
 constexpr std::array<const char*, kNumCells> kHeads = {
-    "", "method", "m/s", "rad/s", "apart: end, most", "energy drift", "cost"};
+    "", "method", "m/s", "rad/s", "distance: final, max", "energy drift", "cost"};
 
 float text_size() { return reduced(0.92F); }
 

@@ -83,7 +83,7 @@ float show_chip(const std::string& what, ImU32 edge, float y, const OverlayPlace
 float show_notices(const FrameView& frame, float y, const OverlayPlace& place, const OverlayColors& colors) {
   const float width = place.width_px - 40.0F * place.scale;
   if (frame.paused) {
-    y = show_chip("Paused: space runs on, S steps", colors.accent, y, place, colors);
+    y = show_chip("Paused. Space: resume, S: one frame", colors.accent, y, place, colors);
   } else if (frame.flight == Flight::landed) {
     y = show_chip(
         frame.waits ? "The ball has left: M next method, L launch again" : "The ball has left the court",
