@@ -43,6 +43,7 @@ class Stage {
   ViewRegion free_region() const;
   void fit_camera();
   void begin_steps();
+  void say_what_was_done();
   void finish_steps();
   void follow_accuracy();
   void follow_terms();

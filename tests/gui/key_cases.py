@@ -80,6 +80,25 @@ def time_keys(bench):
     check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
 
 
+def back_key(bench):
+    """B says for two seconds to what time it went; without a moment to go back to, only why it did not."""
+    with bench.open(*STEPWISE, "--paused") as window:
+        window.press_key("b")
+        time.sleep(0.5)
+        check(not notices(window), f"refused: {notices(window)}")
+        for _ in range(5):
+            window.press_key("s")
+        window.press_key("b")
+        window.wait_for_control("Notice: Back to 0.00 s")
+        window.wait_for_control("Notice: Back to 0.00 s", there=False)
+        report = window.stop()
+    check(report["ball"]["distance_m"] == 0.0, f"B: the ball is at its start: {report['ball']['distance_m']} m")
+
+
+def notices(window):
+    return [label for label in window.controls() if label.startswith("Notice")]
+
+
 def slingshot_paused(bench):
     """Letting go starts time; a click on the ball does not."""
     with bench.open("--paused", *NEARLY_STILL, "--set", "air.kind=vacuum") as window:
