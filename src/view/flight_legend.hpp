@@ -20,8 +20,9 @@ struct FlightRow {
   Rgb color{};
 };
 
-// The flights of a frame: the first of the current launch, the current one, then the others, newest first. If several belong to the current launch, their columns
-// apart, energy and cost are filled; apart: the distance from the first of them, at the end and at most.
+// The flights of a frame: the first of the current launch, the current one, then the others, newest first. If
+// several belong to the current launch, their columns apart, energy and cost are filled; apart: the distance
+// from the first of them, final and largest, over the duration that it and all complete ones have in common.
 std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme = Theme::dark);
 
 class FlightLegend {
