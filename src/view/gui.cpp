@@ -252,6 +252,8 @@ bool Gui::has_popup() const {
   return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
 }
 
+void Gui::show_hand() { ImGui::SetMouseCursor(ImGuiMouseCursor_Hand); }
+
 void Gui::close_popups() {
   if (has_popup()) ImGui::ClosePopupToLevel(0, false);
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/aim.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -151,13 +152,27 @@ void SceneMarks::show_numbers(const FrameView& frame, const ScenePlace& scene) {
   }
 }
 
+void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hint,
+                           const ScenePlace& scene) {
+  const float s = scene.place.scale;
+  const auto radius = static_cast<float>(radius_px);
+  const OverlayColors& colors = overlay_colors(scene.look.theme);
+  const ImVec2 ball = on_screen(ball_m, scene);
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  list->AddCircle(ball, radius, colors.accent, 0, 2.0F * s);
+  if (hint.empty()) return;
+  const ImVec2 at(ball.x + radius + 10.0F * s, ball.y - 0.5F * ImGui::GetFontSize());
+  const ImVec2 end(at.x + text_width(hint) + 6.0F * s, at.y + ImGui::GetFontSize() + 3.0F * s);
+  list->AddRectFilled(ImVec2(at.x - 6.0F * s, at.y - 3.0F * s), end, colors.ground, 4.0F * s);
+  list->AddText(at, colors.text, hint.c_str());
+}
+
 void SceneMarks::show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m,
                           const ScenePlace& scene) {
   const float s = scene.place.scale;
   const ImVec2 from = on_screen(start_m, scene);
   show_arrow(launch.velocity_mps, from, scene);
-  const float radius =
-      std::max(static_cast<float>(ball_radius_m / scene.camera.metres_per_px), 4.0F * s) + 6.0F * s;
+  const auto radius = static_cast<float>(ring_radius_px(ball_radius_m / scene.camera.metres_per_px, s));
   show_spin(launch.spin_radps, from, radius, scene);
   const float offset = radius + 8.0F * s;
   show_figures(launch, ImVec2(from.x + offset, from.y + offset), scene);

@@ -14,6 +14,8 @@ double scaled_text(double scale, int steps) {
   return std::clamp(std::exp2(0.25 * place), kMinUiScale, kMaxUiScale);
 }
 
+constexpr double kReachRadii = 2.0;  // of the ring: a press takes the ball
+
 }  // namespace
 
 // Keys, mouse and panel; the overlay follows after the steps.
@@ -40,6 +42,7 @@ Commands Stage::handle_input() {
   write_panel_map();
   if (input.escape) escape(commands);
   aim(input, commands);
+  offer_ball(input);
   follow_keys(input);
   follow_switches(commands);
   follow_camera(input);
@@ -71,12 +74,13 @@ void Stage::escape(Commands& commands) {
 void Stage::aim(const InputFrame& input, Commands& commands) {
   const FrameView& view = simulation_.view();
   const Settings& settings = *view.settings;
-  if (!aim_.active() && input.pressed_left && view.physics->ball.exists && is_at_ball(input.pointer_px))
+  if (!aim_.active() && input.pressed_left && ball_near(input.pointer_px, kReachRadii))
     aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
   commands.hold = true;
   if (input.released) commands.fly = aim_.release();
+  launched_by_hand_ = launched_by_hand_ || commands.fly;
   if (commands.fly && view.paused) commands.toggle_pause = true;  // a ball let go flies
   Settings aimed = settings;
   aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
@@ -85,16 +89,30 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
   aimed_ghosts_ = ghosts_of(aimed);
 }
 
-bool Stage::is_at_ball(Vec2d pointer_px) const {
+double Stage::ring_px() const {
+  return ring_radius_px(simulation_.view().physics->ball.radius_m / camera_.metres_per_px, scale_);
+}
+
+// The ball's place, or its start's, if the pointer is within so many radii of its ring.
+std::optional<Vec2d> Stage::ball_near(Vec2d pointer_px, double radii) const {
   const FrameView& view = simulation_.view();
-  constexpr double kMinReach_px = 14.0;
-  const double reach_m = std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
+  if (!view.physics->ball.exists) return std::nullopt;
+  const double reach_m = radii * ring_px() * camera_.metres_per_px;
   const Vec2d pointer_m = camera_.to_world(pointer_px);
-  const auto is_near = [&](Vec2d place_m) {
+  for (const Vec2d place_m : {view.ball.position_m, initial_ball(*view.settings).position_m}) {
     const Vec2d away = pointer_m - place_m;
-    return dot(away, away) <= reach_m * reach_m;
-  };
-  return is_near(view.ball.position_m) || is_near({view.settings->ball_x_m, view.settings->ball_y_m});
+    if (dot(away, away) <= reach_m * reach_m) return place_m;
+  }
+  return std::nullopt;
+}
+
+// Ring and cursor say that the ball can be pulled.
+void Stage::offer_ball(const InputFrame& input) {
+  constexpr double kShownRadii = 5.0;
+  ring_m_.reset();
+  if (!input_ || gui_.wants_mouse() || input.drags_left) return;
+  ring_m_ = ball_near(input.pointer_px, kShownRadii);
+  if (ball_near(input.pointer_px, kReachRadii)) gui_.show_hand();
 }
 
 void Stage::follow_keys(const InputFrame& input) {
@@ -149,6 +167,7 @@ void Stage::write_panel_map() {
     const auto y = static_cast<float>(size_.height - start_px.y);
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
+  if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});
   const std::string notice = notice_.text(Clock::now());
   if (!notice.empty()) panel_.controls().note("Notice: " + notice, {});
   std::string layout = panel_.controls().text();

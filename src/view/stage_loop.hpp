@@ -33,7 +33,9 @@ class Stage {
  private:
   Commands handle_input();
   void aim(const InputFrame& input, Commands& commands);
-  bool is_at_ball(Vec2d pointer_px) const;
+  void offer_ball(const InputFrame& input);
+  double ring_px() const;
+  std::optional<Vec2d> ball_near(Vec2d pointer_px, double radii) const;
   void escape(Commands& commands);
   void follow_keys(const InputFrame& input);
   void follow_switches(const Commands& commands);
@@ -82,6 +84,8 @@ class Stage {
   SceneMarks marks_;
   Aim aim_;
   PassingNotice notice_;
+  std::optional<Vec2d> ring_m_;  // where a ring shows that the ball can be pulled
+  bool launched_by_hand_ = false;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
   InputLog log_;

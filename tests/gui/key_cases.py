@@ -1,10 +1,15 @@
 """Cases of the keys, the buttons and the slingshot."""
 import csv
 import math
+import pathlib
 import statistics
+import sys
 import time
 
 from bench import NEARLY_STILL, STEPWISE, check, fresh_hash, stepped
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
+from png import read_png
 
 
 def keys(bench):
@@ -78,6 +83,32 @@ def time_keys(bench):
         report = window.stop()
     check(report["steps"] == 1, f"--paused: one step only, that of S: {report['steps']}")
     check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
+
+
+def ring(bench):
+    """Near the ball a ring appears, with a hint until the first launch by hand; a press in its reach takes the ball."""
+    file = bench.folder / "ring.png"
+    with bench.open("--paused", *NEARLY_STILL, "--set", "air.kind=vacuum", "--picture", str(file)) as window:
+        window.point_at("Ball's start", (150, 0))
+        time.sleep(0.3)
+        check(not rings(window), "none from afar")
+        window.point_at("Ball's start", (40, 0))
+        window.wait_for_control("Ring and hint")
+        window.drag("Ball's start", [(-30, 10), (-30, 30)], off=(15, 15))  # 21 of 24 pixels
+        window.point_at("Ball's start", (40, 0))
+        window.wait_for_control("Ring")
+        window.wait_for_control("Ring and hint", there=False)
+        x0, y0, x1, y1 = window.controls()["Ball's start"]  # late, below the legend that has come
+        ball = window.stop()["ball"]
+    check(abs(ball["vx_mps"] - 15.0) < 0.05 and abs(ball["vy_mps"] - 10.0) < 0.05, f"taken beside it: {ball}")
+    picture = read_png(file)
+    x, y = round(0.5 * (x0 + x1)), round(0.5 * (y0 + y1))
+    shades = [picture.at(x, y - up) for up in range(9, 16)]
+    check(any(red > 180 and green > 150 and blue < 130 for red, green, blue in shades), f"a ring is seen: {shades}")
+
+
+def rings(window):
+    return [label for label in window.controls() if label.startswith("Ring")]
 
 
 def back_key(bench):

@@ -92,7 +92,7 @@ def film_escape(bench):
         check(window.process.wait(timeout=LIMIT_S) == 0, "the second Esc ends")
         record = window.report()["record"]
     found, complaints = probe(record["file"])
-    check(complaints == "" and found["nb_read_frames"] == record["frames"] > 5, f"the film is whole: {record}")
+    check(complaints == "" and found["nb_read_frames"] == record["frames"] > 0, f"the film is whole: {record}")
 
 
 def picture_key(bench):
