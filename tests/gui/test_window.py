@@ -16,12 +16,13 @@ from key_cases import (answers, back_key, buttons, escape, keys, launch_key, lea
                        slingshot_paused, stays, time_keys)
 from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, terms, typed, unstable,
                          values)
-from view_cases import dense_screen, looks, view_keys, vsync_key
+from view_cases import compared, dense_screen, looks, view_keys, vsync_key
 from window import Screen, skip_if_missing
 
 CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, launch, terms, scene_menu, keys, launch_key,
                                           buttons, view_keys, slingshot, slingshot_paused, ring, method_key, back_key,
-                                          time_keys, save, looks, vsync_key, accuracy, unstable, measured_terms, dense_screen, answers, stays, escape, leave)}
+                                          compared, time_keys, save, looks, vsync_key, accuracy, unstable, measured_terms,
+                                          dense_screen, answers, stays, escape, leave)}
 
 
 def fails(case, bench):
