@@ -33,6 +33,13 @@ std::optional<double> FlightRecord::energy_drift() const {
   return (*end_energy_j - start_energy_j) / start_energy_j;
 }
 
+const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights) {
+  const auto first = std::find_if(old_flights.rbegin(), old_flights.rend(), [&](const FlightRecord& old) {
+    return old.launch == current.launch;
+  });
+  return first == old_flights.rend() ? current : *first;
+}
+
 std::optional<FlightDistance> distance_between(const FlightRecord& a, const FlightRecord& b) {
   if (a.points_m.empty() || b.points_m.empty()) return std::nullopt;
   FlightDistance distance;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -12,12 +13,14 @@ namespace pf {
 
 // One flight of the ball since its launch.
 struct FlightRecord {
+  std::int64_t number = 0;  // of the flights since the start of the scene, from 1; it does not change
   std::int64_t launch = 0;  // flights of equal number have the same ball and the same seed of the air
   bool fresh_air = true;    // the air was spawned for it; otherwise earlier flights went through it
   bool disturbed = false;   // a setting that affects it was changed during the flight
   Air air = Air::parcels;
   Method method = Method::impulse;
   double set_dt_s = 0.0;  // the setting; 0: from the displacement
+  bool half_step = false;  // half of the step that the scene has
   double dt_s = 0.0;      // of the last step
   double speed_mps = 0.0;
   double spin_radps = 0.0;
@@ -32,6 +35,9 @@ struct FlightRecord {
   // Relative. Empty during the flight, if it was disturbed, and if the initial energy is zero.
   std::optional<double> energy_drift() const;
 };
+
+// The first flight of the current one's launch, which the others are compared with.
+const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);
 
 // Distance of two flights at equal times, up to the end of the shorter one.
 struct FlightDistance {

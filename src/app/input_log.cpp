@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // In the order of Comparison.
-const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step"};
+const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step", "scene_step"};
 
 constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
 

@@ -12,26 +12,27 @@ struct KeyRow {
 };
 
 inline constexpr KeyRow kMouseRows[] = {
-    {"drag the ball, or its start", "pull back and let fly; speed in m/s and mph"},
+    {"drag the ball, or its start (a ring shows it)", "pull back and let fly; speed in m/s and mph"},
     {"the same with Shift", "up and down: spin in rad/s and rpm"},
     {"drag elsewhere, right drag", "pan"},
     {"wheel / double click", "zoom at the pointer / fit the view"}};
 
-inline constexpr KeyRow kKeyRows[] = {{"space / S", "pause, go on / one frame, while paused"},
-                                      {"[ ] (or , .)", "half, double time scale, down to 1/1000"},
-                                      {"B", "back by about a second of this flight, again: further"},
-                                      {"R / L", "back to the start / launch again, the air as it is"},
-                                      {"M", "the same launch with the next method; both stay"},
-                                      {"Shift+M", "the same launch with half the time step"},
-                                      {"T / G", "path of the ball / ghost paths"},
-                                      {"H / O", "hide panel / overlay: full, one line, off"},
-                                      {"F / F11 / V", "fit the view / full screen / vertical sync"},
-                                      {"D / C", "light, dark theme / colours of the parcels"},
-                                      {"+ -", "larger, smaller text and overlay"},
-                                      {"F9 / F12", "begin, end a film / picture"},
-                                      {"E", "measure what each term of the model costs"},
-                                      {"F1 or ?", "all keys on a card; again or Esc: closes it"},
-                                      {"Esc", "leave off aiming; quit"}};
+inline constexpr KeyRow kKeyRows[] = {
+    {"space / S", "pause, go on / one frame, while paused"},
+    {"[ ] (or , .)", "half, double time scale, down to 1/1000"},
+    {"B", "back by about a second of this flight, and says to what time; again: further"},
+    {"R / L", "back to the start / launch again, the air as it is"},
+    {"M", "the same launch with the next method; both stay"},
+    {"Shift+M", "the same launch with half the time step; again: with the scene's"},
+    {"T / G", "path of the ball / ghost paths"},
+    {"H / O", "hide panel / overlay: full, one line, off"},
+    {"F / F11 / V", "fit the view / full screen / vertical sync"},
+    {"D / C", "light, dark theme / colours of the parcels"},
+    {"+ -", "larger, smaller text and overlay"},
+    {"F9 / F12", "begin, end a film / picture"},
+    {"E", "measure what each term of the model costs"},
+    {"F1 or ?", "all keys on a card; again or Esc: closes it"},
+    {"Esc", "close a menu; leave off aiming; leave full screen; twice: quit"}};
 
 // The table for --help, a line per row.
 std::string key_help();

@@ -38,6 +38,7 @@ void Simulation::State::reset(const Settings& with) {
   num_launches = 0;
   left_once = false;
   old_flights.clear();
+  last_number = 0;
   flight = {};
   view.totals = {};
   view.simulated_s = 0.0;
@@ -82,6 +83,7 @@ void Simulation::State::update_view() {
   view.flight_record = &flight;
   view.old_flights = &old_flights;
   view.ghosts = &ghosts;
+  view.half_step = scene_dt_s.has_value();
   view.num_parcels = physics.parcels.num;
   view.backend = backend->name();
   view.memory_bytes = backend->memory_bytes();

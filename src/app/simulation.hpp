@@ -24,7 +24,7 @@ struct BallLaunch {
 };
 
 // A repeated launch with one change.
-enum class Comparison { none, next_method, half_step };
+enum class Comparison { none, next_method, half_step, scene_step };
 
 // Requests from panel, keys and mouse. These never change the simulation directly.
 struct Commands {
@@ -57,6 +57,7 @@ struct FrameView {
   const FlightRecord* flight_record = nullptr;            // the current one
   const std::deque<FlightRecord>* old_flights = nullptr;  // newest first
   const std::vector<Ghost>* ghosts = nullptr;             // of the current launch
+  bool half_step = false;                                 // a comparison halved the scene's step
   std::int64_t num_flights = 0;                           // launches and jumps back so far
   std::uint32_t num_parcels = 0;
   std::uint64_t memory_bytes = 0;  // of the backend

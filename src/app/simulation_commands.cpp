@@ -58,6 +58,7 @@ void Simulation::State::apply_settings(const Settings& edited) {
     ball.spin_radps = with.ball_spin_radps;
     backend->set_ball(ball);
   }
+  if (with.dt_s != settings.dt_s) scene_dt_s.reset();
   flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
   settings = with;
   ghosts = ghosts_of(settings);
@@ -74,6 +75,7 @@ void Simulation::State::change_scene(const std::string& name) {
 
 void Simulation::State::restart(Settings with) {
   resolve(with);
+  scene_dt_s.reset();
   reset(with);
   view.paused = false;
   ++view.num_scenes;

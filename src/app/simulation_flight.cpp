@@ -22,6 +22,7 @@ void Simulation::State::launch(bool fresh_air) {
   ++num_launches;
   begin_flight(fresh_air);
   flight.launch = num_launches;
+  drop_old_flights();
   by_hand = false;
 }
 
@@ -33,18 +34,29 @@ void Simulation::State::end_flight() {
 
 void Simulation::State::keep_old_flight() {
   end_flight();
-  if (flight.points_m.size() > 1) old_flights.push_front(std::move(flight));
-  if (old_flights.size() > kMaxOldFlights) old_flights.pop_back();
+  if (flight.points_m.size() > 1) {
+    last_number = flight.number;
+    old_flights.push_front(std::move(flight));
+  }
   flight = {};
+}
+
+// The oldest first, but for the one that the flights of this launch are compared with.
+void Simulation::State::drop_old_flights() {
+  const std::int64_t kept = reference_of(flight, old_flights).number;
+  while (old_flights.size() > kMaxOldFlights)
+    old_flights.erase(old_flights.end() - (old_flights.back().number == kept ? 2 : 1));
 }
 
 // Starts the record of a flight. Ball and air must be in their initial state.
 void Simulation::State::begin_flight(bool fresh_air) {
   flight = {};
+  flight.number = last_number + 1;
   flight.fresh_air = fresh_air;
   flight.air = settings.air;
   flight.method = settings.method;
   flight.set_dt_s = settings.dt_s;
+  flight.half_step = scene_dt_s.has_value();
   flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
   flight.spin_radps = settings.ball_spin_radps;
   if (physics.ball.exists) flight.start_energy_j = backend->measure().energy_j();
@@ -110,22 +122,41 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   keep_old_flight();
   begin_flight(true);
   flight.launch = same_launch;
-  std::erase_if(old_flights, [this](const FlightRecord& old) {  // keeps the newer of two equal ones
-    return old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
+  const std::int64_t kept = reference_of(flight, old_flights).number;
+  std::erase_if(old_flights, [&](const FlightRecord& old) {  // keeps the newer of two equal ones
+    const bool is_equal =
+        old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
+    return is_equal && old.number != kept;
   });
+  drop_old_flights();
   view.message.clear();
   return true;
 }
 
 void Simulation::State::compare(Comparison comparison) {
   if (!physics.ball.exists) throw UserError("compare: this scene has no ball to launch again");
+  if (comparison == Comparison::next_method) return compare_methods();
+  compare_steps(comparison == Comparison::half_step);
+}
+
+// With half of the step, or with the scene's again.
+void Simulation::State::compare_steps(bool half) {
+  if (!half && !scene_dt_s) return;
+  const std::optional<double> before_s = scene_dt_s;
   Settings with = settings;
-  if (comparison == Comparison::half_step) {
+  if (half) {
     const double dt_s = settings.dt_s > 0.0 ? settings.dt_s : plan_frame(settings, physics, ball).dt_s;
+    scene_dt_s = scene_dt_s.value_or(settings.dt_s);
     with.dt_s = 0.5 * dt_s;
-    repeat_flight(with);
-    return;
+  } else {
+    with.dt_s = *scene_dt_s;
+    scene_dt_s.reset();
   }
+  if (!repeat_flight(with)) scene_dt_s = before_s;
+}
+
+void Simulation::State::compare_methods() {
+  Settings with = settings;
   constexpr int kNumMethods = static_cast<int>(kMethods.size());
   for (int next = 1; next < kNumMethods; ++next) {
     with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);

@@ -35,6 +35,8 @@ struct Simulation::State {
   std::deque<FlightRecord> old_flights;
   std::vector<Ghost> ghosts;
   std::optional<Checkpoints> checkpoints;  // none: off
+  std::int64_t last_number = 0;            // of the flights kept so far
+  std::optional<double> scene_dt_s;        // run.dt_s before a comparison halved it
   bool by_hand = false;                    // the launch was made by hand
   double launched_at_s = 0.0;              // simulated
   double shown_s = 0.0;                    // frames with a step since the launch, at the frame rate
@@ -60,10 +62,13 @@ struct Simulation::State {
   void launch(bool fresh_air);
   void end_flight();
   void keep_old_flight();
+  void drop_old_flights();
   void begin_flight(bool fresh_air);
   void launch_again();
   void fly(const BallLaunch& wanted);
   void compare(Comparison comparison);
+  void compare_methods();
+  void compare_steps(bool half);
   bool repeat_flight(const Settings& with);
   bool launches_by_itself() const;
   void scale_time(double factor);

@@ -18,16 +18,8 @@
 namespace pf {
 namespace {
 
-// In the order of Method, as in the lab's figures (Okabe and Ito 2008).
-constexpr Rgb kMethodColors[] = {{0.20F, 0.60F, 0.86F}, {0.90F, 0.45F, 0.10F}, {0.10F, 0.74F, 0.56F}};
-static_assert(std::size(kMethodColors) == kMethods.size());
-
 ImU32 method_color(std::size_t method, Theme theme) {
-  Rgb color = kMethodColors[method];
-  if (theme == Theme::light) {
-    for (float& part : color) part *= 0.7F;
-  }
-  return packed(color);
+  return packed(pf::method_color(theme, static_cast<Method>(method)));
 }
 
 // In per cent, as in the legend of the flights.

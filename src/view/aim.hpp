@@ -1,11 +1,19 @@
 // Aiming with the mouse: the ball is pulled back like a slingshot's; with Shift the pull turns into spin.
 #pragma once
 
+#include <algorithm>
 #include <optional>
 
 #include "app/simulation.hpp"
 
 namespace pf {
+
+// Of the ring that shows where the ball can be taken. scale: pixels per layout pixel.
+inline double ring_radius_px(double ball_radius_px, double scale) {
+  constexpr double kMinBall_px = 6.0;
+  constexpr double kGap_px = 6.0;
+  return std::max(ball_radius_px, kMinBall_px * scale) + kGap_px * scale;
+}
 
 class Aim {
  public:

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/derive.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -23,7 +24,7 @@ constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
     &FlightRow::number, &FlightRow::method, &FlightRow::speed, &FlightRow::spin,
     &FlightRow::apart,  &FlightRow::energy, &FlightRow::cost};
 constexpr std::array<const char*, kNumCells> kHeads = {
-    "", "method", "m/s", "rad/s", "apart: end, most", "energy drift", "cost"};
+    "", "method", "m/s", "rad/s", "distance: final, max", "energy drift", "cost / s"};
 
 float text_size() { return reduced(0.92F); }
 
@@ -45,32 +46,110 @@ std::string step_text(double dt_s) {
   return dt_s >= 1e-3 ? fmt::format("{:.3g} ms", 1e3 * dt_s) : fmt::format("{:.3g} \xC2\xB5s", 1e6 * dt_s);
 }
 
-std::string length_text(double m) {
-  if (m >= 1.0) return fmt::format("{:.2f} m", m);
-  return m >= 1e-4 ? fmt::format("{:.1f} mm", 1e3 * m) : fmt::format("{:.1f} \xC2\xB5m", 1e6 * m);
+// Three digits; never an exponent for large numbers.
+std::string digits(double value) {
+  if (std::fabs(value) < 999.5) return fmt::format("{:.3g}", value);
+  const double unit = std::pow(10.0, std::floor(std::log10(std::fabs(value))) - 2.0);
+  return fmt::format("{:.0f}", unit * std::round(value / unit));
 }
 
-FlightRow plain_row(const FlightRecord& flight, std::size_t age) {
+std::string length_text(double m) {
+  if (m >= 1.0) return digits(m) + " m";
+  return m >= 1e-4 ? digits(1e3 * m) + " mm" : digits(1e6 * m) + " \xC2\xB5m";
+}
+
+std::string cost_text(double ms) { return ms < 999.5 ? digits(ms) + " ms" : digits(1e-3 * ms) + " s"; }
+
+// Mean of all steps: without a set step it follows the ball's speed.
+double step_of(const FlightRecord& flight) {
+  const bool is_known = flight.num_steps > 0 && flight.time_s() > 0.0;
+  return is_known ? flight.time_s() / static_cast<double>(flight.num_steps) : flight.dt_s;
+}
+
+// The ball left the world at its end.
+bool is_complete(const FlightRecord& flight, const Physics& physics) {
+  if (flight.points_m.empty()) return false;
+  BallState last;
+  last.position_m = to_double(flight.points_m.back());
+  return has_left(physics, last);
+}
+
+// The flight up to a time.
+FlightRecord first_part(const FlightRecord& flight, double until_s) {
+  FlightRecord part;
+  for (std::size_t i = 0; i < flight.points_m.size() && flight.times_s[i] <= until_s; ++i) {
+    part.points_m.push_back(flight.points_m[i]);
+    part.times_s.push_back(flight.times_s[i]);
+  }
+  return part;
+}
+
+// What the flights of a launch are compared over: as long as the reference and every complete one is.
+struct Compared {
+  const FlightRecord* reference = nullptr;
+  double until_s = 0.0;
+};
+
+Compared compared_in(const FrameView& frame) {
+  const FlightRecord& current = *frame.flight_record;
+  const FlightRecord& reference = reference_of(current, *frame.old_flights);
+  if (&reference == &current) return {};
+  Compared compared = {&reference, reference.time_s()};
+  const auto include = [&](const FlightRecord& flight) {
+    if (flight.launch == reference.launch && is_complete(flight, *frame.physics))
+      compared.until_s = std::min(compared.until_s, flight.time_s());
+  };
+  include(current);
+  for (const FlightRecord& old : *frame.old_flights) include(old);
+  return compared;
+}
+
+FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   FlightRow row;
-  row.number = age == 0 ? "now" : fmt::format("{}", age);
+  row.is_current = is_current;
+  row.number = fmt::format("{}{}", flight.number, is_current ? ", now" : "");
   row.method = air_name(flight);
-  if (flight.dt_s > 0.0) row.method += ", " + step_text(flight.dt_s);
+  if (step_of(flight) > 0.0) row.method += ", " + step_text(step_of(flight));
   if (flight.disturbed) row.method += ", changed in flight";
   if (!flight.fresh_air) row.method += ", used air";
-  row.speed = fmt::format("{:.1f}", flight.speed_mps);
-  row.spin = fmt::format("{:.0f}", flight.spin_radps);
+  row.speed = digits(flight.speed_mps);
+  row.spin = digits(flight.spin_radps);
   return row;
 }
 
-void compare_row(const FlightRecord& flight, const FlightRecord* first, bool ended, FlightRow& row) {
-  if (first == &flight) {
-    row.apart = "-";
-  } else if (const auto distance = distance_between(*first, flight)) {
-    row.apart = length_text(distance->at_end_m) + ", " + length_text(distance->largest_m);
+// Figures of unlike durations are not shown beside each other. The energy is known at a flight's end only.
+void compare_row(const FlightRecord& flight, const Compared& compared, bool complete, FlightRow& row) {
+  const bool flies = row.is_current && !complete;
+  if (!complete && !flies) row.method += ", cut short";
+  row.apart = row.energy = row.cost = flies ? "..." : "-";
+  if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
+    row.cost = cost_text(flight.compute_ms / flight.time_s());
+  const auto drift = complete ? flight.energy_drift() : std::nullopt;
+  if (drift) row.energy = fmt::format("{}{} %", *drift > 0.0 ? "+" : "", digits(100.0 * *drift));
+  if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
+  const auto distance = distance_between(first_part(*compared.reference, compared.until_s),
+                                         first_part(flight, compared.until_s));
+  if (distance) row.apart = length_text(distance->at_end_m) + ", " + length_text(distance->largest_m);
+}
+
+std::vector<const FlightRecord*> in_order(const FrameView& frame, const FlightRecord* first) {
+  std::vector<const FlightRecord*> flights = {first};
+  if (first != frame.flight_record) flights.push_back(frame.flight_record);
+  for (const FlightRecord& old : *frame.old_flights) {
+    if (&old != first) flights.push_back(&old);
   }
-  const auto drift = ended ? flight.energy_drift() : std::nullopt;
-  row.energy = drift ? fmt::format("{:+.3f} %", 100.0 * *drift) : (ended ? "-" : "...");
-  row.cost = fmt::format("{:.1f} ms", flight.compute_ms);
+  return flights;
+}
+
+std::string foot_text(const FrameView& frame) {
+  const Compared compared = compared_in(frame);
+  std::string text;
+  if (compared.reference != nullptr) text = fmt::format("compared over {} s", digits(compared.until_s));
+  if (frame.half_step) {
+    if (!text.empty()) text += "; ";
+    text += "half of the scene's time step, Shift+M: the scene's again";
+  }
+  return text;
 }
 
 std::size_t num_ghosts(const FrameView& frame, const Look& look) {
@@ -101,19 +180,17 @@ void paint_sample(ImVec2 at, ImU32 color, float dash_px, float scale) {
 
 }  // namespace
 
-std::vector<FlightRow> flight_rows(const FrameView& frame) {
-  std::vector<const FlightRecord*> flights = {frame.flight_record};
-  for (const FlightRecord& old : *frame.old_flights) flights.push_back(&old);
-  const FlightRecord* first = frame.flight_record;  // the oldest of the current launch
-  for (const FlightRecord* flight : flights) {
-    if (flight->launch == frame.flight_record->launch) first = flight;
-  }
+std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
+  const FlightRecord* current = frame.flight_record;
+  const FlightRecord* first = &reference_of(*current, *frame.old_flights);
+  const Compared compared = compared_in(frame);
   std::vector<FlightRow> rows;
-  for (std::size_t age = 0; age < flights.size(); ++age) {
-    const FlightRecord& flight = *flights[age];
-    rows.push_back(plain_row(flight, age));
-    if (first == frame.flight_record || flight.launch != first->launch) continue;
-    compare_row(flight, first, age > 0 || frame.flight == Flight::landed, rows.back());
+  for (const FlightRecord* flight : in_order(frame, first)) {
+    const bool is_current = flight == current;
+    rows.push_back(plain_row(*flight, is_current));
+    rows.back().color = flight_color(theme, *flight);
+    if (compared.reference == nullptr || flight->launch != first->launch) continue;
+    compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
   }
   return rows;
 }
@@ -125,13 +202,15 @@ bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
 LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
   if (!is_shown(frame, look)) return {};
   constexpr std::size_t kMinFlights = 3;
-  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look);
+  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) +
+                               num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
   return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
 }
 
-void FlightLegend::write(const FrameView& frame, const Look&, float scale) {
+void FlightLegend::write(const FrameView& frame, const Look& look, float scale) {
   if (written_flight_ != frame.num_flights || ++frames_since_ >= kFramesPerText || frame.paused) {
-    rows_ = flight_rows(frame);
+    rows_ = flight_rows(frame, look.theme);
+    foot_ = foot_text(frame);
     written_flight_ = frame.num_flights;
     frames_since_ = 0;
   }
@@ -149,6 +228,7 @@ void FlightLegend::measure(float scale) {
     widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], text_size()));
     text_width_px_ += widths_px_[c] + kGap_px * scale;
   }
+  text_width_px_ = std::max(text_width_px_, text_width(foot_, text_size()));
   // In steps: figures that grow by a digit must not move the world.
   constexpr double kWidthStep = 40.0;
   const double width = text_width_px_ / scale + 2.0F * (kPad_px + kMargin_px);
@@ -162,13 +242,15 @@ void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, fl
   const float kept = static_cast<float>(layout_width_) * scale;
   const ImVec2 low(at.x + std::max(kept - width - kMargin_px * scale, 4.0F * scale),
                    at.y + kMargin_px * scale);
-  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look);
+  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
   ImGui::GetBackgroundDrawList()->AddRectFilled(low,
                                                 ImVec2(low.x + width, low.y + height_of(num_rows) * scale),
                                                 overlay_colors(look.theme).ground, 5.0F * scale);
   const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
   paint_cells(text, look, scale);
   if (num_ghosts(frame, look) > 0) paint_ghosts(text, *frame.ghosts, look, scale);
+  const float foot_y = text.y + kRow_px * scale * static_cast<float>(num_rows);
+  if (!foot_.empty()) write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_);
 }
 
 void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
@@ -185,12 +267,12 @@ void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
     };
     write(0, colors.dim, kHeads[c]);
     for (std::size_t r = 0; r < rows_.size(); ++r)
-      write(r + 1, r == 0 ? colors.text : colors.dim, rows_[r].*kCells[c]);
+      write(r + 1, rows_[r].is_current ? colors.text : colors.dim, rows_[r].*kCells[c]);
     x += widths_px_[c];
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    const Rgb color = r == 0 ? theme_colors(look.theme).path : old_flight_color(look.theme, r - 1);
-    paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(color), 0.0F, scale);
+    paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(rows_[r].color), 0.0F,
+                 scale);
   }
 }
 

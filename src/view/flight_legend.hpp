@@ -16,11 +16,14 @@ namespace pf {
 // One flight as the legend shows it.
 struct FlightRow {
   std::string number, method, speed, spin, apart, energy, cost;
+  bool is_current = false;
+  Rgb color{};
 };
 
-// The flights of a frame, the current one first. If several belong to the current launch, their columns
-// apart, energy and cost are filled; apart: the distance from the first of them, at the end and at most.
-std::vector<FlightRow> flight_rows(const FrameView& frame);
+// The flights of a frame: the first of the current launch, the current one, then the others, newest first. If
+// several belong to the current launch, their columns apart, energy and cost are filled; apart: the distance
+// from the first of them, final and largest, over the duration that it and all complete ones have in common.
+std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme = Theme::dark);
 
 class FlightLegend {
  public:
@@ -43,6 +46,7 @@ class FlightLegend {
   void paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, const Look& look, float scale) const;
 
   std::vector<FlightRow> rows_;
+  std::string foot_;                            // a line below the rows, or empty
   std::array<float, kNumColumns> widths_px_{};  // 0: an empty column
   float text_width_px_ = 0.0F;                  // of all columns
   double layout_width_ = 320.0;                 // with margins, in layout pixels, rounded up

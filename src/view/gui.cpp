@@ -4,6 +4,7 @@
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>
+#include <imgui_internal.h>  // closing a popup from outside of it
 
 #include <algorithm>
 #include <filesystem>
@@ -237,5 +238,15 @@ void Gui::draw(unsigned int framebuffer, SizePx size) {
 
 bool Gui::wants_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Gui::wants_text() const { return ImGui::GetIO().WantTextInput; }
+
+bool Gui::has_popup() const {
+  return ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopupId | ImGuiPopupFlags_AnyPopupLevel);
+}
+
+void Gui::show_hand() { ImGui::SetMouseCursor(ImGuiMouseCursor_Hand); }
+
+void Gui::close_popups() {
+  if (has_popup()) ImGui::ClosePopupToLevel(0, false);
+}
 
 }  // namespace pf

@@ -50,6 +50,9 @@ class Gui {
 
   bool wants_mouse() const;
   bool wants_text() const;
+  bool has_popup() const;  // a menu or a list is open
+  void close_popups();
+  void show_hand();  // as cursor, in this frame
 
  private:
   Gui(GLFWwindow* window, float scale);

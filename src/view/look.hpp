@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <iterator>
 
-#include "model/physics.hpp"
+#include "app/flight.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 
@@ -32,17 +33,25 @@ inline const ThemeColors& theme_colors(Theme theme) {
   return theme == Theme::light ? kLight : kDark;
 }
 
-// Colour of the flight that began age + 1 flights before the current one. The hues suit colour-blind eyes too
-// (Okabe and Ito 2008); they are darker on the light ground.
-inline Rgb old_flight_color(Theme theme, std::size_t age) {
-  constexpr Rgb kHues[] = {{0.34F, 0.71F, 0.91F},
-                           {0.90F, 0.45F, 0.10F},
-                           {0.10F, 0.74F, 0.56F},
-                           {0.86F, 0.54F, 0.73F},
-                           {0.75F, 0.78F, 0.80F}};
-  Rgb color = kHues[age % std::size(kHues)];
+// In the order of Method, as in the lab's figures. The hues suit colour-blind eyes too (Okabe and Ito 2008).
+constexpr Rgb kMethodColors[] = {{0.20F, 0.60F, 0.86F}, {0.90F, 0.45F, 0.10F}, {0.10F, 0.74F, 0.56F}};
+static_assert(std::size(kMethodColors) == kMethods.size());
+
+// Darker on the light ground.
+inline Rgb method_color(Theme theme, Method method) {
+  Rgb color = kMethodColors[static_cast<std::size_t>(method)];
   if (theme == Theme::light) {
-    for (float& part : color) part *= 0.62F;
+    for (float& part : color) part *= 0.7F;
+  }
+  return color;
+}
+
+// The colour of the method, paler for half of the scene's step. It does not depend on other flights.
+inline Rgb flight_color(Theme theme, const FlightRecord& flight) {
+  if (flight.air != Air::parcels) return theme_colors(theme).path;
+  Rgb color = method_color(theme, flight.method);
+  if (flight.half_step) {
+    for (float& part : color) part = 0.5F * (part + 0.85F);
   }
   return color;
 }

@@ -39,7 +39,7 @@ std::string speed_text(double slow_motion) {
   if (slow_motion > 0.95) return fmt::format("{:.2g} \xC3\x97 real time", slow_motion);
   const double slower = 1.0 / slow_motion;
   const std::string factor = slower < 100.0 ? fmt::format("{:.3g}", slower) : grouped(std::llround(slower));
-  return fmt::format("slow motion, 1 s takes {} s", factor);
+  return fmt::format("{}\xC3\x97 slow motion", factor);
 }
 
 std::string pace_text(const FrameView& frame) {

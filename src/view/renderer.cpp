@@ -187,15 +187,20 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
 }
 
-// Earlier flights fade with age, ghosts are dashed, the current flight is on top.
+// Earlier flights fade with age, but for the one that the others are compared with. Ghosts are dashed, the
+// current flight is on top.
 void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
   const ThemeColors& theme = theme_colors(look_.theme);
   if (frame.old_flights != nullptr) {
     float fading = 0.8F;
     for (std::size_t i = frame.old_flights->size(); i-- > 0;) {
       PathStyle style = {1.1F * scale, {}, {0.8F, 1.0F}};
-      set_color(style, old_flight_color(look_.theme, i), std::pow(fading, static_cast<float>(i)));
-      draw_path((*frame.old_flights)[i].points_m, camera, style);
+      const FlightRecord& flight = (*frame.old_flights)[i];
+      const bool is_reference = frame.flight_record != nullptr &&
+                                &flight == &reference_of(*frame.flight_record, *frame.old_flights);
+      const float age = is_reference ? 0.0F : static_cast<float>(i);
+      set_color(style, flight_color(look_.theme, flight), std::pow(fading, age));
+      draw_path(flight.points_m, camera, style);
     }
   }
   if (look_.ghosts && frame.ghosts != nullptr) draw_ghosts(*frame.ghosts, camera, scale);
@@ -205,7 +210,7 @@ void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float sc
   set_color(shadow, theme.path_shadow, 0.45F);
   draw_path(points_m, camera, shadow);
   PathStyle line = {1.6F * scale, {}, {0.45F, 1.0F}};
-  set_color(line, theme.path, 0.95F);
+  set_color(line, flight_color(look_.theme, *frame.flight_record), 0.95F);
   draw_path(points_m, camera, line);
 }
 

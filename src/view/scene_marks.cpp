@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/aim.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -108,7 +109,7 @@ void show_notices(const FrameView& frame, const WindowNotices& window, const Ove
                   Chips chips) {
   chips.show("Film notice", window.film, colors.edge, true);
   if (frame.paused) {
-    chips.show("Pause notice", "Paused: space runs on, S steps", colors.accent);
+    chips.show("Pause notice", "Paused. Space: resume, S: one frame", colors.accent);
   } else if (frame.flight == Flight::landed) {
     chips.show(
         "Flight notice",
@@ -117,6 +118,7 @@ void show_notices(const FrameView& frame, const WindowNotices& window, const Ove
   }
   chips.show("Success notice", frame.notice, colors.accent);
   chips.show("News notice", window.news, colors.accent);
+  chips.show("Key notice", window.keys, colors.accent);
   chips.show("Failure notice", frame.message, colors.warning);
 }
 
@@ -177,15 +179,28 @@ ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& sce
 // At the newest point of each earlier path, inside the scene.
 void SceneMarks::show_numbers(const FrameView& frame, const ScenePlace& scene) {
   const auto& [left, width, bottom, s] = scene.place;
-  for (std::size_t i = 0; i < frame.old_flights->size(); ++i) {
-    const FlightRecord& flight = (*frame.old_flights)[i];
+  for (const FlightRecord& flight : *frame.old_flights) {
     if (flight.points_m.empty()) continue;
     ImVec2 at = on_screen(to_double(flight.points_m.back()), scene);
     at.x = std::clamp(at.x - 6.0F * s, left + 4.0F * s, left + width - 16.0F * s);
     at.y = std::clamp(at.y - 20.0F * s, 4.0F * s, bottom - 20.0F * s);
-    ImGui::GetBackgroundDrawList()->AddText(at, packed(old_flight_color(scene.look.theme, i)),
-                                            fmt::format("{}", i + 1).c_str());
+    ImGui::GetBackgroundDrawList()->AddText(at, packed(flight_color(scene.look.theme, flight)),
+                                            fmt::format("{}", flight.number).c_str());
   }
+}
+
+void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hint, const ScenePlace& scene) {
+  const float s = scene.place.scale;
+  const auto radius = static_cast<float>(radius_px);
+  const OverlayColors& colors = overlay_colors(scene.look.theme);
+  const ImVec2 ball = on_screen(ball_m, scene);
+  ImDrawList* list = ImGui::GetBackgroundDrawList();
+  list->AddCircle(ball, radius, colors.accent, 0, 2.0F * s);
+  if (hint.empty()) return;
+  const ImVec2 at(ball.x + radius + 10.0F * s, ball.y - 0.5F * ImGui::GetFontSize());
+  const ImVec2 end(at.x + text_width(hint) + 6.0F * s, at.y + ImGui::GetFontSize() + 3.0F * s);
+  list->AddRectFilled(ImVec2(at.x - 6.0F * s, at.y - 3.0F * s), end, colors.ground, 4.0F * s);
+  list->AddText(at, colors.text, hint.c_str());
 }
 
 void SceneMarks::show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m,
@@ -193,8 +208,7 @@ void SceneMarks::show_aim(const BallLaunch& launch, Vec2d start_m, double ball_r
   const float s = scene.place.scale;
   const ImVec2 from = on_screen(start_m, scene);
   show_arrow(launch.velocity_mps, from, scene);
-  const float radius =
-      std::max(static_cast<float>(ball_radius_m / scene.camera.metres_per_px), 4.0F * s) + 6.0F * s;
+  const auto radius = static_cast<float>(ring_radius_px(ball_radius_m / scene.camera.metres_per_px, s));
   show_spin(launch.spin_radps, from, radius, scene);
   const float offset = radius + 8.0F * s;
   show_figures(launch, ImVec2(from.x + offset, from.y + offset), scene);

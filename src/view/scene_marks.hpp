@@ -27,6 +27,7 @@ struct ScenePlace {
 struct WindowNotices {
   std::string film;  // that runs, beside a red dot
   std::string news;  // of films and pictures
+  std::string keys;  // what a key has just done, or asks
 };
 
 class SceneMarks {
@@ -37,6 +38,8 @@ class SceneMarks {
   // The part of the free region that a fitted world fills, so that the legend stands beside it.
   ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
                               float scale) const;
+  // Around a ball that can be pulled, with a hint beside it; empty: none.
+  static void show_ring(Vec2d ball_m, double radius_px, const std::string& hint, const ScenePlace& scene);
   // Arrow and figures at the ball's start.
   static void show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m,
                        const ScenePlace& scene);

@@ -213,8 +213,16 @@ void Stage::begin_steps() {
   commands_ = simulation_.admit(commands_);
   log_.begin_frame(commands_, simulation_);
   simulation_.begin_frame(commands_, target_.get());
+  say_what_was_done();
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   if (simulation_.view().num_scenes != num_scenes) begin_record();
+}
+
+// A jump back that was refused has its reason as message.
+void Stage::say_what_was_done() {
+  const FrameView& view = simulation_.view();
+  if (commands_.back && view.message.empty())
+    notice_.show(fmt::format("Back to {:.2f} s", view.flight_record->time_s()), Clock::now());
 }
 
 void Stage::finish_steps() {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/escape.hpp"
 #include "view/key_card.hpp"
 #include "view/stage_loop.hpp"
 
@@ -13,6 +14,8 @@ double scaled_text(double scale, int steps) {
   const double place = std::round(4.0 * std::log2(scale)) + steps;
   return std::clamp(std::exp2(0.25 * place), kMinUiScale, kMaxUiScale);
 }
+
+constexpr double kReachRadii = 2.0;  // of the ring: a press takes the ball
 
 }  // namespace
 
@@ -33,41 +36,67 @@ Commands Stage::handle_input() {
   commands.back = commands.back || input.commands.back;
   commands.time_scale_factor = input.commands.time_scale_factor;
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
-  commands.quit = input.commands.quit;
-  show_keys(input, commands);
+  if (commands.compare == Comparison::half_step && simulation_.view().half_step)
+    commands.compare = Comparison::scene_step;
+  show_keys(input);
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();
+  if (input.escape) escape(commands);
   aim(input, commands);
+  offer_ball(input);
   follow_keys(input);
   follow_switches(commands);
   follow_camera(input);
   return commands;
 }
 
-// The card of keys. Esc closes it, and then nothing else.
-void Stage::show_keys(const InputFrame& input, Commands& commands) {
+// The card of keys.
+void Stage::show_keys(const InputFrame& input) {
   bool& shown = switches_.show_keys;
   if (input.toggle_keys) shown = !shown;
-  if (shown && commands.quit) shown = commands.quit = false;
   if (!shown) return;
   const float left = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
   show_key_card({left, static_cast<float>(size_.width) - left, static_cast<float>(size_.height), scale_},
                 panel_.controls());
 }
 
+void Stage::escape(Commands& commands) {
+  if (switches_.show_keys) {
+    switches_.show_keys = false;
+    return;
+  }
+  const Clock::time_point now = Clock::now();
+  const std::string question = recorder_.is_recording() ? "Press Esc again to quit; the film will be finished"
+                                                        : "Press Esc again to quit";
+  const bool asked = notice_.text(now) == question;
+  switch (effect_of_escape({gui_.has_popup(), aim_.active(), switches_.full_screen, asked})) {
+    case EscapeEffect::close_popup:
+      return gui_.close_popups();
+    case EscapeEffect::stop_aiming:
+      return aim_.cancel();
+    case EscapeEffect::leave_full_screen:
+      switches_.full_screen = false;
+      return;
+    case EscapeEffect::ask:
+      return notice_.show(question, now);
+    case EscapeEffect::quit:
+      commands.quit = true;
+  }
+}
+
 // A drag begins at the ball or at its start. The simulation waits until it ends.
 void Stage::aim(const InputFrame& input, Commands& commands) {
   const FrameView& view = simulation_.view();
   const Settings& settings = *view.settings;
-  if (!aim_.active() && input.pressed_left && view.physics->ball.exists && is_at_ball(input.pointer_px))
+  if (!aim_.active() && input.pressed_left && ball_near(input.pointer_px, kReachRadii))
     aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
   commands.hold = true;
-  if (commands.quit) aim_.cancel();
-  commands.quit = false;
   if (input.released) commands.fly = aim_.release();
+  launched_by_hand_ = launched_by_hand_ || commands.fly;
+  if (commands.fly && view.paused) commands.toggle_pause = true;  // a ball let go flies
   Settings aimed = settings;
   aimed.ball_vx_mps = aim_.launch().velocity_mps.x;
   aimed.ball_vy_mps = aim_.launch().velocity_mps.y;
@@ -75,16 +104,30 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
   aimed_ghosts_ = ghosts_of(aimed);
 }
 
-bool Stage::is_at_ball(Vec2d pointer_px) const {
+double Stage::ring_px() const {
+  return ring_radius_px(simulation_.view().physics->ball.radius_m / camera_.metres_per_px, scale_);
+}
+
+// The ball's place, or its start's, if the pointer is within so many radii of its ring.
+std::optional<Vec2d> Stage::ball_near(Vec2d pointer_px, double radii) const {
   const FrameView& view = simulation_.view();
-  constexpr double kMinReach_px = 14.0;
-  const double reach_m = std::max(view.physics->ball.radius_m, kMinReach_px * scale_ * camera_.metres_per_px);
+  if (!view.physics->ball.exists) return std::nullopt;
+  const double reach_m = radii * ring_px() * camera_.metres_per_px;
   const Vec2d pointer_m = camera_.to_world(pointer_px);
-  const auto is_near = [&](Vec2d place_m) {
+  for (const Vec2d place_m : {view.ball.position_m, initial_ball(*view.settings).position_m}) {
     const Vec2d away = pointer_m - place_m;
-    return dot(away, away) <= reach_m * reach_m;
-  };
-  return is_near(view.ball.position_m) || is_near({view.settings->ball_x_m, view.settings->ball_y_m});
+    if (dot(away, away) <= reach_m * reach_m) return place_m;
+  }
+  return std::nullopt;
+}
+
+// Ring and cursor say that the ball can be pulled.
+void Stage::offer_ball(const InputFrame& input) {
+  constexpr double kShownRadii = 5.0;
+  ring_m_.reset();
+  if (!input_ || gui_.wants_mouse() || input.drags_left) return;
+  ring_m_ = ball_near(input.pointer_px, kShownRadii);
+  if (ball_near(input.pointer_px, kReachRadii)) gui_.show_hand();
 }
 
 void Stage::follow_keys(const InputFrame& input) {
@@ -140,6 +183,9 @@ void Stage::write_panel_map() {
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
   marks_.note(panel_.controls());
+  if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});
+  const std::string notice = notice_.text(Clock::now());
+  if (!notice.empty()) panel_.controls().note("Notice: " + notice, {});
   std::string layout = panel_.controls().text();
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);

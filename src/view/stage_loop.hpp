@@ -15,6 +15,7 @@
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
 #include "view/panel.hpp"
+#include "view/passing_notice.hpp"
 #include "view/recorder.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
@@ -31,9 +32,12 @@ class Stage {
 
  private:
   Commands handle_input();
-  void show_keys(const InputFrame& input, Commands& commands);
+  void show_keys(const InputFrame& input);
   void aim(const InputFrame& input, Commands& commands);
-  bool is_at_ball(Vec2d pointer_px) const;
+  void offer_ball(const InputFrame& input);
+  double ring_px() const;
+  std::optional<Vec2d> ball_near(Vec2d pointer_px, double radii) const;
+  void escape(Commands& commands);
   void follow_keys(const InputFrame& input);
   void follow_switches(const Commands& commands);
   void follow_camera(const InputFrame& input);
@@ -42,6 +46,7 @@ class Stage {
   ViewRegion free_region() const;
   void fit_camera();
   void begin_steps();
+  void say_what_was_done();
   void finish_steps();
   void follow_accuracy();
   void follow_terms();
@@ -78,6 +83,9 @@ class Stage {
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
+  PassingNotice notice_;
+  std::optional<Vec2d> ring_m_;  // where a ring shows that the ball can be pulled
+  bool launched_by_hand_ = false;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
   InputLog log_;

@@ -39,8 +39,13 @@ void Stage::describe_overlay() {
   const auto height_px = static_cast<float>(size_.height);
   // A film with a picture of its own does not show the window's notices.
   WindowNotices notices;
-  if (context_.window() != nullptr) notices = {recorder_.film_line(), recorder_.news()};
+  if (context_.window() != nullptr)
+    notices = {recorder_.film_line(), recorder_.news(), notice_.text(Clock::now())};
   marks_.show(view, {camera_, place, height_px, look_of_marks()}, notices);
+  if (ring_m_) {
+    SceneMarks::show_ring(*ring_m_, ring_px(), launched_by_hand_ ? "" : "pull back and let go",
+                          {camera_, place, height_px, switches_.look});
+  }
   if (aim_.active()) {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});

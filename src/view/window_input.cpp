@@ -26,7 +26,7 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_R, [](InputFrame& input) { input.commands.reset = true; }},
     {GLFW_KEY_L, [](InputFrame& input) { input.commands.launch = true; }},
     {GLFW_KEY_B, [](InputFrame& input) { input.commands.back = true; }},
-    {GLFW_KEY_ESCAPE, [](InputFrame& input) { input.commands.quit = true; }},
+    {GLFW_KEY_ESCAPE, [](InputFrame& input) { input.escape = true; }},
     {GLFW_KEY_H, [](InputFrame& input) { flip(input.toggle_panel); }},
     {GLFW_KEY_O, [](InputFrame& input) { input.next_overlay = true; }},
     {GLFW_KEY_T, [](InputFrame& input) { flip(input.toggle_path); }},

@@ -16,6 +16,7 @@ class Gui;
 
 struct InputFrame {
   Commands commands;
+  bool escape = false;
   bool toggle_panel = false;
   bool next_overlay = false;
   bool toggle_path = false;

@@ -1,10 +1,15 @@
 """Cases of the keys, the buttons and the slingshot."""
 import csv
 import math
+import pathlib
 import statistics
+import sys
 import time
 
 from bench import NEARLY_STILL, STEPWISE, check, fresh_hash, stepped
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
+from png import read_png
 
 
 def keys(bench):
@@ -80,6 +85,64 @@ def time_keys(bench):
     check(abs(report["dt_s"] * 60 - 0.2) < 1e-9, f"] and [: time scale {report['dt_s'] * 60:.3f}")
 
 
+def ring(bench):
+    """Near the ball a ring appears, with a hint until the first launch by hand; a press in its reach takes the ball."""
+    file = bench.folder / "ring.png"
+    with bench.open("--paused", *NEARLY_STILL, "--set", "air.kind=vacuum", "--picture", str(file)) as window:
+        window.point_at("Ball's start", (150, 0))
+        time.sleep(0.3)
+        check(not rings(window), "none from afar")
+        window.point_at("Ball's start", (40, 0))
+        window.wait_for_control("Ring and hint")
+        window.drag("Ball's start", [(-30, 10), (-30, 30)], off=(15, 15))  # 21 of 24 pixels
+        window.point_at("Ball's start", (40, 0))
+        window.wait_for_control("Ring")
+        window.wait_for_control("Ring and hint", there=False)
+        x0, y0, x1, y1 = window.controls()["Ball's start"]  # late, below the legend that has come
+        ball = window.stop()["ball"]
+    check(abs(ball["vx_mps"] - 15.0) < 0.05 and abs(ball["vy_mps"] - 10.0) < 0.05, f"taken beside it: {ball}")
+    picture = read_png(file)
+    x, y = round(0.5 * (x0 + x1)), round(0.5 * (y0 + y1))
+    shades = [picture.at(x, y - up) for up in range(9, 16)]
+    check(any(red > 180 and green > 150 and blue < 130 for red, green, blue in shades), f"a ring is seen: {shades}")
+
+
+def rings(window):
+    return [label for label in window.controls() if label.startswith("Ring")]
+
+
+def back_key(bench):
+    """B says for two seconds to what time it went; without a moment to go back to, only why it did not."""
+    with bench.open(*STEPWISE, "--paused") as window:
+        window.press_key("b")
+        time.sleep(0.5)
+        check(not notices(window), f"refused: {notices(window)}")
+        for _ in range(5):
+            window.press_key("s")
+        window.press_key("b")
+        window.wait_for_control("Notice: Back to 0.00 s")
+        window.wait_for_control("Notice: Back to 0.00 s", there=False)
+        report = window.stop()
+    check(report["ball"]["distance_m"] == 0.0, f"B: the ball is at its start: {report['ball']['distance_m']} m")
+
+
+def notices(window):
+    return [label for label in window.controls() if label.startswith("Notice")]
+
+
+def slingshot_paused(bench):
+    """Letting go starts time; a click on the ball does not."""
+    with bench.open("--paused", *NEARLY_STILL, "--set", "air.kind=vacuum") as window:
+        window.drag("Ball's start", [(1, 0)])
+        window.wait_for_control("Run")
+        window.drag("Ball's start", [(-30, 10), (-30, 30)])
+        window.wait_for_control("Run", there=False)
+        time.sleep(0.3)
+        report = window.stop()
+    check(report["simulated_s"] > 0.0 and report["ball"]["distance_m"] > 0.0,
+          f"the ball let go flies: {report['ball']['distance_m']:.4f} m")
+
+
 def slingshot(bench):
     """A pull of 60 pixels left and 40 down is 15 m/s to the right and 10 up; with Shift, 80 up are 40 rad/s more."""
     with bench.open(*NEARLY_STILL, "--set", "air.kind=vacuum", "--set", "ball.vx_mps=3") as window:
@@ -95,8 +158,34 @@ def slingshot(bench):
     check(ball["distance_m"] < 0.2, f"it starts again: {ball['distance_m']:.3f} m flown")
 
 
+ASKS = "Notice: Press Esc again to quit"
+
+
+def escape(bench):
+    """Esc closes a menu, then leaves full screen; then it asks, for two seconds, and ends nothing."""
+    with bench.open("--paused") as window:
+        window.click("Method")
+        window.wait_for_control("Method.spring")
+        window.press_key("Escape")
+        window.wait_for_control("Method.spring", there=False)
+        print("ok: Esc closes the menu")
+        window.press_key("F11")
+        time.sleep(0.5)
+        check(ASKS not in window.controls(), "and asks nothing")
+        window.press_key("Escape")
+        time.sleep(0.5)
+        for _ in range(2):  # the second time as the first: the question has gone
+            window.press_key("Escape")
+            window.wait_for_control(ASKS)
+            window.wait_for_control(ASKS, there=False)
+        window.is_running()
+        report = window.stop()
+    check(report["display"]["width"] == 800, f"Esc leaves full screen: {report['display']['width']} wide")
+    check(report["method"] == "impulse", "the menu changed nothing")
+
+
 def leave(bench):
-    """H hides the panel and shows it; Esc ends."""
+    """H hides the panel and shows it; Esc twice ends."""
     with bench.open() as window:
         check("Ball spin" in window.controls(), "the panel is there at first")
         window.press_key("h")
@@ -106,7 +195,7 @@ def leave(bench):
         window.wait_for_control("Ball spin")
         print("ok: H again shows it")
         report = window.end()
-        check(report["steps"] > 0 and report["scene"] == "court", "Esc ends with exit code 0 and a report")
+        check(report["steps"] > 0 and report["scene"] == "court", "Esc twice ends with exit code 0 and a report")
 
 
 def answer_s(bench, budget_ms):

@@ -81,6 +81,20 @@ def film_key(bench):
     check(near < 4.0 and near < 0.5 * far, f"its last frame: {near:.2f} from the log's, {far:.2f} from another's")
 
 
+def film_escape(bench):
+    """Esc while recording says that the film will be finished; a second press ends, and it is whole."""
+    with bench.open(*SIZE) as window:
+        window.press_key("F9")
+        time.sleep(0.4)
+        window.press_key("Escape")
+        window.wait_for_control("Notice: Press Esc again to quit; the film will be finished")
+        window.press_key("Escape")
+        check(window.process.wait(timeout=LIMIT_S) == 0, "the second Esc ends")
+        record = window.report()["record"]
+    found, complaints = probe(record["file"])
+    check(complaints == "" and found["nb_read_frames"] == record["frames"] > 0, f"the film is whole: {record}")
+
+
 def picture_key(bench):
     """F12 twice: two files, neither written over."""
     with bench.open() as window:
@@ -145,7 +159,7 @@ def film_notice(bench):
         check(red > 200 and max(green, blue) < 80, f"and its dot is red: {red}, {green}, {blue}")
 
 
-CASES = {case.__name__: case for case in (film_key, film_notice, picture_key, replay_in_window)}
+CASES = {case.__name__: case for case in (film_key, film_notice, film_escape, picture_key, replay_in_window)}
 
 
 def main():

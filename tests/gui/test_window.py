@@ -12,17 +12,19 @@ import tempfile
 
 from accuracy_cases import accuracy
 from bench import Bench
-from key_cases import answers, buttons, keys, launch_key, leave, method_key, slingshot, stays, time_keys
+from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, ring, slingshot,
+                       slingshot_paused, stays, time_keys)
 from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, terms, typed, unstable,
                          values)
 from row_cases import chart, knobs, labels, tooltips
-from view_cases import dense_screen, key_card, looks, scene_words, view_keys, vsync_key
+from view_cases import compared, dense_screen, key_card, looks, scene_words, view_keys, vsync_key
 from window import Screen, skip_if_missing
 
 CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, launch, terms, scene_menu, scene_words, keys,
-                                          launch_key, buttons, view_keys, slingshot, method_key, time_keys, save, looks, vsync_key,
-                                          accuracy, unstable, measured_terms, dense_screen, key_card, knobs, tooltips,
-                                          labels, chart, answers, stays, leave)}
+                                          launch_key, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
+                                          back_key, compared, time_keys, save, looks, vsync_key, accuracy, unstable,
+                                          measured_terms, dense_screen, key_card, knobs, tooltips, labels, chart, answers,
+                                          stays, escape, leave)}
 
 
 def fails(case, bench):

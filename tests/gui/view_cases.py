@@ -3,7 +3,7 @@ import pathlib
 import sys
 import time
 
-from bench import check
+from bench import STEPWISE, check
 from window import wait_for
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
@@ -39,6 +39,39 @@ def view_keys(bench):
     columns = [x for x in range(330, 500) if any(is_yellow(picture.at(x, y)) for y in below_notices)]
     # 8 steps of 0.15 m are 39 pixels; the ball alone, as yellow, is 12 wide.
     check(len(columns) > 25, f"T: from ball and path {len(columns)} columns are yellow")
+
+
+METHOD_COLORS = {"impulse": (51, 153, 219), "spring": (230, 115, 26), "exact": (26, 189, 143)}
+
+
+def compared(bench):
+    """M twice: the first flight in row one, then the current one, each in its method's colour. Shift+M twice: its step."""
+    file = bench.folder / "compared.png"
+    with bench.open(*STEPWISE, "--paused", "--picture", str(file)) as window:
+        for key in ("s", "s", "m", "s", "m", "s"):
+            window.press_key(key)
+        time.sleep(0.3)
+        window.stop()
+    picture = read_png(file)
+    rows = {method: legend_row(picture, color) for method, color in METHOD_COLORS.items()}
+    check(None not in rows.values() and rows["impulse"] < rows["exact"] < rows["spring"], f"rows of the legend: {rows}")
+    with bench.open(*STEPWISE, "--paused") as window:
+        for _ in range(2):
+            window.press_key("s")
+            window.press_shifted("m")
+        window.press_key("m")
+        window.press_key("s")
+        report = window.stop()
+    check(report["method"] == "spring" and report["dt_s"] == 0.001, f"again the scene's step: {report['dt_s']} s")
+
+
+def legend_row(picture, color):
+    """Height of a sample of a path's line, above the court; None if there is none."""
+    for y in range(130):
+        near = [x for x in range(330, picture.width) if max(abs(a - b) for a, b in zip(picture.at(x, y), color)) < 15]
+        if len(near) > 12:
+            return y
+    return None
 
 
 def is_line(picture, x):

@@ -145,10 +145,15 @@ class Window:
             self._move_to(label, share)
         self._press("mouseup", "1")
 
-    def drag(self, label, moves, shift=False):
-        """From a place with the button down by so many pixels, each (right, down)."""
+    def point_at(self, label, off):
+        """The pointer so far from a place."""
         x0, y0, x1, y1 = self.controls()[label]
-        x, y = round(0.5 * (x0 + x1)), round(0.5 * (y0 + y1))
+        self._press("mousemove", str(round(0.5 * (x0 + x1)) + off[0]), str(round(0.5 * (y0 + y1)) + off[1]))
+
+    def drag(self, label, moves, shift=False, off=(0, 0)):
+        """From a place, or so far off it, with the button down by so many pixels, each (right, down)."""
+        x0, y0, x1, y1 = self.controls()[label]
+        x, y = round(0.5 * (x0 + x1)) + off[0], round(0.5 * (y0 + y1)) + off[1]
         self._press("mousemove", str(x), str(y))
         if shift:
             self._press("keydown", "shift")
@@ -194,12 +199,13 @@ class Window:
             self._press("click", "4")
 
     def end(self):
-        """Esc, as a person would; the report."""
+        """Esc twice, as a person would; the report."""
+        self.press_key("Escape")
         self.press_key("Escape")
         try:
             exit_code = self.process.wait(timeout=2.0 if self.hands_off else LIMIT_S)
         except subprocess.TimeoutExpired:
-            raise AssertionError("Esc does not end the program") from None
+            raise AssertionError("Esc twice does not end the program") from None
         assert exit_code == 0, f"exit code {exit_code} after Esc"
         return self.report()
 

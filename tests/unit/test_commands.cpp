@@ -182,12 +182,53 @@ TEST_F(SimulationCommands, NextMethodRepeatsTheLaunch) {
     for (int k = 0; k < 4; ++k) other.advance_frame({}, nullptr);
     EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash()) << static_cast<int>(method);
   }
-  ASSERT_EQ(view().old_flights->size(), 2U);  // the newer flight with impulse replaced the first
+  // The first flight stays beside its equal, and flights keep their numbers.
+  ASSERT_EQ(view().old_flights->size(), 3U);
+  EXPECT_EQ(view().flight_record->number, 4);
+  EXPECT_EQ(view().old_flights->front().number, 3);
+  EXPECT_EQ(view().old_flights->back().number, 1);
   for (const FlightRecord& old : *view().old_flights) {
     EXPECT_EQ(old.launch, view().flight_record->launch);
     EXPECT_TRUE(old.energy_drift());
     EXPECT_GT(old.compute_ms, 0.0);
   }
+}
+
+TEST_F(SimulationCommands, TheFirstFlightOfALaunchStays) {
+  advance(3);
+  Commands half;
+  half.compare = Comparison::half_step;
+  for (int k = 0; k < 9; ++k) advance(2, half);
+  ASSERT_EQ(view().old_flights->size(), 5U);
+  const FlightRecord& first = view().old_flights->back();
+  EXPECT_EQ(first.number, 1);
+  EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), &first);
+  EXPECT_EQ((*view().old_flights)[3].number, 6);  // the oldest of the others went
+  Commands launch;
+  launch.launch = true;
+  advance(2, launch);
+  EXPECT_EQ(view().old_flights->back().number, 6);  // another launch: it goes as the others do
+  EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), view().flight_record);
+}
+
+TEST_F(SimulationCommands, SceneStepComesBackAfterHalves) {
+  advance(3);
+  const double set_dt_s = simulation_.settings().dt_s, dt_s = view().dt_s;
+  Commands half, whole;
+  half.compare = Comparison::half_step;
+  whole.compare = Comparison::scene_step;
+  advance(2, half);
+  advance(2, half);
+  EXPECT_TRUE(view().half_step);
+  EXPECT_TRUE(view().flight_record->half_step);
+  advance(2, whole);
+  EXPECT_EQ(simulation_.settings().dt_s, set_dt_s);
+  EXPECT_DOUBLE_EQ(view().dt_s, dt_s);
+  EXPECT_FALSE(view().half_step);
+  EXPECT_FALSE(view().flight_record->half_step);
+  const std::int64_t number = view().flight_record->number;
+  advance(2, whole);  // nothing to go back to
+  EXPECT_EQ(view().flight_record->number, number);
 }
 
 TEST_F(SimulationCommands, HalfStepRepeatsTheLaunch) {

@@ -1,0 +1,29 @@
+// A line for the person that goes by itself.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "core/timing.hpp"
+
+namespace pf {
+
+constexpr double kNotice_s = 2.0;
+
+class PassingNotice {
+ public:
+  void show(std::string text, Clock::time_point now) {
+    text_ = std::move(text);
+    began_ = now;
+  }
+  // Empty after kNotice_s.
+  std::string text(Clock::time_point now) const {
+    return std::chrono::duration<double>(now - began_).count() < kNotice_s ? text_ : std::string();
+  }
+
+ private:
+  std::string text_;
+  Clock::time_point began_;
+};
+
+}  // namespace pf
