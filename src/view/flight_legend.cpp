@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/derive.hpp"
+#include "view/current_color.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -127,8 +128,8 @@ void compare_row(const FlightRecord& flight, const Compared& compared, bool comp
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
   if (drift) row.energy = fmt::format("{}{} %", *drift > 0.0 ? "+" : "", digits(100.0 * *drift));
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
-  const auto distance =
-      distance_between(first_part(*compared.reference, compared.until_s), first_part(flight, compared.until_s));
+  const auto distance = distance_between(first_part(*compared.reference, compared.until_s),
+                                         first_part(flight, compared.until_s));
   if (distance) row.apart = length_text(distance->at_end_m) + ", " + length_text(distance->largest_m);
 }
 
@@ -188,7 +189,7 @@ std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
   for (const FlightRecord* flight : in_order(frame, first)) {
     const bool is_current = flight == current;
     rows.push_back(plain_row(*flight, is_current));
-    rows.back().color = flight_color(theme, *flight);
+    rows.back().color = is_current ? current_flight_color(theme, frame) : flight_color(theme, *flight);
     if (compared.reference == nullptr || flight->launch != first->launch) continue;
     compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
   }
@@ -202,8 +203,8 @@ bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
 LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
   if (!is_shown(frame, look)) return {};
   constexpr std::size_t kMinFlights = 3;
-  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) + num_ghosts(frame, look) +
-                               (foot_.empty() ? 0 : 1);
+  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) +
+                               num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
   return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
 }
 

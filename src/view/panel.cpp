@@ -230,7 +230,8 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::SameLine();
   if (rows_.button("Fit (F)", -1.0F, "the whole world in the picture; drag pans, the wheel zooms"))
     switches.fit_camera = true;
-  const std::string overlay_help = "times and figures at the lower edge (O)\nH hides this panel, Esc twice quits";
+  const std::string overlay_help =
+      "times and figures at the lower edge (O)\nH hides this panel, Esc twice quits";
   rows_.begin_row("Overlay", overlay_help);
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
   rows_.end_row("Overlay", overlay_help);
@@ -250,7 +251,8 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
   if (rows_.button("Next method", width, "M: the same launch again with the next method; both paths stay"))
     commands.compare = Comparison::next_method;
   ImGui::SameLine();
-  if (rows_.button("Half step", width, "Shift+M: the same launch again with half the time step; once more: with the scene's"))
+  if (rows_.button("Half step", width,
+                   "Shift+M: the same launch again with half the time step; once more: with the scene's"))
     commands.compare = Comparison::half_step;
   ImGui::EndDisabled();
   ImGui::SameLine();

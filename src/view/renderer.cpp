@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "view/color_map.hpp"
+#include "view/current_color.hpp"
 
 namespace pf {
 namespace {
@@ -187,7 +188,8 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
   glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
 }
 
-// Earlier flights fade with age, but for the one that the others are compared with. Ghosts are dashed, the current flight is on top.
+// Earlier flights fade with age, but for the one that the others are compared with. Ghosts are dashed, the
+// current flight is on top.
 void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
   const ThemeColors& theme = theme_colors(look_.theme);
   if (frame.old_flights != nullptr) {
@@ -209,7 +211,7 @@ void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float sc
   set_color(shadow, theme.path_shadow, 0.45F);
   draw_path(points_m, camera, shadow);
   PathStyle line = {1.6F * scale, {}, {0.45F, 1.0F}};
-  set_color(line, flight_color(look_.theme, *frame.flight_record), 0.95F);
+  set_color(line, current_flight_color(look_.theme, frame), 0.95F);
   draw_path(points_m, camera, line);
 }
 

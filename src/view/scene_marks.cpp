@@ -152,8 +152,7 @@ void SceneMarks::show_numbers(const FrameView& frame, const ScenePlace& scene) {
   }
 }
 
-void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hint,
-                           const ScenePlace& scene) {
+void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hint, const ScenePlace& scene) {
   const float s = scene.place.scale;
   const auto radius = static_cast<float>(radius_px);
   const OverlayColors& colors = overlay_colors(scene.look.theme);

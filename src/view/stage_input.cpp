@@ -51,9 +51,8 @@ Commands Stage::handle_input() {
 
 void Stage::escape(Commands& commands) {
   const Clock::time_point now = Clock::now();
-  const std::string question = recorder_.is_recording()
-                                   ? "Press Esc again to quit; the film will be finished"
-                                   : "Press Esc again to quit";
+  const std::string question = recorder_.is_recording() ? "Press Esc again to quit; the film will be finished"
+                                                        : "Press Esc again to quit";
   const bool asked = notice_.text(now) == question;
   switch (effect_of_escape({gui_.has_popup(), aim_.active(), switches_.full_screen, asked})) {
     case EscapeEffect::close_popup:
