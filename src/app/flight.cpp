@@ -34,9 +34,8 @@ std::optional<double> FlightRecord::energy_drift() const {
 }
 
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights) {
-  const auto first = std::find_if(old_flights.rbegin(), old_flights.rend(), [&](const FlightRecord& old) {
-    return old.launch == current.launch;
-  });
+  const auto first = std::find_if(old_flights.rbegin(), old_flights.rend(),
+                                  [&](const FlightRecord& old) { return old.launch == current.launch; });
   return first == old_flights.rend() ? current : *first;
 }
 

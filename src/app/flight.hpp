@@ -19,9 +19,9 @@ struct FlightRecord {
   bool disturbed = false;   // a setting that affects it was changed during the flight
   Air air = Air::parcels;
   Method method = Method::impulse;
-  double set_dt_s = 0.0;  // the setting; 0: from the displacement
+  double set_dt_s = 0.0;   // the setting; 0: from the displacement
   bool half_step = false;  // half of the step that the scene has
-  double dt_s = 0.0;      // of the last step
+  double dt_s = 0.0;       // of the last step
   double speed_mps = 0.0;
   double spin_radps = 0.0;
   std::vector<Vec2f> points_m;  // one per frame, oldest first

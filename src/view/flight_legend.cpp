@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scene/derive.hpp"
+#include "view/current_color.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -188,7 +189,7 @@ std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
   for (const FlightRecord* flight : in_order(frame, first)) {
     const bool is_current = flight == current;
     rows.push_back(plain_row(*flight, is_current));
-    rows.back().color = flight_color(theme, *flight);
+    rows.back().color = is_current ? current_flight_color(theme, frame) : flight_color(theme, *flight);
     if (compared.reference == nullptr || flight->launch != first->launch) continue;
     compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
   }

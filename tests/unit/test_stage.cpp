@@ -341,7 +341,7 @@ FlightRecord leaving(Method method, float speed_mps, int num_steps) {
 
 TEST(FlightLegend, ComparesOverTheShortestCompleteFlight) {
   Frames frames;
-  frames.flight = leaving(Method::exact, 10.0F, 8);                  // 0.8 s to 8 m, outside
+  frames.flight = leaving(Method::exact, 10.0F, 8);                   // 0.8 s to 8 m, outside
   const FlightRecord reference = leaving(Method::impulse, 8.0F, 10);  // 1 s to 8 m
   const FlightRecord cut = leaving(Method::spring, 8.0F, 3);
   frames.old_flights = {cut, reference};
