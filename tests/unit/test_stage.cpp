@@ -7,6 +7,7 @@
 
 #include "support/scene_support.hpp"
 #include "temporary_folder.hpp"
+#include "unit/frames.hpp"
 #include "view/aim.hpp"
 #include "view/color_map.hpp"
 #include "view/legend_place.hpp"
@@ -83,25 +84,6 @@ TEST(ColorMaps, LightnessRisesAllTheWay) {
     }
   }
 }
-
-struct Frames {
-  Settings settings = test::court(1000);
-  Physics physics = derive_physics(settings);
-  FlightRecord flight;
-  std::deque<FlightRecord> old_flights;
-  FrameView view;
-
-  Frames() {
-    view.settings = &settings;
-    view.physics = &physics;
-    view.flight_record = &flight;
-    view.old_flights = &old_flights;
-    view.num_parcels = 1000;
-    view.frame_totals.num_steps = 4;
-    view.min_bytes_moved = 1e5;
-    view.memory_bytes = 4321;
-  }
-};
 
 PhaseTimes computing(double ms) {
   PhaseTimes times;
@@ -295,81 +277,6 @@ TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
   EXPECT_TRUE(lines[3].ends_with(",1.0000,0.5000,,,0,0,0,1")) << lines[3];  // the panel's are not known
   EXPECT_NE(lines[3].find(",1000,impulse,grid,"), std::string::npos) << lines[3];
   EXPECT_NE(lines[3].find(",4321,host,"), std::string::npos) << lines[3];
-}
-
-TEST(FlightLegend, ComparesFlightsOfTheSameLaunchOnly) {
-  Frames frames;
-  frames.flight.launch = 2;
-  frames.flight.method = Method::spring;
-  FlightRecord first = frames.flight, other = frames.flight;
-  first.method = Method::impulse;
-  first.points_m = {{0.0F, 0.0F}, {1.0F, 0.0F}};
-  first.times_s = {0.0, 1.0};
-  first.start_energy_j = 2.0;
-  first.end_energy_j = 1.5;
-  frames.flight.points_m = {{0.0F, 0.0F}, {1.0F, 2.0F}};
-  frames.flight.times_s = {0.0, 1.0};
-  other.launch = 1;
-  frames.old_flights = {first, other};
-  const auto rows = flight_rows(frames.view);
-  ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[0].apart, "-");
-  EXPECT_EQ(rows[0].method, "impulse, cut short");
-  EXPECT_EQ(rows[0].energy, "-");  // of another duration than those that are complete
-  EXPECT_EQ(rows[1].method, "spring");
-  EXPECT_TRUE(rows[1].is_current);
-  EXPECT_EQ(rows[1].apart, "2 m, 2 m");
-  EXPECT_EQ(rows[1].energy, "...");
-  EXPECT_EQ(rows[2].apart, "");
-}
-
-// A flight that leaves the court at a speed along x, and in which 2 ms are computed a step of 0.1 s.
-FlightRecord leaving(Method method, float speed_mps, int num_steps) {
-  FlightRecord flight;
-  flight.launch = 1;
-  flight.method = method;
-  for (int i = 0; i <= num_steps; ++i) {
-    flight.points_m.push_back({0.1F * speed_mps * static_cast<float>(i), 0.0F});
-    flight.times_s.push_back(0.1 * i);
-  }
-  flight.num_steps = static_cast<std::uint64_t>(num_steps);
-  flight.compute_ms = 2.0 * num_steps;
-  flight.start_energy_j = 3.0;
-  flight.end_energy_j = 2.0;
-  return flight;
-}
-
-TEST(FlightLegend, ComparesOverTheShortestCompleteFlight) {
-  Frames frames;
-  frames.flight = leaving(Method::exact, 10.0F, 8);                   // 0.8 s to 8 m, outside
-  const FlightRecord reference = leaving(Method::impulse, 8.0F, 10);  // 1 s to 8 m
-  const FlightRecord cut = leaving(Method::spring, 8.0F, 3);
-  frames.old_flights = {cut, reference};
-  const auto rows = flight_rows(frames.view);
-  ASSERT_EQ(rows.size(), 3U);
-  EXPECT_EQ(rows[0].method, "impulse, 100 ms");
-  EXPECT_EQ(rows[0].cost, "20 ms");  // for a second
-  EXPECT_EQ(rows[0].energy, "-33.3 %");
-  EXPECT_EQ(rows[1].apart, "1.6 m, 1.6 m");  // at 0.8 s
-  EXPECT_EQ(rows[1].cost, "20 ms");
-  EXPECT_EQ(rows[2].method, "spring, 100 ms, cut short");
-  EXPECT_EQ(rows[2].apart, "-");
-  EXPECT_EQ(rows[2].energy, "-");
-}
-
-TEST(FlightLegend, ColourIsOfTheMethodWhereverTheRowStands) {
-  FlightRecord flight;
-  std::vector<Rgb> colors;
-  for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
-    flight.method = method;
-    flight.half_step = false;
-    EXPECT_EQ(flight_color(Theme::dark, flight), method_color(Theme::dark, method));
-    colors.push_back(flight_color(Theme::dark, flight));
-    flight.half_step = true;
-    colors.push_back(flight_color(Theme::dark, flight));
-  }
-  std::sort(colors.begin(), colors.end());
-  EXPECT_EQ(std::unique(colors.begin(), colors.end()), colors.end());
 }
 
 }  // namespace
