@@ -3,6 +3,7 @@
 
 #if defined(__CUDACC__)
 #include "cuda/architecture.cuh"
+#include "cuda/half_warp.cuh"
 #endif
 #include "core/index.hpp"
 #include "model/grid.hpp"
@@ -103,44 +104,44 @@ class HalfWarpCursor {
 
   // The same in all lanes.
   __device__ __forceinline__ bool has_more() const {
-    return next_ < num_candidates_ || base_range_ + kHalf < max_ranges_;
+    return next_ < num_candidates_ || base_range_ + kHalfWarp < max_ranges_;
   }
 
   // Each lane gets kInvalidIndex where it has no candidate left.
   __device__ __forceinline__ void next(std::uint32_t (&j)[kAhead]) {
     if (next_ >= num_candidates_) {
-      base_range_ += kHalf;
+      base_range_ += kHalfWarp;
       load_ranges();
     }
     for (std::uint32_t& index : j) index = kInvalidIndex;
-    const unsigned num_ranges = min(max_ranges_ - base_range_, kHalf);
+    const unsigned num_ranges = min(max_ranges_ - base_range_, kHalfWarp);
     for (unsigned r = 0; r < num_ranges; ++r) {
       const std::uint32_t r_end = from_half(end_, r), r_count = from_half(range_.count, r);
       const std::uint32_t r_first = from_half(range_.first, r);
       for (unsigned u = 0; u < kAhead; ++u) {
-        const std::uint32_t k = next_ + u * kHalf + threadIdx.x % kHalf;
+        const std::uint32_t k = next_ + u * kHalfWarp + threadIdx.x % kHalfWarp;
         if (k < r_end && k + r_count >= r_end) j[u] = r_first + (k + r_count - r_end);
       }
     }
-    next_ += kAhead * kHalf;
+    next_ += kAhead * kHalfWarp;
   }
 
  private:
-  static constexpr unsigned kHalf = 16, kWarp = 0xFFFFFFFFU;
+  static constexpr unsigned kWarp = 0xFFFFFFFFU;
 
   static __device__ __forceinline__ std::uint32_t from_half(std::uint32_t value, unsigned lane) {
-    return __shfl_sync(kWarp, value, lane, kHalf);
+    return __shfl_sync(kWarp, value, lane, kHalfWarp);
   }
 
   // Each lane loads a range.
   __device__ __forceinline__ void load_ranges() {
-    range_ = range_of(space_, box_, base_range_ + threadIdx.x % kHalf);
+    range_ = range_of(space_, box_, base_range_ + threadIdx.x % kHalfWarp);
     end_ = range_.count;
-    for (unsigned offset = 1; offset < kHalf; offset *= 2) {
-      const std::uint32_t before = __shfl_up_sync(kWarp, end_, offset, kHalf);
-      if (threadIdx.x % kHalf >= offset) end_ += before;
+    for (unsigned offset = 1; offset < kHalfWarp; offset *= 2) {
+      const std::uint32_t before = __shfl_up_sync(kWarp, end_, offset, kHalfWarp);
+      if (threadIdx.x % kHalfWarp >= offset) end_ += before;
     }
-    num_candidates_ = warp_max(from_half(end_, kHalf - 1));
+    num_candidates_ = warp_max(from_half(end_, kHalfWarp - 1));
     next_ = 0;
   }
 

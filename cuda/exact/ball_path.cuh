@@ -8,6 +8,7 @@
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
+#include "cuda/half_warp.cuh"
 
 namespace pf::cuda {
 
@@ -110,27 +111,23 @@ __device__ PathHit hit_on_path(const StepContext& step, const ParcelNearBall& pa
 template <Boundary kBoundary>
 __device__ __forceinline__ PathHit hit_on_path_by_half_warp(const StepContext& step,
                                                             const ParcelNearBall& parcel, bool is_real) {
-  constexpr unsigned kHalf = 16;
   const BallSegment* path = ball_path(step);
   const std::uint32_t num = is_real ? step.state.num_ball_segments : 0U;
   const std::uint32_t max_num = warp_max(num);
-  const auto in_half = [](bool holds) {
-    return __ballot_sync(kWholeWarp, holds) >> (threadIdx.x & kHalf) & 0xFFFFU;
-  };
   bool is_known = !parcel.just_hit || !step.has_participant();
   PathHit found;
-  for (std::uint32_t base = 0; base < max_num; base += kHalf) {
-    const std::uint32_t s = base + threadIdx.x % kHalf;
+  for (std::uint32_t base = 0; base < max_num; base += kHalfWarp) {
+    const std::uint32_t s = base + threadIdx.x % kHalfWarp;
     const bool searches = s < num && found.tick == kNoTick;
     PathHit hit;
     if (searches) hit = hit_on_segment<kBoundary>(step, path, s, parcel);
-    if (in_half(searches && s > 0 && begins_with_hit_of(step, path[s], parcel)) != 0) is_known = true;
-    const unsigned hits = in_half(hit.tick != kNoTick);
+    if (in_half_warp(searches && s > 0 && begins_with_hit_of(step, path[s], parcel)) != 0) is_known = true;
+    const unsigned hits = in_half_warp(hit.tick != kNoTick);
     const unsigned lane = hits != 0 ? __ffs(hits) - 1 : 0U;
-    hit = {__shfl_sync(kWholeWarp, hit.tick, lane, kHalf),
-           __shfl_sync(kWholeWarp, hit.generation, lane, kHalf), base + lane};
+    hit = {__shfl_sync(kWholeWarp, hit.tick, lane, kHalfWarp),
+           __shfl_sync(kWholeWarp, hit.generation, lane, kHalfWarp), base + lane};
     if (found.tick == kNoTick && hits != 0) found = hit;
-    if (__all_sync(kWholeWarp, found.tick != kNoTick || base + kHalf >= num)) break;
+    if (__all_sync(kWholeWarp, found.tick != kNoTick || base + kHalfWarp >= num)) break;
   }
   return is_known ? found : PathHit{};
 }

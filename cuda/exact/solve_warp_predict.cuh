@@ -6,6 +6,7 @@
 #pragma once
 
 #include "cuda/exact/solve_warp_members.cuh"
+#include "cuda/half_warp.cuh"
 
 namespace pf::cuda {
 
@@ -19,14 +20,14 @@ struct WarpSpace {
 class WarpPredictions : protected WarpMembers {
  protected:
   __device__ __forceinline__ WarpPredictions(const StepContext& step, WarpSpace& space, BlockCounts& counts)
-      : WarpMembers(step, counts), near_(space.near[threadIdx.x / kHalf]) {}
+      : WarpMembers(step, counts), near_(space.near[threadIdx.x / kHalfWarp]) {}
 
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
   // other members learn of earlier events with these; those whose partner left the trajectory of their event
   // must be predicted next. Returns their lanes.
   template <Boundary kBoundary>
   __device__ __forceinline__ unsigned predict(unsigned one, unsigned two, unsigned changed) {
-    const Subject subject = subject_of(lane_ < kHalf ? one : two, changed);
+    const Subject subject = subject_of(lane_ < kHalfWarp ? one : two, changed);
     const unsigned num_members = c_.run.physics.parcels.contacts ? num_ : 0U;
     const auto near =
         MemberSearch::around<kBoundary>(step_, subject.here, subject.body.trajectory, subject.fastest_mps);
@@ -39,14 +40,15 @@ class WarpPredictions : protected WarpMembers {
     unsigned num_near = 0;  // listed ones of this half
     Event best;
     if (subject.is_there && half_lane() == 0) keep_edge<kBoundary>(step_, subject.here, subject.body, best);
-    for (unsigned first_member = 0;; first_member += kHalf) {
-      while (cursor.has_more() && !__any_sync(kWholeWarp, num_near + kAhead * kHalf > WarpSpace::kMaxNear))
+    for (unsigned first_member = 0;; first_member += kHalfWarp) {
+      while (cursor.has_more() &&
+             !__any_sync(kWholeWarp, num_near + kAhead * kHalfWarp > WarpSpace::kMaxNear))
         list_near<kBoundary>(near, subject, cursor, num_near);
       __syncwarp();
       const unsigned member = first_member + half_lane();
       const bool with_member = member < num_members && member != subject.lane;
       // The lanes without a member take what else is to be compared.
-      const unsigned free = in_half(!with_member), num_free = __popc(free);
+      const unsigned free = in_half_warp(!with_member), num_free = __popc(free);
       const unsigned rank = __popc(free & (bit(half_lane()) - 1));
       Comparison it = member_to_compare(member, with_member);
       if (!with_member && rank < num_near) it = parcel_to_compare(near_[num_near - 1 - rank], subject);
@@ -57,23 +59,22 @@ class WarpPredictions : protected WarpMembers {
       if (num_free > num_near) is_at_ball = false;
       num_near -= min(num_free, num_near);
       const bool is_left =
-          first_member + kHalf < num_members || num_near > 0 || is_at_ball || cursor.has_more();
+          first_member + kHalfWarp < num_members || num_near > 0 || is_at_ball || cursor.has_more();
       if (!__any_sync(kWholeWarp, is_left)) break;
     }
-    may_meet_ball = in_half(may_meet_ball) != 0;
+    may_meet_ball = in_half_warp(may_meet_ball) != 0;
     if (__any_sync(kWholeWarp, may_meet_ball)) {
       const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step_, subject.body, may_meet_ball);
       if (half_lane() == 0) keep_hit(hit, best);
     }
     best = first_of_half(best);
-    const Event of_one = from(best, 0), of_two = from(best, kHalf);
+    const Event of_one = from(best, 0), of_two = from(best, kHalfWarp);
     if (lane_ == one) it_.event = of_one;
     if (lane_ == two) it_.event = of_two;
     return __ballot_sync(kWholeWarp, is_stale);
   }
 
  private:
-  static constexpr unsigned kHalf = 16;
   static constexpr unsigned kAhead = 2;
 
   // The member that a half of the warp predicts.
@@ -94,10 +95,7 @@ class WarpPredictions : protected WarpMembers {
     Trajectory trajectory{};  // of a parcel
   };
 
-  __device__ __forceinline__ unsigned half_lane() const { return lane_ % kHalf; }
-  __device__ __forceinline__ unsigned in_half(bool holds) const {
-    return __ballot_sync(kWholeWarp, holds) >> (lane_ & kHalf) & 0xFFFFU;
-  }
+  __device__ __forceinline__ unsigned half_lane() const { return lane_ % kHalfWarp; }
 
   __device__ __forceinline__ Subject subject_of(unsigned lane, unsigned changed) const {
     const unsigned source = lane % 32;
@@ -133,7 +131,7 @@ class WarpPredictions : protected WarpMembers {
       const bool is_near =
           is_other && near.template holds<kBoundary>(step_.world(), there[u]) &&
           (owner[u] != kInvalidIndex || near.template may_hit<kBoundary>(step_, there[u], velocity[u]));
-      const unsigned lanes = in_half(is_near);
+      const unsigned lanes = in_half_warp(is_near);
       if (is_near) near_[num_near + __popc(lanes & (bit(half_lane()) - 1))] = candidates[u];
       num_near += __popc(lanes);
     }
@@ -203,12 +201,12 @@ class WarpPredictions : protected WarpMembers {
   __device__ __forceinline__ bool tell(unsigned one, unsigned two, unsigned changed, unsigned first_member,
                                        const Event& event) {
     const bool is_told = is_member() && (changed & bit(lane_)) == 0 &&
-                         lane_ / kHalf == first_member / kHalf && !is_retired(it_.trajectory.anchor);
+                         lane_ / kHalfWarp == first_member / kHalfWarp && !is_retired(it_.trajectory.anchor);
     bool is_stale = false;
     for (unsigned k = 0; k < 2; ++k) {
       const unsigned subject = k == 0 ? one : two;
       if ((changed & bit(subject)) == 0) continue;
-      const unsigned source = k * kHalf + half_lane();
+      const unsigned source = k * kHalfWarp + half_lane();
       const Event collision{from(event.tick, source), from(it_.index, subject), from(it_.id, subject),
                             from(event.generation, source)};
       if (!is_told) continue;
@@ -225,19 +223,19 @@ class WarpPredictions : protected WarpMembers {
   // The first event of a half's lanes, in all of them.
   __device__ __forceinline__ Event first_of_half(const Event& event) const {
     const auto lowest = [](std::uint32_t value) {
-      for (unsigned offset = kHalf / 2; offset > 0; offset /= 2)
+      for (unsigned offset = kHalfWarp / 2; offset > 0; offset /= 2)
         value = min(value, __shfl_xor_sync(kWholeWarp, value, offset));
       return value;
     };
     bool among = event.tick == lowest(event.tick);
-    const bool is_tied = __popc(in_half(among)) > 1;
+    const bool is_tied = __popc(in_half_warp(among)) > 1;
     if (__any_sync(kWholeWarp, is_tied && event.tick != kNoTick)) {
       const std::uint32_t generation = lowest(among ? event.generation : kNoTick);
       among = among && event.generation == generation;
       const std::uint32_t partner_id = lowest(among ? event.partner_id : kNoPartner);
       among = among && event.partner_id == partner_id;
     }
-    return from(event, (lane_ & kHalf) + first_of(in_half(among)));
+    return from(event, (lane_ & kHalfWarp) + first_of(in_half_warp(among)));
   }
 
   std::uint32_t* near_;  // of this half

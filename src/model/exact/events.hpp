@@ -96,10 +96,10 @@ PF_HD inline void keep_ball_edge_event(const ExactConstants& c, const BallTrajec
 }
 
 // Conservative first test: false only if the parcel cannot reach the edge within the step, whatever happens
-// to it, at the assumed bound on speeds. position: at the step's start.
+// to it, at the assumed bound on speeds. position: at the step's start; a retired parcel reaches no edge.
 template <Boundary kBoundary>
 PF_HD inline bool may_reach_edge(const ExactConstants& c, Vec2i position) {
-  if constexpr (kBoundary == Boundary::periodic) return false;
+  if (kBoundary == Boundary::periodic || is_retired(position)) return false;
   const World& world = c.run.physics.world;
   const float room =
       static_cast<float>(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length) * 1.001F +
