@@ -5,6 +5,8 @@
 
 #include <immintrin.h>
 
+#include "model/world.hpp"
+
 #define PF_AVX2 target("avx2")
 
 namespace pf {
@@ -25,6 +27,19 @@ struct Eight {
 // Puts values in the order of Eight back into memory order.
 __attribute__((PF_AVX2, always_inline)) inline __m256 in_order(__m256 values) {
   return _mm256_castpd_ps(_mm256_permute4x64_pd(_mm256_castps_pd(values), 0xD8));
+}
+
+// Nearest images of eight differences. Lanes alternate between x and y.
+template <Boundary kBoundary>
+__attribute__((PF_AVX2, always_inline)) inline __m256i nearest_image(__m256i d, __m256i half,
+                                                                     __m256i period) {
+  if constexpr (kBoundary == Boundary::periodic) {
+    const __m256i too_high = _mm256_cmpgt_epi32(d, _mm256_sub_epi32(half, _mm256_set1_epi32(1)));
+    const __m256i too_low = _mm256_cmpgt_epi32(_mm256_sub_epi32(_mm256_setzero_si256(), half), d);
+    d = _mm256_sub_epi32(d, _mm256_and_si256(too_high, period));
+    d = _mm256_add_epi32(d, _mm256_and_si256(too_low, period));
+  }
+  return d;
 }
 
 }  // namespace pf

@@ -24,13 +24,6 @@ std::string processor_name() {
   return "unknown processor";
 }
 
-void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position,
-                 Vec2f velocity) {
-  const bool gone = is_retired(position);
-  buffers.position_m[i] = gone ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position));
-  buffers.speed_mps[i] = std::sqrt(dot(velocity, velocity));
-}
-
 }  // namespace
 
 std::unique_ptr<Backend> make_cpu_backend(unsigned num_threads) {
@@ -119,14 +112,21 @@ void CpuBackend::step_range(const StepLoop& loop, std::size_t begin, std::size_t
   }
 }
 
+// True if parcels have moved so little since the sort that partners are still searched nearby.
+bool CpuBackend::is_search_near(const StepConstants& constants) const {
+  const double reach = constants.contact_reach + static_cast<double>(displacement_);
+  return is_plain_ ? reach <= kMaxSearchReach * constants.contact_distance
+                   : PairedLoop::covers(parcels_, constants, displacement_);
+}
+
 void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
                                 StepReport& report) {
   const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && size() > 0;
-  if (!searches) return;
-  const double reach = constants.contact_reach + static_cast<double>(displacement_);
-  if (parcels_.sorted && reach <= kMaxSearchReach * constants.contact_distance) return;
-  parcels_.sort(team_, physics_.world, kCellWidth * constants.contact_distance,
+  if (!searches || (parcels_.sorted && is_search_near(constants))) return;
+  const double cell_width = is_plain_ ? kCellWidth : PairedLoop::kCellWidth;
+  parcels_.sort(team_, physics_.world, cell_width * constants.contact_distance,
                 parcels_.current.position.data(), report.times);
+  if (!is_plain_) paired_.prepare(parcels_, physics_.world.boundary);
   displacement_ = 0;
   ++report.totals.num_sorts;
 }
@@ -202,12 +202,16 @@ CpuTally CpuBackend::run_loop(const StepConstants& constants, const StepRequest&
       constants, motion, rounding_key(physics_.seed, step_), space, choose_search(physics_.world.boundary),
       draw};
   std::vector<CpuTally> tallies(team_.size());
-  team_.run([&](unsigned thread) {
-    CpuTally tally;
-    const auto [begin, end] = team_.share(thread, size());
-    (this->*range)(loop, begin, end, tally);
-    tallies[thread] = tally;
-  });
+  if (range == nullptr) {
+    paired_.run(loop, request.method, parcels_, tallies);
+  } else {
+    team_.run([&](unsigned thread) {
+      CpuTally tally;
+      const auto [begin, end] = team_.share(thread, size());
+      (this->*range)(loop, begin, end, tally);
+      tallies[thread] = tally;
+    });
+  }
   std::swap(parcels_.current.position, parcels_.next.position);
   std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
@@ -220,14 +224,15 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
                       StepReport& report) {
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
-  const RangeFunction range =
+  const RangeFunction plain =
       for_terms(physics_, request.method, []<class Contact, bool kBall, Boundary kBoundary>() {
         return &CpuBackend::step_range<Contact, kBall, kBoundary>;
       });
+  const bool in_pairs = !is_plain_ && request.neighbors == Neighbors::grid;
   CpuTally sum;
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
-    sum = run_loop(constants, request, motion, last ? request.draw : nullptr, range);
+    sum = run_loop(constants, request, motion, last ? request.draw : nullptr, in_pairs ? nullptr : plain);
   }
   ScopedPhase timing(report.times, Phase::ball);
   if (physics_.ball.exists) {
@@ -300,7 +305,9 @@ std::uint64_t CpuBackend::state_hash() {
   return hash;
 }
 
-std::uint64_t CpuBackend::memory_bytes() const { return parcels_.memory_bytes() + exact_.memory_bytes(); }
+std::uint64_t CpuBackend::memory_bytes() const {
+  return parcels_.memory_bytes() + paired_.memory_bytes() + exact_.memory_bytes();
+}
 
 double CpuBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);

@@ -9,12 +9,18 @@
 #include "backend/exact/timeline.hpp"
 #include "backend/neighbour_search.hpp"
 #include "backend/parcel_arrays.hpp"
+#include "backend/time_step/paired_loop.hpp"
 
 namespace pf {
 
 class CpuBackend final : public Backend {
  public:
   explicit CpuBackend(unsigned num_threads);
+  // From now on the plain loop makes the steps, for tests. Initially, if the processor can, PairedLoop does.
+  void use_plain_loop() {
+    is_plain_ = true;
+    parcels_.sorted = false;
+  }
 
   std::string name() const override { return "cpu"; }
   std::string device() const override;
@@ -33,15 +39,6 @@ class CpuBackend final : public Backend {
   double measure_copy_bandwidth(std::size_t num_bytes) override;
 
  private:
-  // Input of the loop over a share of the parcels.
-  struct StepLoop {
-    const StepConstants& constants;
-    const BallMotion& ball;
-    std::uint32_t key;  // of the random roundings
-    const SearchSpace& space;
-    Search search;
-    const DrawBuffers* draw;
-  };
   using RangeFunction = void (CpuBackend::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
 
   template <class Contact, bool kBall, Boundary kBoundary>
@@ -52,9 +49,10 @@ class CpuBackend final : public Backend {
   const std::vector<Vec2i>& positions() {
     return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
+  bool is_search_near(const StepConstants& constants) const;
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);
-  // One pass over all parcels; the new state becomes the current one.
+  // One pass over all parcels; the new state becomes the current one. range: null for paired_.
   CpuTally run_loop(const StepConstants& constants, const StepRequest& request, const BallMotion& motion,
                     const DrawBuffers* draw, RangeFunction range);
   void advance_exact(const StepRequest& request, StepReport& report);
@@ -68,6 +66,8 @@ class CpuBackend final : public Backend {
   BallState ball_;
   std::uint64_t step_ = 0;  // steps since the reset; keys the random roundings
   SortedParcels parcels_;
+  PairedLoop paired_{team_};
+  bool is_plain_ = !PairedLoop::is_supported();
   ExactTimeline exact_{team_};
   std::int64_t displacement_ = 0;  // bound on displacements along an axis since the sort, position units
   StepReport report_;              // of the last request

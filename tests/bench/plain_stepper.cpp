@@ -44,40 +44,49 @@ void PlainStepper::sort_into_cells() {
   std::swap(discs_, next_);
 }
 
-// Jacobi: each disc responds to the state before the step.
+// Jacobi: each disc responds to the state before the step. Each pair is met once: in the same cell, or from
+// the lower left of two neighbouring cells.
 void PlainStepper::collide() {
-  for (std::uint32_t i = 0; i < discs_.num(); ++i) collide_one(i);
-  std::swap(discs_, next_);
-}
-
-void PlainStepper::collide_one(std::uint32_t i) {
-  const float x = discs_.x[i], y = discs_.y[i], vx = discs_.vx[i], vy = discs_.vy[i];
-  float push_x = 0.0F, push_y = 0.0F, change_x = 0.0F, change_y = 0.0F;
-  const int column = cell_of(x), row = cell_of(y);
+  next_ = discs_;
   const int last = cells_per_side_ - 1;
-  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, last); ++r) {
-    for (int c = std::max(column - 1, 0); c <= std::min(column + 1, last); ++c) {
-      const auto cell = static_cast<std::size_t>(r * cells_per_side_ + c);
-      for (std::uint32_t j = cell_start_[cell]; j < cell_start_[cell + 1]; ++j) {
-        const float dx = discs_.x[j] - x, dy = discs_.y[j] - y;
-        const float distance2 = dx * dx + dy * dy;
-        if (distance2 >= 1.0F || j == i || distance2 == 0.0F) continue;
-        const float distance = std::sqrt(distance2);
-        const float nx = dx / distance, ny = dy / distance;
-        push_x -= 0.5F * (1.0F - distance) * nx;
-        push_y -= 0.5F * (1.0F - distance) * ny;
-        const float approach = (discs_.vx[j] - vx) * nx + (discs_.vy[j] - vy) * ny;
-        if (approach >= 0.0F) continue;
-        change_x += approach * nx;  // equal masses, elastic: the normal components are exchanged
-        change_y += approach * ny;
-        ++num_seen_;
+  for (int row = 0; row <= last; ++row) {
+    for (int column = 0; column <= last; ++column) {
+      const int cell = row * cells_per_side_ + column;
+      for (std::uint32_t i = cell_start_[cell]; i < cell_start_[cell + 1]; ++i) {
+        for (std::uint32_t j = i + 1; j < cell_start_[cell + 1]; ++j) collide_pair(i, j);
+        if (column < last) collide_with(i, cell + 1, cell + 1);
+        if (row < last) {
+          const int above = cell + cells_per_side_;
+          collide_with(i, column > 0 ? above - 1 : above, column < last ? above + 1 : above);
+        }
       }
     }
   }
-  next_.x[i] = x + push_x;
-  next_.y[i] = y + push_y;
-  next_.vx[i] = vx + change_x;
-  next_.vy[i] = vy + change_y;
+  std::swap(discs_, next_);
+}
+
+void PlainStepper::collide_with(std::uint32_t i, int first_cell, int last_cell) {
+  for (std::uint32_t j = cell_start_[first_cell]; j < cell_start_[last_cell + 1]; ++j) collide_pair(i, j);
+}
+
+inline void PlainStepper::collide_pair(std::uint32_t i, std::uint32_t j) {
+  const float dx = discs_.x[j] - discs_.x[i], dy = discs_.y[j] - discs_.y[i];
+  const float distance2 = dx * dx + dy * dy;
+  if (distance2 >= 1.0F || distance2 == 0.0F) return;
+  const float distance = std::sqrt(distance2);
+  const float nx = dx / distance, ny = dy / distance;
+  const float push = 0.5F * (1.0F - distance);
+  next_.x[i] -= push * nx;
+  next_.y[i] -= push * ny;
+  next_.x[j] += push * nx;
+  next_.y[j] += push * ny;
+  const float approach = (discs_.vx[j] - discs_.vx[i]) * nx + (discs_.vy[j] - discs_.vy[i]) * ny;
+  if (approach >= 0.0F) return;
+  next_.vx[i] += approach * nx;  // equal masses, elastic: the normal components are exchanged
+  next_.vy[i] += approach * ny;
+  next_.vx[j] -= approach * nx;
+  next_.vy[j] -= approach * ny;
+  ++num_collisions_;
 }
 
 // Walls reflect centres at half a diameter.

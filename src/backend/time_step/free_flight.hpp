@@ -1,0 +1,44 @@
+// The step of parcels that nothing happens to, four at a time.
+//
+// Most parcels of most steps touch no other, and are far from ball and edge. finish_step
+// (model/time_step.hpp) then only adds velocity times step and rounds. This loop does that with vector
+// instructions, to the same bits, and lists the others.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "model/ball.hpp"
+#include "model/parcel.hpp"
+
+namespace pf {
+
+// Arrays by parcel. next_*: after the step.
+struct FreeFlightInput {
+  const StepConstants& constants;
+  const BallMotion& ball;
+  std::uint32_t step_key;
+  const Vec2i* position;
+  const Vec2f* velocity;
+  const std::uint32_t* id;
+  const std::uint32_t* contacts;  // 0: the parcel touches no other
+  Vec2i* next_position;
+  Vec2f* next_velocity;
+};
+
+// Result of a loop over a range of parcels.
+struct FreeFlights {
+  std::vector<std::uint32_t> others;  // parcels whose step is still to be done, in order
+  std::int32_t max_displacement = 0;  // of all but the others: position units, along an axis
+  float max_speed2 = 0.0F;            // of all but the others, (m/s)^2
+};
+
+// Moves the parcels begin .. end - 1 and writes their next state, except that of result.others.
+using FreeFlight = void (*)(const FreeFlightInput& in, std::size_t begin, std::size_t end,
+                            FreeFlights& result);
+
+// Null: this processor lacks the instructions.
+FreeFlight choose_free_flight(bool has_ball, Boundary boundary);
+
+}  // namespace pf

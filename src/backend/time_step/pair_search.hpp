@@ -1,0 +1,49 @@
+// Finds pairs of parcels that may touch, each once: among the parcels that follow in the order of cells.
+//
+// Unlike the search box of neighbour_search.hpp, what is searched does not follow a parcel: it is the rest of
+// the parcel's cell, the next cell, and three cells of the next row. So cells must be as wide as the contact
+// distance and twice the displacement since the sort, and half as many parcels are tested.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backend/neighbour_search.hpp"
+#include "core/thread_team.hpp"
+
+namespace pf {
+
+struct TouchingPair {
+  std::uint32_t first, second;  // places in memory order
+};
+
+class PairSearch {
+ public:
+  // True if parcels less than `reach` apart along each axis, position units, are in the same or neighbouring
+  // cells.
+  static bool covers(const GridShape& grid, std::int64_t reach);
+
+  // Tabulates the ranges of all parcels. To be called after every sort.
+  void prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
+               const std::vector<std::uint32_t>& cell_start);
+  // Appends the pairs whose first parcel is among begin .. end - 1 and whose squared distance is below
+  // space.filter_distance2. search: for parcels near a periodic edge. Needs AVX2.
+  void find(const SearchSpace& space, Search search, std::size_t begin, std::size_t end,
+            std::vector<TouchingPair>& pairs) const;
+  std::uint64_t memory_bytes() const { return sizeof(Ranges) * ranges_.capacity(); }
+
+ private:
+  // What a parcel is compared with: those after it up to own_last, and next_first .. next_last - 1 in the row
+  // of cells above.
+  struct Ranges {
+    std::uint32_t own_last, next_first, next_last;
+  };
+  void prepare_row(const GridShape& grid, Boundary boundary, const std::vector<std::uint32_t>& cell_start,
+                   std::size_t row);
+  // True if the pair of these two is found at i.
+  bool looks_at(std::uint32_t i, std::uint32_t j) const;
+
+  std::vector<Ranges> ranges_;
+};
+
+}  // namespace pf

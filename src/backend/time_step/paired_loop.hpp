@@ -1,0 +1,77 @@
+// The fast loop over the parcels of a step: each touching pair is found once, and parcels that nothing
+// happens to move four at a time. It gives the bits of the plain loop (CpuBackend::step_range).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backend/cpu_tally.hpp"
+#include "backend/parcel_arrays.hpp"
+#include "backend/time_step/free_flight.hpp"
+#include "backend/time_step/pair_search.hpp"
+#include "backend/time_step/step_loop.hpp"
+
+namespace pf {
+
+class PairedLoop {
+ public:
+  explicit PairedLoop(ThreadTeam& team) : team_(team), shares_(team.size()) {}
+
+  // Width of cells, in contact distances. Measured at N = 10^5 and 10^6.
+  static constexpr double kCellWidth = 2.5;
+
+  // False: this processor lacks the instructions.
+  static bool is_supported() { return choose_free_flight(false, Boundary::open) != nullptr; }
+  // True while the parcels, each displaced along an axis by at most so many position units since they were
+  // sorted, can be searched.
+  static bool covers(const SortedParcels& parcels, const StepConstants& constants,
+                     std::int64_t displacement) {
+    return PairSearch::covers(parcels.grid, constants.contact_reach + 2 * displacement);
+  }
+
+  // To be called after every sort.
+  void prepare(const SortedParcels& parcels, Boundary boundary) {
+    search_.prepare(team_, parcels.grid, boundary, parcels.size(), parcels.cell_start);
+  }
+  // Writes the state after the step to parcels.next. Adds to the tallies, one for each thread.
+  void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
+
+  std::uint64_t memory_bytes() const {
+    return search_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
+  }
+
+ private:
+  struct TouchedParcel {
+    std::uint32_t parcel;
+    ContactSums sums;
+  };
+
+  // Working memory of a thread for its share of the parcels, begin .. end - 1.
+  struct alignas(64) Share {
+    std::size_t begin = 0, end = 0;
+    std::vector<TouchingPair> pairs;   // whose first parcel is in the share
+    std::vector<TouchingPair> beyond;  // those of them whose second parcel is not
+    std::vector<TouchedParcel> touched;
+    FreeFlights flights;
+    bool holds(std::uint32_t i) const { return i >= begin && i < end; }
+  };
+
+  void find_pairs(const StepLoop& loop, Share& share) const;
+  template <class Contact, Boundary kBoundary>
+  void sum_contacts(const StepLoop& loop, const SortedParcels& parcels, Share& share, CpuTally& tally);
+  template <class Contact, Boundary kBoundary>
+  void add(const StepLoop& loop, const SortedParcels& parcels, std::uint32_t self, std::uint32_t other,
+           Share& share, CpuTally& tally);
+  ContactSums& sums_of(std::uint32_t i, Share& share);
+  template <bool kBall, Boundary kBoundary>
+  void move(const StepLoop& loop, SortedParcels& parcels, Share& share, CpuTally& tally);
+  template <class Contact, bool kBall, Boundary kBoundary>
+  void run_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally);
+
+  ThreadTeam& team_;
+  PairSearch search_;
+  std::vector<Share> shares_;
+  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of a parcel's share; 0: touches no other
+};
+
+}  // namespace pf

@@ -1,0 +1,29 @@
+// Input of a loop over the parcels: one step of a time-stepped method.
+#pragma once
+
+#include <cmath>
+
+#include "backend/draw_buffers.hpp"
+#include "backend/neighbour_search.hpp"
+#include "model/ball.hpp"
+#include "model/parcel.hpp"
+
+namespace pf {
+
+struct StepLoop {
+  const StepConstants& constants;
+  const BallMotion& ball;
+  std::uint32_t key;  // of the random roundings
+  const SearchSpace& space;
+  Search search;
+  const DrawBuffers* draw;  // null: nothing is drawn
+};
+
+inline void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position,
+                        Vec2f velocity) {
+  const bool gone = is_retired(position);
+  buffers.position_m[i] = gone ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position));
+  buffers.speed_mps[i] = std::sqrt(dot(velocity, velocity));
+}
+
+}  // namespace pf
