@@ -10,10 +10,10 @@
 namespace pf {
 
 // Upper bound on the bytes that the CPU backend holds for N parcels. Per parcel: state twice (position and
-// velocity of 8 bytes, id of 4) and a sort key of 4. Per cell, of which there are at most 2 (N + 1): its
-// start and a counter for each of at most 4 slices of the counting sort, 4 bytes each. Method exact adds, per
-// parcel, two ticks twice, three words and two marks of its rounds, and the backup for a retried step: a
-// trajectory, an index and a tick. num_threads: 0 means all of the machine.
+// velocity of 8 bytes, id of 4), a sort key of 4, and 16 of the fast loop of a time step. Per cell, of which
+// there are at most 2 (N + 1): its start and a counter for each of at most 4 slices of the counting sort, 4
+// bytes each. Method exact adds, per parcel, two ticks twice, three words and two marks of its rounds, and
+// the backup for a retried step: a trajectory, an index and a tick. num_threads: 0 means all of the machine.
 std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threads, Method method);
 
 // Bytes of the draw memory that the CPU backend writes to: three regions, each 1.5 N entries of a position
