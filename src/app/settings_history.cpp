@@ -86,7 +86,7 @@ bool SettingsHistory::take_step(const FrameView& view, const Change& now) {
   const bool is_undo = std::exchange(step_, 0) < 0;
   const Change& change = changes_[is_undo ? num_done_ - 1 : num_done_];
   if (!(now.after == (is_undo ? change.before : change.after))) return false;
-  is_undo ? --num_done_ : ++num_done_;
+  num_done_ = is_undo ? num_done_ - 1 : num_done_ + 1;
   scene_ = is_undo ? change.scene_before : change.scene_after;
   if (change.effect == ChangeEffect::new_scene) arrived_cue_ = is_undo ? change.cue_before : change.cue_after;
   return true;

@@ -36,7 +36,7 @@ struct Paragraph {
 
   static ImVec2 extent(const std::string& shown, ImFont* with, float height, float width) {
     if (shown.empty()) return {0.0F, 0.0F};
-    return with->CalcTextSizeA(height, width, width, shown.c_str());
+    return with->CalcTextSizeA(height, 1e9F, width, shown.c_str());
   }
   void paint(ImVec2 at, ImU32 color, float width) const {
     if (text.empty()) return;

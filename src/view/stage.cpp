@@ -222,8 +222,9 @@ void Stage::begin_steps() {
   simulation_.begin_frame(commands_, target_.get());
   say_what_was_done();
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
-  if (simulation_.view().num_scenes != num_scenes) begin_record();
-  follow_cues();
+  const bool is_new_scene = simulation_.view().num_scenes != num_scenes;
+  if (is_new_scene) begin_record();
+  follow_cues(is_new_scene);
 }
 
 // A jump back that was refused has its reason as message.

@@ -82,10 +82,11 @@ void Stage::step_back(const InputFrame& input, Commands& commands) {
 }
 
 // After the commands of a frame.
-void Stage::follow_cues() {
+void Stage::follow_cues(bool is_new_scene) {
   const FrameView& view = simulation_.view();
   const bool was_asked = cues_.is_asked();
   title_.advance(title_step_s());
+  if (is_new_scene) title_.clear();
   if (cues_.follow(view)) {
     begin_cue();
   } else if (was_asked && !cues_.is_asked()) {
@@ -93,10 +94,7 @@ void Stage::follow_cues() {
   }
   history_.follow(view, simulation_.num_fallbacks(), gesture_, cues_.current());
   panel_.set_scene_settings(history_.scene_settings());
-  if (const std::optional<int> cue = history_.take_cue()) {
-    cues_.mark(*cue);
-    title_.clear();
-  }
+  if (const std::optional<int> cue = history_.take_cue()) cues_.mark(*cue);
 }
 
 void Stage::begin_cue() {

@@ -44,7 +44,7 @@ class Stage {
   void save_cue(const CueRequest& request);
   Cue present_cue() const;
   void step_back(const InputFrame& input, Commands& commands);
-  void follow_cues();
+  void follow_cues(bool is_new_scene);
   void begin_cue();
   double title_step_s() const;
   bool goes_on_to_next_cue();
