@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <initializer_list>
 
 #include "view/overlay_paint.hpp"
 
@@ -44,14 +45,15 @@ struct Paragraph {
   }
 };
 
-// The largest of some sizes at which a title has one line, or else the smallest.
-float title_height(const std::string& title, float width) {
-  const float letter = ImGui::GetFontSize();
-  for (const float size : {2.2F, 1.9F, 1.6F}) {
-    if (title_font()->CalcTextSizeA(size * letter, 1e9F, 0.0F, title.c_str()).x <= width)
-      return size * letter;
+// The largest of some heights at which a text has one line, or else the smallest. sizes: relative to the
+// font's.
+float fitting_height(const std::string& text, ImFont* font, float width, std::initializer_list<float> sizes) {
+  float height = 0.0F;
+  for (const float size : sizes) {
+    height = size * ImGui::GetFontSize();
+    if (font->CalcTextSizeA(height, 1e9F, 0.0F, text.c_str()).x <= width) break;
   }
-  return 1.6F * letter;
+  return height;
 }
 
 }  // namespace
@@ -75,8 +77,10 @@ std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme) cons
   const float opacity_now = opacity();
   if (opacity_now == 0.0F) return {};
   const float room = std::max(width - 2.0F * (kMargin_px + kPadding_px) * s, 4.0F * ImGui::GetFontSize());
-  const Paragraph title(title_, title_font(), title_height(title_, room), room);
-  const Paragraph subtitle(subtitle_, ImGui::GetFont(), 1.25F * ImGui::GetFontSize(), room);
+  const Paragraph title(title_, title_font(),
+                        fitting_height(title_, title_font(), room, {2.2F, 1.9F, 1.6F, 1.3F}), room);
+  const Paragraph subtitle(subtitle_, title_font(),
+                           fitting_height(subtitle_, title_font(), room, {1.25F, 1.0F}), room);
   const float gap = title_.empty() || subtitle_.empty() ? 0.0F : kGap_px * s;
   const ImVec2 high(left + kMargin_px * s + std::max(title.size.x, subtitle.size.x) + 2.0F * kPadding_px * s,
                     bottom - kMargin_px * s);

@@ -117,9 +117,9 @@ void SettingRows::offer_scene_value(const char* label, Paths paths, bool is_labe
   const ImVec2 low = ImGui::GetItemRectMin();
   const ImVec2 high = ImGui::GetItemRectMax();
   const float font = ImGui::GetFontSize();
-  const ImVec2 dot(low.x - 0.45F * font, 0.5F * (low.y + high.y));
-  ImGui::GetWindowDrawList()->AddCircleFilled(dot, 0.2F * font, ImGui::GetColorU32(ImGuiCol_CheckMark));
-  const ImVec2 dot_low(low.x - 0.9F * font, low.y);
+  const ImVec2 dot(low.x - 0.3F * font, 0.5F * (low.y + high.y));
+  ImGui::GetWindowDrawList()->AddCircleFilled(dot, 0.18F * font, ImGui::GetColorU32(ImGuiCol_CheckMark));
+  const ImVec2 dot_low(low.x - font, low.y);
   const ImVec2 dot_high(low.x, high.y);
   controls_.note(std::string(label) + " dot", {dot_low.x, dot_low.y, dot_high.x, dot_high.y});
   const bool on_dot = ImGui::IsWindowHovered() && ImGui::IsMouseHoveringRect(dot_low, dot_high);
