@@ -63,7 +63,11 @@ void read_cues(const Typed& typed, Options& options) {
   }
   for (Cue& cue : options.cues->cues) {
     apply_typed(typed, cue.settings);
-    check_cue(cue);
+    try {
+      check_cue(cue);
+    } catch (const UserError& error) {
+      throw UserError(fmt::format("--cues, with the settings of the command line: {}", error.what()));
+    }
   }
   options.settings = options.cues->cues.front().settings;
 }

@@ -163,9 +163,28 @@ Cue CueReader::read() {
   return cue;
 }
 
+// The lists in the assets, sorted.
+std::vector<std::string> known_lists() {
+  std::vector<std::string> names;
+  for (const fs::path& folder : asset_folders()) {
+    std::error_code missing;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "cues", missing))
+      names.push_back(entry.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  names.erase(std::unique(names.begin(), names.end()), names.end());
+  return names;
+}
+
 fs::path file_of(const std::string& name_or_path) {
   if (name_or_path.ends_with(".toml")) return name_or_path;
-  return find_asset(fs::path("cues") / (name_or_path + ".toml"));
+  const std::vector<std::string> known = known_lists();
+  const fs::path file = fs::path("cues") / (name_or_path + ".toml");
+  if (known.empty() || std::find(known.begin(), known.end(), name_or_path) != known.end())
+    return find_asset(file);  // or names the folders
+  throw UserError(fmt::format("{} is no {}; the nearest is {}; known: {}; or give a file ending in .toml",
+                              in_quotes(name_or_path), kKind, nearest_name(name_or_path, known),
+                              fmt::join(known, ", ")));
 }
 
 // The scene that a cue of these settings is written on top of.

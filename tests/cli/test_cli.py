@@ -206,11 +206,11 @@ def cues(bench):
              ("late.toml:3: this cue cannot run", "outside the world", "ball.x_m")),
             (("--cues", bench.write("none.toml", b"[scene]\n")), ("none.toml: is not a list of cues", "[[cue]]")),
             (("--cues", str(bench.folder / "missing.toml")), ("missing.toml: cannot be read",)),
-            (("--cues", "tolk"), ("cues/tolk.toml: not found",)),
+            (("--cues", "tolk"), ("--cues: 'tolk' is no list of cues; the nearest is talk", "or give a file ending in .toml")),
             (("--cues", "talk", "--scene", "gas"), ("each cue has its own scene", "leave out --scene")),
             (("--cues", "talk", "--accuracy", "1%"), ("leave out --accuracy",)),
             (("--cues", "talk", "--ball-vx", "inf"), ("--ball-vx: 'inf' is not a finite number",)),
-            (("--cues", "talk", "--set", "ball.x_m=50"), ("talk.toml:5: this cue cannot run", "outside the world"))):
+            (("--cues", "talk", "--set", "ball.x_m=50"), ("with the settings of the command line: ", "talk.toml:5: this cue cannot run"))):
         bench.refused(2, parts, "--headless", *words)
     log, talk = str(bench.folder / "log.toml"), bench.write("two.toml", head + b"paused = true\n" + head + b"air.restitution = 0.5\n")
     bench.refused(2, ("two.toml: is a list of cues", "--cues"), "run", talk)
