@@ -237,6 +237,7 @@ void Stage::say_what_was_done() {
 void Stage::finish_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   simulation_.finish_frame();
+  title_.advance(title_step_s());
   log_.end_frame(simulation_);
   if (replay_) replay_->end_frame(simulation_);
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();

@@ -85,7 +85,6 @@ void Stage::step_back(const InputFrame& input, Commands& commands) {
 void Stage::follow_cues(bool is_new_scene) {
   const FrameView& view = simulation_.view();
   const bool was_asked = cues_.is_asked();
-  title_.advance(title_step_s());
   if (is_new_scene) title_.clear();
   if (cues_.follow(view)) {
     begin_cue();
