@@ -223,6 +223,20 @@ def cues(bench):
     first, again = (json.loads(report.read_text()) for report in reports)
     check(first["restitution"] == 0.5 and first["num_parcels"] == 400 and first["steps"] > 3, "the last cue is reported")
     check(done.returncode == 0 and again["replay"]["same"] and again["state_hash"] == first["state_hash"], "the log replays")
+    shown, gone = (title_pixels(bench, seconds) for seconds in (5, 0.2))
+    check(shown > 60 and gone < 5, f"the last picture has the title, or has it no more: {shown} and {gone} bright pixels")
+
+
+def title_pixels(bench, title_s):
+    """Bright pixels at the lower left after 0.8 s of a cue."""
+    sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
+    from png import read_png
+    talk = bench.write("title.toml", f'[[cue]]\ntitle = "HHHH"\ntitle_s = {title_s}\nair.kind = "vacuum"\n'.encode())
+    file = bench.folder / "title.png"
+    bench.run("--headless", "--cues", talk, "--size", "640x360", "--seconds", "0.8", "--record-overlay", "off", "--picture",
+              str(file))
+    picture = read_png(file)
+    return sum(1 for y in range(300, 355) for x in range(14, 150) if min(picture.at(x, y)) > 200)
 
 
 CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals)}
