@@ -210,9 +210,11 @@ def cues(bench):
             (("--cues", "talk", "--scene", "gas"), ("each cue has its own scene", "leave out --scene")),
             (("--cues", "talk", "--accuracy", "1%"), ("leave out --accuracy",)),
             (("--cues", "talk", "--ball-vx", "inf"), ("--ball-vx: 'inf' is not a finite number",)),
-            (("--cues", "talk", "--set", "ball.x_m=50"), ("with the settings of the command line: ", "talk.toml:5: this cue cannot run"))):
+            (("--cues", "talk", "--set", "ball.x_m=50"),
+             ("with the settings of the command line: ", "talk.toml:5: this cue cannot run"))):
         bench.refused(2, parts, "--headless", *words)
-    log, talk = str(bench.folder / "log.toml"), bench.write("two.toml", head + b"paused = true\n" + head + b"air.restitution = 0.5\n")
+    log = str(bench.folder / "log.toml")
+    talk = bench.write("two.toml", head + b"paused = true\n" + head + b"air.restitution = 0.5\n")
     bench.refused(2, ("two.toml: is a list of cues", "--cues"), "run", talk)
     reports = [bench.folder / "first.json", bench.folder / "again.json"]
     small = ("--headless", "--size", "64x64")
