@@ -132,7 +132,7 @@ def cue_list_files(bench):
 
 def load(window, file):
     window.click("Cue file")
-    window._press("key", "ctrl+a")
+    ctrl(window, "ctrl", "a")
     window._press("type", "--delay", "60", str(file))
     window.click("Load")
 
@@ -194,8 +194,7 @@ def undo(bench):
         window.wait_for_control("Notice: Undone: scene court; the flight starts again")
         window.wait_for_control("Cue 1 current")
         report = window.stop()
-    check(report["scene"] == "court" and report["friction"] == 0.3 if "friction" in report else report["scene"] == "court",
-          f"the scene of before: {report['scene']}")
+    check(report["scene"] == "court", f"the scene of before: {report['scene']}")
     check(abs(report["restitution"] - 0.3) < 0.03, f"with what was changed in it: {report['restitution']:.3f}")
 
 
@@ -213,7 +212,9 @@ def scene_values(bench):
         window.click("Restitution dot")
         window.wait_for_control("Restitution dot", there=False)
         window._move_to("Friction label")
-        window._press("click", "--repeat", "2", "--delay", "90", "1")
+        for _ in range(5):  # a slow frame may see two clicks as one
+            if "Friction dot" in window.controls():
+                window._press("click", "--repeat", "2", "--delay", "130", "1")
         window.wait_for_control("Friction dot", there=False)
         for label in ("Parcels N label", "Method label", "Magnus"):
             window._move_to(label)
