@@ -30,6 +30,10 @@ inline constexpr KeyRow kKeyRows[] = {
     {"D / C", "light, dark theme / colours of the parcels"},
     {"+ -", "larger, smaller text and overlay"},
     {"F9 / F12", "begin, end a film / picture"},
+    {"1-9", "go to that cue of the list (--cues)"},
+    {"PgDn / PgUp", "next / previous cue"},
+    {"Ctrl+Z", "undo the last change of a setting, step by step"},
+    {"Ctrl+Y or Ctrl+Shift+Z", "redo it"},
     {"E", "measure what each term of the model costs"},
     {"F1 or ?", "all keys on a card; again or Esc: closes it"},
     {"Esc", "close a menu; leave off aiming; leave full screen; twice: quit"}};

@@ -94,6 +94,10 @@ std::string one_of(const char* what, const std::vector<std::string>& names) {
 
 // Flags for the picture, as in the panel.
 void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
+  add_text(
+      app, "--cues", typed.cues, "NAME",
+      "prepared states of a talk, by name (talk) or from a file ending in .toml: begins with the first cue, "
+      "keys 1 to 9 and page up, page down go to others; without a window all of them fly, one by one");
   app.add_flag("--paused", options.paused, "start paused, until the space bar is pressed");
   app.add_flag("--ghosts", options.ghosts,
                "draw the paths of the same launch in vacuum and in closed-form drag");

@@ -40,7 +40,7 @@ struct Typed {
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, save_scene;
   std::string record_time = "simulation", record_overlay = "on";
-  std::optional<std::string> record_size, replay;
+  std::optional<std::string> record_size, replay, cues;
   std::vector<std::string> still;
   bool force = false;
 };

@@ -9,6 +9,7 @@
 #include <charconv>
 
 #include "app/option_flags.hpp"
+#include "app/option_settings.hpp"
 #include "app/option_values.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -18,41 +19,6 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
-
-void apply_set(const std::string& assignment, Settings& settings) {
-  const std::size_t equals = assignment.find('=');
-  if (equals == std::string::npos) {
-    throw UserError(fmt::format("--set: {} has no '='; give section.key=value, as air.restitution=0.9",
-                                in_quotes(assignment)));
-  }
-  const std::string path = CLI::detail::trim_copy(assignment.substr(0, equals));
-  const std::string value = CLI::detail::trim_copy(assignment.substr(equals + 1));
-  const Field& field = find_field(path, "--set");
-  set_from_text(field, settings, value, "--set " + path);
-}
-
-void apply_flag(const SettingFlag& flag, const std::string& text, Settings& settings) {
-  try {
-    set_from_text(field_of(flag), settings, text, flag.flag);
-  } catch (const UserError& error) {
-    if (!is_num_parcels(flag)) throw;
-    throw UserError(fmt::format("{}; for a flight without parcels use --set air.kind=vacuum", error.what()));
-  }
-}
-
-Settings read_settings(const Typed& typed, const char* default_scene) {
-  Settings settings;
-  try {
-    settings = load_scene(typed.scene.value_or(default_scene));
-  } catch (const UserError& error) {
-    if (!typed.scene) throw;
-    throw UserError(fmt::format("--scene: {}", error.what()));
-  }
-  for (const std::string& assignment : typed.sets) apply_set(assignment, settings);
-  for (const auto& [flag, text] : typed.flags) apply_flag(*flag, text, settings);
-  if (typed.force) settings.allow_unstable = true;
-  return settings;
-}
 
 void read_stage_options(const CLI::App& command, const Typed& typed, Options& options) {
   if (typed.theme) options.theme = name_of("--theme", *typed.theme, kThemeNames);
@@ -220,9 +186,12 @@ void read_still(const Typed& typed, Options& options) {
 
 // A log contains its settings. With others the flight would differ.
 void read_replay(const Typed& typed, Options& options) {
-  if (typed.scene || !typed.sets.empty() || !typed.flags.empty() || typed.force || options.still_s) {
+  if (is_cue_list(*typed.replay))
+    throw UserError(fmt::format("{0}: is a list of cues; start it with --cues {0}", *typed.replay));
+  if (typed.scene || typed.cues || !typed.sets.empty() || !typed.flags.empty() || typed.force ||
+      options.still_s) {
     throw UserError(
-        fmt::format("{}: a log has its own scene and settings; leave out --scene, --set, --still "
+        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --set, --still "
                     "and their short forms (as -p)",
                     in_quotes(*typed.replay)));
   }
@@ -254,7 +223,10 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.accuracy = accuracy_wish(typed);
-  options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
+  if (typed.cues)
+    read_cues(typed, options);
+  else
+    options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
   options.seconds_given = gives_seconds(typed);
   read_stage_options(command, typed, options);
   if (is_bench)

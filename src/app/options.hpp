@@ -8,6 +8,7 @@
 
 #include "app/accuracy.hpp"
 #include "app/input_log.hpp"
+#include "scene/cue_list.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -35,6 +36,7 @@ struct LabOptions {
 struct Options {
   Command command = Command::run;
   Settings settings;              // scene, then --set, then the flags
+  std::optional<CueList> cues;    // --cues NAME; settings are then those of the first one
   AccuracyWish accuracy;          // --accuracy, --of
   bool show_path = false;         // -t
   bool cuda = false;              // --cuda

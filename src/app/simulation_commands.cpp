@@ -13,16 +13,6 @@ namespace {
 
 constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and scenes may go lower
 
-// True if a change from a to b needs new parcels.
-bool needs_respawn(const Settings& a, const Settings& b) {
-  const auto spawned_from = [](const Settings& s) {
-    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
-                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
-                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
-  };
-  return spawned_from(a) != spawned_from(b);
-}
-
 // True if a change from a to b affects the current flight.
 bool disturbs(const Settings& a, Settings b) {
   b.ball_vx_mps = a.ball_vx_mps;
@@ -43,12 +33,21 @@ std::filesystem::path scene_file_of(const std::string& name) {
 
 }  // namespace
 
+bool needs_new_parcels(const Settings& a, const Settings& b) {
+  const auto spawned_from = [](const Settings& s) {
+    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
+                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
+                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+  };
+  return spawned_from(a) != spawned_from(b);
+}
+
 void Simulation::State::apply_settings(const Settings& edited) {
   check_settings(edited, "panel");
   Settings with = edited;
   resolve(with);
   if (with.threads != settings.threads) change_threads(with);
-  if (needs_respawn(settings, with)) {
+  if (needs_new_parcels(settings, with)) {
     respawn(with, ball);
   } else {
     physics = derive_physics(with);

@@ -145,6 +145,22 @@ std::string value_text(const Field& field, const Settings& settings) {
       field.member);
 }
 
+bool is_same(const Field& field, const Settings& a, const Settings& b) {
+  return std::visit(Overload{
+                        [&](auto Settings::*member) { return a.*member == b.*member; },
+                        [&](const Choice& choice) { return choice.get(a) == choice.get(b); },
+                    },
+                    field.member);
+}
+
+void copy_field(const Field& field, const Settings& from, Settings& to) {
+  std::visit(Overload{
+                 [&](auto Settings::*member) { to.*member = from.*member; },
+                 [&](const Choice& choice) { choice.set(to, choice.get(from)); },
+             },
+             field.member);
+}
+
 void set_from_text(const Field& field, Settings& settings, const std::string& text,
                    const std::string& where) {
   std::visit(Overload{

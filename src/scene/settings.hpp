@@ -107,6 +107,10 @@ std::string range_text(const Field& field);
 // A field's value as text, as in a scene file (strings without quotes).
 std::string value_text(const Field& field, const Settings& settings);
 
+// Without text in between: whether both have the same value of a field, and the value of one for the other.
+bool is_same(const Field& field, const Settings& a, const Settings& b);
+void copy_field(const Field& field, const Settings& from, Settings& to);
+
 // Sets a field from text. where: place for the message, such as "--set air.restitution" or "court.toml:12".
 // Throws UserError (place, value, allowed range, remedy) if the text is malformed, NaN, or out of range.
 void set_from_text(const Field& field, Settings& settings, const std::string& text, const std::string& where);

@@ -40,18 +40,22 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
 }
 
-void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui) {
+void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title,
+                          Gui& window_gui) {
   renderer_.draw_flight(frame, camera_, {canvas_.framebuffer(), size_, scale_});
-  if (overlay == nullptr) return;
+  if (overlay == nullptr && title.opacity() == 0.0F) return;
   const auto height_px = static_cast<float>(size_.height);
   OverlayPlace place = {0.0F, static_cast<float>(size_.width), height_px, scale_};
   gui_.make_current();
   gui_.set_look(look_.theme, scale_);
   gui_.begin_frame(size_, 1.0 / 60.0);
-  Overlay shown = *overlay;  // the window's own keeps its texts and their places
-  shown.show(frame, mode(), place, look_);
-  place.bottom_px -= shown.used_height_px(mode(), scale_);
-  marks_.show(frame, {camera_, place, height_px, look_});
+  if (overlay != nullptr) {
+    Overlay shown = *overlay;  // the window's own keeps its texts and their places
+    shown.show(frame, mode(), place, look_);
+    place.bottom_px -= shown.used_height_px(mode(), scale_);
+    marks_.show(frame, {camera_, place, height_px, look_});
+  }
+  title.show(place, look_.theme);
   gui_.end_frame();
   gui_.draw(canvas_.framebuffer(), size_);
   window_gui.make_current();

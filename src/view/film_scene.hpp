@@ -1,6 +1,7 @@
 // The scene as the film shows it: at the film's size and without the panel, apart from the window's picture.
 #pragma once
 
+#include "view/cue_title.hpp"
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
 #include "view/renderer.hpp"
@@ -18,9 +19,9 @@ class FilmScene {
   // middle and at least as much around it. seen: the part of the window that is free for the scene.
   void draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
                 const ViewRegion& seen, const Overlay* overlay);
-  // Paths and ball, and the overlay with the legend if overlay is not null. window_gui is current before and
-  // after.
-  void draw_rest(const FrameView& frame, const Overlay* overlay, Gui& window_gui);
+  // Paths and ball, the overlay with the legend if overlay is not null, and the cue's title. window_gui is
+  // current before and after.
+  void draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title, Gui& window_gui);
 
   GLuint framebuffer() const { return canvas_.framebuffer(); }
   SizePx size() const { return size_; }

@@ -20,6 +20,7 @@ namespace pf {
 namespace {
 
 constexpr float kFontHeight_px = 14.0F;
+constexpr float kTitleHeight_px = 31.0F;  // of the last font, for titles
 
 // Fonts that scale, the best first. Without any of them ImGui's own bitmap font is enlarged.
 std::vector<std::filesystem::path> font_files() {
@@ -42,8 +43,11 @@ void load_font(float scale) {
     if (!std::filesystem::exists(file, error)) continue;
     // Latin, and the few signs that the labels use: minus, dots, multiplication.
     static const ImWchar kRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2190, 0x21FF, 0x2212, 0x2212, 0};
-    if (io.Fonts->AddFontFromFileTTF(file.c_str(), kFontHeight_px * scale, nullptr, kRanges) != nullptr)
-      return;
+    if (io.Fonts->AddFontFromFileTTF(file.c_str(), kFontHeight_px * scale, nullptr, kRanges) == nullptr)
+      continue;
+    static const ImWchar kTitleRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2212, 0x2212, 0};
+    io.Fonts->AddFontFromFileTTF(file.c_str(), kTitleHeight_px * scale, nullptr, kTitleRanges);
+    return;
   }
   io.Fonts->AddFontDefault();
   io.FontGlobalScale = scale;

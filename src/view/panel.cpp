@@ -39,7 +39,7 @@ Panel::Panel(std::int64_t max_parcels, std::string draw_target)
 
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
-  rows_.begin_frame(frame.asked ? *frame.asked : *frame.settings);
+  rows_.begin_frame(frame.asked ? *frame.asked : *frame.settings, scene_settings_);
   shows_accuracy_ = false;
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
@@ -51,6 +51,8 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   edit_buttons(frame, commands);
   ImGui::Separator();
   edit_main(frame);
+  if (cues_ != nullptr && cues_->size() > 0 && rows_.header("Cues", true))
+    cue_section_.edit(rows_, *cues_, cue_request_);
   if (rows_.header("Ball", true)) edit_ball(frame);
   if (rows_.header("Air", true)) edit_air();
   if (rows_.header("Method", true)) edit_method(frame);
@@ -102,11 +104,11 @@ void Panel::edit_num_parcels() {
   auto typed = static_cast<std::int64_t>(rows_.in_hand("Parcels N typed", static_cast<double>(num)));
   ImGui::BeginDisabled(edited.air != Air::parcels);
   const std::string help = help_of("air.num_parcels") + "\nTakes effect when you let go, or with Enter.";
-  rows_.begin_row("Parcels N", help);
+  rows_.begin_row("Parcels N", help, {"air.num_parcels"});
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
   bool moved = ImGui::InputScalar("##N typed", ImGuiDataType_S64, &typed, nullptr, nullptr, "%lld");
   auto number = rows_.finished("Parcels N typed", static_cast<double>(typed), moved, true, range);
-  rows_.end_row("Parcels N typed", help);
+  rows_.end_row("Parcels N typed", help, {"air.num_parcels"});
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
   const std::int64_t low = 1;
@@ -115,7 +117,7 @@ void Panel::edit_num_parcels() {
       ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput);
   if (const auto slid = rows_.finished("Parcels N", static_cast<double>(num), moved, true, range))
     number = slid;
-  rows_.end_row("Parcels N", help);
+  rows_.end_row("Parcels N", help, {"air.num_parcels"});
   ImGui::EndDisabled();
   rows_.refusal("Parcels N typed");
   if (!number || static_cast<std::int64_t>(*number) == edited.num_parcels) return;
@@ -146,12 +148,12 @@ void Panel::edit_launch() {
 // The number to apply, if any.
 std::optional<double> Panel::launch_row(const char* label, const std::string& help, double value,
                                         const SliderLook& look, const NumberRange& range) {
-  rows_.begin_row(label, help);
+  rows_.begin_row(label, help, {"ball.vx_mps", "ball.vy_mps"});
   value = rows_.in_hand(label, value);
   const std::string id = std::string("##") + label;
   const bool moved = slide<double>(id.c_str(), value, {look.low, look.high}, look.format);
   const auto number = rows_.finished(label, value, moved, false, range);
-  rows_.end_row(label, help);
+  rows_.end_row(label, help, {"ball.vx_mps", "ball.vy_mps"});
   rows_.refusal(label);
   return number;
 }
@@ -259,6 +261,7 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
   if (rows_.button("Save", -1.0F, "write the current settings as a scene: --scene NAME.toml loads it"))
     commands.save_scene = scene_file_.data();
   ImGui::EndDisabled();
+  if (cues_ != nullptr && cues_->size() == 0) cue_section_.edit(rows_, *cues_, cue_request_);
 }
 
 void Panel::edit_look(ViewSwitches& switches) {

@@ -11,6 +11,7 @@
 
 #include "app/simulation.hpp"
 #include "view/accuracy_section.hpp"
+#include "view/cue_section.hpp"
 #include "view/look.hpp"
 #include "view/scene_menu.hpp"
 #include "view/setting_rows.hpp"
@@ -44,6 +45,12 @@ class Panel {
   void set_readout(const AccuracyReadout* readout) { readout_ = readout; }
   bool shows_accuracy() const { return shows_accuracy_; }
 
+  // The settings that the scene, or the cue, began with: what a control goes back to. Null: not known yet.
+  void set_scene_settings(const Settings* settings) { scene_settings_ = settings; }
+  void set_cues(const CuePlayer* cues) { cues_ = cues; }
+  // What the section of cues was asked for since the last call.
+  CueRequest take_cue_request() { return std::exchange(cue_request_, {}); }
+
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
   float width_px(float scale) const { return kWidth_px * scale; }
   const ControlMap& controls() const { return rows_.controls(); }
@@ -74,6 +81,10 @@ class Panel {
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
   SceneMenu scene_menu_;
+  const Settings* scene_settings_ = nullptr;
+  const CuePlayer* cues_ = nullptr;
+  CueSection cue_section_;
+  CueRequest cue_request_;
   std::array<char, 256> scene_file_{};
   double launch_angle_deg_ = 0.0;  // kept here, because a speed of 0 has no direction
 };

@@ -71,24 +71,67 @@ void tooltip(const std::string& text) {
   ImGui::EndTooltip();
 }
 
-void SettingRows::begin_frame(const Settings& shown) {
+void SettingRows::begin_frame(const Settings& shown, const Settings* scene) {
   controls_.clear();
   label_room_ = kLabelRoom;
   edited_ = shown;
+  scene_ = scene;
   changed_ = false;
 }
 
-void SettingRows::begin_row(const char* label, const std::string& help) {
+void SettingRows::begin_row(const char* label, const std::string& help, Paths paths) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(label);
-  tooltip(help);
+  tell(help, paths);
+  offer_scene_value(label, paths, true);
   ImGui::SameLine(label_room_ * ImGui::GetFontSize());
   ImGui::SetNextItemWidth(-1.0F);
 }
 
-void SettingRows::end_row(const char* label, const std::string& help) {
+void SettingRows::end_row(const char* label, const std::string& help, Paths paths) {
   controls_.note(label);
-  tooltip(help);
+  tell(help, paths);
+}
+
+bool SettingRows::differs(Paths paths) const {
+  return scene_ != nullptr && std::any_of(paths.begin(), paths.end(), [&](const char* path) {
+           return !is_same(field_of(path), edited_, *scene_);
+         });
+}
+
+void SettingRows::tell(const std::string& help, Paths paths) const {
+  if (scene_ == nullptr || paths.size() == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+    return tooltip(help);
+  std::vector<std::string> values;
+  for (const char* path : paths) values.push_back(value_text(field_of(path), *scene_));
+  tooltip(fmt::format(
+      "{}\nThe scene has: {}{}", help, fmt::join(values, ", "),
+      differs(paths) ? "; a click on the dot goes back to it, so does a double click on the label" : ""));
+}
+
+// For the last widget. Checkboxes take a double click for themselves.
+void SettingRows::offer_scene_value(const char* label, Paths paths, bool is_label) {
+  if (paths.size() == 0) return;
+  if (is_label) controls_.note(std::string(label) + " label");
+  if (!differs(paths)) return;
+  const ImVec2 low = ImGui::GetItemRectMin();
+  const ImVec2 high = ImGui::GetItemRectMax();
+  const float font = ImGui::GetFontSize();
+  const ImVec2 dot(low.x - 0.3F * font, 0.5F * (low.y + high.y));
+  ImGui::GetWindowDrawList()->AddCircleFilled(dot, 0.18F * font, ImGui::GetColorU32(ImGuiCol_CheckMark));
+  const ImVec2 dot_low(low.x - font, low.y);
+  const ImVec2 dot_high(low.x, high.y);
+  controls_.note(std::string(label) + " dot", {dot_low.x, dot_low.y, dot_high.x, dot_high.y});
+  const bool on_dot = ImGui::IsWindowHovered() && ImGui::IsMouseHoveringRect(dot_low, dot_high);
+  const bool on_item = ImGui::IsItemHovered();
+  const bool asked = (on_dot && ImGui::IsMouseClicked(ImGuiMouseButton_Left)) ||
+                     (on_item && ImGui::IsMouseClicked(ImGuiMouseButton_Right)) ||
+                     (on_item && is_label && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left));
+  if (!asked) return;
+  for (const char* path : paths) copy_field(field_of(path), *scene_, edited_);
+  held_label_.clear();
+  refused_label_.clear();
+  changed_ = true;
 }
 
 bool SettingRows::move(const Field& field, const SliderLook& look, double& value) {
@@ -109,10 +152,10 @@ void SettingRows::slider(const char* label, const char* path, const SliderLook& 
   const Field& field = field_of(path);
   const std::string help = help_of(path) + (look.on_release ? "\nTakes effect when you let go." : "");
   double value = in_hand(label, number_of(field, edited_));
-  begin_row(label, help);
+  begin_row(label, help, {path});
   const bool moved = move(field, look, value);
   const auto number = finished(label, value, moved, look.on_release, range_of(field));
-  end_row(label, help);
+  end_row(label, help, {path});
   refusal(label);
   if (!number) return;
   set_number(field, *number, edited_);
@@ -153,17 +196,18 @@ void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const 
     if (column > 0.0F) ImGui::SameLine(left + column * width);
     if (ImGui::Checkbox(label, &(edited_.*std::get<bool Settings::*>(field_of(path).member))))
       changed_ = true;
-    end_row(label, help_of(path));
+    end_row(label, help_of(path), {path});
+    offer_scene_value(label, {path}, false);
     column += 1.0F;
   }
 }
 
 int SettingRows::menu(const char* label, const std::string& help, const char* id,
-                      const std::vector<std::string>& names, int current) {
-  begin_row(label, help);
+                      const std::vector<std::string>& names, int current, Paths paths) {
+  begin_row(label, help, paths);
   int chosen = current;
   const bool open = ImGui::BeginCombo(id, names[static_cast<std::size_t>(current)].c_str());
-  end_row(label, help);
+  end_row(label, help, paths);
   if (!open) return current;
   for (int i = 0; i < static_cast<int>(names.size()); ++i) {
     const std::string& name = names[static_cast<std::size_t>(i)];
@@ -178,7 +222,7 @@ void SettingRows::combo(const char* label, const char* path) {
   const Choice& choice = std::get<Choice>(field_of(path).member);
   const int current = choice.get(edited_);
   const std::string id = std::string("##") + path;
-  const int chosen = menu(label, help_of(path), id.c_str(), choice.names, current);
+  const int chosen = menu(label, help_of(path), id.c_str(), choice.names, current, {path});
   if (chosen == current) return;
   choice.set(edited_, chosen);
   changed_ = true;
@@ -190,12 +234,12 @@ void SettingRows::any(const Field& field) {
   if (std::holds_alternative<Choice>(field.member)) return combo(path.c_str(), path.c_str());
   if (std::holds_alternative<bool Settings::*>(field.member))
     return checkboxes({{path.c_str(), path.c_str()}});
-  begin_row(field.key.c_str(), help_of(path.c_str()));
+  begin_row(field.key.c_str(), help_of(path.c_str()), {path.c_str()});
   const std::string id = "##all " + path;
   double value = in_hand(path.c_str(), number_of(field, edited_));
   const bool moved = ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
   const auto number = finished(path.c_str(), value, moved, true, range_of(field));
-  end_row(path.c_str(), help_of(path.c_str()));
+  end_row(path.c_str(), help_of(path.c_str()), {path.c_str()});
   refusal(path.c_str());
   if (!number) return;
   set_number(field, *number, edited_);

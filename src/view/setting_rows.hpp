@@ -35,7 +35,10 @@ std::string refusal_of(double value, const NumberRange& range);
 
 class SettingRows {
  public:
-  void begin_frame(const Settings& shown);
+  using Paths = std::initializer_list<const char*>;  // of settings, as in a scene file
+
+  // scene: what a control goes back to; null: not known yet.
+  void begin_frame(const Settings& shown, const Settings* scene);
 
   Settings& edited() { return edited_; }
   bool changed() const { return changed_; }
@@ -49,16 +52,18 @@ class SettingRows {
   void combo(const char* label, const char* path);
   // A choice that is no setting. id: ImGui's; current and the result are indices of names.
   int menu(const char* label, const std::string& help, const char* id, const std::vector<std::string>& names,
-           int current);
+           int current, Paths paths = {});
 
   // Any setting but a text, by its key; a number is typed and counts when finished.
   void any(const Field& field);
 
   // Room for labels, in heights of the font.
   void set_label_room(float heights) { label_room_ = heights; }
-  // For rows of another kind: label at the left with its tooltip, the next widget takes the rest.
-  void begin_row(const char* label, const std::string& help);
-  void end_row(const char* label, const std::string& help);
+  // For rows of another kind: label at the left with its tooltip, the next widget takes the rest. paths: the
+  // settings of the row. The tooltips have the scene's value; a dot marks another one, and a click on the dot
+  // or a double or right click on the label goes back.
+  void begin_row(const char* label, const std::string& help, Paths paths = {});
+  void end_row(const char* label, const std::string& help, Paths paths = {});
   // For the last widget, which shows value: the number to apply. None while it is held, typed or unchanged. A
   // number out of range is refused: refusal(label) shows why below the row.
   std::optional<double> finished(const char* label, double value, bool moved, bool on_release,
@@ -72,11 +77,15 @@ class SettingRows {
  private:
   // A slider of a whole or of a floating-point number. True if the value moved.
   static bool move(const Field& field, const SliderLook& look, double& value);
+  bool differs(Paths paths) const;
+  void tell(const std::string& help, Paths paths) const;
+  void offer_scene_value(const char* label, Paths paths, bool is_label);
 
   static constexpr float kLabelRoom = 9.8F;
 
   float label_room_ = kLabelRoom;
   Settings edited_;
+  const Settings* scene_ = nullptr;
   bool changed_ = false;
   std::string held_label_;  // of a control whose value is not applied yet
   double held_value_ = 0.0;

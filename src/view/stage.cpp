@@ -64,6 +64,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       term_costs_(hooks.make_backend),
       overlay_({context.info().renderer, describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
+      cues_(context.window() != nullptr),
       log_(simulation, simulation.backend().name()),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
       air_timer_(context.info().software),
@@ -73,6 +74,8 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       vsync_(options.vsync) {
   const bool has_window = context.window() != nullptr;
   switches_ = switches_of(options, has_window);
+  if (options.cues) cues_.load(*options.cues, 0);
+  panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (!options.log.empty()) log_.open(options.log);
@@ -137,8 +140,8 @@ int Stage::finish() {
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if (unresolvable && hooks_.announce) hooks_.announce(simulation_.view().message);
-  return unresolvable || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
+  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(simulation_.view().message);
+  return unresolvable || cue_failed_ || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 
 // Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends
@@ -171,8 +174,12 @@ bool Stage::ended() {
   if (stop_requested.load(std::memory_order_relaxed) || context_.close_requested()) return true;
   if (replay_) return replay_->ended();
   if (options_.still_s) return still_ended();
+  return scene_ended() && !goes_on_to_next_cue();
+}
+
+bool Stage::scene_ended() {
   const Settings& settings = simulation_.settings();
-  const double shown_s = static_cast<double>(num_frames_) / settings.frame_rate_hz;
+  const double shown_s = static_cast<double>(num_frames_ - first_frame_) / settings.frame_rate_hz;
   // A scene's own length is for headless runs. A window stays until it is closed, or for --seconds.
   const bool has_end = settings.seconds > 0.0 && (context_.window() == nullptr || options_.seconds_given);
   if (has_end && shown_s >= settings.seconds - 1e-9) return true;
@@ -215,7 +222,9 @@ void Stage::begin_steps() {
   simulation_.begin_frame(commands_, target_.get());
   say_what_was_done();
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
-  if (simulation_.view().num_scenes != num_scenes) begin_record();
+  const bool is_new_scene = simulation_.view().num_scenes != num_scenes;
+  if (is_new_scene) begin_record();
+  follow_cues(is_new_scene);
 }
 
 // A jump back that was refused has its reason as message.
@@ -228,6 +237,7 @@ void Stage::say_what_was_done() {
 void Stage::finish_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   simulation_.finish_frame();
+  title_.advance(title_step_s());
   log_.end_frame(simulation_);
   if (replay_) replay_->end_frame(simulation_);
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();

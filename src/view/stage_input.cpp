@@ -38,6 +38,9 @@ Commands Stage::handle_input() {
   if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
   if (commands.compare == Comparison::half_step && simulation_.view().half_step)
     commands.compare = Comparison::scene_step;
+  if (input.is_new_gesture) ++gesture_;
+  follow_cue_keys(input, commands);
+  step_back(input, commands);
   show_keys(input);
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
@@ -183,6 +186,7 @@ void Stage::write_panel_map() {
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
   marks_.note(panel_.controls());
+  if (title_.opacity() > 0.0F) panel_.controls().note("Cue title: " + title_.title(), title_place_);
   if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});
   const std::string notice = notice_.text(Clock::now());
   if (!notice.empty()) panel_.controls().note("Notice: " + notice, {});

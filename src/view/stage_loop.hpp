@@ -1,16 +1,20 @@
 // The stage while it runs: its members and the parts of a frame. Only the stage's sources include it.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "app/cue_player.hpp"
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
 #include "app/replay.hpp"
+#include "app/settings_history.hpp"
 #include "app/term_costs.hpp"
 #include "view/aim.hpp"
+#include "view/cue_title.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
@@ -30,7 +34,21 @@ class Stage {
         const StageHooks& hooks);
   int run();
 
+  // Loads a list of cues and goes to its first one. A list with an error changes nothing; a notice says why.
+  void load_cues(const std::string& name_or_path);
+
  private:
+  void follow_cue_keys(const InputFrame& input, Commands& commands);
+  void follow_cue_panel();
+  void go_to_cue(bool is_there);
+  void save_cue(const CueRequest& request);
+  Cue present_cue() const;
+  void step_back(const InputFrame& input, Commands& commands);
+  void follow_cues(bool is_new_scene);
+  void begin_cue();
+  double title_step_s() const;
+  bool goes_on_to_next_cue();
+  bool scene_ended();
   Commands handle_input();
   void show_keys(const InputFrame& input);
   void aim(const InputFrame& input, Commands& commands);
@@ -83,6 +101,12 @@ class Stage {
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
+  CuePlayer cues_;
+  CueTitle title_;
+  std::array<float, 4> title_place_{};
+  bool cue_failed_ = false;  // without a window there is nobody to go on then
+  SettingsHistory history_;
+  std::int64_t gesture_ = 0;  // number of the last press or key
   PassingNotice notice_;
   std::optional<Vec2d> ring_m_;  // where a ring shows that the ball can be pulled
   bool launched_by_hand_ = false;
@@ -105,6 +129,7 @@ class Stage {
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
   std::int64_t num_frames_ = 0;
+  std::int64_t first_frame_ = 0;  // of the current cue, in a run without a window
   std::int64_t frames_after_flight_ = 0;
   double frame_s_ = 1.0 / 60.0;
   Clock::time_point last_frame_ = Clock::now();

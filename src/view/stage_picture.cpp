@@ -50,6 +50,7 @@ void Stage::describe_overlay() {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});
   }
+  title_place_ = title_.show(place, switches_.look.theme);
   gui_.end_frame();
 }
 
@@ -108,7 +109,7 @@ void Stage::draw_gui(const Viewport& viewport) {
 void Stage::take_frame(const Viewport& viewport) {
   ScopedPhase timing(times_, Phase::encode);
   if (FilmScene* film = recorder_.scene()) {
-    film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, gui_);
+    film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, title_, gui_);
     settle();
   }
   recorder_.take({viewport.framebuffer, viewport.size}, simulation_);

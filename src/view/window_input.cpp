@@ -15,9 +15,15 @@ WindowInput& self(GLFWwindow* window) { return *static_cast<WindowInput*>(glfwGe
 // A switch pressed twice between two frames is as it was.
 void flip(bool& value) { value = !value; }
 
+template <int Number>
+void go_to_cue(InputFrame& input) {
+  input.go_to_cue = Number;
+}
+
 struct KeyAction {
   int key;
   void (*apply)(InputFrame& input);
+  int mods = 0;
 };
 
 constexpr KeyAction kKeyActions[] = {
@@ -39,44 +45,93 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
     {GLFW_KEY_F1, [](InputFrame& input) { flip(input.toggle_keys); }},
     {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},
-    {GLFW_KEY_F12, [](InputFrame& input) { input.take_picture = true; }}};
+    {GLFW_KEY_F12, [](InputFrame& input) { input.take_picture = true; }},
+    {GLFW_KEY_M, [](InputFrame& input) { input.commands.compare = Comparison::next_method; }},
+    {GLFW_KEY_M, [](InputFrame& input) { input.commands.compare = Comparison::half_step; }, GLFW_MOD_SHIFT},
+    {GLFW_KEY_Z, [](InputFrame& input) { input.undo = true; }, GLFW_MOD_CONTROL},
+    {GLFW_KEY_Z, [](InputFrame& input) { input.redo = true; }, GLFW_MOD_CONTROL | GLFW_MOD_SHIFT},
+    {GLFW_KEY_Y, [](InputFrame& input) { input.redo = true; }, GLFW_MOD_CONTROL},
+    {GLFW_KEY_PAGE_DOWN, [](InputFrame& input) { ++input.next_cue; }},
+    {GLFW_KEY_PAGE_UP, [](InputFrame& input) { --input.next_cue; }},
+    {GLFW_KEY_1, go_to_cue<1>},
+    {GLFW_KEY_2, go_to_cue<2>},
+    {GLFW_KEY_3, go_to_cue<3>},
+    {GLFW_KEY_4, go_to_cue<4>},
+    {GLFW_KEY_5, go_to_cue<5>},
+    {GLFW_KEY_6, go_to_cue<6>},
+    {GLFW_KEY_7, go_to_cue<7>},
+    {GLFW_KEY_8, go_to_cue<8>},
+    {GLFW_KEY_9, go_to_cue<9>}};
 
-void apply_key(int key, int mods, InputFrame& input) {
-  if (key == GLFW_KEY_M)
-    input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
+const KeyAction* action_of(int key, int mods) {
   for (const KeyAction& action : kKeyActions) {
-    if (action.key == key) action.apply(input);
+    if (action.key == key && action.mods == mods) return &action;
   }
+  return nullptr;
 }
 
+// Shift changes only some keys; a key with Ctrl is another one.
+void apply_key(int key, int mods, InputFrame& input) {
+  const KeyAction* action = action_of(key, mods & (GLFW_MOD_CONTROL | GLFW_MOD_SHIFT));
+  if (action == nullptr && (mods & GLFW_MOD_CONTROL) == 0) action = action_of(key, 0);
+  if (action != nullptr) action->apply(input);
+}
+
+// With Ctrl, the key is the one that bears the letter, whatever the keyboard's layout.
+int key_of(int key, int scancode, int mods) {
+  const char* name = (mods & GLFW_MOD_CONTROL) != 0 ? glfwGetKeyName(key, scancode) : nullptr;
+  const bool is_letter = name != nullptr && name[0] >= 'a' && name[0] <= 'z' && name[1] == '\0';
+  return is_letter ? GLFW_KEY_A + (name[0] - 'a') : key;
+}
+
+struct SignAction {
+  unsigned char sign;
+  void (*apply)(InputFrame& input);
+};
+
 // Signs come as letters, independent of the keyboard's layout. Comma and point replace brackets that are hard
-// to reach.
+// to reach, and the equals sign is a plus without Shift.
+constexpr SignAction kSignActions[] = {
+    {'?', [](InputFrame& input) { flip(input.toggle_keys); }},
+    {'+', [](InputFrame& input) { ++input.larger_text; }},
+    {'=', [](InputFrame& input) { ++input.larger_text; }},
+    {'-', [](InputFrame& input) { --input.larger_text; }},
+    {'[', [](InputFrame& input) { input.commands.time_scale_factor *= 0.5; }},
+    {',', [](InputFrame& input) { input.commands.time_scale_factor *= 0.5; }},
+    {']', [](InputFrame& input) { input.commands.time_scale_factor *= 2.0; }},
+    {'.', [](InputFrame& input) { input.commands.time_scale_factor *= 2.0; }}};
+
 void apply_letter(unsigned int letter, InputFrame& input) {
-  switch (letter) {
-    case '?':
-      flip(input.toggle_keys);
-      break;
-    case '+':
-    case '=':
-      ++input.larger_text;
-      break;
-    case '-':
-      --input.larger_text;
-      break;
-    case '[':
-    case ',':
-      input.commands.time_scale_factor *= 0.5;
-      break;
-    case ']':
-    case '.':
-      input.commands.time_scale_factor *= 2.0;
-      break;
-    default:
-      break;
+  for (const SignAction& action : kSignActions) {
+    if (action.sign == letter) action.apply(input);
   }
 }
 
 }  // namespace
+
+namespace {
+
+std::string name_of(const KeyAction& action) {
+  std::string name;
+  if ((action.mods & GLFW_MOD_CONTROL) != 0) name += "Ctrl+";
+  if ((action.mods & GLFW_MOD_SHIFT) != 0) name += "Shift+";
+  const int key = action.key;
+  if (key >= GLFW_KEY_F1 && key <= GLFW_KEY_F25) return name + "F" + std::to_string(key - GLFW_KEY_F1 + 1);
+  if (key == GLFW_KEY_SPACE) return name + "space";
+  if (key == GLFW_KEY_ESCAPE) return name + "Esc";
+  if (key == GLFW_KEY_PAGE_UP) return name + "PgUp";
+  if (key == GLFW_KEY_PAGE_DOWN) return name + "PgDn";
+  return name + static_cast<char>(key);  // letters and digits are as in ASCII
+}
+
+}  // namespace
+
+std::vector<std::string> bound_keys() {
+  std::vector<std::string> names;
+  for (const KeyAction& action : kKeyActions) names.push_back(name_of(action));
+  for (const SignAction& action : kSignActions) names.emplace_back(1, static_cast<char>(action.sign));
+  return names;
+}
 
 WindowInput::WindowInput(GLFWwindow* window) : window_(window) {
   glfwSetWindowUserPointer(window, this);
@@ -93,8 +148,8 @@ WindowInput::~WindowInput() {
   glfwSetMouseButtonCallback(window_, nullptr);
 }
 
-void WindowInput::on_key(GLFWwindow* window, int key, int, int action, int mods) {
-  if (action == GLFW_PRESS) self(window).keys_.emplace_back(key, mods);
+void WindowInput::on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
+  if (action == GLFW_PRESS) self(window).keys_.emplace_back(key_of(key, scancode, mods), mods);
 }
 
 void WindowInput::on_char(GLFWwindow* window, unsigned int letter) {
@@ -117,6 +172,7 @@ void WindowInput::on_button(GLFWwindow* window, int button, int action, int) {
 InputFrame WindowInput::take(const Gui& gui) {
   InputFrame input;
   input.pointer_px = pointer_px();
+  input.is_new_gesture = pressed_ || !keys_.empty() || !letters_.empty();
   if (!gui.wants_text()) {
     for (const auto& [key, mods] : keys_) apply_key(key, mods, input);
     for (const unsigned int letter : letters_) apply_letter(letter, input);

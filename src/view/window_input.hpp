@@ -2,6 +2,7 @@
 // queue, and a short press between two frames must not be lost.
 #pragma once
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -31,14 +32,22 @@ struct InputFrame {
   bool toggle_film = false;
   bool take_picture = false;
   bool measure_terms = false;
-  bool pressed_left = false;  // in the scene, in this frame
-  bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
-  bool released = false;      // it ended
+  int go_to_cue = 0;  // 1 to 9; 0: none
+  int next_cue = 0;   // places further
+  bool undo = false;
+  bool redo = false;
+  bool is_new_gesture = false;  // a key or a button went down
+  bool pressed_left = false;    // in the scene, in this frame
+  bool drags_left = false;      // a drag that began in the scene goes on, or ended in this frame
+  bool released = false;        // it ended
   bool shift = false;
   Vec2d drag_px;      // since the last frame, upwards positive, of a drag that began in the scene
   double zoom = 1.0;  // > 1: nearer
   Vec2d pointer_px;   // from the lower left corner
 };
+
+// Every key that does something, as the table of keys names it: "space", "Shift+M", "F9", "[".
+std::vector<std::string> bound_keys();
 
 class WindowInput {
  public:

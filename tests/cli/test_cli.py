@@ -196,7 +196,52 @@ def signals(bench):
         process.kill()
 
 
-CASES = {case.__name__: case for case in (settings, no_cuda, scenes, files, memory, old_gl, old_gl_window, signals)}
+def cues(bench):
+    """Lists of cues: refused with file and line before any flight; without a window all cues fly, and their log replays."""
+    head = b'[[cue]]\ntitle = "A"\n'
+    for words, parts in (
+            (("--cues", bench.write("key.toml", head + b"air.restituton = 1\n")),
+             ("--cues: ", "key.toml:3: 'air.restituton' is not a setting", "air.restitution")),
+            (("--cues", bench.write("late.toml", head + head + b"ball.x_m = 50\n")),
+             ("late.toml:3: this cue cannot run", "outside the world", "ball.x_m")),
+            (("--cues", bench.write("none.toml", b"[scene]\n")), ("none.toml: is not a list of cues", "[[cue]]")),
+            (("--cues", str(bench.folder / "missing.toml")), ("missing.toml: cannot be read",)),
+            (("--cues", "tolk"), ("--cues: 'tolk' is no list of cues; the nearest is talk", "or give a file ending in .toml")),
+            (("--cues", "talk", "--scene", "gas"), ("each cue has its own scene", "leave out --scene")),
+            (("--cues", "talk", "--accuracy", "1%"), ("leave out --accuracy",)),
+            (("--cues", "talk", "--ball-vx", "inf"), ("--ball-vx: 'inf' is not a finite number",)),
+            (("--cues", "talk", "--set", "ball.x_m=50"),
+             ("with the settings of the command line: ", "talk.toml:5: this cue cannot run"))):
+        bench.refused(2, parts, "--headless", *words)
+    log = str(bench.folder / "log.toml")
+    talk = bench.write("two.toml", head + b"paused = true\n" + head + b"air.restitution = 0.5\n")
+    bench.refused(2, ("two.toml: is a list of cues", "--cues"), "run", talk)
+    reports = [bench.folder / "first.json", bench.folder / "again.json"]
+    small = ("--headless", "--size", "64x64")
+    done = bench.run(*small, "--cues", talk, "-p", "400", "--seconds", "0.1", "--log", log, "--report", str(reports[0]))
+    told = [line for line in done.stderr.splitlines() if line.startswith("cue ")]
+    check(done.returncode == 0 and told == ["cue 1 of 2: A", "cue 2 of 2: A"], f"both fly, paused or not: {told}")
+    done = bench.run("run", log, *small, "--report", str(reports[1]))
+    first, again = (json.loads(report.read_text()) for report in reports)
+    check(first["restitution"] == 0.5 and first["num_parcels"] == 400 and first["steps"] > 3, "the last cue is reported")
+    check(done.returncode == 0 and again["replay"]["same"] and again["state_hash"] == first["state_hash"], "the log replays")
+    shown, gone = (title_pixels(bench, seconds) for seconds in (5, 0.2))
+    check(shown > 60 and gone < 5, f"the last picture has the title, or has it no more: {shown} and {gone} bright pixels")
+
+
+def title_pixels(bench, title_s):
+    """Bright pixels at the lower left after 0.8 s of a cue."""
+    sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "golden"))
+    from png import read_png
+    talk = bench.write("title.toml", f'[[cue]]\ntitle = "HHHH"\ntitle_s = {title_s}\nair.kind = "vacuum"\n'.encode())
+    file = bench.folder / "title.png"
+    bench.run("--headless", "--cues", talk, "--size", "640x360", "--seconds", "0.8", "--record-overlay", "off", "--picture",
+              str(file))
+    picture = read_png(file)
+    return sum(1 for y in range(300, 355) for x in range(14, 150) if min(picture.at(x, y)) > 200)
+
+
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals)}
 
 
 def main():

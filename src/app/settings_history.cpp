@@ -1,0 +1,143 @@
+#include "app/settings_history.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace pf {
+namespace {
+
+std::string short_value(const Field& field, const Settings& settings) {
+  if (const auto* number = std::get_if<double Settings::*>(&field.member))
+    return fmt::format("{:.5g}", settings.**number);
+  return value_text(field, settings);
+}
+
+const char* effect_text(ChangeEffect effect) {
+  switch (effect) {
+    case ChangeEffect::new_air:
+      return "; the air is spawned anew";
+    case ChangeEffect::new_flight:
+      return "; the flight starts again";
+    default:
+      return "";
+  }
+}
+
+std::string line(const char* what, const Settings& from, const Settings& to, ChangeEffect effect) {
+  if (effect == ChangeEffect::new_scene)
+    return fmt::format("{}: scene {}; the flight starts again", what, to.name);
+  return fmt::format("{}: {}{}", what, change_text(from, to), effect_text(effect));
+}
+
+}  // namespace
+
+std::string change_text(const Settings& from, const Settings& to) {
+  constexpr std::size_t kMaxNamed = 3;
+  std::vector<std::string> names;
+  std::string last;
+  for (const Field& field : fields()) {
+    if (is_same(field, from, to)) continue;
+    names.push_back(field.path());
+    last = short_value(field, to);
+  }
+  if (names.size() == 1) return fmt::format("{} is {}", names[0], last);
+  if (names.size() <= kMaxNamed) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{} settings", names.size());
+}
+
+void SettingsHistory::follow(const FrameView& view, int num_fallbacks, std::int64_t gesture, int cue) {
+  const bool has_lost = num_fallbacks != std::exchange(num_fallbacks_, num_fallbacks);
+  if (!known_ || has_lost) {  // the parcels that a failed device had may not fit now
+    changes_.clear();
+    num_done_ = 0;
+    step_ = 0;
+    known_ = *view.settings;
+    scene_ = scene_.value_or(*known_);
+    scene_->num_parcels = known_->num_parcels;
+  }
+  const Change change = change_to(view, gesture, cue);
+  if (!take_step(view, change)) {
+    scene_ = change.scene_after;
+    if (!(change.before == change.after)) note(change);
+  }
+  known_ = *view.settings;
+  cue_ = cue;
+}
+
+// What this frame did, be it nothing.
+SettingsHistory::Change SettingsHistory::change_to(const FrameView& view, std::int64_t gesture, int cue) {
+  const bool is_new_scene = view.num_scenes != std::exchange(num_scenes_, view.num_scenes);
+  const bool is_new_flight = view.num_flights != std::exchange(num_flights_, view.num_flights);
+  Change change{*known_, *view.settings, ChangeEffect::settings_alone, gesture, cue_, cue, *scene_, *scene_};
+  if (is_new_scene) change.scene_after = *view.settings;
+  if (needs_new_parcels(*known_, *view.settings)) change.effect = ChangeEffect::new_air;
+  if (is_new_flight) change.effect = ChangeEffect::new_flight;
+  if (is_new_scene) change.effect = ChangeEffect::new_scene;
+  return change;
+}
+
+// Whether the change is that of an undo or redo on its way, which thereby ends. One that was refused ends,
+// too.
+bool SettingsHistory::take_step(const FrameView& view, const Change& now) {
+  if (step_ == 0 || (now.before == now.after && view.waits_for_step)) return false;
+  const bool is_undo = std::exchange(step_, 0) < 0;
+  const Change& change = changes_[is_undo ? num_done_ - 1 : num_done_];
+  if (!(now.after == (is_undo ? change.before : change.after))) return false;
+  num_done_ = is_undo ? num_done_ - 1 : num_done_ + 1;
+  scene_ = is_undo ? change.scene_before : change.scene_after;
+  if (change.effect == ChangeEffect::new_scene) arrived_cue_ = is_undo ? change.cue_before : change.cue_after;
+  return true;
+}
+
+void SettingsHistory::note(const Change& change) {
+  changes_.resize(num_done_);
+  Change* last = changes_.empty() ? nullptr : &changes_.back();
+  if (last != nullptr && last->gesture == change.gesture) {
+    last->after = change.after;
+    last->effect = std::max(last->effect, change.effect);
+    last->cue_after = change.cue_after;
+    last->scene_after = change.scene_after;
+    if (last->before == last->after) changes_.pop_back();
+  } else {
+    changes_.push_back(change);
+  }
+  if (changes_.size() > kMaxChanges) changes_.erase(changes_.begin());
+  num_done_ = changes_.size();
+}
+
+// A flight that a change ended cannot come back: it starts again with the settings that it had.
+void SettingsHistory::add_commands(Commands& commands, const Settings& wanted, ChangeEffect effect) {
+  if (effect == ChangeEffect::new_scene) {
+    commands.restart = wanted;
+    return;
+  }
+  commands.settings = wanted;
+  commands.reset = commands.reset || effect == ChangeEffect::new_flight;
+}
+
+std::string SettingsHistory::undo(Commands& commands, const FrameView& view) {
+  if (view.asked != nullptr) {  // a change that still waits is the last one
+    commands.settings = *view.settings;
+    return line("Undone", *view.asked, *view.settings, ChangeEffect::settings_alone);
+  }
+  if (step_ != 0) return "";
+  if (num_done_ == 0) return "Nothing to undo";
+  const Change& change = changes_[num_done_ - 1];
+  add_commands(commands, change.before, change.effect);
+  step_ = -1;
+  return line("Undone", change.after, change.before, change.effect);
+}
+
+std::string SettingsHistory::redo(Commands& commands, const FrameView& view) {
+  if (view.asked != nullptr || step_ != 0) return "";
+  if (num_redoable() == 0) return "Nothing to redo";
+  const Change& change = changes_[num_done_];
+  add_commands(commands, change.after, change.effect);
+  step_ = 1;
+  return line("Redone", change.before, change.after, change.effect);
+}
+
+}  // namespace pf

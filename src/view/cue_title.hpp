@@ -1,0 +1,33 @@
+// Title and sub-title of a cue, at the lower left of the picture, large and calm: they fade in, stay and go.
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "scene/cue_list.hpp"
+#include "view/gui.hpp"
+#include "view/overlay.hpp"
+
+namespace pf {
+
+class CueTitle {
+ public:
+  void begin(const Cue& cue);
+  void clear() { title_.clear(), subtitle_.clear(); }
+  // By the time that has been shown: that of the window, or that of a film.
+  void advance(double seconds) { shown_s_ += seconds; }
+
+  // 0 to 1. 0: there is nothing to show.
+  float opacity() const;
+  const std::string& title() const { return title_; }
+
+  // Describes it to ImGui, at the lower edge of the place. Returns its rectangle: x0, y0, x1, y1.
+  std::array<float, 4> show(const OverlayPlace& place, Theme theme) const;
+
+ private:
+  std::string title_, subtitle_;
+  double title_s_ = 0.0;  // 0: it stays
+  double shown_s_ = 0.0;
+};
+
+}  // namespace pf

@@ -1,0 +1,133 @@
+// Cues of a talk and the undoing of changes, as the stage carries them out.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "core/error.hpp"
+#include "view/stage_loop.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kFailure_s = 12.0;  // long enough to read a line of an error
+
+std::string with_ending(const std::string& name) { return name.ends_with(".toml") ? name : name + ".toml"; }
+
+}  // namespace
+
+void Stage::load_cues(const std::string& name_or_path) {
+  try {
+    cues_.load(load_cue_list(name_or_path), CuePlayer::kNone);
+    go_to_cue(cues_.ask(0));
+  } catch (const UserError& error) {
+    notice_.show(error.what(), Clock::now(), kFailure_s);
+  }
+}
+
+void Stage::follow_cue_keys(const InputFrame& input, Commands& commands) {
+  follow_cue_panel();
+  if (input.go_to_cue != 0) go_to_cue(cues_.ask(input.go_to_cue - 1));
+  if (input.next_cue != 0) go_to_cue(cues_.ask_next(input.next_cue));
+  if (!replay_) cues_.add_commands(commands, simulation_.view());
+}
+
+void Stage::follow_cue_panel() {
+  const CueRequest request = panel_.take_cue_request();
+  if (request.go_to != CuePlayer::kNone) go_to_cue(cues_.ask(request.go_to));
+  if (!request.load.empty()) load_cues(request.load);
+  if (!request.save_to.empty()) save_cue(request);
+}
+
+void Stage::go_to_cue(bool is_there) {
+  if (is_there) return;
+  notice_.show(cues_.size() == 0
+                   ? "There are no cues: start with --cues FILE.toml, or load a list in the panel"
+                   : fmt::format("There is no such cue: the list has {}", cues_.size()),
+               Clock::now());
+}
+
+// The present settings and view; the middle and width are those of the part that panel and overlay leave
+// free.
+Cue Stage::present_cue() const {
+  Cue cue;
+  cue.settings = simulation_.settings();
+  cue.paused = simulation_.view().paused;
+  if (camera_.fitted) return cue;
+  const ViewRegion free = free_region();
+  cue.camera = {camera_.to_world(free.center_px()), free.width_px * camera_.metres_per_px};
+  return cue;
+}
+
+void Stage::save_cue(const CueRequest& request) {
+  try {
+    const std::filesystem::path file = with_ending(request.save_to);
+    Cue cue = present_cue();
+    cue.title = request.title.empty() ? cue.settings.name : request.title;
+    append_cue(file, cue);
+    CueList list = load_cue_list(file.string());
+    const int added = static_cast<int>(list.cues.size()) - 1;
+    notice_.show(fmt::format("Saved as cue {} of {}", added + 1, file.string()), Clock::now());
+    cues_.replace(std::move(list), added);
+  } catch (const UserError& error) {
+    notice_.show(error.what(), Clock::now(), kFailure_s);
+  }
+}
+
+// Ctrl+Z and Ctrl+Y.
+void Stage::step_back(const InputFrame& input, Commands& commands) {
+  if (replay_ || input.undo == input.redo) return;
+  const FrameView& view = simulation_.view();
+  const std::string line = input.undo ? history_.undo(commands, view) : history_.redo(commands, view);
+  if (!line.empty()) notice_.show(line, Clock::now(), 2.0 * kNotice_s);
+}
+
+// After the commands of a frame.
+void Stage::follow_cues(bool is_new_scene) {
+  const FrameView& view = simulation_.view();
+  const bool was_asked = cues_.is_asked();
+  if (is_new_scene) title_.clear();
+  if (cues_.follow(view)) {
+    begin_cue();
+  } else if (was_asked && !cues_.is_asked()) {
+    cue_failed_ = context_.window() == nullptr;
+  }
+  history_.follow(view, simulation_.num_fallbacks(), gesture_, cues_.current());
+  panel_.set_scene_settings(history_.scene_settings());
+  if (const std::optional<int> cue = history_.take_cue()) cues_.mark(*cue);
+}
+
+void Stage::begin_cue() {
+  const Cue& cue = *cues_.current_cue();
+  title_.begin(cue);
+  camera_.fitted = !cue.camera;
+  if (cue.camera) {
+    const ViewRegion free = free_region();
+    camera_.center_m = cue.camera->center_m;
+    camera_.anchor_px = free.center_px();
+    camera_.metres_per_px = cue.camera->width_m / free.width_px;
+  } else {
+    fit_camera();
+  }
+  if (context_.window() != nullptr || !hooks_.announce) return;
+  hooks_.announce(fmt::format("cue {} of {}: {}", cues_.current() + 1, cues_.size(),
+                              cue.title.empty() ? cue.settings.name : cue.title));
+}
+
+// A film of simulated time has a frame for each frame of the flight, however long that took.
+double Stage::title_step_s() const {
+  const bool by_frames =
+      context_.window() == nullptr || (recorder_.is_recording() && !options_.record_real_time);
+  if (!by_frames) return frame_s_;
+  return simulation_.view().unfinished ? 0.0 : 1.0 / simulation_.settings().frame_rate_hz;
+}
+
+// Without a window each cue flies as long as its scene would alone.
+bool Stage::goes_on_to_next_cue() {
+  const bool may_go_on = context_.window() == nullptr && !simulation_.view().paused && !cue_failed_;
+  if (!may_go_on || cues_.size() == 0 || !cues_.ask_next(1)) return false;
+  first_frame_ = num_frames_;
+  frames_after_flight_ = 0;
+  return true;
+}
+
+}  // namespace pf
