@@ -39,6 +39,9 @@ Commands Stage::handle_input() {
   if (commands.compare == Comparison::half_step && simulation_.view().half_step)
     commands.compare = Comparison::scene_step;
   show_keys(input);
+  follow_timeline(commands);
+  follow_last_seconds(input);
+  take_dropped(input.dropped, commands);
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();

@@ -1,0 +1,283 @@
+// Jumps within a flight: they lead to the bits that the flight had, whatever lies between.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+
+#include "app/simulation.hpp"
+#include "model/methods.hpp"
+#include "support/logged_flight.hpp"
+#include "temporary_folder.hpp"
+
+namespace pf::test {
+namespace {
+
+constexpr double kLeast_ms = 1e-6;  // spent at once: a picture has a step, or a window of one
+
+Settings scene_of(Method method) {
+  Settings s = court(method == Method::exact ? 1500 : 500);
+  s.method = method;
+  return s;
+}
+
+// A flight that is followed frame by frame.
+struct FollowedFlight {
+  explicit FollowedFlight(const Settings& settings, std::unique_ptr<Backend> backend = make_cpu_backend(2))
+      : simulation(settings, std::move(backend)) {
+    simulation.keep_checkpoints();
+    hashes.push_back(hash());
+  }
+
+  std::uint64_t hash() { return simulation.backend().state_hash(); }
+  const FrameView& view() const { return simulation.view(); }
+  void edit(const std::function<void(Settings&)>& change) {
+    Commands commands;
+    commands.settings = simulation.settings();
+    change(*commands.settings);
+    fly(commands);
+  }
+  void fly(const Commands& commands = {}) {
+    simulation.advance_frame(commands, nullptr);
+    EXPECT_EQ(view().message, "");
+    hashes.push_back(hash());
+  }
+  void fly_frames(int num) {
+    for (int k = 0; k < num; ++k) fly();
+  }
+  // As a window does: the pictures of a frame, and while the pointer holds the flight.
+  void seek(std::int64_t frame) {
+    Commands commands;
+    commands.seek_s = view().history->time_at(frame);
+    commands.hold = true;
+    simulation.advance_frame(commands, nullptr);
+    commands.seek_s.reset();
+    while (view().sought_s) simulation.advance_frame(commands, nullptr);
+    EXPECT_EQ(view().message, "");
+    EXPECT_EQ(view().history->position(), frame);
+  }
+  void go_on() { simulation.advance_frame({}, nullptr); }
+
+  Simulation simulation;
+  std::vector<std::uint64_t> hashes;  // after so many frames
+};
+
+class Seek : public testing::TestWithParam<Method> {
+ protected:
+  FollowedFlight flight{scene_of(GetParam())};
+};
+
+TEST_P(Seek, LeadsToTheStateOfThen) {
+  flight.fly_frames(150);
+  for (const int frame : {149, 61, 60, 59, 1, 0, 100, 150, 7}) {
+    flight.seek(frame);
+    EXPECT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
+    EXPECT_EQ(flight.view().flight_record->points_m.size(), static_cast<std::size_t>(frame) + 1);
+  }
+}
+
+TEST_P(Seek, GoesOnAsItDidAndThenFurther) {
+  flight.fly_frames(90);
+  FollowedFlight other(scene_of(GetParam()), make_cpu_backend(1));
+  other.fly_frames(100);
+  flight.seek(33);
+  for (std::size_t frame = 34; frame <= 100; ++frame) {
+    flight.go_on();
+    ASSERT_EQ(flight.hash(), other.hashes[frame]) << frame;
+  }
+  EXPECT_EQ(flight.view().history->latest(), 100);
+  EXPECT_EQ(flight.view().totals.num_collisions, other.view().totals.num_collisions);
+  EXPECT_EQ(flight.view().simulated_s, other.view().simulated_s);
+}
+
+// Changes of every kind that a flight survives. The last frame is flown under all of them.
+void fly_with_changes(FollowedFlight& flight) {
+  flight.fly_frames(20);
+  flight.edit([](Settings& s) { s.restitution = 0.4; });
+  flight.fly_frames(20);
+  flight.edit([](Settings& s) { s.ball_spin_radps = -60.0; });
+  flight.fly_frames(25);
+  flight.edit([](Settings& s) { s.threads = 1; });
+  flight.fly_frames(5);
+  flight.edit([](Settings& s) { s.method = s.method == Method::exact ? Method::impulse : Method::exact; });
+  flight.fly_frames(10);
+  flight.edit([](Settings& s) { s.time_scale = 0.05; });
+  flight.fly_frames(30);
+  flight.edit([](Settings& s) { s.contacts = false; });
+  flight.fly_frames(10);
+}
+
+TEST_P(Seek, RepeatsChangesOfSettingsAtTheirTimes) {
+  fly_with_changes(flight);
+  const auto last = static_cast<int>(flight.hashes.size()) - 1;
+  for (const int frame : {100, 42, 20, 70, 71, 0, last, 64}) {
+    flight.seek(frame);
+    EXPECT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
+    EXPECT_EQ(flight.simulation.settings().restitution, frame > 20 ? 0.4 : 0.9) << frame;
+  }
+  for (int frame = 65; frame <= last; ++frame) {
+    flight.go_on();
+    ASSERT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
+  }
+  EXPECT_FALSE(flight.simulation.settings().contacts);
+  EXPECT_EQ(flight.view().history->changes().size(), 6U);
+}
+
+TEST_P(Seek, KeepsToTheBudgetInSeveralPictures) {
+  Settings settings = scene_of(GetParam());
+  settings.frame_budget_ms = kLeast_ms;
+  FollowedFlight cut(settings);
+  cut.simulation.keep_to_budget();
+  flight.fly_frames(50);
+  while (cut.view().history->position() < 50) cut.go_on();
+  EXPECT_EQ(cut.hash(), flight.hashes[50]);
+  Commands commands;
+  commands.seek_s = cut.view().history->time_at(40);
+  commands.hold = true;
+  int num_pictures = 0;
+  for (; num_pictures == 0 || cut.view().sought_s; ++num_pictures) {
+    cut.simulation.advance_frame(commands, nullptr);
+    commands.seek_s.reset();
+    ASSERT_LT(num_pictures, 100000);
+  }
+  EXPECT_GT(num_pictures, 30);
+  EXPECT_EQ(cut.hash(), flight.hashes[40]);
+  // A new target while it is on its way to another one.
+  for (const int frame : {30, 45, 5, 12}) {
+    commands.seek_s = cut.view().history->time_at(frame);
+    cut.simulation.advance_frame(commands, nullptr);
+    commands.seek_s.reset();
+    for (int k = 0; k < 4; ++k) cut.simulation.advance_frame(commands, nullptr);
+  }
+  while (cut.view().sought_s) cut.simulation.advance_frame(commands, nullptr);
+  EXPECT_EQ(cut.hash(), flight.hashes[12]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Methods, Seek, testing::Values(Method::impulse, Method::spring, Method::exact),
+                         [](const auto& param_info) {
+                           return std::string(kMethods[static_cast<std::size_t>(param_info.param)].name);
+                         });
+
+TEST(SeekInThePast, AChangeDropsWhatCameLaterAndSaysSo) {
+  FollowedFlight flight(scene_of(Method::impulse));
+  flight.fly_frames(80);
+  flight.seek(30);
+  flight.edit([](Settings& s) { s.restitution = 0.2; });
+  EXPECT_NE(flight.view().notice.find("are dropped"), std::string::npos) << flight.view().notice;
+  EXPECT_EQ(flight.view().history->latest(), 31);
+  FollowedFlight other(scene_of(Method::impulse), make_cpu_backend(1));
+  other.fly_frames(30);
+  other.edit([](Settings& s) { s.restitution = 0.2; });
+  EXPECT_EQ(flight.hash(), other.hash());
+  EXPECT_EQ(flight.view().history->changes().size(), 1U);
+}
+
+TEST(SeekInThePast, ALaunchKeepsTheWholeFlight) {
+  FollowedFlight flight(scene_of(Method::impulse));
+  flight.fly_frames(80);
+  flight.seek(30);
+  Commands next;
+  next.compare = Comparison::next_method;
+  flight.simulation.advance_frame(next, nullptr);
+  EXPECT_EQ(flight.view().message, "");
+  ASSERT_EQ(flight.view().old_flights->size(), 1U);
+  EXPECT_EQ(flight.view().old_flights->front().points_m.size(), 81U);
+  EXPECT_TRUE(flight.view().old_flights->front().energy_drift());
+  EXPECT_EQ(flight.view().history->latest(), 1);
+}
+
+TEST(SeekInThePast, NeedsAMoment) {
+  Simulation simulation(scene_of(Method::impulse), make_cpu_backend(1));
+  simulation.advance_frame({}, nullptr);
+  const std::uint64_t hash = simulation.backend().state_hash();
+  Commands commands;
+  commands.seek_s = 0.0;
+  simulation.advance_frame(commands, nullptr);
+  EXPECT_NE(simulation.view().message.find("there is no checkpoint"), std::string::npos);
+  commands.seek_s.reset();
+  commands.hold = true;
+  EXPECT_FALSE(simulation.view().sought_s);
+  EXPECT_NE(simulation.backend().state_hash(), hash) << "it goes on";
+}
+
+// A person who drags the bar, changes settings and presses keys, in a window that cuts its frames.
+Commands wild_commands(std::mt19937_64& random, const FrameView& view) {
+  Commands commands;
+  const auto edit = [&](auto&& change) {
+    commands.settings = view.asked ? *view.asked : *view.settings;
+    change(*commands.settings);
+  };
+  const double latest_s = view.history->time_at(view.history->latest());
+  switch (random() % 60) {
+    case 0:
+      edit([](Settings& s) { s.restitution = s.restitution > 0.8 ? 0.7 : 0.9; });
+      break;
+    case 1:
+      edit([](Settings& s) { s.method = s.method == Method::exact ? Method::impulse : Method::exact; });
+      break;
+    case 2:
+      commands.back = true;
+      break;
+    case 3:
+      commands.time_scale_factor = view.settings->time_scale > 0.05 ? 0.5 : 2.0;
+      break;
+    case 4:
+      commands.compare = random() % 4 == 0 ? Comparison::next_method : Comparison::none;
+      break;
+    case 5:
+      commands.launch = random() % 4 == 0;
+      break;
+    case 6:
+      commands.reset = random() % 8 == 0;
+      break;
+    case 7:
+      commands.hold = true;
+      break;
+    case 8:
+    case 9:
+    case 10:
+      commands.seek_s = latest_s * static_cast<double>(random() % 101) / 100.0;
+      commands.hold = true;
+      break;
+    case 11:
+      if (random() % 4 == 0) edit([](Settings& s) { s.num_parcels = s.num_parcels > 500 ? 400 : 600; });
+      break;
+    default:
+      break;
+  }
+  return commands;
+}
+
+TEST(SeekLog, ReplaysToTheSameStates) {
+  int num_seeks = 0;
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    TemporaryFolder folder;
+    const auto file = folder.path() / "a.toml";
+    std::mt19937_64 random(seed);
+    Settings settings = scene_of(Method::impulse);
+    settings.frame_budget_ms = seed % 2 == 0 ? kLeast_ms : 50.0;
+    Simulation simulation(settings, make_cpu_backend(2));
+    simulation.keep_checkpoints();
+    simulation.keep_to_budget();
+    InputLog log(simulation, "cpu");
+    log.open(file);
+    const int num_pictures = seed % 2 == 0 ? 3000 : 400;
+    for (int picture = 0; picture < num_pictures || simulation.view().unfinished; ++picture) {
+      const Commands commands =
+          simulation.admit(picture < num_pictures ? wild_commands(random, simulation.view()) : Commands{});
+      log.begin_frame(commands, simulation);
+      simulation.begin_frame(commands, nullptr);
+      simulation.finish_frame();
+      log.end_frame(simulation);
+    }
+    log.close_all(simulation);
+    for (const LoggedFrame& frame : read_log(file).frames) num_seeks += frame.seek_s ? 1 : 0;
+    const Flown flown = fly_again(file, make_cpu_backend(1));
+    EXPECT_EQ(flown.hash, simulation.backend().state_hash()) << "seed " << seed;
+    EXPECT_EQ(flown.report["same"], true) << flown.summary << ", seed " << seed;
+    EXPECT_GT(flown.report["checks"], 1) << "seed " << seed;
+  }
+  EXPECT_GT(num_seeks, 40);
+}
+
+}  // namespace
+}  // namespace pf::test
