@@ -56,8 +56,11 @@ const Checkpoint* Checkpoints::newest_until(std::int64_t frame) const {
   return found == kept_.rend() ? nullptr : &*found;
 }
 
-void Checkpoints::drop_after(std::int64_t frame) {
-  while (!kept_.empty() && kept_.back().frame > frame) kept_.pop_back();
+void Checkpoints::drop_after(std::int64_t frame, std::size_t num_changes) {
+  const auto is_later = [&](const Checkpoint& one) {
+    return one.frame > frame || (one.frame == frame && one.num_changes > num_changes);
+  };
+  while (!kept_.empty() && is_later(kept_.back())) kept_.pop_back();
 }
 
 }  // namespace pf

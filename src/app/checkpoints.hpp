@@ -41,8 +41,8 @@ class Checkpoints {
   void keep(Checkpoint checkpoint);
   // The newest one at or before a frame from which the flight goes on as it did; null: none.
   const Checkpoint* newest_until(std::int64_t frame) const;
-  // Forgets those after a frame.
-  void drop_after(std::int64_t frame);
+  // Forgets those after a frame, and one at it with later changes of the settings.
+  void drop_after(std::int64_t frame, std::size_t num_changes);
   void clear() { kept_.clear(); }
   std::size_t size() const { return kept_.size(); }
   const std::deque<Checkpoint>& kept() const { return kept_; }  // oldest first

@@ -121,10 +121,10 @@ void Simulation::State::fly_to_sought(DrawTarget* target) {
   if (target) draw_again(*target);
 }
 
-// At the latest time reached, changes that were made there belong to the state.
+// Changes that were made there belong to the state.
 void Simulation::State::end_seek() {
   sought.reset();
-  if (history.position() == history.latest()) repeat_changes();
+  repeat_changes();
   ++view.num_flights;
   const std::optional<Settings> wanted = std::exchange(settings_at_sought, std::nullopt);
   if (wanted && !(*wanted == settings)) change_settings(*wanted);
@@ -144,7 +144,7 @@ void Simulation::State::note_change(const Settings& before) {
         fmt::format("The flight goes on from here with the change; {:.2f} s to {:.2f} s are dropped",
                     history.time_at(history.position()), history.time_at(history.latest()));
     latest_flight.reset();
-    if (checkpoints) checkpoints->drop_after(history.position());
+    if (checkpoints) checkpoints->drop_after(history.position(), history.num_changes());
   }
   history.change(before, settings);
 }

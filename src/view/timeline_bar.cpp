@@ -54,15 +54,19 @@ Track track_of(const FrameView& frame, const OverlayPlace& place, Theme theme) {
           bottom - 11.0F * place.scale};
 }
 
-// Hits of the ball in each column of pixels, relative to the column with the most.
+// Hits of the ball in each column of pixels, relative to the column with the most. Of a very long flight a
+// sample of the frames is counted.
 void paint_hits(const Track& track) {
+  constexpr std::size_t kMaxFrames = 20'000;
   const float width = std::max(track.px(2.0F), 2.0F);
   const auto num = static_cast<std::size_t>(std::max((track.right - track.left) / width, 1.0F));
   std::vector<double> hits(num, 0.0);
-  for (const FlownFrame& one : track.history.frames()) {
-    const float share = (track.x_of(one.time_s) - track.left) / (track.right - track.left);
+  const std::vector<FlownFrame>& frames = track.history.frames();
+  const std::size_t stride = 1 + frames.size() / kMaxFrames;
+  for (std::size_t i = 0; i < frames.size(); i += stride) {
+    const float share = (track.x_of(frames[i].time_s) - track.left) / (track.right - track.left);
     hits[std::min(static_cast<std::size_t>(share * static_cast<float>(num)), num - 1)] +=
-        static_cast<double>(one.num_ball_hits);
+        static_cast<double>(frames[i].num_ball_hits);
   }
   const double most = *std::max_element(hits.begin(), hits.end());
   const float foot = track.middle - track.px(0.5F * kTrack_px + 1.0F);

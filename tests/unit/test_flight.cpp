@@ -109,7 +109,7 @@ TEST(Checkpoints, FindTheNewestUntilAFrame) {
   EXPECT_EQ(checkpoints.newest_until(119)->shown_s, 1.0);
   EXPECT_EQ(checkpoints.newest_until(120)->shown_s, 2.0);
   EXPECT_EQ(checkpoints.newest_until(0)->shown_s, 0.0);
-  checkpoints.drop_after(60);
+  checkpoints.drop_after(60, 0);
   EXPECT_EQ(checkpoints.newest_until(500)->shown_s, 1.0);
   Checkpoint rounded = checkpoint_at(3.0, 10);
   rounded.goes_on_as_it_did = false;
@@ -117,6 +117,13 @@ TEST(Checkpoints, FindTheNewestUntilAFrame) {
   EXPECT_EQ(checkpoints.newest_until(500)->shown_s, 1.0);
   checkpoints.clear();
   EXPECT_EQ(checkpoints.newest_until(500), nullptr);
+  Checkpoint changed = checkpoint_at(1.0, 10);
+  changed.num_changes = 1;
+  checkpoints.keep(changed);
+  checkpoints.drop_after(60, 1);
+  EXPECT_EQ(checkpoints.size(), 1U);
+  checkpoints.drop_after(60, 0);
+  EXPECT_EQ(checkpoints.size(), 0U);
 }
 
 TEST(Checkpoints, MemoryLimitsTheirNumber) {

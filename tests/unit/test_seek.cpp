@@ -112,8 +112,11 @@ TEST_P(Seek, RepeatsChangesOfSettingsAtTheirTimes) {
   for (const int frame : {100, 42, 20, 70, 71, 0, last, 64}) {
     flight.seek(frame);
     EXPECT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
-    EXPECT_EQ(flight.simulation.settings().restitution, frame > 20 ? 0.4 : 0.9) << frame;
+    EXPECT_EQ(flight.simulation.settings().restitution, frame >= 20 ? 0.4 : 0.9) << frame;
   }
+  flight.seek(41);
+  EXPECT_EQ(flight.view().ball.spin_radps, -60.0) << "changed at that time";
+  flight.seek(64);
   for (int frame = 65; frame <= last; ++frame) {
     flight.go_on();
     ASSERT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
@@ -169,6 +172,24 @@ TEST(SeekInThePast, AChangeDropsWhatCameLaterAndSaysSo) {
   other.edit([](Settings& s) { s.restitution = 0.2; });
   EXPECT_EQ(flight.hash(), other.hash());
   EXPECT_EQ(flight.view().history->changes().size(), 1U);
+}
+
+// A moment that is kept where the settings were changed has the settings that came then.
+TEST(SeekInThePast, AnotherChangeAtAKeptMomentReplacesTheFirst) {
+  FollowedFlight flight(scene_of(Method::impulse));
+  flight.fly_frames(60);
+  flight.edit([](Settings& s) { s.restitution = 0.2; });
+  flight.fly_frames(20);
+  ASSERT_EQ(flight.view().kept_s.size(), 2U);
+  flight.seek(59);
+  flight.go_on();
+  EXPECT_EQ(flight.simulation.settings().restitution, 0.9) << "the change comes with the next frame";
+  flight.edit([](Settings& s) { s.restitution = 0.5; });
+  const std::uint64_t hash = flight.hash();
+  flight.fly_frames(3);
+  flight.seek(61);
+  EXPECT_EQ(flight.hash(), hash);
+  EXPECT_EQ(flight.simulation.settings().restitution, 0.5);
 }
 
 TEST(SeekInThePast, ALaunchKeepsTheWholeFlight) {
