@@ -16,6 +16,7 @@ struct Checkpoint {
   double shown_s = 0.0;           // frames with a step since the launch, at the frame rate
   bool goes_on_as_it_did = true;  // bit for bit; otherwise a kept moment that is earlier must be used
   Settings settings;
+  Physics physics;                   // its seed is that of the air
   std::optional<double> scene_dt_s;  // before a comparison halved it
   ParcelSnapshot parcels;
   BallState ball;

@@ -22,6 +22,7 @@ void Simulation::State::keep_checkpoint_when_due() {
   now.num_changes = history.num_changes();
   now.shown_s = shown_s;
   now.settings = settings;
+  now.physics = physics;
   now.scene_dt_s = scene_dt_s;
   now.parcels = backend->snapshot();
   now.goes_on_as_it_did = now.parcels.exact || !used_exact;
@@ -41,9 +42,14 @@ void Simulation::State::restore(const Checkpoint& then) {
   if (then.settings.threads != settings.threads) change_threads(then.settings);
   settings = then.settings;
   scene_dt_s = then.scene_dt_s;
-  physics = derive_physics(settings);
+  physics = then.physics;
   ghosts = ghosts_of(settings);
   ball = then.ball;
+  if (!then.parcels.exact && used_exact) {  // the time of method exact begins anew, too
+    const Spawner spawner(settings, physics, ball);
+    backend->reset(physics, spawner.plan(), ball);
+    used_exact = false;
+  }
   backend->set_physics(physics);
   backend->restore(then.parcels);
   if (!then.parcels.exact) backend->set_ball(ball);

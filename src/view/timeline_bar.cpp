@@ -165,6 +165,14 @@ double timeline_span_s(double flown_s, bool has_ended) {
   return kShortest_s * std::pow(kGrowth, steps);
 }
 
+TimelineWish TimelineBar::drag(const FrameView& frame, std::int64_t to_frame) {
+  TimelineWish wish = {std::nullopt, true};
+  const std::int64_t before = dragged_to_.value_or(frame.history->position());
+  if (to_frame != before || (!dragged_to_ && frame.sought_s)) wish.seek_s = frame.history->time_at(to_frame);
+  dragged_to_ = to_frame;
+  return wish;
+}
+
 TimelineWish TimelineBar::edit(const FrameView& frame, const OverlayPlace& place, Theme theme,
                                ControlMap& controls) {
   TimelineWish wish;
@@ -182,12 +190,9 @@ TimelineWish TimelineBar::edit(const FrameView& frame, const OverlayPlace& place
   wish.holds = can_seek && ImGui::IsItemActive();
   if (ImGui::IsItemHovered() && !wish.holds) explain(track, frame);
   if (wish.holds) {
-    const std::int64_t latest = track.history.latest();
     const double wanted_s = track.time_of(ImGui::GetIO().MousePos.x);
-    const std::int64_t to = wanted_s >= track.latest_s() ? latest : track.history.frame_at(wanted_s);
-    const std::int64_t before = dragged_to_.value_or(track.history.position());
-    if (to != before || (!dragged_to_ && frame.sought_s)) wish.seek_s = track.history.time_at(to);
-    dragged_to_ = to;
+    wish =
+        drag(frame, wanted_s >= track.latest_s() ? track.history.latest() : track.history.frame_at(wanted_s));
   } else {
     dragged_to_.reset();
   }

@@ -27,6 +27,8 @@ class TimelineBar {
   TimelineWish edit(const FrameView& frame, const OverlayPlace& place, Theme theme, ControlMap& controls);
 
  private:
+  TimelineWish drag(const FrameView& frame, std::int64_t to_frame);
+
   std::optional<std::int64_t> dragged_to_;  // frame
 };
 

@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <functional>
-#include <random>
 
 #include "app/simulation.hpp"
 #include "model/methods.hpp"
-#include "support/logged_flight.hpp"
-#include "temporary_folder.hpp"
+#include "support/scene_support.hpp"
 
 namespace pf::test {
 namespace {
@@ -220,84 +218,73 @@ TEST(SeekInThePast, NeedsAMoment) {
   EXPECT_NE(simulation.backend().state_hash(), hash) << "it goes on";
 }
 
-// A person who drags the bar, changes settings and presses keys, in a window that cuts its frames.
-Commands wild_commands(std::mt19937_64& random, const FrameView& view) {
-  Commands commands;
-  const auto edit = [&](auto&& change) {
-    commands.settings = view.asked ? *view.asked : *view.settings;
-    change(*commands.settings);
-  };
-  const double latest_s = view.history->time_at(view.history->latest());
-  switch (random() % 60) {
-    case 0:
-      edit([](Settings& s) { s.restitution = s.restitution > 0.8 ? 0.7 : 0.9; });
-      break;
-    case 1:
-      edit([](Settings& s) { s.method = s.method == Method::exact ? Method::impulse : Method::exact; });
-      break;
-    case 2:
-      commands.back = true;
-      break;
-    case 3:
-      commands.time_scale_factor = view.settings->time_scale > 0.05 ? 0.5 : 2.0;
-      break;
-    case 4:
-      commands.compare = random() % 4 == 0 ? Comparison::next_method : Comparison::none;
-      break;
-    case 5:
-      commands.launch = random() % 4 == 0;
-      break;
-    case 6:
-      commands.reset = random() % 8 == 0;
-      break;
-    case 7:
-      commands.hold = true;
-      break;
-    case 8:
-    case 9:
-    case 10:
-      commands.seek_s = latest_s * static_cast<double>(random() % 101) / 100.0;
-      commands.hold = true;
-      break;
-    case 11:
-      if (random() % 4 == 0) edit([](Settings& s) { s.num_parcels = s.num_parcels > 500 ? 400 : 600; });
-      break;
-    default:
-      break;
-  }
-  return commands;
+// The air of a flight that was launched by itself has another seed than the settings.
+TEST(SeekInLaterFlights, LeadsToTheStateOfThen) {
+  Settings settings = scene_of(Method::impulse);
+  settings.time_scale = 1.0;  // it leaves in a second
+  FollowedFlight flight(settings);
+  while (flight.view().history->latest() == 0 || flight.view().flight_record->number == 1)
+    flight.simulation.advance_frame({}, nullptr);
+  flight.hashes = {0};
+  flight.hashes.resize(static_cast<std::size_t>(flight.view().history->position()), 0);
+  flight.hashes.push_back(flight.hash());
+  flight.fly_frames(40);
+  flight.seek(25);
+  EXPECT_EQ(flight.hash(), flight.hashes[25]);
+  Commands next;
+  next.compare = Comparison::next_method;
+  flight.simulation.advance_frame(next, nullptr);
+  flight.hashes = {0, flight.hash()};
+  flight.fly_frames(30);
+  flight.seek(12);
+  EXPECT_EQ(flight.hash(), flight.hashes[12]);
 }
 
-TEST(SeekLog, ReplaysToTheSameStates) {
-  int num_seeks = 0;
-  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
-    TemporaryFolder folder;
-    const auto file = folder.path() / "a.toml";
-    std::mt19937_64 random(seed);
-    Settings settings = scene_of(Method::impulse);
-    settings.frame_budget_ms = seed % 2 == 0 ? kLeast_ms : 50.0;
-    Simulation simulation(settings, make_cpu_backend(2));
-    simulation.keep_checkpoints();
-    simulation.keep_to_budget();
-    InputLog log(simulation, "cpu");
-    log.open(file);
-    const int num_pictures = seed % 2 == 0 ? 3000 : 400;
-    for (int picture = 0; picture < num_pictures || simulation.view().unfinished; ++picture) {
-      const Commands commands =
-          simulation.admit(picture < num_pictures ? wild_commands(random, simulation.view()) : Commands{});
-      log.begin_frame(commands, simulation);
-      simulation.begin_frame(commands, nullptr);
-      simulation.finish_frame();
-      log.end_frame(simulation);
-    }
-    log.close_all(simulation);
-    for (const LoggedFrame& frame : read_log(file).frames) num_seeks += frame.seek_s ? 1 : 0;
-    const Flown flown = fly_again(file, make_cpu_backend(1));
-    EXPECT_EQ(flown.hash, simulation.backend().state_hash()) << "seed " << seed;
-    EXPECT_EQ(flown.report["same"], true) << flown.summary << ", seed " << seed;
-    EXPECT_GT(flown.report["checks"], 1) << "seed " << seed;
+// As a backend that keeps positions only.
+class ForgetfulBackend final : public Backend {
+ public:
+  std::string name() const override { return "cpu"; }
+  std::string device() const override { return real_->device(); }
+  void reset(const Physics& p, const SpawnPlan& plan, const BallState& b) override {
+    real_->reset(p, plan, b);
   }
-  EXPECT_GT(num_seeks, 40);
+  void set_physics(const Physics& p) override { real_->set_physics(p); }
+  void set_ball(const BallState& b) override { real_->set_ball(b); }
+  void restore(const ParcelSnapshot& s) override { real_->restore(s); }
+  void submit(const StepRequest& r) override { real_->submit(r); }
+  StepReport collect() override { return real_->collect(); }
+  void draw(const DrawBuffers& b) override { real_->draw(b); }
+  ParcelSnapshot snapshot() override {
+    ParcelSnapshot positions = real_->snapshot();
+    positions.exact = nullptr;
+    return positions;
+  }
+  Measures measure() override { return real_->measure(); }
+  std::uint64_t state_hash() override { return real_->state_hash(); }
+  std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
+  double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
+  double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
+
+ private:
+  std::unique_ptr<Backend> real_ = make_cpu_backend(1);
+};
+
+TEST(SeekWithoutTrajectories, FliesFromTheLaunchOrRefuses) {
+  FollowedFlight flight(scene_of(Method::exact), std::make_unique<ForgetfulBackend>());
+  flight.fly_frames(130);
+  for (const int frame : {100, 120, 30}) {
+    flight.seek(frame);
+    EXPECT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
+  }
+  Commands commands;
+  commands.launch = true;  // into air that has moved
+  flight.simulation.advance_frame(commands, nullptr);
+  for (int k = 0; k < 10; ++k) flight.go_on();
+  commands = {};
+  commands.seek_s = 0.0;
+  flight.simulation.advance_frame(commands, nullptr);
+  EXPECT_NE(flight.view().message.find("keeps no trajectories"), std::string::npos) << flight.view().message;
+  EXPECT_FALSE(flight.view().sought_s);
 }
 
 }  // namespace
