@@ -34,7 +34,8 @@ vec3 floor_color(vec2 p) {
   vec3 apron = mix(vec3(0.067, 0.129, 0.149), vec3(0.827, 0.867, 0.859), view.light);
   vec3 court = mix(vec3(0.058, 0.158, 0.228), vec3(0.902, 0.933, 0.957), view.light);
   vec3 zone = mix(vec3(0.066, 0.205, 0.222), vec3(0.871, 0.922, 0.910), view.light);
-  vec3 c = mix(outside, apron, cover(box(p, kHalfPlay - 0.25) - 0.25));
+  // The floor has no edge: beyond the room for play its light fades.
+  vec3 c = mix(apron, outside, smoothstep(-0.5, 7.0, box(p, kHalfPlay)));
   c = mix(c, court, cover(box(p, kHalfCourt)));
   return mix(c, zone, cover(box(p, vec2(kZone, kHalfCourt.y))));
 }

@@ -1,8 +1,9 @@
-// Checkpoints of the current flight, kept in memory for jumps back.
+// Moments of the current flight that are kept in memory: it can be flown again from each.
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <optional>
 
 #include "app/flight.hpp"
 #include "backend/backend.hpp"
@@ -10,7 +11,13 @@
 namespace pf {
 
 struct Checkpoint {
-  double shown_s = 0.0;  // frames with a step since the launch, at the frame rate
+  std::int64_t frame = 0;         // of FlightHistory
+  std::size_t num_changes = 0;    // of the settings, made until then
+  double shown_s = 0.0;           // frames with a step since the launch, at the frame rate
+  bool goes_on_as_it_did = true;  // bit for bit; otherwise a kept moment that is earlier must be used
+  Settings settings;
+  Physics physics;                   // its seed is that of the air
+  std::optional<double> scene_dt_s;  // before a comparison halved it
   ParcelSnapshot parcels;
   BallState ball;
   StepTotals totals;
@@ -23,8 +30,9 @@ struct Checkpoint {
 
 class Checkpoints {
  public:
-  // Keeps at most 8 checkpoints and max_bytes, at least a second apart. Large snapshots are taken less often,
-  // because the picture stands still meanwhile.
+  // Keeps at most 16 checkpoints and max_bytes, at least a second apart. Large snapshots are taken less
+  // often, because the picture stands still meanwhile. The first one stays; where there are too many, those
+  // that are nearest to each other go.
   explicit Checkpoints(std::uint64_t max_bytes = 1'000'000'000) : max_bytes_(max_bytes) {}
 
   static std::uint64_t bytes_of(std::size_t num_parcels);
@@ -32,15 +40,19 @@ class Checkpoints {
   std::size_t max_count(std::size_t num_parcels) const;
   bool is_due(double shown_s, std::size_t num_parcels) const;
   void keep(Checkpoint checkpoint);
-  // The newest checkpoint at least half a second before shown_s, otherwise the oldest; null if there is none.
-  // Drops all later ones.
-  const Checkpoint* back_from(double shown_s);
+  // The newest one at or before a frame from which the flight goes on as it did; null: none.
+  const Checkpoint* newest_until(std::int64_t frame) const;
+  // Forgets those after a frame, and one at it with later changes of the settings.
+  void drop_after(std::int64_t frame, std::size_t num_changes);
   void clear() { kept_.clear(); }
   std::size_t size() const { return kept_.size(); }
+  const std::deque<Checkpoint>& kept() const { return kept_; }  // oldest first
 
  private:
+  void thin_out();
+
   std::uint64_t max_bytes_;
-  std::deque<Checkpoint> kept_;  // oldest first
+  std::deque<Checkpoint> kept_;
 };
 
 }  // namespace pf

@@ -7,7 +7,8 @@ bool starts_anew(const Commands& c) { return c.reset || !c.scene.empty() || c.re
 bool changes_anything(const Commands& c) { return c.single_step || !only_steps(c); }
 
 bool only_steps(const Commands& c) {
-  const bool presses = c.toggle_pause || c.launch || c.hold || c.back || c.time_scale_factor != 1.0;
+  const bool presses =
+      c.toggle_pause || c.launch || c.hold || c.back || c.seek_s || c.time_scale_factor != 1.0;
   const bool flies = c.fly || c.compare != Comparison::none;
   return !presses && !flies && !starts_anew(c) && !c.settings && c.save_scene.empty();
 }
@@ -19,6 +20,7 @@ Commands joined(Commands all, const Commands& later) {
   if (later.fly) all.fly = later.fly;
   if (later.compare != Comparison::none) all.compare = later.compare;
   if (!later.save_scene.empty()) all.save_scene = later.save_scene;
+  if (later.seek_s) all.seek_s = later.seek_s;
   if (later.max_steps) all.max_steps = later.max_steps;
   all.toggle_pause = all.toggle_pause != later.toggle_pause;
   all.single_step = all.single_step || later.single_step;

@@ -28,14 +28,21 @@ namespace fs = std::filesystem;
   throw DeviceError(fmt::format("film: {} failed: {}", call, std::strerror(error)));
 }
 
+// An animated picture: its ffmpeg encoder, "" for a film.
+std::string clip_encoder(const fs::path& file) {
+  if (file.extension() == ".gif") return "gif";
+  return file.extension() == ".webp" ? "libwebp_anim" : "";
+}
+
 bool is_mp4(const fs::path& file) { return file.extension() == ".mp4" || file.extension() == ".MP4"; }
 
 void check_file(const fs::path& file, int width_px, int height_px, double frame_rate_hz) {
   assert(width_px > 0 && height_px > 0 && frame_rate_hz > 0.0);
   (void)width_px, (void)height_px, (void)frame_rate_hz;
   const bool is_mkv = file.extension() == ".mkv" || file.extension() == ".MKV";
-  if (!is_mp4(file) && !is_mkv) {
-    throw UserError(fmt::format("film {}: the file must end in .mp4 or .mkv", in_quotes(file.string())));
+  if (!is_mp4(file) && !is_mkv && clip_encoder(file).empty()) {
+    throw UserError(
+        fmt::format("film {}: the file must end in .mp4, .mkv, .gif or .webp", in_quotes(file.string())));
   }
   std::error_code ignored;
   if (file.has_parent_path() && !fs::is_directory(file.parent_path(), ignored)) {
@@ -72,31 +79,50 @@ Arguments operator+(Arguments all, const Arguments& more) {
   return all;
 }
 
+// Raw frames through standard input.
+Arguments input_arguments(int width_px, int height_px, double frame_rate_hz) {
+  return {"-f",
+          "rawvideo",
+          "-pixel_format",
+          "rgba",
+          "-video_size",
+          fmt::format("{}x{}", width_px, height_px),
+          "-framerate",
+          fmt::format("{}", frame_rate_hz),
+          "-i",
+          "pipe:0",
+          "-an"};
+}
+
+// A GIF has 256 colours, chosen for what moves in it.
+Arguments clip_arguments(const std::string& encoder) {
+  if (encoder != "gif") return {"-vf", "vflip,format=rgb24", "-c:v", encoder, "-quality", "80", "-loop", "0"};
+  return {"-vf",
+          "vflip,format=rgb24,split[a][b];[a]palettegen=stats_mode=diff[p];"
+          "[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle",
+          "-c:v",
+          "gif",
+          "-loop",
+          "0"};
+}
+
 Arguments ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double frame_rate_hz,
                            const std::string& encoder) {
+  const Arguments input = input_arguments(width_px, height_px, frame_rate_hz);
+  // Without "file:", ffmpeg would interpret a colon or a leading dash in the name.
+  const Arguments output = {"-flush_packets", "1", "file:" + file.string()};
+  if (!clip_encoder(file).empty()) return kQuiet + input + clip_arguments(encoder) + output;
   // yuv420p halves both sides, so that an odd side gets a black column or row.
   const bool is_odd = width_px % 2 != 0 || height_px % 2 != 0;
-  const Arguments input = {"-f",
-                           "rawvideo",
-                           "-pixel_format",
-                           "rgba",
-                           "-video_size",
-                           fmt::format("{}x{}", width_px, height_px),
-                           "-framerate",
-                           fmt::format("{}", frame_rate_hz),
-                           "-i",
-                           "pipe:0",
-                           "-an",
-                           "-vf",
-                           (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kToVideoColors};
+  const Arguments picture = {"-vf",
+                             (is_odd ? "vflip,pad=ceil(iw/2)*2:ceil(ih/2)*2," : "vflip,") + kToVideoColors};
   // A fragment ends at a key frame. Frames after the last one are lost if ffmpeg dies.
   const Arguments frames = {"-c:v",     encoder,  "-g", fmt::format("{:.0f}", std::ceil(frame_rate_hz)),
                             "-pix_fmt", "yuv420p"};
   const Arguments mp4 = {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"};
   const Arguments mkv = {"-f", "matroska"};
-  // Without "file:", ffmpeg would interpret a colon or a leading dash in the name.
-  return kQuiet + input + frames + kColors + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
-         Arguments{"-flush_packets", "1", "file:" + file.string()};
+  return kQuiet + input + picture + frames + kColors + quality_of(encoder) + (is_mp4(file) ? mp4 : mkv) +
+         output;
 }
 
 bool encodes_trial(const std::string& encoder) {
@@ -162,7 +188,8 @@ Encoder::Encoder(const fs::path& file, int width_px, int height_px, double frame
   const Descriptor child_input(ends[1]);
   const std::size_t frame_bytes =
       4 * static_cast<std::size_t>(width_px) * static_cast<std::size_t>(height_px);
-  const std::string encoder = h264_encoder();
+  const std::string clip = clip_encoder(file);
+  const std::string encoder = clip.empty() ? h264_encoder() : clip;
   process_.reset(new Process{
       file.string(),
       encoder,

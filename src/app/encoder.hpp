@@ -20,6 +20,7 @@ std::string h264_encoder();
 
 class Encoder final : public FrameSink {
  public:
+  // An animated picture, .gif or .webp, or
   // H.264 in a container chosen by the file's ending (.mp4, .mkv), in yuv420p, which all players support. If
   // the program or ffmpeg dies, the film stays playable up to the last whole second that was encoded
   // (fragmented mp4, a key frame every second). Throws UserError if ffmpeg or the file's folder is missing,

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
+#include <cctype>
 #include <optional>
 
 namespace pf {
@@ -48,6 +50,23 @@ fs::path frames_instead_of(const fs::path& film) {
 fs::path log_beside(const fs::path& film) {
   if (!is_frame_pattern(film)) return film.string() + ".toml";
   return film.has_parent_path() ? film.parent_path().string() + ".toml" : "frames.toml";
+}
+
+fs::path numbered(const fs::path& file, int number) {
+  if (number == 1) return file;
+  const fs::path folder = file.parent_path();
+  if (is_frame_pattern(file))
+    return fs::path(fmt::format("{}-{}", folder.string(), number)) / file.filename();
+  return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
+}
+
+std::string file_part(std::string name) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
+  };
+  std::replace_if(
+      name.begin(), name.end(), [&](char c) { return !is_plain(c); }, '_');
+  return name.empty() ? "scene" : name;
 }
 
 }  // namespace pf

@@ -1,7 +1,8 @@
-// File names of a film's frames and log.
+// File names of films with their frames and logs, of pictures and clips.
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace pf {
 
@@ -17,5 +18,11 @@ std::filesystem::path frames_instead_of(const std::filesystem::path& film);
 
 // Log of inputs of a film: flight.mp4.toml, or FOLDER.toml for the frames in FOLDER.
 std::filesystem::path log_beside(const std::filesystem::path& film);
+
+// NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
+std::filesystem::path numbered(const std::filesystem::path& file, int number);
+
+// A scene's name as part of a file's.
+std::string file_part(std::string name);
 
 }  // namespace pf

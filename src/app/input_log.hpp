@@ -24,6 +24,7 @@ struct LoggedFrame {
   std::optional<BallLaunch> fly;
   Comparison compare = Comparison::none;
   double time_scale_factor = 1.0;
+  std::optional<double> seek_s;            // Commands::seek_s
   std::optional<std::uint32_t> max_steps;  // of the frame, which inputs have ended; none: all
   std::string hash;                        // of the state after the frame; empty: none
 };
@@ -47,6 +48,9 @@ struct CommandSwitch {
   bool Commands::*member;
 };
 std::vector<CommandSwitch> command_switches();
+
+// In the order of Comparison.
+const std::vector<std::string>& comparison_names();
 
 // Writes logs of the run, to any number of files, each opened and closed at any frame. A file is complete
 // after each frame, so that it is usable if the program dies.
@@ -78,6 +82,7 @@ class InputLog {
 
   void note_inputs(const Simulation& simulation);
   void complete_frame(Simulation& simulation);
+  void end_early(Simulation& simulation);
   void note(const LoggedFrame& frame);
   void write(File& file, const std::string& text);
 
@@ -89,6 +94,7 @@ class InputLog {
   bool is_hash_due_ = false;
   // State of the current frame.
   bool is_open_ = false;  // its steps were not all done in its last picture
+  bool is_seek_ = false;  // a jump in time, which may take several pictures
   LoggedFrame frame_;
   Settings settings_before_;
   std::optional<Settings> asked_;

@@ -15,12 +15,14 @@ inline constexpr KeyRow kMouseRows[] = {
     {"drag the ball, or its start (a ring shows it)", "pull back and let fly; speed in m/s and mph"},
     {"the same with Shift", "up and down: spin in rad/s and rpm"},
     {"drag elsewhere, right drag", "pan"},
-    {"wheel / double click", "zoom at the pointer / fit the view"}};
+    {"wheel / double click", "zoom at the pointer / fit the view"},
+    {"drag on the bar below the scene", "back and forth through this flight"},
+    {"drop a scene file", "load it"}};
 
 inline constexpr KeyRow kKeyRows[] = {
     {"space / S", "pause, go on / one frame, while paused"},
     {"[ ] (or , .)", "half, double time scale, down to 1/1000"},
-    {"B", "back by about a second of this flight, and says to what time; again: further"},
+    {"B", "back by a second of this flight, and says to what time; again: further"},
     {"R / L", "back to the start / launch again, the air as it is"},
     {"M", "the same launch with the next method; both stay"},
     {"Shift+M", "the same launch with half the time step; again: with the scene's"},
@@ -34,6 +36,7 @@ inline constexpr KeyRow kKeyRows[] = {
     {"PgDn / PgUp", "next / previous cue"},
     {"Ctrl+Z", "undo the last change of a setting, step by step"},
     {"Ctrl+Y or Ctrl+Shift+Z", "redo it"},
+    {"F10", "the last seconds as an animated GIF or WebP"},
     {"E", "measure what each term of the model costs"},
     {"F1 or ?", "all keys on a card; again or Esc: closes it"},
     {"Esc", "close a menu; leave off aiming; leave full screen; twice: quit"}};

@@ -108,6 +108,12 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
            one_of("overlay of times and figures at the lower edge", kOverlayNames));
   add_text(app, "--ui-scale", typed.ui_scale, "X",
            fmt::format("size of text and overlay; {} to {}; default 1", kMinUiScale, kMaxUiScale));
+  add_text(
+      app, "--clip", typed.clip, "N",
+      fmt::format("keep the last N seconds from the start, for F10; 1 to {}; default 5, kept from the start "
+                  "where a GPU draws, else from the first F10",
+                  kMaxClip_s));
+  add_text(app, "--clip-format", typed.clip_format, "NAME", one_of("animated picture by F10", kClipFormats));
   app.add_flag_callback(
       "--no-vsync", [&options] { options.vsync = false; }, "do not wait for the screen's refresh");
   app.add_flag("--full-screen", options.full_screen, "fill the screen with the window");

@@ -24,6 +24,9 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   if (typed.theme) options.theme = name_of("--theme", *typed.theme, kThemeNames);
   if (typed.color_map) options.color_map = name_of("--color-map", *typed.color_map, kColorMapNames);
   if (typed.overlay) options.overlay = name_of("--overlay", *typed.overlay, kOverlayNames);
+  if (typed.clip) options.clip_s = whole_number("--clip", *typed.clip, 1, kMaxClip_s);
+  options.keep_clip = typed.clip.has_value();
+  if (typed.clip_format) options.clip_format = name_of("--clip-format", *typed.clip_format, kClipFormats);
   if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
   if (options.paused && options.headless)
     throw UserError(

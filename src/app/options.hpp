@@ -19,6 +19,8 @@ enum class Command { run, bench, scenes, lab };
 inline const std::vector<std::string> kThemeNames = {"dark", "light"};
 inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
 inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
+inline const std::vector<std::string> kClipFormats = {"gif", "webp"};
+constexpr int kMaxClip_s = 15;
 constexpr double kMinUiScale = 0.75;
 constexpr double kMaxUiScale = 3.0;
 
@@ -68,7 +70,10 @@ struct Options {
   double ui_scale = 1.0;              // --ui-scale: size of text and overlay, kMinUiScale to kMaxUiScale
   std::filesystem::path overlay_csv;  // --overlay-csv FILE: figures of the overlay, one line per frame
   std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings before the run
-  int width_px = 1280;                // --size WxH
+  int clip_s = 5;                     // --clip N: length of what F10 writes
+  bool keep_clip = false;  // it is kept from the start; else where a GPU draws, or from the first F10
+  std::string clip_format = "gif";  // --clip-format
+  int width_px = 1280;              // --size WxH
   int height_px = 720;
   int warmup_frames = 0;  // excluded from the means in the report
   // bench

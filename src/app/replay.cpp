@@ -15,6 +15,7 @@ Commands Replay::commands(const Settings& current) const {
     if (frame.restart) commands.restart = frame.restart;
     if (frame.fly) commands.fly = frame.fly;
     if (frame.compare != Comparison::none) commands.compare = frame.compare;
+    if (frame.seek_s) commands.seek_s = frame.seek_s;
     if (frame.max_steps) commands.max_steps = frame.max_steps;
     commands.time_scale_factor *= frame.time_scale_factor;
     if (!frame.edits.empty()) {

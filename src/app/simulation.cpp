@@ -58,7 +58,8 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   step_ms = 0.0;
   physics = derived;
   ball = around;
-  if (checkpoints) checkpoints->clear();
+  used_exact = false;
+  begin_history();
 }
 
 // Continues with another backend from the start of the scene, because the state was lost with the device.
@@ -88,7 +89,13 @@ void Simulation::State::update_view() {
   view.backend = backend->name();
   view.memory_bytes = backend->memory_bytes();
   view.waits = !launches_by_itself();
-  view.unfinished = frame.has_value();
+  view.unfinished = frame || sought;
+  view.history = &history;
+  view.kept_s.clear();
+  if (checkpoints) {
+    for (const Checkpoint& kept : checkpoints->kept()) view.kept_s.push_back(history.time_at(kept.frame));
+  }
+  view.sought_s = sought ? std::optional(history.time_at(*sought)) : std::nullopt;
   view.asked = waiting.settings ? &*waiting.settings : nullptr;
   view.waits_for_step = changes_anything(waiting);
 }
@@ -111,6 +118,7 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   view.frame_totals = {};
   view.min_bytes_moved = 0.0;
   mapping = {};
+  if (sought) return fly_to_sought(target);
   const bool is_landed = view.flight == Flight::landed;
   const bool is_new = view.num_scenes != scenes_before;  // its initial state is shown and measured
   const bool steps = !is_new && !commands.hold && ((!view.paused && !is_landed) || commands.single_step);

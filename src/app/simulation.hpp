@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/flight.hpp"
+#include "app/flight_history.hpp"
 #include "backend/backend.hpp"
 #include "scene/derive.hpp"
 #include "scene/settings.hpp"
@@ -38,7 +39,8 @@ struct Commands {
   std::optional<BallLaunch> fly;  // launch the ball like this, into fresh air of the scene's seed
   Comparison compare = Comparison::none;
   bool hold = false;                       // no step in this frame
-  bool back = false;                       // go back to an earlier checkpoint of the flight
+  bool back = false;                       // go back by a second of display, with the present settings
+  std::optional<double> seek_s;            // go to this time of the flight, as it was flown; since its launch
   double time_scale_factor = 1.0;          // multiplies run.time_scale
   std::string save_scene;                  // write the settings as a scene file of this name; empty: no
   std::optional<std::uint32_t> max_steps;  // of this frame, for a replay; none: as planned
@@ -58,7 +60,7 @@ struct FrameView {
   const std::deque<FlightRecord>* old_flights = nullptr;  // newest first
   const std::vector<Ghost>* ghosts = nullptr;             // of the current launch
   bool half_step = false;                                 // a comparison halved the scene's step
-  std::int64_t num_flights = 0;                           // launches and jumps back so far
+  std::int64_t num_flights = 0;                           // launches and jumps in time so far
   std::uint32_t num_parcels = 0;
   std::uint64_t memory_bytes = 0;  // of the backend
   double min_bytes_moved = 0.0;    // by the last frame's steps (Backend::min_bytes_moved)
@@ -67,12 +69,15 @@ struct FrameView {
   std::uint32_t steps_per_frame = 0;
   double slow_motion = 0.0;  // simulated over wall time
   // The steps of a frame may be worked off in several pictures (Simulation::keep_to_budget).
-  std::uint32_t num_pictures = 1;   // of a frame
-  bool unfinished = false;          // the next picture goes on with the steps of this frame
-  bool mid_step = false;            // the last step, too, is unfinished
-  std::uint32_t num_done = 0;       // steps of the frame
-  const Settings* asked = nullptr;  // settings that wait for the end of a step; null: none
-  bool waits_for_step = false;      // there are such settings, or other commands
+  std::uint32_t num_pictures = 1;          // of a frame
+  bool unfinished = false;                 // the next picture goes on with the steps of this frame
+  bool mid_step = false;                   // the last step, too, is unfinished
+  std::uint32_t num_done = 0;              // steps of the frame
+  const Settings* asked = nullptr;         // settings that wait for the end of a step; null: none
+  bool waits_for_step = false;             // there are such settings, or other commands
+  const FlightHistory* history = nullptr;  // of the current flight, to the latest time reached
+  std::vector<double> kept_s;              // times of the moments that are kept
+  std::optional<double> sought_s;          // the flight is being flown again, to this time
   bool paused = false;
   Flight flight = Flight::flying;
   bool waits = false;            // a landed ball is not launched again automatically
@@ -110,8 +115,8 @@ class Simulation {
     finish_frame();
   }
 
-  // Keeps checkpoints of the flight from now on, for Commands::back. Initially off: they cost memory and
-  // time.
+  // Keeps checkpoints of the flight from now on, for Commands::back and seek_s. Initially off: they cost
+  // memory and time.
   void keep_checkpoints();
 
   // make: creates another backend if the device fails. Without it the caller gets the DeviceError. The scene

@@ -84,7 +84,8 @@ void Simulation::State::restart(Settings with) {
 // positions, restarts. It restarts on a device, too, so that a log gives the same flight everywhere.
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
-  const ParcelSnapshot parcels = backend->snapshot();
+  ParcelSnapshot parcels = backend->snapshot();
+  parcels.exact = nullptr;  // so that every backend goes on alike
   if (backend->name() == "cpu") {
     check_room(with, 0);
     std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
@@ -99,7 +100,9 @@ void Simulation::State::change_threads(const Settings& with) {
 void Simulation::State::scale_time(double factor) {
   const double max = find_field("run.time_scale", "keys").max;
   const double min = std::min(kMinKeyTimeScale, settings.time_scale);
+  const Settings before = settings;
   settings.time_scale = std::clamp(settings.time_scale * factor, min, max);
+  note_change(before);
 }
 
 void Simulation::State::save_scene(const std::string& name) {
@@ -110,7 +113,7 @@ void Simulation::State::save_scene(const std::string& name) {
 
 // Throws UserError if a command cannot be executed.
 void Simulation::State::apply_commands(const Commands& commands) {
-  if (commands.settings) apply_settings(*commands.settings);
+  if (commands.settings) change_settings(*commands.settings);
   if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
   if (commands.reset) reset(settings);
   if (!commands.scene.empty()) change_scene(commands.scene);
@@ -118,13 +121,14 @@ void Simulation::State::apply_commands(const Commands& commands) {
   if (commands.fly) fly(*commands.fly);
   if (commands.compare != Comparison::none) compare(commands.compare);
   if (commands.back) go_back();
+  if (commands.seek_s) seek(*commands.seek_s);
   if (!commands.save_scene.empty()) save_scene(commands.save_scene);
 }
 
 void Simulation::State::execute(const Commands& commands) {
   const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
-                       commands.back || commands.compare != Comparison::none || !commands.scene.empty() ||
-                       !commands.save_scene.empty();
+                       commands.back || commands.seek_s || commands.compare != Comparison::none ||
+                       !commands.scene.empty() || !commands.save_scene.empty();
   if (changes) {
     view.message.clear();
     view.notice.clear();

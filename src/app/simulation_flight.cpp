@@ -1,4 +1,4 @@
-// Flights of a simulation: launches, comparisons, the path so far, and jumps back.
+// Flights of a simulation: launches, comparisons, and the path so far.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,10 +26,22 @@ void Simulation::State::launch(bool fresh_air) {
   by_hand = false;
 }
 
-// Records the final energy. Call before the air is spawned anew.
+// Records the final energy. Call before the air is spawned anew. A flight that is shown at an earlier time is
+// recorded as far as it got.
 void Simulation::State::end_flight() {
+  if (history.is_past() && latest_flight) flight = *latest_flight;
+  if (history.is_past()) return;
   if (physics.ball.exists && flight.points_m.size() > 1 && !flight.end_energy_j)
     flight.end_energy_j = backend->measure().energy_j();
+}
+
+// Of what can be flown again: from now on.
+void Simulation::State::begin_history() {
+  if (checkpoints) checkpoints->clear();
+  history.begin(view.simulated_s - launched_at_s);
+  latest_flight.reset();
+  sought.reset();
+  settings_at_sought.reset();
 }
 
 void Simulation::State::keep_old_flight() {
@@ -64,7 +76,8 @@ void Simulation::State::begin_flight(bool fresh_air) {
   view.ball_distance_m = 0.0;
   landed_for_s = 0.0;
   shown_s = 0.0;
-  if (checkpoints) checkpoints->clear();
+  launched_at_s = view.simulated_s;
+  begin_history();
   ghosts = ghosts_of(settings);
   ++view.num_flights;
   follow_ball();
@@ -172,35 +185,6 @@ bool Simulation::State::launches_by_itself() const {
   return settings.relaunch && !by_hand && !is_compared;
 }
 
-void Simulation::State::keep_checkpoint_when_due() {
-  if (!checkpoints || !checkpoints->is_due(shown_s, physics.parcels.num)) return;
-  checkpoints->keep({shown_s, backend->snapshot(), ball, view.totals, view.simulated_s, view.ball_distance_m,
-                     collision_rate_per_s, view.flight == Flight::landed, flight});
-}
-
-// Restores parcels, ball, totals and path. Keeps the current settings.
-void Simulation::State::go_back() {
-  const Checkpoint* checkpoint = checkpoints ? checkpoints->back_from(shown_s) : nullptr;
-  if (checkpoint == nullptr) {
-    throw UserError(fmt::format("back: there is no checkpoint{}",
-                                checkpoints && checkpoints->max_count(physics.parcels.num) == 0
-                                    ? " with so many parcels; give fewer"
-                                    : " yet; let it run"));
-  }
-  backend->restore(checkpoint->parcels);
-  ball = checkpoint->ball;
-  backend->set_ball(ball);
-  view.totals = checkpoint->totals;
-  view.simulated_s = checkpoint->simulated_s;
-  view.ball_distance_m = checkpoint->ball_distance_m;
-  view.flight = checkpoint->landed ? Flight::landed : Flight::flying;
-  collision_rate_per_s = checkpoint->collision_rate_per_s;
-  landed_for_s = 0.0;
-  shown_s = checkpoint->shown_s;
-  flight = checkpoint->flight;
-  ++view.num_flights;
-}
-
 void Simulation::State::follow_ball() {
   if (!physics.ball.exists) return;
   const bool is_first = flight.points_m.empty();
@@ -215,7 +199,6 @@ void Simulation::State::follow_ball() {
       flight.times_s.clear();
     }
   }
-  if (is_first) launched_at_s = view.simulated_s;
   flight.points_m.push_back(to_float(ball.position_m));
   flight.times_s.push_back(view.simulated_s - launched_at_s);
 }

@@ -14,8 +14,10 @@ namespace pf {
 
 Commands Simulation::State::admit(const Commands& wanted) {
   waiting = joined(waiting, wanted);
+  if (sought) return admit_while_seeking();
   if (frame) {
-    const bool is_in_step = frame->mid_step && !(starts_anew(waiting) && can_start_anew());
+    const bool must_complete = frame->mid_step || history.next_frame() != nullptr;
+    const bool is_in_step = must_complete && !(starts_anew(waiting) && can_start_anew());
     if (only_steps(waiting) || is_in_step) return {};
     end_frame();
   }
@@ -36,11 +38,15 @@ bool Simulation::State::can_start_anew() const {
   }
 }
 
+// A frame that was flown already gets the same settings and steps.
 void Simulation::State::begin_steps(const Commands& commands) {
+  repeat_changes();
   keep_checkpoint_when_due();
   frame.emplace();
   frame->plan = plan_frame(settings, physics, ball, collision_rate_per_s);
   frame->num_steps = std::min(frame->plan.num_steps, commands.max_steps.value_or(UINT32_MAX));
+  if (const FlownFrame* known = history.next_frame())
+    frame->num_steps = std::min(frame->num_steps, known->num_steps);
   frame->start_s = view.simulated_s;
 }
 
@@ -59,6 +65,7 @@ void Simulation::State::submit_steps(DrawTarget* target) {
     if (target) draw_again(*target);
     return;
   }
+  used_exact = used_exact || settings.method == Method::exact;
   StepRequest request = step_request(settings, physics, num_steps_to_submit(), frame->plan.dt_s);
   request.num_done = frame->num_done;
   if (has_budget) request.budget_ms = settings.frame_budget_ms;
@@ -120,12 +127,14 @@ void Simulation::State::end_frame() {
   }
   pause_if_invalid(ended.totals);
   shown_s += 1.0 / settings.frame_rate_hz;
+  history.pass_frame({view.simulated_s - launched_at_s, ended.num_done, ended.totals.num_ball_hits});
   flight.dt_s = plan.dt_s;
   flight.num_steps += ended.num_done;
   follow_ball();
   if (view.flight == Flight::flying && has_left(physics, ball)) {
     view.flight = Flight::landed;
     left_once = true;
+    history.end();
     end_flight();
   }
 }

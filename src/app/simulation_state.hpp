@@ -35,12 +35,17 @@ struct Simulation::State {
   std::deque<FlightRecord> old_flights;
   std::vector<Ghost> ghosts;
   std::optional<Checkpoints> checkpoints;  // none: off
-  std::int64_t last_number = 0;            // of the flights kept so far
-  std::optional<double> scene_dt_s;        // run.dt_s before a comparison halved it
-  bool by_hand = false;                    // the launch was made by hand
-  double launched_at_s = 0.0;              // simulated
-  double shown_s = 0.0;                    // frames with a step since the launch, at the frame rate
-  std::int64_t flight_seed = 0;            // of the air at the start of the flight
+  FlightHistory history;
+  std::optional<std::int64_t> sought;          // frame that the flight is flown again to
+  std::optional<Settings> settings_at_sought;  // to be applied there
+  std::optional<FlightRecord> latest_flight;   // at the latest time reached, once the flight went back
+  bool used_exact = false;                     // since the air was spawned
+  std::int64_t last_number = 0;                // of the flights kept so far
+  std::optional<double> scene_dt_s;            // run.dt_s before a comparison halved it
+  bool by_hand = false;                        // the launch was made by hand
+  double launched_at_s = 0.0;                  // simulated
+  double shown_s = 0.0;                        // frames with a step since the launch, at the frame rate
+  std::int64_t flight_seed = 0;                // of the air at the start of the flight
   std::function<std::unique_ptr<Backend>()> make_fallback;
   int num_fallbacks = 0;
   std::int64_t num_launches = 0;
@@ -74,7 +79,17 @@ struct Simulation::State {
   void scale_time(double factor);
   void save_scene(const std::string& name);
   void keep_checkpoint_when_due();
+  void begin_history();
   void go_back();
+  void seek(double time_s);
+  void start_seek(std::int64_t frame);
+  void restore(const Checkpoint& checkpoint);
+  void fly_to_sought(DrawTarget* target);
+  void end_seek();
+  void repeat_changes();
+  void change_settings(const Settings& edited);
+  void note_change(const Settings& before);
+  Commands admit_while_seeking();
   void apply_commands(const Commands& commands);
   void apply_settings(const Settings& edited);
   void change_scene(const std::string& name);

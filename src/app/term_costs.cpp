@@ -40,11 +40,14 @@ Settings work_of(Settings s) {
 }
 
 // values is left in another order.
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+double quantile(std::vector<double>& values, double share) {
+  const double place = share * static_cast<double>(values.size());
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(place, values.size() - 1.0));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
 }
+
+double median(std::vector<double>& values) { return quantile(values, 0.5); }
 
 }  // namespace
 
@@ -52,8 +55,8 @@ std::string cost_text(const TermCost& cost) {
   constexpr double kClockStep_ms = 1e-4;
   const double margin_ms = std::max(3.0 * cost.error_ms, kClockStep_ms);
   if (std::fabs(cost.ms) <= margin_ms) return fmt::format("< {:g}", round_up(std::fabs(cost.ms) + margin_ms));
-  const double digits = std::ceil(-std::log10(margin_ms));
-  return fmt::format("{:.{}f}", cost.ms, std::clamp(static_cast<int>(digits), 1, 4));
+  const int digits = std::clamp(static_cast<int>(std::ceil(-std::log10(margin_ms))), 1, 4);
+  return fmt::format("{:.{}f} \u00b1 {:.{}f}", cost.ms, digits, margin_ms, digits);
 }
 
 TermCost unknown_cost(const Settings& s, Term term) {
@@ -170,9 +173,9 @@ void TermCosts::add_times(const FrameView& frame) {
   last_frame_ = Clock::now();
 }
 
-double TermCosts::step_ms() const {
+double TermCosts::step_ms(double share) const {
   std::vector<double> values = step_ms_;
-  return values.empty() ? 0.0 : median(values);
+  return values.empty() ? 0.0 : quantile(values, share);
 }
 
 double TermCosts::budget_ms() const { return kShare * std::max(frame_ms_, kMinFrame_ms); }
@@ -206,9 +209,9 @@ void TermCosts::begin(const FrameView& frame, Backend& backend) {
 }
 
 void TermCosts::advance() {
+  go_to_next_term();
   Comparison& c = *comparison_;
-  while (c.next < kNumTerms && !cost(kOrder[c.next]).applies) ++c.next;
-  if (c.next == kNumTerms) {
+  if (c.round == kNumRounds) {
     comparison_.reset();
     is_requested_ = false;
     state_ = State::known;
@@ -219,9 +222,19 @@ void TermCosts::advance() {
     c.as_set->start(c.origin.settings, c.origin);
     c.switched->start(switched(c.origin.settings, term), c.origin);
     c.num_steps = 1;
-    c.differences_ms.clear();
   }
   compare(term);
+}
+
+// The term in hand, or the next one of this round or of one that follows.
+void TermCosts::go_to_next_term() {
+  Comparison& c = *comparison_;
+  while (c.round < kNumRounds) {
+    if (c.next < kNumTerms && cost(kOrder[c.next]).applies) return;
+    if (++c.next < kNumTerms) continue;
+    c.next = 0;
+    ++c.round;
+  }
 }
 
 // The halves of a pair take turns in going first.
@@ -239,30 +252,40 @@ void TermCosts::compare(Term term) {
   if (c.num_pairs <= kNumWarmUps) return;
   const double with_less_without =
       cost(term).is_on == set_first ? first_ms - second_ms : second_ms - first_ms;
-  c.differences_ms.push_back(with_less_without);
-  if (c.differences_ms.size() == kNumPairs) finish(term);
+  c.differences_ms[static_cast<std::size_t>(term)].push_back(with_less_without);
+  if (c.num_pairs < kNumWarmUps + kPairsPerRound) return;
+  if (c.round + 1 == kNumRounds) finish(term);
+  c.num_pairs = 0;
+  ++c.next;
 }
 
 // Two pairs with the halves in either order are averaged, so that an advantage of going first cancels. The
 // cost is the median of these, with the standard error of a median from their median deviation (1.2533 sigma
 // / sqrt(n), sigma = 1.4826 MAD for a normal distribution).
 void TermCosts::finish(Term term) {
-  Comparison& c = *comparison_;
+  const std::vector<double>& differences_ms = comparison_->differences_ms[static_cast<std::size_t>(term)];
   std::vector<double> means_ms;
-  for (std::size_t i = 1; i < c.differences_ms.size(); i += 2)
-    means_ms.push_back(0.5 * (c.differences_ms[i - 1] + c.differences_ms[i]));
+  for (std::size_t i = 1; i < differences_ms.size(); i += 2)
+    means_ms.push_back(0.5 * (differences_ms[i - 1] + differences_ms[i]));
   TermCost& cost = costs_[static_cast<std::size_t>(term)];
   cost.ms = median(means_ms);
   for (double& mean : means_ms) mean = std::fabs(mean - cost.ms);
   cost.error_ms = 1.2533 * 1.4826 * median(means_ms) / std::sqrt(static_cast<double>(means_ms.size()));
   cost.is_known = true;
-  c.num_pairs = 0;
-  ++c.next;
+}
+
+// The median, and the middle half of the frames where they differ by more than a tenth.
+std::string TermCosts::step_text() const {
+  const double low_ms = step_ms(0.25);
+  const double high_ms = step_ms(0.75);
+  const std::string text = fmt::format("{:.3f} ms a step", step_ms());
+  if (high_ms - low_ms <= 0.1 * step_ms()) return text;
+  return fmt::format("{} (half of them {:.3f} to {:.3f})", text, low_ms, high_ms);
 }
 
 std::string TermCosts::text() const {
   if (step_ms_.empty()) return "";
-  std::string line = fmt::format("{:.3f} ms a step", step_ms());
+  std::string line = step_text();
   if (state_ == State::failed) return line + "; its terms cannot be measured: " + failure_;
   if (state_ == State::on_request)
     return line + "; press E to measure its terms (the picture stops for a moment)";

@@ -27,7 +27,8 @@ struct TermCost {
   double error_ms = 0.0;  // standard error
 };
 
-// Milliseconds to as many digits as the error leaves; an upper bound where the error hides the cost.
+// Milliseconds and three standard errors, to as many digits as these leave; an upper bound where they hide
+// the cost.
 std::string cost_text(const TermCost& cost);
 
 // The term's switch and whether the scene has an object for it; no cost yet.
@@ -86,8 +87,9 @@ class TermCosts {
 
   State state() const { return state_; }
   const TermCost& cost(Term term) const { return costs_[static_cast<std::size_t>(term)]; }
-  // Milliseconds per step of the run: the median of about the last second.
-  double step_ms() const;
+  // Milliseconds per step of the run in about the last second: the value that so large a share of the frames
+  // does not exceed.
+  double step_ms(double share = 0.5) const;
   // One line for the overlay; empty before the first step.
   std::string text() const;
 
@@ -96,16 +98,18 @@ class TermCosts {
   static constexpr double kMaxFrame_ms = 100.0;  // slower ones, as after a pause, have no more than this
   static constexpr std::int64_t kMaxParcels = 20'000;  // a copy of more takes longer than the budget
   static constexpr std::uint32_t kSettlingFrames = 20;
-  static constexpr std::uint32_t kNumPairs = 32;  // even
+  static constexpr std::uint32_t kNumRounds = 4;      // of all terms, so that a load which comes and goes
+  static constexpr std::uint32_t kPairsPerRound = 8;  // meets all of them alike; even
 
  private:
   struct Comparison {
     std::unique_ptr<SteppingCopy> as_set, switched;
     TermOrigin origin;
+    std::uint32_t round = 0;
     std::size_t next = 0;         // place in the order of terms
-    std::uint32_t num_pairs = 0;  // of the term in hand, with those that warm up
+    std::uint32_t num_pairs = 0;  // of the term in hand in this round, with those that warm up
     std::uint32_t num_steps = 1;  // of each half of a pair
-    std::vector<double> differences_ms;
+    std::array<std::vector<double>, kNumTerms> differences_ms;
   };
 
   void start_over(const FrameView& frame);
@@ -117,6 +121,8 @@ class TermCosts {
   void advance();
   void compare(Term term);
   void finish(Term term);
+  std::string step_text() const;
+  void go_to_next_term();
 
   MakeBackend make_;
   State state_ = State::settling;

@@ -37,11 +37,16 @@ struct StepReport {
   bool mid_step = false;
 };
 
+struct ExactSnapshot;
+
 // Parcels by id: position units and m/s.
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
   std::uint64_t step = 0;  // since the reset; keys the random roundings of the next step
+  // Trajectories and time of method `exact`. Null: not kept; a run that is in that method goes on from
+  // rounded positions.
+  std::shared_ptr<const ExactSnapshot> exact = nullptr;
 };
 
 class Backend {
@@ -57,6 +62,8 @@ class Backend {
   virtual void set_physics(const Physics& physics) = 0;
   virtual void set_ball(const BallState& ball) = 0;
   // Replaces the parcels' state and the count of steps. snapshot: every spawned parcel, in the order of ids.
+  // With snapshot.exact the ball is replaced, too, and the run goes on as it did, bit for bit, if the
+  // constants are those of then.
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in

@@ -245,8 +245,8 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
     commands.compare = Comparison::half_step;
   ImGui::EndDisabled();
   ImGui::SameLine();
-  commands.back =
-      rows_.button("Back", width, "B: back to an earlier checkpoint of this flight, about a second each");
+  commands.back = rows_.button(
+      "Back", width, "B: back by a second of this flight, with the present settings; again: further");
   if (rows_.button("Measure terms", -1.0F,
                    "E: the cost of parcels, contacts, friction and Magnus per step, in the line above the "
                    "overlay. Small "

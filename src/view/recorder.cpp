@@ -26,25 +26,6 @@ bool is_free(const fs::path& film) {
          !fs::exists(frames_instead_of(film).parent_path(), ignored);
 }
 
-// NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
-fs::path numbered(const fs::path& file, int number) {
-  if (number == 1) return file;
-  const fs::path folder = file.parent_path();
-  if (is_frame_pattern(file))
-    return fs::path(fmt::format("{}-{}", folder.string(), number)) / file.filename();
-  return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
-}
-
-// A scene's name as part of a file's.
-std::string file_part(std::string name) {
-  const auto is_plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
-  };
-  std::replace_if(
-      name.begin(), name.end(), [&](char c) { return !is_plain(c); }, '_');
-  return name.empty() ? "scene" : name;
-}
-
 json film_report(const FilmFigures& film, const fs::path& log) {
   return {{"file", film.file.string()},
           {"log", log.empty() ? json(nullptr) : json(log.string())},

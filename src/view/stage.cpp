@@ -67,6 +67,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       cues_(context.window() != nullptr),
       log_(simulation, simulation.backend().name()),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
+      last_seconds_(options.clip_s),
       air_timer_(context.info().software),
       flight_timer_(context.info().software),
       panel_timer_(context.info().software),
@@ -82,6 +83,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (has_window && !replay_) simulation_.keep_to_budget();
   if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
   if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
+  if (options.keep_clip || !context.info().software) last_seconds_.switch_on();
   recorder_.set_seen(context.size_px());
   recorder_.begin(simulation);
   if (hooks.announce) {
@@ -126,6 +128,7 @@ int Stage::run() {
 
 int Stage::finish() {
   recorder_.finish(simulation_);
+  finish_last_seconds();
   log_.close_all(simulation_);
   record_.set_part("record", recorder_.report());
   record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
@@ -230,8 +233,9 @@ void Stage::begin_steps() {
 // A jump back that was refused has its reason as message.
 void Stage::say_what_was_done() {
   const FrameView& view = simulation_.view();
+  const double now_s = view.history->time_at(view.history->position());
   if (commands_.back && view.message.empty())
-    notice_.show(fmt::format("Back to {:.2f} s", view.flight_record->time_s()), Clock::now());
+    notice_.show(fmt::format("Back to {:.2f} s", view.sought_s.value_or(now_s)), Clock::now());
 }
 
 void Stage::finish_steps() {

@@ -42,6 +42,9 @@ Commands Stage::handle_input() {
   follow_cue_keys(input, commands);
   step_back(input, commands);
   show_keys(input);
+  follow_timeline(commands);
+  follow_last_seconds(input);
+  take_dropped(input.dropped, commands);
   // S steps only while paused.
   commands.single_step = commands.single_step && simulation_.view().paused;
   write_panel_map();

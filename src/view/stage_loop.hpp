@@ -17,6 +17,7 @@
 #include "view/cue_title.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
+#include "view/last_seconds.hpp"
 #include "view/overlay.hpp"
 #include "view/panel.hpp"
 #include "view/passing_notice.hpp"
@@ -24,6 +25,7 @@
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
 #include "view/stage.hpp"
+#include "view/timeline_bar.hpp"
 #include "view/window_input.hpp"
 
 namespace pf {
@@ -59,6 +61,13 @@ class Stage {
   void follow_keys(const InputFrame& input);
   void follow_switches(const Commands& commands);
   void follow_camera(const InputFrame& input);
+  float timeline_height_px() const;
+  void follow_timeline(Commands& commands);
+  void keep_last_seconds(const Viewport& viewport);
+  void write_last_seconds();
+  void follow_last_seconds(const InputFrame& input);
+  void finish_last_seconds();
+  void take_dropped(const std::vector<std::string>& files, Commands& commands);
   void measure_copy_bandwidth();
   Look look_of_marks() const;
   ViewRegion free_region() const;
@@ -107,6 +116,7 @@ class Stage {
   bool cue_failed_ = false;  // without a window there is nobody to go on then
   SettingsHistory history_;
   std::int64_t gesture_ = 0;  // number of the last press or key
+  TimelineBar timeline_;
   PassingNotice notice_;
   std::optional<Vec2d> ring_m_;  // where a ring shows that the ball can be pulled
   bool launched_by_hand_ = false;
@@ -114,6 +124,7 @@ class Stage {
   std::optional<OverlayCsv> csv_;
   InputLog log_;
   Recorder recorder_;
+  LastSeconds last_seconds_;
   std::optional<Replay> replay_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window

@@ -17,7 +17,7 @@ ViewRegion Stage::free_region() const {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
-  const double bottom = overlay_.used_height_px(mode, scale_);
+  const double bottom = overlay_.used_height_px(mode, scale_) + timeline_height_px();
   const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
                            std::max(size_.height - bottom, 1.0)};
   return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
@@ -35,7 +35,8 @@ void Stage::describe_overlay() {
   const FrameView& view = simulation_.view();
   const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
   overlay_.show(view, mode, place, switches_.look);
-  place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_);
+  place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_) +
+                     timeline_height_px();
   const auto height_px = static_cast<float>(size_.height);
   // A film with a picture of its own does not show the window's notices.
   WindowNotices notices;
@@ -95,6 +96,7 @@ void Stage::draw_flight(const Viewport& viewport) {
 }
 
 void Stage::draw_gui(const Viewport& viewport) {
+  if (!options_.record_panel) keep_last_seconds(viewport);
   {
     ScopedPhase timing(times_, Phase::panel);
     panel_timer_.begin();
@@ -107,6 +109,7 @@ void Stage::draw_gui(const Viewport& viewport) {
 }
 
 void Stage::take_frame(const Viewport& viewport) {
+  if (options_.record_panel) keep_last_seconds(viewport);
   ScopedPhase timing(times_, Phase::encode);
   if (FilmScene* film = recorder_.scene()) {
     film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, title_, gui_);

@@ -45,6 +45,7 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
     {GLFW_KEY_F1, [](InputFrame& input) { flip(input.toggle_keys); }},
     {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},
+    {GLFW_KEY_F10, [](InputFrame& input) { input.take_clip = true; }},
     {GLFW_KEY_F12, [](InputFrame& input) { input.take_picture = true; }},
     {GLFW_KEY_M, [](InputFrame& input) { input.commands.compare = Comparison::next_method; }},
     {GLFW_KEY_M, [](InputFrame& input) { input.commands.compare = Comparison::half_step; }, GLFW_MOD_SHIFT},
@@ -139,6 +140,7 @@ WindowInput::WindowInput(GLFWwindow* window) : window_(window) {
   glfwSetCharCallback(window, on_char);
   glfwSetScrollCallback(window, on_scroll);
   glfwSetMouseButtonCallback(window, on_button);
+  glfwSetDropCallback(window, on_drop);
 }
 
 WindowInput::~WindowInput() {
@@ -146,6 +148,7 @@ WindowInput::~WindowInput() {
   glfwSetCharCallback(window_, nullptr);
   glfwSetScrollCallback(window_, nullptr);
   glfwSetMouseButtonCallback(window_, nullptr);
+  glfwSetDropCallback(window_, nullptr);
 }
 
 void WindowInput::on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
@@ -169,6 +172,10 @@ void WindowInput::on_button(GLFWwindow* window, int button, int action, int) {
   input.pressed_at_s_ = now_s;
 }
 
+void WindowInput::on_drop(GLFWwindow* window, int num_files, const char* files[]) {
+  self(window).dropped_.assign(files, files + num_files);
+}
+
 InputFrame WindowInput::take(const Gui& gui) {
   InputFrame input;
   input.pointer_px = pointer_px();
@@ -183,6 +190,7 @@ InputFrame WindowInput::take(const Gui& gui) {
     input.fit = input.fit || double_clicked_;
   }
   drag(gui, input);
+  input.dropped = std::exchange(dropped_, {});
   keys_.clear();
   letters_.clear();
   scrolled_ = 0.0;

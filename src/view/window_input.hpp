@@ -36,10 +36,12 @@ struct InputFrame {
   int next_cue = 0;   // places further
   bool undo = false;
   bool redo = false;
-  bool is_new_gesture = false;  // a key or a button went down
-  bool pressed_left = false;    // in the scene, in this frame
-  bool drags_left = false;      // a drag that began in the scene goes on, or ended in this frame
-  bool released = false;        // it ended
+  bool take_clip = false;
+  std::vector<std::string> dropped;  // files
+  bool is_new_gesture = false;       // a key or a button went down
+  bool pressed_left = false;         // in the scene, in this frame
+  bool drags_left = false;           // a drag that began in the scene goes on, or ended in this frame
+  bool released = false;             // it ended
   bool shift = false;
   Vec2d drag_px;      // since the last frame, upwards positive, of a drag that began in the scene
   double zoom = 1.0;  // > 1: nearer
@@ -66,12 +68,15 @@ class WindowInput {
   static void on_scroll(GLFWwindow* window, double x, double y);
   static void on_button(GLFWwindow* window, int button, int action, int mods);
 
+  static void on_drop(GLFWwindow* window, int num_files, const char* files[]);
+
   Vec2d pointer_px() const;
   void drag(const Gui& gui, InputFrame& input);
 
   GLFWwindow* window_;
   std::vector<std::pair<int, int>> keys_;  // key, modifiers
   std::vector<unsigned int> letters_;
+  std::vector<std::string> dropped_;
   double scrolled_ = 0.0;
   bool pressed_ = false;
   int pressed_button_ = 0;

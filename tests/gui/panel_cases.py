@@ -174,8 +174,8 @@ def measured_terms(bench):
     csv = bench.folder / "frames.csv"
     with bench.open("-p", "20001", "--time-scale", "0.001", "--overlay-csv", str(csv)) as window:
         window.press_key("e")
-        # Two copies, then four terms of 34 pairs, one a frame.
-        wait_for("frames", lambda: window.is_running() and csv.read_text().count("\n") > 170, 60.0)
+        # Two copies, then four rounds of four terms of 10 pairs, one a frame.
+        wait_for("frames", lambda: window.is_running() and csv.read_text().count("\n") > 200, 60.0)
         report = window.stop()
     terms = report["terms"]
     check(set(terms) == {"parcels", "contacts", "friction", "Magnus"}, f"every term is there: {set(terms)}")

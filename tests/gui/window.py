@@ -132,6 +132,9 @@ class Window:
         self._move_to(label, share)
         self._press("mousedown", "1")
 
+    def release(self):
+        self._press("mouseup", "1")
+
     def click(self, label):
         self._move_to(label)
         self._press("mousedown", "1")

@@ -283,13 +283,13 @@ TEST_F(SimulationCommands, BackRestoresTheState) {
   back.hold = true;
   simulation_.advance_frame(back, nullptr);
   EXPECT_EQ(view().message, "");
-  EXPECT_EQ(simulation_.backend().state_hash(), hashes[120]);  // 160 frames are 2.7 s
-  EXPECT_EQ(view().flight_record->points_m.size(), 121U);
-  advance(40);
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[100]);  // a second of 60 frames
+  EXPECT_EQ(view().flight_record->points_m.size(), 101U);
+  advance(60);
   EXPECT_EQ(simulation_.backend().state_hash(), hashes[160]);  // and continues identically
   simulation_.advance_frame(back, nullptr);
   simulation_.advance_frame(back, nullptr);
-  EXPECT_EQ(simulation_.backend().state_hash(), hashes[60]);
+  EXPECT_EQ(simulation_.backend().state_hash(), hashes[40]);
 }
 
 TEST_F(SimulationCommands, BackNeedsACheckpoint) {

@@ -94,6 +94,31 @@ TEST_F(Film, FlipsRowsOfGl) {
   EXPECT_LT(static_cast<unsigned char>(pixels[64 * 44 + 32]), 60);  // near the bottom
 }
 
+// Every frame, the right way up, and opaque whatever GL leaves in the alpha channel.
+TEST_F(Film, AnimatedPicturesHaveAllFrames) {
+  Bytes frame = white_above(64, 48);
+  for (const char* name : {"a.gif", "a.webp"}) {
+    Encoder encoder(folder_.path() / name, 64, 48, 20.0);
+    for (std::size_t i = 0; i < 12; ++i) {
+      frame[4 * i] = 200;  // another one each time
+      for (std::size_t alpha = 3; alpha < frame.size(); alpha += 4) frame[alpha] = 0;
+      encoder.add_frame(frame);
+    }
+    encoder.finish();
+  }
+  EXPECT_EQ(probe(folder_.path() / "a.gif"), "gif,bgra,64,48,20/1,12");
+  const std::string pixels = first_frame(folder_.path() / "a.gif");
+  ASSERT_EQ(pixels.size(), 64U * 48U);
+  EXPECT_GT(static_cast<unsigned char>(pixels[64 * 4 + 32]), 200);
+  EXPECT_LT(static_cast<unsigned char>(pixels[64 * 44 + 32]), 60);
+  const std::string webp = contents_of(folder_.path() / "a.webp");
+  EXPECT_EQ(webp.substr(0, 4) + webp.substr(8, 4), "RIFFWEBP");
+  std::size_t num_frames = 0;
+  for (std::size_t at = webp.find("ANMF"); at != std::string::npos; at = webp.find("ANMF", at + 4))
+    ++num_frames;
+  EXPECT_EQ(num_frames, 12U);
+}
+
 TEST_F(Film, OddSizesArePadded) {
   const auto file = folder_.path() / "a.mkv";
   Encoder encoder(file, 63, 47, 60.0);

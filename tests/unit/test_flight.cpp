@@ -86,27 +86,44 @@ TEST(Ghost, OmitsTheSettingsOwnAir) {
 Checkpoint checkpoint_at(double shown_s, std::size_t num_parcels) {
   Checkpoint moment;
   moment.shown_s = shown_s;
+  moment.frame = std::llround(60.0 * shown_s);
   moment.parcels.position.resize(num_parcels);
   return moment;
 }
 
-TEST(Checkpoints, KeepsAtMostEightASecondApart) {
+TEST(Checkpoints, KeepsTheFirstAndThinsOutTheRest) {
   Checkpoints checkpoints;
-  for (double t = 0.0; t < 20.0; t += 0.25) {
+  for (double t = 0.0; t < 60.0; t += 0.25) {
     if (checkpoints.is_due(t, 10)) checkpoints.keep(checkpoint_at(t, 10));
   }
-  EXPECT_EQ(checkpoints.size(), 8U);
-  EXPECT_EQ(checkpoints.back_from(19.75)->shown_s, 19.0);
+  EXPECT_EQ(checkpoints.size(), 16U);
+  EXPECT_EQ(checkpoints.kept().front().shown_s, 0.0);
+  EXPECT_EQ(checkpoints.kept().back().shown_s, 59.0);
+  for (std::size_t i = 1; i < checkpoints.size(); ++i)
+    EXPECT_LE(checkpoints.kept()[i].shown_s - checkpoints.kept()[i - 1].shown_s, 8.0);
 }
 
-TEST(Checkpoints, EachJumpGoesFurtherBack) {
+TEST(Checkpoints, FindTheNewestUntilAFrame) {
   Checkpoints checkpoints;
   for (double t : {0.0, 1.0, 2.0}) checkpoints.keep(checkpoint_at(t, 10));
-  EXPECT_EQ(checkpoints.back_from(2.4)->shown_s, 1.0);  // 2.0 is too near
-  EXPECT_EQ(checkpoints.back_from(1.0)->shown_s, 0.0);
-  EXPECT_EQ(checkpoints.back_from(0.0)->shown_s, 0.0);
+  EXPECT_EQ(checkpoints.newest_until(119)->shown_s, 1.0);
+  EXPECT_EQ(checkpoints.newest_until(120)->shown_s, 2.0);
+  EXPECT_EQ(checkpoints.newest_until(0)->shown_s, 0.0);
+  checkpoints.drop_after(60, 0);
+  EXPECT_EQ(checkpoints.newest_until(500)->shown_s, 1.0);
+  Checkpoint rounded = checkpoint_at(3.0, 10);
+  rounded.goes_on_as_it_did = false;
+  checkpoints.keep(rounded);
+  EXPECT_EQ(checkpoints.newest_until(500)->shown_s, 1.0);
   checkpoints.clear();
-  EXPECT_EQ(checkpoints.back_from(3.0), nullptr);
+  EXPECT_EQ(checkpoints.newest_until(500), nullptr);
+  Checkpoint changed = checkpoint_at(1.0, 10);
+  changed.num_changes = 1;
+  checkpoints.keep(changed);
+  checkpoints.drop_after(60, 1);
+  EXPECT_EQ(checkpoints.size(), 1U);
+  checkpoints.drop_after(60, 0);
+  EXPECT_EQ(checkpoints.size(), 0U);
 }
 
 TEST(Checkpoints, MemoryLimitsTheirNumber) {
@@ -114,10 +131,19 @@ TEST(Checkpoints, MemoryLimitsTheirNumber) {
   EXPECT_EQ(checkpoints.max_count(1000), 3U);
   EXPECT_EQ(checkpoints.max_count(4000), 0U);
   EXPECT_FALSE(checkpoints.is_due(0.0, 4000));
-  // A gigabyte holds 8 checkpoints of up to 7.8 million parcels, and one of 62 million.
-  EXPECT_EQ(Checkpoints().max_count(7'800'000), 8U);
-  EXPECT_EQ(Checkpoints().max_count(62'000'000), 1U);
-  EXPECT_EQ(Checkpoints().max_count(63'000'000), 0U);
+  // A gigabyte holds 16 checkpoints of up to 1.9 million parcels, and one of 31 million.
+  EXPECT_EQ(Checkpoints().max_count(1'900'000), 16U);
+  EXPECT_EQ(Checkpoints().max_count(31'000'000), 1U);
+  EXPECT_EQ(Checkpoints().max_count(32'000'000), 0U);
+}
+
+TEST(Checkpoints, OneThatFitsIsTheFirst) {
+  Checkpoints checkpoints(Checkpoints::bytes_of(1000) + 1);
+  checkpoints.keep(checkpoint_at(0.0, 1000));
+  EXPECT_FALSE(checkpoints.is_due(5.0, 1000));
+  checkpoints.keep(checkpoint_at(5.0, 1000));
+  ASSERT_EQ(checkpoints.size(), 1U);
+  EXPECT_EQ(checkpoints.kept().front().shown_s, 0.0);
 }
 
 }  // namespace

@@ -172,7 +172,8 @@ TEST(FrameBudget, LogsOfCutFlightsReplay) {
     simulation.keep_to_budget();
     InputLog log(simulation, "cpu");
     log.open(file);
-    for (int picture = 0; picture < 2500 || simulation.view().mid_step; ++picture) {
+    for (int picture = 0; picture < 2500 || simulation.view().mid_step || simulation.view().sought_s;
+         ++picture) {
       const Commands commands =
           simulation.admit(picture < 2500 ? random_commands(random, simulation.view()) : Commands{});
       log.begin_frame(commands, simulation);

@@ -81,6 +81,16 @@ TEST(Options, FlagsOfThePictureAreChecked) {
   EXPECT_TRUE(contains(refusal({"--save-scene", "/tmp/x.txt"}), "must end in .toml"));
 }
 
+TEST(Options, LengthAndFormatOfAClip) {
+  const Options none = options_of({});
+  EXPECT_TRUE(none.clip_s == 5 && !none.keep_clip && none.clip_format == "gif");
+  const Options webp = options_of({"--clip", "12", "--clip-format", "webp"});
+  EXPECT_TRUE(webp.clip_s == 12 && webp.keep_clip && webp.clip_format == "webp");
+  for (const char* bad : {"0", "16", "2.5", "x"})
+    EXPECT_TRUE(contains(refusal({"--clip", bad}), "--clip")) << refusal({"--clip", bad});
+  EXPECT_TRUE(contains(refusal({"--clip-format", "mp4"}), "one of gif, webp"));
+}
+
 // The length in a scene applies to headless runs only.
 TEST(Options, SecondsOfASceneDoNotCountAsGiven) {
   EXPECT_FALSE(options_of({"--scene", "gas"}).seconds_given);
@@ -103,9 +113,10 @@ TEST(Options, NumParcels) {
   EXPECT_EQ(options_of({"-p", "1e6"}).settings.num_parcels, 1000000);
   EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
   EXPECT_EQ(options_of({"-p", "200000000"}).settings.num_parcels, 200000000);
-  EXPECT_EQ(refusal({"-p", "0"}),
-            "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
-            "without parcels use --set air.kind=vacuum");
+  EXPECT_EQ(
+      refusal({"-p", "0"}),
+      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
+      "without parcels use --set air.kind=vacuum");
   for (const char* text : {"-5", "1000000000000", "200000001", "1e300", "1e999"}) {
     EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;
   }

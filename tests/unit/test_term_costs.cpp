@@ -10,7 +10,7 @@
 namespace pf::test {
 namespace {
 
-constexpr int kEnoughFrames = 260;  // settling, copies, four terms of 34 pairs
+constexpr int kEnoughFrames = 260;  // settling, copies, four terms in four rounds of 10 pairs
 
 Settings court_by(Method method) {
   Settings settings = court(400);
@@ -172,13 +172,78 @@ TEST(TermCosts, AreWrittenAsFarAsTheyAreKnown) {
   const auto text = [](double ms, double error_ms) {
     return cost_text({.applies = true, .is_on = true, .is_known = true, .ms = ms, .error_ms = error_ms});
   };
-  EXPECT_EQ(text(0.4123, 0.0003), "0.4123");
-  EXPECT_EQ(text(0.4123, 0.003), "0.412");
-  EXPECT_EQ(text(12.34, 0.1), "12.3");
+  EXPECT_EQ(text(0.4123, 0.0003), "0.4123 \u00b1 0.0009");
+  EXPECT_EQ(text(0.4123, 0.003), "0.412 \u00b1 0.009");
+  EXPECT_EQ(text(12.34, 0.1), "12.3 \u00b1 0.3");
   EXPECT_EQ(text(0.002, 0.002), "< 0.01");
   EXPECT_EQ(text(-0.002, 0.002), "< 0.01");
-  EXPECT_EQ(text(-0.2, 0.01), "-0.20");
+  EXPECT_EQ(text(-0.2, 0.01), "-0.20 \u00b1 0.03");
   EXPECT_EQ(text(0.0, 0.0), "< 0.0001");
+}
+
+// A machine whose load comes and goes. Times are scripted: a step has a known amount of work, other programs
+// slow it down sixfold for a quarter of the requests on end, and now and then it stands still for a moment.
+class LoadedBackend final : public Backend {
+ public:
+  static constexpr double kParcels_ms = 0.2, kContacts_ms = 0.05, kFriction_ms = 0.00001;
+
+  std::string name() const override { return real_->name(); }
+  std::string device() const override { return real_->device(); }
+  void reset(const Physics& p, const SpawnPlan& plan, const BallState& b) override {
+    physics_ = p;
+    real_->reset(p, plan, b);
+  }
+  void set_physics(const Physics& p) override {
+    physics_ = p;
+    real_->set_physics(p);
+  }
+  void set_ball(const BallState& b) override { real_->set_ball(b); }
+  void restore(const ParcelSnapshot& s) override { real_->restore(s); }
+  void submit(const StepRequest& r) override { real_->submit(r); }
+  StepReport collect() override {
+    StepReport report = real_->collect();
+    double work_ms = 0.1;
+    if (physics_.parcels.num > 0) work_ms += kParcels_ms;
+    if (physics_.parcels.num > 0 && physics_.parcels.contacts) work_ms += kContacts_ms;
+    if (physics_.parcels.num > 0 && physics_.ball.friction > 0.0) work_ms += kFriction_ms;
+    const bool is_loaded = num_requests / 80 % 4 == 1;
+    const bool stands_still = ++num_requests % 23 == 0;
+    work_ms *= (is_loaded ? 6.0 : 1.0) * (1.0 + 0.002 * static_cast<double>(num_requests * 7 % 11));
+    report.times = {};
+    report.times[Phase::collide_integrate] =
+        work_ms * static_cast<double>(report.totals.num_steps) + (stands_still ? 30.0 : 0.0);
+    return report;
+  }
+  void draw(const DrawBuffers& b) override { real_->draw(b); }
+  ParcelSnapshot snapshot() override { return real_->snapshot(); }
+  Measures measure() override { return real_->measure(); }
+  std::uint64_t state_hash() override { return real_->state_hash(); }
+  std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
+  double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
+  double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
+
+  static inline int num_requests = 0;  // of both copies
+
+ private:
+  std::unique_ptr<Backend> real_ = make_cpu_backend(1);
+  Physics physics_;
+};
+
+// The load lasts as long as the pairs of one term: measured one term after the other, one cost would be six
+// times too high.
+TEST(TermCosts, ALoadThatComesAndGoesDoesNotShow) {
+  for (const int begin : {0, 40, 80, 160, 240}) {
+    LoadedBackend::num_requests = begin;
+    Measured run(court_by(Method::impulse));
+    run.costs = TermCosts([](const std::string&, std::int64_t) { return std::make_unique<LoadedBackend>(); });
+    run.frames_on_request(kEnoughFrames);
+    ASSERT_EQ(run.costs.state(), TermCosts::State::known);
+    const TermCost& contacts = run.costs.cost(Term::contacts);
+    EXPECT_NEAR(contacts.ms, LoadedBackend::kContacts_ms, 0.2 * LoadedBackend::kContacts_ms) << begin;
+    EXPECT_NEAR(run.costs.cost(Term::parcels).ms, 0.25, 0.05) << begin;
+    const std::string friction = cost_text(run.costs.cost(Term::friction));
+    EXPECT_EQ(friction.substr(0, 2), "< ") << "below the noise: " << friction;
+  }
 }
 
 }  // namespace

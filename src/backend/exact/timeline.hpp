@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "backend/backend.hpp"
+#include "backend/exact/snapshot.hpp"
 #include "backend/exact/stepper.hpp"
 #include "backend/exact/window_length.hpp"
 #include "backend/parcel_arrays.hpp"
@@ -41,6 +42,11 @@ class ExactTimeline {
   // ignored within a step, then that of the moment.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
                StepReport& report);
+
+  // Its own state at the end of a step, and that of the trajectories.
+  ExactSnapshot snapshot(const SortedParcels& parcels) const;
+  // parcels: in the order of ids, with the velocities of then.
+  void restore(const ExactSnapshot& snapshot, SortedParcels& parcels);
 
   // The last request ended within a step, which the next one completes.
   bool is_mid_step() const { return is_mid_step_; }

@@ -1,0 +1,61 @@
+#include "app/dropped_file.hpp"
+
+#include <fmt/format.h>
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cctype>
+
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMaxBytes = 64U << 20;  // as of a log
+
+// A name as a shell takes it.
+std::string for_shell(const std::string& name) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string("/._-+").find(c) != std::string::npos;
+  };
+  if (std::all_of(name.begin(), name.end(), is_plain)) return name;
+  std::string quoted = "'";
+  for (const char c : name) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+}  // namespace
+
+DroppedKind kind_of_dropped(const fs::path& file) {
+  std::error_code error;
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxBytes || error)
+    return DroppedKind::other;
+  const bool is_toml = file.extension() == ".toml";
+  try {
+    const toml::table document = toml::parse_file(file.string());
+    if (document.contains("frame") && document.contains("settings")) return DroppedKind::log;
+  } catch (const toml::parse_error&) {
+    // Loading a scene names the line.
+  }
+  return is_toml ? DroppedKind::scene : DroppedKind::other;
+}
+
+DropAnswer answer_drop(const std::vector<fs::path>& files) {
+  if (files.size() != 1) return {"", "Drop one file at a time: a scene, NAME.toml"};
+  const fs::path& file = files.front();
+  switch (kind_of_dropped(file)) {
+    case DroppedKind::scene:
+      return {file.string(), ""};
+    case DroppedKind::log:
+      return {"", fmt::format("{} is the log of a flight; type: pickleflight run {}",
+                              in_quotes(file.filename().string()), for_shell(file.string()))};
+    default:
+      return {"", fmt::format("{} cannot be dropped here; a scene can, NAME.toml",
+                              in_quotes(file.filename().string()))};
+  }
+}
+
+}  // namespace pf

@@ -1,0 +1,24 @@
+// What a file is that was dropped on the window, and what becomes of it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace pf {
+
+enum class DroppedKind : std::uint8_t { scene, log, other };
+
+// By its content, which decides, not by its name. A cue list, as another kind, belongs here.
+DroppedKind kind_of_dropped(const std::filesystem::path& file);
+
+struct DropAnswer {
+  std::string scene;  // file to load; empty: none
+  std::string line;   // to say; empty: nothing
+};
+
+// Never throws. A scene that cannot run is refused when it is loaded.
+DropAnswer answer_drop(const std::vector<std::filesystem::path>& files);
+
+}  // namespace pf

@@ -1,0 +1,175 @@
+// Jumps of a simulation within its flight: kept moments, and what lies between them flown again.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "app/command_queue.hpp"
+#include "app/simulation_state.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kBack_s = 1.0;  // of display
+
+}  // namespace
+
+void Simulation::State::keep_checkpoint_when_due() {
+  if (!checkpoints || history.is_past() || !checkpoints->is_due(shown_s, physics.parcels.num)) return;
+  Checkpoint now;
+  now.frame = history.position();
+  now.num_changes = history.num_changes();
+  now.shown_s = shown_s;
+  now.settings = settings;
+  now.physics = physics;
+  now.scene_dt_s = scene_dt_s;
+  now.parcels = backend->snapshot();
+  now.goes_on_as_it_did = now.parcels.exact || !used_exact;
+  now.ball = ball;
+  now.totals = view.totals;
+  now.simulated_s = view.simulated_s;
+  now.ball_distance_m = view.ball_distance_m;
+  now.collision_rate_per_s = collision_rate_per_s;
+  now.landed = view.flight == Flight::landed;
+  now.flight = flight;
+  checkpoints->keep(std::move(now));
+}
+
+void Simulation::State::restore(const Checkpoint& then) {
+  frame.reset();
+  view.mid_step = false;
+  if (then.settings.threads != settings.threads) change_threads(then.settings);
+  settings = then.settings;
+  scene_dt_s = then.scene_dt_s;
+  physics = then.physics;
+  ghosts = ghosts_of(settings);
+  ball = then.ball;
+  if (!then.parcels.exact && used_exact) {  // the time of method exact begins anew, too
+    const Spawner spawner(settings, physics, ball);
+    backend->reset(physics, spawner.plan(), ball);
+    used_exact = false;
+  }
+  backend->set_physics(physics);
+  backend->restore(then.parcels);
+  if (!then.parcels.exact) backend->set_ball(ball);
+  view.totals = then.totals;
+  view.simulated_s = then.simulated_s;
+  view.ball_distance_m = then.ball_distance_m;
+  view.flight = then.landed ? Flight::landed : Flight::flying;
+  collision_rate_per_s = then.collision_rate_per_s;
+  landed_for_s = 0.0;
+  shown_s = then.shown_s;
+  flight = then.flight;
+  history.go_to(then.frame, then.num_changes);
+}
+
+// Back by a second of display. Keeps the current settings: with others the flight goes on anew from there.
+void Simulation::State::go_back() {
+  const auto frames = static_cast<std::int64_t>(std::llround(kBack_s * settings.frame_rate_hz));
+  const Settings kept = settings_at_sought.value_or(settings);
+  start_seek(std::max<std::int64_t>(sought.value_or(history.position()) - frames, 0));
+  settings_at_sought = kept;
+}
+
+void Simulation::State::seek(double time_s) {
+  start_seek(history.frame_at(time_s));
+  settings_at_sought.reset();
+}
+
+// Throws UserError, without any change, if there is no moment to start from.
+void Simulation::State::start_seek(std::int64_t target) {
+  const Checkpoint* from = checkpoints ? checkpoints->newest_until(target) : nullptr;
+  if (from == nullptr) {
+    const bool has_any = checkpoints && checkpoints->size() > 0;
+    const bool too_many = checkpoints && checkpoints->max_count(physics.parcels.num) == 0;
+    throw UserError(
+        has_any    ? "back: this backend keeps no trajectories of method exact; R flies it from the start"
+        : too_many ? "back: there is no checkpoint with so many parcels; give fewer"
+                   : "back: there is no checkpoint yet; let it run");
+  }
+  if (!history.is_past()) {
+    latest_flight = flight;
+    if (physics.ball.exists && !flight.end_energy_j)
+      latest_flight->end_energy_j = backend->measure().energy_j();
+  }
+  const bool goes_on = history.position() <= target && from->frame <= history.position();
+  if (!goes_on) restore(*from);
+  sought = target;
+}
+
+// The settings that were changed here, as they were changed.
+void Simulation::State::repeat_changes() {
+  while (const SettingsChange* change = history.next_change()) {
+    const Settings to = change->settings;
+    history.pass_change();
+    apply_settings(to);
+  }
+}
+
+// Flies whole frames to the frame sought, for the time of the budget.
+void Simulation::State::fly_to_sought(DrawTarget* target) {
+  const Clock::time_point start = Clock::now();
+  const double budget_ms = has_budget ? settings.frame_budget_ms : 0.0;
+  while (history.position() < *sought) {
+    if (!frame) begin_steps({});
+    if (frame->num_done < frame->num_steps) {
+      submit_steps(nullptr);
+      collect_steps();
+    } else {
+      end_frame();
+    }
+    if (budget_ms > 0.0 && milliseconds_since(start) > budget_ms) break;
+  }
+  if (history.position() == *sought) end_seek();
+  view.times = {};
+  view.frame_totals = {};
+  if (target) draw_again(*target);
+}
+
+// Changes that were made there belong to the state.
+void Simulation::State::end_seek() {
+  sought.reset();
+  repeat_changes();
+  ++view.num_flights;
+  const std::optional<Settings> wanted = std::exchange(settings_at_sought, std::nullopt);
+  if (wanted && !(*wanted == settings)) change_settings(*wanted);
+}
+
+void Simulation::State::change_settings(const Settings& edited) {
+  const Settings before = settings;
+  apply_settings(edited);
+  note_change(before);
+}
+
+// Settings changed in the past: the flight goes on from here with them, and what came later is forgotten.
+void Simulation::State::note_change(const Settings& before) {
+  if (settings == before) return;
+  if (history.is_past()) {
+    view.notice =
+        fmt::format("The flight goes on from here with the change; {:.2f} s to {:.2f} s are dropped",
+                    history.time_at(history.position()), history.time_at(history.latest()));
+    latest_flight.reset();
+    if (checkpoints) checkpoints->drop_after(history.position(), history.num_changes());
+  }
+  history.change(before, settings);
+}
+
+// Input waits until the flight is where it is sought, but for a new target and a new start.
+Commands Simulation::State::admit_while_seeking() {
+  const bool anew = starts_anew(waiting) && can_start_anew();
+  const bool seeks = (waiting.seek_s || waiting.back) && !settings_at_sought;
+  if (anew) {
+    sought.reset();
+    frame.reset();
+    return std::exchange(waiting, {});
+  }
+  Commands now;
+  if (!seeks) return now;
+  now.hold = waiting.hold;
+  now.seek_s = std::exchange(waiting.seek_s, std::nullopt);
+  now.back = std::exchange(waiting.back, false);
+  return now;
+}
+
+}  // namespace pf
