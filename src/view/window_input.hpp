@@ -30,6 +30,9 @@ struct InputFrame {
   bool toggle_keys = false;  // the card of keys
   bool toggle_film = false;
   bool take_picture = false;
+  bool take_paths = false;  // as SVG
+  bool toggle_follow = false;
+  bool toggle_magnifier = false;
   bool measure_terms = false;
   bool pressed_left = false;  // in the scene, in this frame
   bool drags_left = false;    // a drag that began in the scene goes on, or ended in this frame
