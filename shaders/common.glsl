@@ -19,6 +19,9 @@ layout(std140, binding = 0) uniform View {
 #define FRAGMENT_PX (gl_FragCoord.xy + view.origin_px)
 
 vec2 px_of(vec2 world_m) { return (world_m - view.center_m) / view.m_per_px + view.anchor_px; }
+// For corners of upright rectangles, whose parts outside of the tile nobody sees.
+vec2 near_tile(vec2 px) { return clamp(px, view.origin_px - 2.0, view.origin_px + view.size_px + 2.0); }
+
 // On a grid of 1/64 of a pixel, which rasterisers keep exactly: the same corners in every tile.
 vec4 clip_of(vec2 px) {
   vec2 in_tile = round(px * 64.0) / 64.0 - view.origin_px;

@@ -11,7 +11,7 @@ flat out vec2 center_px;
 void main() {
   center_px = px_of(position_m);
   vec2 corner = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1 & 1)) - 0.5;
-  gl_Position = clip_of(center_px + (squares > 0.5 ? corner * point_px : vec2(0.0)));
+  gl_Position = clip_of(squares > 0.5 ? near_tile(center_px + corner * point_px) : center_px);
   gl_PointSize = point_px;
   point_color = vec4(speed_color(speed_mps * per_color_mps), alpha);
 }

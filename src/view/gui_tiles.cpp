@@ -91,7 +91,7 @@ void GuiTiles::draw(const ImDrawList& list, const ImDrawCmd& command, const View
   glNamedBufferSubData(corners_.get(), 0, static_cast<GLsizeiptr>(bytes), words_.data());
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, corners_.get());
   glBindTextureUnit(0, name_of(command.GetTexID()));
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(command.ElemCount));
+  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(2 * command.ElemCount));  // a rectangle around each
 }
 
 }  // namespace pf

@@ -39,12 +39,12 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
     {GLFW_KEY_F1, [](InputFrame& input) { flip(input.toggle_keys); }},
     {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},
-    {GLFW_KEY_Z, [](InputFrame& input) { flip(input.toggle_follow); }},
     {GLFW_KEY_N, [](InputFrame& input) { flip(input.toggle_magnifier); }}};
 
 void apply_key(int key, int mods, InputFrame& input) {
   if (key == GLFW_KEY_M)
     input.commands.compare = (mods & GLFW_MOD_SHIFT) != 0 ? Comparison::half_step : Comparison::next_method;
+  if (key == GLFW_KEY_Z && (mods & GLFW_MOD_CONTROL) == 0) flip(input.toggle_follow);
   if (key == GLFW_KEY_F12) ((mods & GLFW_MOD_SHIFT) != 0 ? input.take_paths : input.take_picture) = true;
   for (const KeyAction& action : kKeyActions) {
     if (action.key == key) action.apply(input);
