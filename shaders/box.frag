@@ -1,7 +1,7 @@
 // A plain floor with a frame, for worlds without a court.
 uniform vec2 half_size_m;
 uniform float grid_m;   // distance of the grid lines
-uniform float has_images;  // 1: a periodic world goes on beyond its edges
+uniform vec2 image_side_m;  // of a periodic world that goes on beyond its edges; 0: it does not
 uniform int frame_kind; // 0 open: dashed, 1 walls: solid, 2 periodic: thin
 out vec4 color;
 
@@ -9,7 +9,7 @@ float cover(float d) { return clamp(0.5 - d / view.m_per_px, 0.0, 1.0); }
 
 void main() {
   vec2 p = (FRAGMENT_PX - view.anchor_px) * view.m_per_px + view.center_m;
-  if (has_images > 0.5) p -= 2.0 * half_size_m * round(p / (2.0 * half_size_m));
+  if (image_side_m.x > 0.0) p -= image_side_m * round(p / image_side_m);
   vec2 q = abs(p) - half_size_m;
   float inside = max(q.x, q.y);
   vec3 outside = mix(vec3(0.043, 0.071, 0.090), vec3(0.878, 0.902, 0.906), view.light);

@@ -1,5 +1,6 @@
 // A pickleball court from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft apart
 // (docs/physics.md, 'Court and ball'). It is drawn once per view and kept as a picture.
+uniform vec2 image_side_m;  // of a periodic world that goes on beyond its edges; 0: it does not
 out vec4 color;
 
 const float kFoot = 0.3048;
@@ -52,6 +53,7 @@ vec3 with_net(vec3 c, vec2 p) {
 
 void main() {
   vec2 p = (FRAGMENT_PX - view.anchor_px) * view.m_per_px + view.center_m;
+  if (image_side_m.x > 0.0) p -= image_side_m * round(p / image_side_m);
   vec3 c = floor_color(p);
   c *= 1.0 - mix(0.18, 0.05, view.light) * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
   c = mix(c, mix(vec3(0.87, 0.90, 0.89), vec3(0.30, 0.38, 0.43), view.light), 0.80 * cover(lines(p)));

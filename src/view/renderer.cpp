@@ -169,12 +169,14 @@ void Renderer::paint_floor(const FloorKey& key) {
   glViewport(0, 0, key.size.width, key.size.height);
   glDisable(GL_BLEND);
   const bool court = court::fits(key.width_m, key.height_m);
+  const bool has_images = key.images && key.boundary == Boundary::periodic;
+  set_uniform(court ? court_ : box_, "image_side_m",
+              has_images ? to_float(Vec2d{key.width_m, key.height_m}) : Vec2f{});
   if (!court) {
     set_uniform(box_, "half_size_m", to_float(Vec2d{0.5 * key.width_m, 0.5 * key.height_m}));
     set_uniform(box_, "grid_m", static_cast<float>(grid_step(std::max(key.width_m, key.height_m))));
     glProgramUniform1i(box_.get(), glGetUniformLocation(box_.get(), "frame_kind"),
                        static_cast<int>(key.boundary));
-    set_uniform(box_, "has_images", key.images && key.boundary == Boundary::periodic ? 1.0F : 0.0F);
   }
   glUseProgram(court ? court_.get() : box_.get());
   glBindVertexArray(empty_array_.get());

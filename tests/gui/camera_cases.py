@@ -94,7 +94,7 @@ def magnifier_alone(bench):
         time.sleep(0.3)
         inset = window.controls()["Magnifier"]
         window.stop()
-    check(len(yellow(read_png(file), inset)) > 1500, "a large ball in it")
+    check(len(yellow(read_png(file), inset)) > 900, "a large ball in it")
 
 
 def magnifier_key(bench):
