@@ -42,8 +42,10 @@ void Stage::follow_ball() {
   const double passed_s =
       context_.window() != nullptr ? std::min(frame_s_, kMaxFrame_s) : 1.0 / view.settings->frame_rate_hz;
   if (ball_camera_.is_on()) {
-    ball_camera_.move({ball_m_, view.num_flights, num_frames_ == 0 ? kAtOnce_s : passed_s},
-                      view.physics->world, region, camera_);
+    constexpr std::int64_t kAimed = -1;  // no flight: the camera glides to the start and back
+    ball_camera_.move(
+        {ball_m_, aim_.active() ? kAimed : view.num_flights, num_frames_ == 0 ? kAtOnce_s : passed_s},
+        view.physics->world, region, camera_);
   }
   const bool with_marks = static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
   switches_.has_magnifier = Magnifier::is_wanted(switches_.magnifier, view, camera_, scale_, with_marks);
