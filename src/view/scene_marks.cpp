@@ -189,9 +189,8 @@ void SceneMarks::show_magnifier(const FrameView& frame, const ScenePlace& scene)
   const float s = scene.place.scale;
   InsetRequest request = {free_rect(scene), scene.magnifier_px, 10.0F * s, rectangles(), {}, before};
   request.keep_clear.push_back(ball_rect(frame, scene));
-  if (!before) request.path_px = path_points(frame, scene);
-  magnifier_ = place_inset(request);
-  if (!magnifier_ && before) {
+  if (before) magnifier_ = place_inset(request);
+  if (!before || magnifier_ != before) {
     request.path_px = path_points(frame, scene);
     magnifier_ = place_inset(request);
   }
