@@ -1,5 +1,5 @@
 // A pickleball from above: a lit sphere whose holes turn with it. One hole is marked to show the spin.
-in vec2 from_center;
+flat in vec2 center_px;
 uniform float radius_px;
 uniform float angle;
 out vec4 color;
@@ -34,6 +34,7 @@ vec3 surface(vec2 p) {
 }
 
 void main() {
+  vec2 from_center = (FRAGMENT_PX - center_px) / radius_px;  // ball radii
   float r = length(from_center);
   float disc = clamp((1.0 - r) * radius_px + 0.5, 0.0, 1.0);
   float rim = clamp((1.0 - r) * radius_px + 2.0, 0.0, 1.0);

@@ -1,18 +1,32 @@
-// The view, shared by all programs. The world is in metres, pictures in pixels from the lower left corner.
+// The view, shared by all programs. The world is in metres, pictures in pixels from the lower left corner. What is
+// drawn may be a tile of a larger picture. Fragments compute from their place in the whole picture, so that a picture
+// is the same, however it is divided.
 layout(std140, binding = 0) uniform View {
   vec2 center_m;     // seen at anchor_px
   vec2 anchor_px;
-  vec2 size_px;
+  vec2 size_px;      // of the tile
   float m_per_px;
   float scale;       // pixels per layout pixel
   float map_low;     // used part of the colour map
   float map_high;
   float map_kind;    // 0 viridis, 1 cividis, 2 grey
   float light;       // 1: light theme
+  vec2 origin_px;    // of the tile in the picture
+  float transparent; // 1: without a ground
+  float unused;
 } view;
 
+#define FRAGMENT_PX (gl_FragCoord.xy + view.origin_px)
+
 vec2 px_of(vec2 world_m) { return (world_m - view.center_m) / view.m_per_px + view.anchor_px; }
-vec4 clip_of(vec2 px) { return vec4(px / view.size_px * 2.0 - 1.0, 0.0, 1.0); }
+// For corners of upright rectangles, whose parts outside of the tile nobody sees.
+vec2 near_tile(vec2 px) { return clamp(px, view.origin_px - 2.0, view.origin_px + view.size_px + 2.0); }
+
+// On a grid of 1/64 of a pixel, which rasterisers keep exactly: the same corners in every tile.
+vec4 clip_of(vec2 px) {
+  vec2 in_tile = round(px * 64.0) / 64.0 - view.origin_px;
+  return vec4(in_tile / view.size_px * 2.0 - 1.0, 0.0, 1.0);
+}
 
 // Sixth-order fits of viridis (van der Walt and Smith 2015) and cividis (Nunez, Anderton and Renslow 2018), and
 // grey. Lightness increases monotonically in each, also for colour-blind eyes. The part that is invisible on the

@@ -1,5 +1,6 @@
 // A pickleball court from above, in metres: 44 x 20 ft, non-volley zones 7 ft deep, net between posts 22 ft apart
 // (docs/physics.md, 'Court and ball'). It is drawn once per view and kept as a picture.
+uniform vec2 image_side_m;  // of a periodic world that goes on beyond its edges; 0: it does not
 out vec4 color;
 
 const float kFoot = 0.3048;
@@ -40,23 +41,26 @@ vec3 floor_color(vec2 p) {
   return mix(c, zone, cover(box(p, vec2(kZone, kHalfCourt.y))));
 }
 
+float net_half_width() { return max(0.022, 0.75 * view.m_per_px); }
+float net(vec2 p) { return cover(max(abs(p.x) - net_half_width(), abs(p.y) - kHalfPosts)); }
+float posts(vec2 p) { return cover(length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.06); }
+
 vec3 with_net(vec3 c, vec2 p) {
-  float w = max(0.022, 0.75 * view.m_per_px);
   float shadow = mix(0.42, 0.16, view.light) * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
   c *= 1.0 - shadow * step(0.0, p.x);
-  float mesh = max(abs(p.x) - w, abs(p.y) - kHalfPosts);
-  c = mix(c, mix(vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), view.light), 0.92 * cover(mesh));
-  float post = length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.06;
-  return mix(c, mix(vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), view.light), cover(post));
+  c = mix(c, mix(vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), view.light), 0.92 * net(p));
+  return mix(c, mix(vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), view.light), posts(p));
 }
 
 void main() {
-  vec2 p = (gl_FragCoord.xy - view.anchor_px) * view.m_per_px + view.center_m;
+  vec2 p = (FRAGMENT_PX - view.anchor_px) * view.m_per_px + view.center_m;
+  if (image_side_m.x > 0.0) p -= image_side_m * round(p / image_side_m);
   vec3 c = floor_color(p);
   c *= 1.0 - mix(0.18, 0.05, view.light) * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
   c = mix(c, mix(vec3(0.87, 0.90, 0.89), vec3(0.30, 0.38, 0.43), view.light), 0.80 * cover(lines(p)));
   c = with_net(c, p);
   // Half a grey level of noise hides the bands of the soft shading.
-  float noise = fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;
-  color = vec4(c + noise / 255.0, 1.0);
+  float noise = fract(sin(dot(FRAGMENT_PX, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;
+  float alpha = view.transparent > 0.5 ? max(0.80 * cover(lines(p)), max(0.92 * net(p), posts(p))) : 1.0;
+  color = vec4((c + noise / 255.0) * alpha, alpha);  // times alpha, as blending leaves it
 }

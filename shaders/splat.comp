@@ -10,7 +10,7 @@ uniform float per_color_mps;
 void main() {
   uint i = gl_GlobalInvocationID.x * one_in;
   if (i >= num_parcels) return;
-  vec2 px = px_of(position_m[i]);
+  vec2 px = px_of(position_m[i]) - view.origin_px;
   if (any(lessThan(px, vec2(0.0))) || any(greaterThanEqual(px, view.size_px))) return;
   uint level = uint(clamp(speed_mps[i] * per_color_mps, 0.0, 1.0) * 63.0 + 0.5);
   atomicAdd(pixel[uint(px.y) * uint(view.size_px.x) + uint(px.x)], (level << 13) | 1u);

@@ -15,7 +15,7 @@ inline constexpr KeyRow kMouseRows[] = {
     {"drag the ball, or its start (a ring shows it)", "pull back and let fly; speed in m/s and mph"},
     {"the same with Shift", "up and down: spin in rad/s and rpm"},
     {"drag elsewhere, right drag", "pan"},
-    {"wheel / double click", "zoom at the pointer / fit the view"},
+    {"wheel / double click", "zoom at the pointer or in the magnifier / fit the view"},
     {"drag on the bar below the scene", "back and forth through this flight"},
     {"drop a scene file", "load it"}};
 
@@ -29,6 +29,7 @@ inline constexpr KeyRow kKeyRows[] = {
     {"T / G", "path of the ball / ghost paths"},
     {"H / O", "hide panel / overlay: full, one line, off"},
     {"F / F11 / V", "fit the view / full screen / vertical sync"},
+    {"Z / N", "camera that follows the ball / magnifier on the ball"},
     {"D / C", "light, dark theme / colours of the parcels"},
     {"+ -", "larger, smaller text and overlay"},
     {"F9 / F12", "begin, end a film / picture"},
@@ -37,6 +38,7 @@ inline constexpr KeyRow kKeyRows[] = {
     {"Ctrl+Z", "undo the last change of a setting, step by step"},
     {"Ctrl+Y or Ctrl+Shift+Z", "redo it"},
     {"F10", "the last seconds as an animated GIF or WebP"},
+    {"Shift+F12", "court, paths and ball as SVG"},
     {"E", "measure what each term of the model costs"},
     {"F1 or ?", "all keys on a card; again or Esc: closes it"},
     {"Esc", "close a menu; leave off aiming; leave full screen; twice: quit"}};

@@ -49,15 +49,6 @@ std::string set_help() {
   return text;
 }
 
-CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
-                      const std::string& help) {
-  // A callback, since CLI11 treats an empty value of an optional as none.
-  return app
-      .add_option_function<std::string>(
-          flag, [&target](const std::string& text) { target = text; }, help)
-      ->type_name(value);
-}
-
 void add_frame_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_option(
          "--draw-target", options.draw_target,
@@ -114,6 +105,10 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
                   "where a GPU draws, else from the first F10",
                   kMaxClip_s));
   add_text(app, "--clip-format", typed.clip_format, "NAME", one_of("animated picture by F10", kClipFormats));
+  app.add_flag("--follow", options.follow, "the camera keeps the ball in the middle");
+  add_text(
+      app, "--magnifier", typed.magnifier, "NAME",
+      "a picture of the ball, magnified; auto: while the ball is small; auto, on, off; default: the scene's");
   app.add_flag_callback(
       "--no-vsync", [&options] { options.vsync = false; }, "do not wait for the screen's refresh");
   app.add_flag("--full-screen", options.full_screen, "fill the screen with the window");
@@ -125,6 +120,15 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
 }
 
 }  // namespace
+
+CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
+                      const std::string& help) {
+  // A callback, since CLI11 treats an empty value of an optional as none.
+  return app
+      .add_option_function<std::string>(
+          flag, [&target](const std::string& text) { target = text; }, help)
+      ->type_name(value);
+}
 
 bool is_num_parcels(const SettingFlag& flag) { return std::string(flag.flag) == "-p"; }
 
@@ -181,11 +185,7 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   add_record_flags(app, typed, options);
   app.add_option("--panel-map", typed.panel_map, "write the positions of the panel's controls as JSON")
       ->type_name("FILE");
-  app.add_option("--picture", typed.picture, "write the last frame, .png")->type_name("FILE");
-  app.add_option("--still", typed.still,
-                 "headless: write the picture at T seconds of simulated time, then exit")
-      ->type_name("T FILE.png")
-      ->expected(2);
+  add_picture_flags(app, typed, options);
   app.add_option("replay", typed.replay, "replay a log of inputs (written by --log, or beside a film)")
       ->type_name("FILE.toml");
   app.add_option("--report", typed.report, "write figures of the run as JSON")->type_name("FILE.json");

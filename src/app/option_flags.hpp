@@ -11,7 +11,8 @@
 
 namespace CLI {
 class App;
-}
+class Option;
+}  // namespace CLI
 
 namespace pf {
 
@@ -35,7 +36,7 @@ constexpr const char* kBenchScene = "gas";  // comparable with theory and other 
 // The command line as typed. It is checked later: --set and flags override the scene in any order.
 struct Typed {
   std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
-      color_map, overlay, ui_scale, clip, clip_format;
+      color_map, overlay, ui_scale, clip, clip_format, magnifier, picture_size, picture_tile;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, save_scene;
@@ -53,6 +54,12 @@ Field field_of(const SettingFlag& flag);
 // Flags of the commands. Their values go to `typed`, or to `options` if they need no check. Both must outlive
 // the parse.
 void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene);
+// For the text of one flag, also an empty one.
+CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
+                      const std::string& help);
+// Of pictures, and what is read from them.
+void add_picture_flags(CLI::App& app, Typed& typed, Options& options);
+void read_pictures(const CLI::App& command, const Typed& typed, Options& options);
 void add_run_flags(CLI::App& app, Typed& typed, Options& options);
 void add_lab_flags(CLI::App& app, Typed& typed, Options& options);
 void add_bench_flags(CLI::App& app, Typed& typed, Options& options);

@@ -27,6 +27,7 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   if (typed.clip) options.clip_s = whole_number("--clip", *typed.clip, 1, kMaxClip_s);
   options.keep_clip = typed.clip.has_value();
   if (typed.clip_format) options.clip_format = name_of("--clip-format", *typed.clip_format, kClipFormats);
+  if (typed.magnifier) options.magnifier = name_of("--magnifier", *typed.magnifier, kMagnifierNames);
   if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
   if (options.paused && options.headless)
     throw UserError(
@@ -166,27 +167,6 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
   options.log = output_file(app, "--log", typed.log, {".toml"});
 }
 
-void read_still(const Typed& typed, Options& options) {
-  if (typed.still.empty()) return;
-  double seconds = 0.0;
-  const std::string& text = typed.still[0];
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-  if (error != std::errc() || end != text.data() + text.size() || !(seconds >= 0.0 && seconds <= 1e6)) {
-    throw UserError(
-        fmt::format("--still: {} is not a time; give seconds of simulated time from 0 to 1e6 and "
-                    "a file, as --still 0.25 FILE.png",
-                    in_quotes(text)));
-  }
-  options.still = typed.still[1];
-  if (CLI::detail::to_lower(options.still.extension().string()) != ".png") {
-    throw UserError(fmt::format("--still: {} has the wrong ending; the file must end in .png",
-                                in_quotes(typed.still[1])));
-  }
-  check_writable("--still", options.still);
-  options.still_s = seconds;
-  options.headless = true;
-}
-
 // A log contains its settings. With others the flight would differ.
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
@@ -236,9 +216,8 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
     read_frame_bench(command, typed, options);
   else
     read_record(command, typed, options);
-  read_still(typed, options);
+  read_pictures(command, typed, options);
   if (typed.replay) read_replay(typed, options);
-  options.picture = output_file(command, "--picture", typed.picture, {".png"});
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});

@@ -21,6 +21,7 @@ inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "g
 inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
 inline const std::vector<std::string> kClipFormats = {"gif", "webp"};
 constexpr int kMaxClip_s = 15;
+inline const std::vector<std::string> kMagnifierNames = {"auto", "on", "off"};
 constexpr double kMinUiScale = 0.75;
 constexpr double kMaxUiScale = 3.0;
 
@@ -55,10 +56,16 @@ struct Options {
   std::optional<RunLog> replay;   // FILE.toml: log to replay
   std::optional<double> still_s;  // --still T FILE.png: simulated time
   std::filesystem::path still;
-  std::filesystem::path report;       // --report FILE.json
-  std::filesystem::path picture;      // --picture FILE.png: the last frame
-  std::string draw_target = "auto";   // --draw-target auto|interop|staged|host
-  std::filesystem::path panel_map;    // --panel-map FILE: positions of controls, for tests and scripts
+  std::filesystem::path report;      // --report FILE.json
+  std::filesystem::path picture;     // --picture FILE.png: the last frame
+  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
+  std::filesystem::path panel_map;   // --panel-map FILE: positions of controls, for tests and scripts
+  int picture_width_px = 0;          // --picture-size WxH; 0: the window's
+  int picture_height_px = 0;
+  bool picture_transparent = false;   // --picture-transparent
+  int picture_tile_px = 0;            // --picture-tile N: largest side of a tile; 0: what GL draws at once
+  bool follow = false;                // --follow: the camera keeps to the ball
+  std::string magnifier;              // --magnifier; empty: as the scene says
   bool paused = false;                // --paused: the window waits for the space bar
   bool seconds_given = false;         // the command line sets run.seconds, which then ends a window, too
   bool vsync = true;                  // --no-vsync

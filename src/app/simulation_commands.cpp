@@ -23,6 +23,8 @@ bool disturbs(const Settings& a, Settings b) {
   b.relaunch = a.relaunch;
   b.frame_budget_ms = a.frame_budget_ms;
   b.drawn_area_fraction = a.drawn_area_fraction;
+  b.follow_ball = a.follow_ball;
+  b.magnifier = a.magnifier;
   return !(a == b);
 }
 

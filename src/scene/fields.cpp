@@ -131,9 +131,17 @@ std::vector<Field> run_fields() {
   };
 }
 
+std::vector<Field> view_fields() {
+  return {
+      {"view", "follow", "", "the camera keeps the ball in the middle", 0, 0, &Settings::follow_ball},
+      {"view", "magnifier", "", "a picture of the ball, magnified; auto: while the ball is small", 0, 0,
+       choice<&Settings::magnifier>({"auto", "on", "off"})},
+  };
+}
+
 std::vector<Field> all_fields() {
   std::vector<Field> all = scene_and_world_fields();
-  for (const auto& part : {air_fields(), ball_fields(), run_fields()}) {
+  for (const auto& part : {air_fields(), ball_fields(), run_fields(), view_fields()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

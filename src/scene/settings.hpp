@@ -12,6 +12,8 @@
 
 namespace pf {
 
+// automatic: while the ball is small in the picture.
+enum class MagnifierMode : std::uint8_t { automatic, on, off };
 enum class Inertia : std::uint8_t { ring, sphere, disk };  // I = m R^2, 2/3 m R^2, 1/2 m R^2
 
 struct Settings {
@@ -71,6 +73,9 @@ struct Settings {
   double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, shortest mean free times
   double contact_clock_s = 0.0;   // the same in seconds; 0: from contact_clock
   bool relaunch = true;           // launch the ball again a second after it left the world
+  // view
+  bool follow_ball = false;  // the camera keeps the ball in the middle
+  MagnifierMode magnifier = MagnifierMode::automatic;
 
   bool operator==(const Settings&) const = default;
 };

@@ -19,11 +19,17 @@ struct ViewRegion {
   bool operator==(const ViewRegion&) const = default;
 };
 
+// A zoom within the bounds that the width of a world sets.
+inline double within_zoom(double metres_per_px, double width_m) {
+  return std::clamp(metres_per_px, width_m * 1e-7, width_m * 0.02);
+}
+
 struct Camera {
   Vec2d center_m;  // seen at anchor_px
   Vec2d anchor_px;
   double metres_per_px = 0.01;
-  bool fitted = true;  // follows the window until the person pans or zooms
+  bool fitted = true;         // follows the window until the person pans or zooms
+  bool shows_images = false;  // of a periodic world, beyond its edges
 
   Vec2d to_world(Vec2d px) const { return center_m + (px - anchor_px) * metres_per_px; }
 
@@ -34,6 +40,7 @@ struct Camera {
     metres_per_px = std::max(width_m / free_x, height_m / free_y);
     center_m = {};
     anchor_px = region.center_px();
+    shows_images = false;
     fitted = true;
   }
   void pan(Vec2d moved_px) {
@@ -43,7 +50,7 @@ struct Camera {
   // factor > 1 goes nearer; the world point under the pointer stays there. width_m bounds the zoom.
   void zoom_at(Vec2d pointer_px, double factor, double width_m) {
     const Vec2d fixed_m = to_world(pointer_px);
-    metres_per_px = std::clamp(metres_per_px / factor, width_m * 1e-7, width_m * 0.02);
+    metres_per_px = within_zoom(metres_per_px / factor, width_m);
     center_m = fixed_m - (pointer_px - anchor_px) * metres_per_px;
     fitted = false;
   }

@@ -39,20 +39,36 @@ std::string text_chunk(const std::string& keyword, const std::string& text) {
   return png_chunk(is_ascii ? "tEXt" + keyword + nul + text : "iTXt" + keyword + std::string(5, '\0') + text);
 }
 
-std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, std::string* problem) {
-  const auto width = static_cast<std::size_t>(size.width);
-  std::vector<std::uint8_t> rgb(width * static_cast<std::size_t>(size.height) * 3);
+std::vector<std::uint8_t> without_alpha(std::span<const std::uint8_t> rgba) {
+  std::vector<std::uint8_t> rgb(rgba.size() / 4 * 3);
   for (std::size_t pixel = 0; pixel < rgb.size() / 3; ++pixel)
     std::memcpy(&rgb[3 * pixel], &rgba[4 * pixel], 3);
+  return rgb;
+}
+
+// Divides the colours by alpha.
+std::vector<std::uint8_t> straight_alpha(std::span<const std::uint8_t> rgba) {
+  std::vector<std::uint8_t> straight(rgba.begin(), rgba.end());
+  for (std::size_t at = 0; at < straight.size(); at += 4) {
+    const unsigned alpha = straight[at + 3];
+    for (std::size_t part = at; part < at + 3 && alpha > 0; ++part)
+      straight[part] = static_cast<std::uint8_t>(std::min((straight[part] * 255U + alpha / 2) / alpha, 255U));
+  }
+  return straight;
+}
+
+std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, PngAlpha alpha, std::string* problem) {
+  const bool is_kept = alpha == PngAlpha::kept;
+  const std::vector<std::uint8_t> pixels = is_kept ? straight_alpha(rgba) : without_alpha(rgba);
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(size.width);
   image.height = static_cast<png_uint_32>(size.height);
-  image.format = PNG_FORMAT_RGB;
-  const auto stride = -static_cast<png_int_32>(3 * width);  // negative: the bottom row comes first
+  image.format = is_kept ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+  const auto stride = -size.width * (is_kept ? 4 : 3);  // negative: the bottom row comes first
   png_alloc_size_t bytes = PNG_IMAGE_PNG_SIZE_MAX(image);
   std::string png(bytes, '\0');
-  if (png_image_write_to_memory(&image, png.data(), &bytes, 0, rgb.data(), stride, nullptr) == 0)
+  if (png_image_write_to_memory(&image, png.data(), &bytes, 0, pixels.data(), stride, nullptr) == 0)
     *problem = image.message;
   png.resize(bytes);
   return png;
@@ -61,9 +77,9 @@ std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, std::string*
 }  // namespace
 
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
-               const PngTexts& texts) {
+               const PngTexts& texts, PngAlpha alpha) {
   std::string problem;
-  std::string png = png_of(rgba, size, &problem);
+  std::string png = png_of(rgba, size, alpha, &problem);
   if (problem.empty()) {
     constexpr std::size_t kAfterHeader = 8 + 25;  // signature, IHDR
     std::string chunks;

@@ -20,10 +20,13 @@ namespace pf {
 // Texts in a PNG, by keyword (at most 79 Latin letters).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
-// rgba: height * width * 4 bytes, bottom row first. The alpha channel is left out. texts: UTF-8. Throws
-// UserError if the file cannot be written.
+// Colours of the pixels, as GL leaves them.
+enum class PngAlpha { left_out, kept };  // kept: the colours are times alpha, which the PNG's are not
+
+// rgba: height * width * 4 bytes, bottom row first. texts: UTF-8. Throws UserError if the file cannot be
+// written.
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
-               const PngTexts& texts = {});
+               const PngTexts& texts = {}, PngAlpha alpha = PngAlpha::left_out);
 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);

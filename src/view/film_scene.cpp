@@ -2,15 +2,29 @@
 
 #include <algorithm>
 
+#include "view/ball_camera.hpp"
+
 namespace pf {
-namespace {
 
-// Text has the share of the picture that it has in a window of 1280x720.
-float scale_of(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
+float film_scale(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
 
-}  // namespace
+Camera camera_like(const Camera& window, const ViewRegion& seen, const ViewRegion& region, const World& world,
+                   float scale) {
+  Camera camera;
+  if (window.fitted) {
+    fit_world(camera, world, region, scale);
+    return camera;
+  }
+  camera.center_m = window.to_world(seen.center_px());
+  camera.anchor_px = region.center_px();
+  camera.metres_per_px =
+      window.metres_per_px * std::max(seen.width_px / region.width_px, seen.height_px / region.height_px);
+  camera.fitted = false;
+  camera.shows_images = window.shows_images;
+  return camera;
+}
 
-FilmScene::FilmScene(SizePx size) : size_(size), scale_(scale_of(size)), gui_(scale_) {
+FilmScene::FilmScene(SizePx size) : size_(size), scale_(film_scale(size)), gui_(scale_) {
   canvas_.resize(size.width, size.height);
 }
 
@@ -29,20 +43,23 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   const ViewRegion free = {0.0, bottom, static_cast<double>(size_.width),
                            std::max(size_.height - bottom, 1.0)};
   const ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
-  if (window.fitted) {
-    fit_world(camera_, frame.physics->world, region, scale_);
-  } else {
-    camera_.center_m = window.to_world(seen.center_px());
-    camera_.anchor_px = region.center_px();
-    camera_.metres_per_px =
-        window.metres_per_px * std::max(seen.width_px / region.width_px, seen.height_px / region.height_px);
-  }
+  camera_ = camera_like(window, seen, region, frame.physics->world, scale_);
   renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
+  const bool is_wanted =
+      overlay != nullptr && Magnifier::is_wanted(magnifier_mode_, frame, camera_, scale_, true);
+  magnifier_px_ = is_wanted ? Magnifier::side_px(static_cast<float>(region.width_px),
+                                                 static_cast<float>(region.height_px), scale_)
+                            : 0.0F;
+  if (magnifier_px_ <= 0.0F) return;
+  if (!magnifier_) magnifier_ = std::make_unique<Magnifier>();
+  magnifier_->set_look(look_);
+  magnifier_->draw_air(frame, parcels, ball_in_picture(frame), magnifier_px_, scale_);
 }
 
 void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title,
                           Gui& window_gui) {
-  renderer_.draw_flight(frame, camera_, {canvas_.framebuffer(), size_, scale_});
+  const Viewport viewport = {canvas_.framebuffer(), size_, scale_};
+  renderer_.draw_flight(frame, camera_, viewport);
   if (overlay == nullptr && title.opacity() == 0.0F) return;
   const auto height_px = static_cast<float>(size_.height);
   OverlayPlace place = {0.0F, static_cast<float>(size_.width), height_px, scale_};
@@ -53,10 +70,15 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const 
     Overlay shown = *overlay;  // the window's own keeps its texts and their places
     shown.show(frame, mode(), place, look_);
     place.bottom_px -= shown.used_height_px(mode(), scale_);
-    marks_.show(frame, {camera_, place, height_px, look_});
+    const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
+    marks_.show(frame, {camera_, place, height_px, look_, magnifier_px_, magnifier_scale});
   }
   title.show(place, look_.theme);
   gui_.end_frame();
+  if (marks_.magnifier()) {
+    magnifier_->draw_flight(frame);
+    magnifier_->copy(*marks_.magnifier(), viewport);
+  }
   gui_.draw(canvas_.framebuffer(), size_);
   window_gui.make_current();
 }

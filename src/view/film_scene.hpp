@@ -1,13 +1,24 @@
 // The scene as the film shows it: at the film's size and without the panel, apart from the window's picture.
 #pragma once
 
+#include <memory>
+
 #include "view/cue_title.hpp"
 #include "view/gui.hpp"
+#include "view/magnifier.hpp"
 #include "view/overlay.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
 
 namespace pf {
+
+// Text has the share of the picture that it has in a window of 1280x720.
+float film_scale(SizePx size);
+
+// The window's view in another picture: all of the world if the window shows that, else the same middle and
+// at least as much around it. seen, region: what is free for the scene, in the window and there.
+Camera camera_like(const Camera& window, const ViewRegion& seen, const ViewRegion& region, const World& world,
+                   float scale);
 
 class FilmScene {
  public:
@@ -15,8 +26,8 @@ class FilmScene {
 
   // The window's look; to be set before each frame.
   void set_look(const Look& look);
-  // As Renderer::draw_air, in the window's view: all of the world if the window shows that, else the same
-  // middle and at least as much around it. seen: the part of the window that is free for the scene.
+  void set_magnifier(MagnifierMode mode) { magnifier_mode_ = mode; }
+  // As Renderer::draw_air, in the window's view. seen: the part of the window that is free for the scene.
   void draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
                 const ViewRegion& seen, const Overlay* overlay);
   // Paths and ball, the overlay with the legend if overlay is not null, and the cue's title. window_gui is
@@ -36,6 +47,9 @@ class FilmScene {
   Gui gui_;
   SceneMarks marks_;
   Camera camera_;
+  std::unique_ptr<Magnifier> magnifier_;
+  MagnifierMode magnifier_mode_ = MagnifierMode::automatic;
+  float magnifier_px_ = 0.0F;
   Look look_;
 };
 

@@ -20,13 +20,6 @@ constexpr float kPad_px = 10.0F;
 constexpr float kSample_px = 24.0F;  // piece of a path's line
 constexpr float kGap_px = 14.0F;     // between columns
 
-constexpr std::size_t kNumCells = 7;
-constexpr std::array<std::string FlightRow::*, kNumCells> kCells = {
-    &FlightRow::number, &FlightRow::method, &FlightRow::speed, &FlightRow::spin,
-    &FlightRow::apart,  &FlightRow::energy, &FlightRow::cost};
-constexpr std::array<const char*, kNumCells> kHeads = {
-    "", "method", "m/s", "rad/s", "distance: final, max", "energy drift", "cost / s"};
-
 float text_size() { return reduced(0.92F); }
 
 std::string air_name(const FlightRecord& flight) {
@@ -109,7 +102,8 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   FlightRow row;
   row.is_current = is_current;
   row.number = fmt::format("{}{}", flight.number, is_current ? ", now" : "");
-  row.method = air_name(flight);
+  row.name = air_name(flight);
+  row.method = row.name;
   if (step_of(flight) > 0.0) row.method += ", " + step_text(step_of(flight));
   if (flight.disturbed) row.method += ", changed in flight";
   if (!flight.fresh_air) row.method += ", used air";
@@ -122,7 +116,7 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
 void compare_row(const FlightRecord& flight, const Compared& compared, bool complete, FlightRow& row) {
   const bool flies = row.is_current && !complete;
   if (!complete && !flies) row.method += ", cut short";
-  row.apart = row.energy = row.cost = flies ? "..." : "-";
+  row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
   if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
     row.cost = cost_text(flight.compute_ms / flight.time_s());
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
@@ -130,7 +124,9 @@ void compare_row(const FlightRecord& flight, const Compared& compared, bool comp
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
   const auto distance = distance_between(first_part(*compared.reference, compared.until_s),
                                          first_part(flight, compared.until_s));
-  if (distance) row.apart = length_text(distance->at_end_m) + ", " + length_text(distance->largest_m);
+  if (!distance) return;
+  row.apart_end = length_text(distance->at_end_m);
+  row.apart = row.apart_end + ", " + length_text(distance->largest_m);
 }
 
 std::vector<const FlightRecord*> in_order(const FrameView& frame, const FlightRecord* first) {
@@ -153,17 +149,25 @@ std::string foot_text(const FrameView& frame) {
   return text;
 }
 
-std::size_t num_ghosts(const FrameView& frame, const Look& look) {
-  return look.ghosts && frame.ghosts != nullptr ? frame.ghosts->size() : 0;
+const std::vector<Ghost>* shown_ghosts(const FrameView& frame, const Look& look) {
+  return look.ghosts ? frame.ghosts : nullptr;
 }
 
 float height_of(std::size_t num_rows) {
   return kRow_px * static_cast<float>(1 + num_rows) + 1.4F * kPad_px;  // a row of heads
 }
 
-void write_text(ImVec2 at, ImU32 color, const std::string& text) {
+// wrap_px: width of the lines; 0: one line.
+void write_text(ImVec2 at, ImU32 color, const std::string& text, float wrap_px = 0.0F) {
   ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), text_size() * ImGui::GetFontSize(), at, color,
-                                          text.c_str());
+                                          text.c_str(), nullptr, wrap_px);
+}
+
+std::size_t num_lines(const std::string& text, float wrap_px) {
+  if (text.empty()) return 0;
+  const float size = text_size() * ImGui::GetFontSize();
+  const float height = ImGui::GetFont()->CalcTextSizeA(size, 1e9F, wrap_px, text.c_str()).y;
+  return static_cast<std::size_t>(std::lround(height / size));
 }
 
 // A short piece of a path's line. dash_px: 0 for a solid line.
@@ -200,40 +204,62 @@ bool FlightLegend::is_shown(const FrameView& frame, const Look& look) {
   return look.paths && frame.physics->ball.exists;
 }
 
+std::size_t FlightLegend::num_rows(const std::vector<Ghost>* ghosts) const {
+  return rows_.size() + (ghosts == nullptr ? 0 : ghosts->size()) + num_foot_lines_;
+}
+
 LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float scale) const {
   if (!is_shown(frame, look)) return {};
   constexpr std::size_t kMinFlights = 3;
-  const std::size_t num_rows = std::max(1 + frame.old_flights->size(), kMinFlights) +
-                               num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
-  return {layout_width_ * scale, (height_of(num_rows) + kMargin_px) * scale};
+  const std::size_t flights = std::max(1 + frame.old_flights->size(), kMinFlights);
+  const std::size_t num = flights + num_rows(shown_ghosts(frame, look)) - rows_.size();
+  return {layout_width_ * scale, (height_of(num) + kMargin_px) * scale};
 }
 
-void FlightLegend::write(const FrameView& frame, const Look& look, float scale) {
-  if (written_flight_ != frame.num_flights || ++frames_since_ >= kFramesPerText || frame.paused) {
-    rows_ = flight_rows(frame, look.theme);
-    foot_ = foot_text(frame);
-    written_flight_ = frame.num_flights;
-    frames_since_ = 0;
-  }
-  measure(scale);
+void FlightLegend::write(const FrameView& frame, const Look& look, float scale, float max_width_px) {
+  is_resized_ = scale != scale_ || max_width_px != max_width_px_;
+  scale_ = scale;
+  max_width_px_ = max_width_px;
+  const bool is_due = written_flight_ != frame.num_flights || ++frames_since_ >= kFramesPerText;
+  if (!is_due && !is_resized_ && !frame.paused) return;
+  rows_ = flight_rows(frame, look.theme);
+  foot_ = foot_text(frame);
+  written_flight_ = frame.num_flights;
+  frames_since_ = 0;
+  choose_columns();
 }
 
-void FlightLegend::measure(float scale) {
-  static_assert(kNumColumns == kNumCells);
-  text_width_px_ = kSample_px * scale;
-  for (std::size_t c = 0; c < kNumColumns; ++c) {
-    widths_px_[c] = 0.0F;
-    for (const FlightRow& row : rows_)
-      widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c], text_size()));
-    if (widths_px_[c] == 0.0F) continue;
-    widths_px_[c] = std::max(widths_px_[c], text_width(kHeads[c], text_size()));
-    text_width_px_ += widths_px_[c] + kGap_px * scale;
+float FlightLegend::column_width(const LegendColumn& column) const {
+  float width = 0.0F;
+  for (const FlightRow& row : rows_) width = std::max(width, text_width(row.*column.cell, text_size()));
+  return width == 0.0F ? 0.0F : std::max(width, text_width(column.head, text_size()));  // an empty one
+}
+
+float FlightLegend::columns_width(const std::vector<LegendColumn>& columns) const {
+  float width = kSample_px * scale_;
+  for (const LegendColumn& column : columns) {
+    const float own = column_width(column);
+    if (own > 0.0F) width += own + kGap_px * scale_;
   }
-  text_width_px_ = std::max(text_width_px_, text_width(foot_, text_size()));
-  // In steps: figures that grow by a digit must not move the world.
-  constexpr double kWidthStep = 40.0;
-  const double width = text_width_px_ / scale + 2.0F * (kPad_px + kMargin_px);
-  layout_width_ = kWidthStep * std::ceil(width / kWidthStep);
+  return width;
+}
+
+// Columns do not come back as soon as a figure loses a digit: first there must be room for some more.
+void FlightLegend::choose_columns() {
+  constexpr double kWidthStep = 40.0;  // layout pixels: figures that grow by a digit must not move the world
+  const float frame_px = 2.0F * (kPad_px + kMargin_px) * scale_;
+  const float room = max_width_px_ - frame_px;
+  const auto width_of = [&](int level) { return columns_width(legend_columns(level)); };
+  const int tight = fitting_legend_level(0, room, width_of);
+  const int loose = fitting_legend_level(tight, room - static_cast<float>(kWidthStep) * scale_, width_of);
+  level_ = is_resized_ ? tight : std::clamp(level_, tight, loose);
+  columns_ = legend_columns(level_);
+  widths_px_.clear();
+  for (const LegendColumn& column : columns_) widths_px_.push_back(column_width(column));
+  text_width_px_ = std::max(columns_width(columns_), std::min(text_width(foot_, text_size()), room));
+  num_foot_lines_ = num_lines(foot_, text_width_px_ + 1.0F);
+  const double steps = std::ceil((text_width_px_ + frame_px) / (kWidthStep * scale_));
+  layout_width_ = std::min(kWidthStep * steps, static_cast<double>(max_width_px_ / scale_));
 }
 
 // The text stands at the right of the room that is kept.
@@ -243,33 +269,35 @@ void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, fl
   const float kept = static_cast<float>(layout_width_) * scale;
   const ImVec2 low(at.x + std::max(kept - width - kMargin_px * scale, 4.0F * scale),
                    at.y + kMargin_px * scale);
-  const std::size_t num_rows = rows_.size() + num_ghosts(frame, look) + (foot_.empty() ? 0 : 1);
-  ImGui::GetBackgroundDrawList()->AddRectFilled(low,
-                                                ImVec2(low.x + width, low.y + height_of(num_rows) * scale),
+  const std::vector<Ghost>* ghosts = shown_ghosts(frame, look);
+  const std::size_t rows = num_rows(ghosts);
+  ImGui::GetBackgroundDrawList()->AddRectFilled(low, ImVec2(low.x + width, low.y + height_of(rows) * scale),
                                                 overlay_colors(look.theme).ground, 5.0F * scale);
   const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
   paint_cells(text, look, scale);
-  if (num_ghosts(frame, look) > 0) paint_ghosts(text, *frame.ghosts, look, scale);
-  const float foot_y = text.y + kRow_px * scale * static_cast<float>(num_rows);
-  if (!foot_.empty()) write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_);
+  if (ghosts != nullptr) paint_ghosts(text, *ghosts, look, scale);
+  const float foot_y = text.y + kRow_px * scale * static_cast<float>(1 + rows - num_foot_lines_);
+  if (!foot_.empty())
+    write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_, text_width_px_ + 1.0F);
 }
 
 void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
   const OverlayColors& colors = overlay_colors(look.theme);
   const float row_px = kRow_px * scale;
   float x = at.x + kSample_px * scale;
-  for (std::size_t c = 0; c < kNumColumns; ++c) {
-    if (widths_px_[c] == 0.0F) continue;
+  for (std::size_t c = 0; c < columns_.size(); ++c) {
+    const LegendColumn& column = columns_[c];
+    const float width = widths_px_[c];
+    if (width == 0.0F) continue;
     x += kGap_px * scale;
     const auto write = [&](std::size_t row, ImU32 color, const std::string& text) {
-      const bool is_number = c >= 2;  // aligned at the right
-      const float left = is_number ? x + widths_px_[c] - text_width(text, text_size()) : x;
+      const float left = column.is_number ? x + width - text_width(text, text_size()) : x;
       write_text(ImVec2(left, at.y + row_px * static_cast<float>(row)), color, text);
     };
-    write(0, colors.dim, kHeads[c]);
+    write(0, colors.dim, column.head);
     for (std::size_t r = 0; r < rows_.size(); ++r)
-      write(r + 1, rows_[r].is_current ? colors.text : colors.dim, rows_[r].*kCells[c]);
-    x += widths_px_[c];
+      write(r + 1, rows_[r].is_current ? colors.text : colors.dim, rows_[r].*column.cell);
+    x += width;
   }
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     paint_sample(ImVec2(at.x, at.y + row_px * (static_cast<float>(r) + 1.5F)), packed(rows_[r].color), 0.0F,

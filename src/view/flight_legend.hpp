@@ -3,22 +3,15 @@
 
 #include <imgui.h>
 
-#include <array>
 #include <string>
 #include <vector>
 
 #include "app/simulation.hpp"
+#include "view/legend_columns.hpp"
 #include "view/legend_place.hpp"
 #include "view/look.hpp"
 
 namespace pf {
-
-// One flight as the legend shows it.
-struct FlightRow {
-  std::string number, method, speed, spin, apart, energy, cost;
-  bool is_current = false;
-  Rgb color{};
-};
 
 // The flights of a frame: the first of the current launch, the current one, then the others, newest first. If
 // several belong to the current launch, their columns apart, energy and cost are filled; apart: the distance
@@ -33,23 +26,30 @@ class FlightLegend {
   // The width is that of the last frame. scale: pixels per layout pixel.
   LegendSize size(const FrameView& frame, const Look& look, float scale) const;
 
-  // Takes the figures of the frame, every few frames.
-  void write(const FrameView& frame, const Look& look, float scale);
+  // Takes the figures of the frame, every few frames, and chooses columns that fit into a width.
+  void write(const FrameView& frame, const Look& look, float scale, float max_width_px);
   // Describes it to ImGui with its upper left corner there, margins included.
   void paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const;
 
  private:
-  static constexpr std::size_t kNumColumns = 7;
-
-  void measure(float scale);
+  void choose_columns();
+  float columns_width(const std::vector<LegendColumn>& columns) const;
+  float column_width(const LegendColumn& column) const;
+  std::size_t num_rows(const std::vector<Ghost>* ghosts) const;
   void paint_cells(ImVec2 at, const Look& look, float scale) const;
   void paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, const Look& look, float scale) const;
 
   std::vector<FlightRow> rows_;
-  std::string foot_;                            // a line below the rows, or empty
-  std::array<float, kNumColumns> widths_px_{};  // 0: an empty column
-  float text_width_px_ = 0.0F;                  // of all columns
-  double layout_width_ = 320.0;                 // with margins, in layout pixels, rounded up
+  std::string foot_;  // below the rows, or empty
+  std::size_t num_foot_lines_ = 0;
+  int level_ = 0;  // of legend_columns()
+  float max_width_px_ = 0.0F;
+  float scale_ = 0.0F;
+  bool is_resized_ = false;
+  std::vector<LegendColumn> columns_;
+  std::vector<float> widths_px_;  // of the columns; 0: an empty one
+  float text_width_px_ = 0.0F;    // of all columns
+  double layout_width_ = 320.0;   // with margins, in layout pixels, rounded up
   std::int64_t written_flight_ = -1;
   int frames_since_ = 0;
 };

@@ -37,16 +37,18 @@ std::vector<std::filesystem::path> font_files() {
 
 void load_font(float scale) {
   ImGuiIO& io = ImGui::GetIO();
-  io.FontGlobalScale = 1.0F;
+  constexpr float kMaxFont_px = 140.0F;  // larger letters, of a large picture, are enlarged ones
+  const float font_px = std::min(kFontHeight_px * scale, kMaxFont_px);
+  io.FontGlobalScale = kFontHeight_px * scale / font_px;
   for (const std::filesystem::path& file : font_files()) {
     std::error_code error;
     if (!std::filesystem::exists(file, error)) continue;
     // Latin, and the few signs that the labels use: minus, dots, multiplication.
     static const ImWchar kRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2190, 0x21FF, 0x2212, 0x2212, 0};
-    if (io.Fonts->AddFontFromFileTTF(file.c_str(), kFontHeight_px * scale, nullptr, kRanges) == nullptr)
-      continue;
+    if (io.Fonts->AddFontFromFileTTF(file.c_str(), font_px, nullptr, kRanges) == nullptr) continue;
     static const ImWchar kTitleRanges[] = {0x0020, 0x00FF, 0x2010, 0x2027, 0x2212, 0x2212, 0};
-    io.Fonts->AddFontFromFileTTF(file.c_str(), kTitleHeight_px * scale, nullptr, kTitleRanges);
+    io.Fonts->AddFontFromFileTTF(file.c_str(), kTitleHeight_px * font_px / kFontHeight_px, nullptr,
+                                 kTitleRanges);
     return;
   }
   io.Fonts->AddFontDefault();

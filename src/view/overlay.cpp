@@ -113,11 +113,16 @@ void Overlay::write_full(const FrameView& frame, const OverlayPlace& place) {
 void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const float y = place.bottom_px - height_px(OverlayMode::compact, place.scale) + 4.0F * place.scale;
   const double frame_ms = figures_.frame_ms.median;
-  const std::string line = fmt::format(
-      "{:.0f} frames/s   {:.1f} ms   {}   {}   t = {:.3f} s   {}", 1e3 / std::max(frame_ms, 1e-3), frame_ms,
-      air_text(frame), choice_text("run.method", *frame.settings), frame.simulated_s, pace_text(frame));
+  const std::vector<LinePart> parts = {{fmt::format("{:.0f} frames/s", 1e3 / std::max(frame_ms, 1e-3)), 3},
+                                       {fmt::format("{:.1f} ms", frame_ms), 1},
+                                       {air_text(frame), 2},
+                                       {choice_text("run.method", *frame.settings), 5},
+                                       {fmt::format("t = {:.3f} s", frame.simulated_s), 6},
+                                       {pace_text(frame), 4}};
   const float padding = kPadding_px * place.scale;
-  texts_.add(place.left_px + padding, y, colors_.text, fitting(line, place.width_px - 2.0F * padding));
+  const float width = place.width_px - 2.0F * padding;
+  const auto width_of = [](const std::string& text) { return text_width(text); };
+  texts_.add(place.left_px + padding, y, colors_.text, fitting(fitting_parts(parts, width, width_of), width));
 }
 
 void Overlay::write_status(const FrameView& frame, float x, float y, float scale) {

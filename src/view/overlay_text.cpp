@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace pf {
@@ -51,6 +52,19 @@ std::string pace_text(const FrameView& frame) {
 std::string cluster_text(const StepTotals& totals) {
   return fmt::format("cluster of {}, {} retried", grouped(totals.largest_cluster),
                      grouped(totals.num_retried_steps));
+}
+
+std::string fitting_parts(std::vector<LinePart> parts, float width,
+                          const std::function<float(const std::string&)>& width_of) {
+  const auto joined = [&] {
+    std::string line;
+    for (const LinePart& part : parts) line += (line.empty() ? "" : "   ") + part.text;
+    return line;
+  };
+  const auto less = [](const LinePart& a, const LinePart& b) { return a.importance < b.importance; };
+  while (parts.size() > 1 && width_of(joined()) > width)
+    parts.erase(std::min_element(parts.begin(), parts.end(), less));
+  return joined();
 }
 
 std::string air_text(const FrameView& frame) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "app/simulation.hpp"
 
@@ -21,6 +23,14 @@ std::string pace_text(const FrameView& frame);
 
 // Largest cluster and repetitions of method `exact`.
 std::string cluster_text(const StepTotals& totals);
+// Of a line: the least important goes first where there is no room.
+struct LinePart {
+  std::string text;
+  int importance;
+};
+// The parts with spaces between them, as many as fit. width_of: of a text.
+std::string fitting_parts(std::vector<LinePart> parts, float width,
+                          const std::function<float(const std::string&)>& width_of);
 // The kind of air, with the number of parcels.
 std::string air_text(const FrameView& frame);
 // The chosen name of a setting, path as in scene files.

@@ -9,6 +9,7 @@
 
 #include "app/options.hpp"
 #include "view/slide.hpp"
+#include "view/smaller_text.hpp"
 
 namespace pf {
 namespace {
@@ -44,9 +45,11 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
   ImGui::SetNextWindowSize(ImVec2(width_px(scale), ImGui::GetIO().DisplaySize.y));
+  const SmallerText smaller(std::min(1.0F, max_scale_ / scale));
   ImGui::Begin("panel", nullptr,
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
+  smaller.begin_text();
   scene_menu_.edit(rows_, frame, commands);
   edit_buttons(frame, commands);
   ImGui::Separator();
@@ -61,6 +64,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (rows_.header("View", true)) edit_view(switches);
   if (rows_.header("Presenting", false)) edit_show(frame, switches, commands);
   if (rows_.header("All settings", false)) edit_all();
+  smaller.end_text();
   ImGui::End();
   if (rows_.changed()) commands.settings = rows_.edited();
   if (!commands.scene.empty()) switches.fit_camera = true;
@@ -219,6 +223,14 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::SameLine();
   if (rows_.button("Keys (F1)", half, "all keys and mouse gestures on a card; Esc closes it"))
     switches.show_keys = !switches.show_keys;
+  ImGui::Checkbox("Follow ball (Z)", &switches.follow_ball);
+  rows_.end_row("Follow ball",
+                "the camera keeps the ball in the middle; the wheel zooms, a drag or F ends it");
+  ImGui::SameLine(ImGui::GetCursorPosX() + 0.5F * ImGui::GetContentRegionAvail().x);
+  if (ImGui::Checkbox("Magnifier (N)", &switches.has_magnifier))
+    switches.magnifier = switches.has_magnifier ? MagnifierMode::on : MagnifierMode::off;
+  rows_.end_row("Magnifier",
+                "the ball in a picture of its own, by itself where it is small; the wheel over it magnifies");
   const std::string overlay_help =
       "times and figures at the lower edge (O)\nH hides this panel, Esc twice quits";
   rows_.begin_row("Overlay", overlay_help);

@@ -2,6 +2,7 @@
 // simulation.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "view/accuracy_section.hpp"
 #include "view/cue_section.hpp"
 #include "view/look.hpp"
+#include "view/magnifier.hpp"
 #include "view/scene_menu.hpp"
 #include "view/setting_rows.hpp"
 
@@ -27,7 +29,10 @@ struct ViewSwitches {
   double ui_scale = 1.0;  // of text and overlay
   bool vsync = true;
   bool full_screen = false;
-  bool show_keys = false;      // the card of keys
+  bool show_keys = false;    // the card of keys
+  bool follow_ball = false;  // the camera keeps it in the middle
+  MagnifierMode magnifier = MagnifierMode::automatic;
+  bool has_magnifier = false;  // in the last frame
   bool fit_camera = false;     // requested; the stage clears it
   bool measure_terms = false;  // requested; the stage clears it
 };
@@ -52,12 +57,18 @@ class Panel {
   CueRequest take_cue_request() { return std::exchange(cue_request_, {}); }
 
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
-  float width_px(float scale) const { return kWidth_px * scale; }
+  // Bounds the panel's share of a window: its text is then smaller than the rest. content_scale: of the
+  // screen, which it keeps.
+  void fit(float window_px, float content_scale) {
+    max_scale_ = std::max(kMaxShare * window_px / kWidth_px, content_scale);
+  }
+  float width_px(float scale) const { return kWidth_px * std::min(scale, max_scale_); }
   const ControlMap& controls() const { return rows_.controls(); }
   ControlMap& controls() { return rows_.controls(); }  // for controls outside the panel
 
  private:
   static constexpr float kWidth_px = 318.0F;
+  static constexpr float kMaxShare = 0.36F;
 
   void edit_buttons(const FrameView& frame, Commands& commands);
   void edit_main(const FrameView& frame);
@@ -73,6 +84,7 @@ class Panel {
   void edit_look(ViewSwitches& switches);
   void edit_all();
 
+  float max_scale_ = 4.0F;
   std::int64_t max_parcels_;
   std::string draw_target_;
   std::int64_t num_threads_;  // of the machine

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
+#include "view/path_svg.hpp"
 
 namespace pf {
 namespace {
@@ -153,32 +154,66 @@ FilmScene* Recorder::scene() {
   return scene_.get();
 }
 
-void Recorder::take(const SeenPicture& seen, Simulation& simulation) {
+void Recorder::take(const SeenPicture& seen, Simulation& simulation, const PictureScene& large) {
   const FilmScene* drawn = scene();
   const SeenPicture picture = drawn != nullptr ? SeenPicture{drawn->framebuffer(), drawn->size()} : seen;
   // In simulated time a film has a frame for each of the simulation, not for each picture of one.
   const bool is_due = options_.record_real_time || !simulation.view().unfinished;
   if (running_ && is_due) running_->film->add_frame(picture.framebuffer, picture.size);
-  if (picture_requested_) {
-    picture_requested_ = false;
-    const std::string name =
-        fmt::format("{}_t{:.4f}s.png", file_part(simulation.settings().name), simulation.view().simulated_s);
-    int number = 1;
-    while (fs::exists(numbered(name, number))) ++number;
-    try {
-      write_picture(numbered(name, number), picture, simulation);
-      tell(fmt::format("picture {}", in_quotes(numbered(name, number).string())));
-    } catch (const UserError& error) {
-      tell(error.what());
-    }
-  }
-  if (!options_.picture.empty() || options_.still_s) keep(seen, simulation);
+  if (picture_requested_ || paths_requested_) take_requested(picture, simulation, large);
+  picture_requested_ = paths_requested_ = false;
+  if (!options_.picture.empty() || options_.still_s) keep(seen, simulation, large);
   follow(simulation);
 }
 
+void Recorder::take_requested(const SeenPicture& picture, Simulation& simulation, const PictureScene& scene) {
+  const char* ending = picture_requested_ ? "png" : "svg";
+  const std::string name = fmt::format("{}_t{:.4f}s.{}", file_part(simulation.settings().name),
+                                       simulation.view().simulated_s, ending);
+  int number = 1;
+  while (fs::exists(numbered(name, number))) ++number;
+  const fs::path file = numbered(name, number);
+  try {
+    if (!picture_requested_) {
+      write_svg(file, path_svg(simulation.view(), scene.look));
+    } else if (draws_pictures()) {
+      write_picture(file, draw_picture(scene), simulation);
+    } else {
+      write_picture(file, {read_pixels(picture.framebuffer, picture.size), picture.size}, simulation);
+    }
+    tell(fmt::format("picture {}", in_quotes(file.string())));
+  } catch (const std::exception& error) {  // a file, memory or GL: the run goes on
+    tell(error.what());
+  }
+}
+
+// Pictures that are not those of the window, or of the film.
+bool Recorder::draws_pictures() const {
+  return options_.picture_width_px > 0 || options_.picture_transparent || options_.picture_tile_px > 0;
+}
+
+Pixels Recorder::draw_picture(const PictureScene& scene) const {
+  LargePictureRequest request = {seen_, options_.picture_tile_px, options_.picture_transparent};
+  if (options_.picture_width_px > 0) request.size = {options_.picture_width_px, options_.picture_height_px};
+  return draw_large_picture(request, scene);
+}
+
 // --picture takes the last frame of the first flight, which shows the whole path, or the last frame of a run
-// without a flight; --still takes the last frame.
-void Recorder::keep(const SeenPicture& seen, const Simulation& simulation) {
+// without a flight; --still takes the last frame. Pictures of another size are drawn once, when the first
+// flight has ended or else at the end of the run.
+void Recorder::keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& large) {
+  if (simulation.finished_flight() && !options_.picture.empty()) {
+    if (kept_svg_.empty()) kept_svg_ = path_svg(simulation.view(), large.look);
+    const bool is_png = options_.picture.extension() != ".svg";
+    if (is_png && draws_pictures() && kept_large_.rgba.empty()) {
+      FrameView flying = *large.frame;  // without the notice of its end
+      flying.flight = Flight::flying;
+      PictureScene scene = large;
+      scene.frame = &flying;
+      kept_large_ = draw_picture(scene);
+    }
+  }
+  if (draws_pictures()) return;
   if (!options_.still_s && simulation.finished_flight() && kept_.texture() != 0) return;
   const auto [width, height] = seen.size;
   kept_.resize(width, height);
@@ -186,7 +221,7 @@ void Recorder::keep(const SeenPicture& seen, const Simulation& simulation) {
                          GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
-void Recorder::write_picture(const fs::path& file, const SeenPicture& picture,
+void Recorder::write_picture(const std::filesystem::path& file, const Pixels& picture,
                              const Simulation& simulation) const {
   const FrameView& view = simulation.view();
   Settings settings = simulation.settings();
@@ -195,20 +230,29 @@ void Recorder::write_picture(const fs::path& file, const SeenPicture& picture,
                           {"Scene", scene_text(settings)},
                           {"Simulated time", fmt::format("{} s", view.simulated_s)},
                           {"Backend", view.backend}};
-  write_png(file, read_pixels(picture.framebuffer, picture.size), picture.size, texts);
+  write_png(file, picture.rgba, picture.size, texts, picture.alpha);
 }
 
-void Recorder::finish(Simulation& simulation) {
+void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
   if (running_) end(simulation);
   follow(simulation);
   while (!ending_.empty()) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
     follow(simulation);
   }
-  if (kept_.texture() == 0) return;
-  const SeenPicture kept = {kept_.framebuffer(), {kept_.width_px(), kept_.height_px()}};
-  if (!options_.picture.empty()) write_picture(options_.picture, kept, simulation);
-  if (options_.still_s) write_picture(options_.still, kept, simulation);
+  if (scene.parcels == nullptr) return;  // nothing was drawn
+  const SizePx size = {kept_.width_px(), kept_.height_px()};
+  for (const auto& [file, is_first_flight] : {std::pair(options_.picture, true), {options_.still, false}}) {
+    if (file.empty()) continue;
+    const bool has_kept = is_first_flight && !kept_svg_.empty();
+    if (file.extension() == ".svg") {
+      write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
+    } else if (draws_pictures()) {
+      write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);
+    } else if (kept_.texture() != 0) {
+      write_picture(file, {read_pixels(kept_.framebuffer(), size), size}, simulation);
+    }
+  }
 }
 
 std::string Recorder::film_line() const {

@@ -13,6 +13,7 @@
 #include "app/options.hpp"
 #include "view/film.hpp"
 #include "view/film_scene.hpp"
+#include "view/large_picture.hpp"
 
 namespace pf {
 
@@ -36,8 +37,9 @@ class Recorder {
   // Ends the current film, or begins another under a free name. Never throws: a film that cannot begin
   // becomes a notice.
   void toggle(Simulation& simulation);
-  // Writes the current frame as a PNG under a free name.
+  // Writes the current frame as a PNG under a free name, or its paths as SVG.
   void request_picture() { picture_requested_ = true; }
+  void request_paths() { paths_requested_ = true; }
 
   // How the current frame must be drawn: wants_seen() if the seen picture must be in memory; scene() if the
   // film has a picture of its own.
@@ -46,10 +48,10 @@ class Recorder {
   bool has_overlay() const { return options_.record_overlay; }
   bool is_recording() const { return running_.has_value(); }
 
-  // Takes the frame. seen: in memory if wants_seen().
-  void take(const SeenPicture& seen, Simulation& simulation);
+  // Takes the frame. seen: in memory if wants_seen(). scene: for a picture larger than that.
+  void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& scene);
   // Ends the film and waits until all films are written; writes the picture of --picture or --still.
-  void finish(Simulation& simulation);
+  void finish(Simulation& simulation, const PictureScene& scene);
 
   // Lines for the window: the current film with its time, and news of films and pictures. Empty: none.
   std::string film_line() const;
@@ -73,8 +75,11 @@ class Recorder {
   void end(Simulation& simulation);
   void follow(Simulation& simulation);
   void tell(const std::string& line);
-  void keep(const SeenPicture& seen, const Simulation& simulation);
-  void write_picture(const std::filesystem::path& file, const SeenPicture& picture,
+  void take_requested(const SeenPicture& picture, Simulation& simulation, const PictureScene& scene);
+  void keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& scene);
+  bool draws_pictures() const;
+  Pixels draw_picture(const PictureScene& scene) const;
+  void write_picture(const std::filesystem::path& file, const Pixels& picture,
                      const Simulation& simulation) const;
   std::filesystem::path free_film_name(const Simulation& simulation) const;
 
@@ -87,9 +92,12 @@ class Recorder {
   std::vector<std::pair<FilmFigures, std::filesystem::path>> ended_;  // with the log of each
   bool failed_ = false;
   bool picture_requested_ = false;
+  bool paths_requested_ = false;
   SizePx seen_;
   std::unique_ptr<FilmScene> scene_;
-  ColorTarget kept_;  // for --picture and --still
+  ColorTarget kept_;   // for --picture and --still
+  Pixels kept_large_;  // if pictures have a size of their own
+  std::string kept_svg_;
   std::string last_news_;
   Clock::time_point news_since_;
 };

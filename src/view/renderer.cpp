@@ -5,13 +5,12 @@
 #include <cstddef>
 
 #include "view/color_map.hpp"
+#include "view/court_lines.hpp"
 #include "view/current_color.hpp"
+#include "view/world_images.hpp"
 
 namespace pf {
 namespace {
-
-constexpr double kCourtWidth_m = 13.4;
-constexpr double kCourtHeight_m = 6.1;
 
 // Same layout as View in common.glsl.
 struct ViewBlock {
@@ -19,11 +18,9 @@ struct ViewBlock {
   float metres_per_px, scale;
   float map_low, map_high;  // the part of the colour map that is used
   float map_kind, light;
+  Vec2f origin_px;
+  float transparent, unused;
 };
-
-bool is_court(double width_m, double height_m) {
-  return std::fabs(width_m - kCourtWidth_m) < 0.3 && std::fabs(height_m - kCourtHeight_m) < 0.2;
-}
 
 void set_uniform(const GlProgram& program, const char* name, float value) {
   glProgramUniform1f(program.get(), glGetUniformLocation(program.get(), name), value);
@@ -53,6 +50,12 @@ double drawn_radius_m(const Settings& settings, const Physics& physics) {
   if (settings.drawn_area_fraction == 0.0) return physics.parcels.radius_m;
   const Vec2d half_m = to_metres(physics.world, physics.world.half);
   return std::sqrt(settings.drawn_area_fraction * 4.0 * half_m.x * half_m.y / (kPi * physics.parcels.num));
+}
+
+// Speed to place on the colour scale.
+float per_color_mps(const Settings& settings) {
+  return static_cast<float>(1.0 / top_color_speed_mps(settings.parcel_speed_mps,
+                                                      std::hypot(settings.flow_x_mps, settings.flow_y_mps)));
 }
 
 // A round number of metres that cuts the side into 5 to 12 parts.
@@ -88,6 +91,8 @@ Renderer::Renderer()
   add(path_array_, 0, 2, offsetof(PathVertex, position_m), 0);
   add(path_array_, 1, 2, offsetof(PathVertex, normal), 0);
   add(path_array_, 2, 2, offsetof(PathVertex, along), 0);
+  add(path_array_, 3, 2, offsetof(PathVertex, previous_m), 0);
+  add(path_array_, 4, 2, offsetof(PathVertex, previous_along), 0);
 }
 
 void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
@@ -95,15 +100,27 @@ void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, co
   set_view(camera, viewport);
   draw_floor(frame, camera, viewport);
   bind_for_blending(viewport);
-  if (parcels != nullptr && parcels->position_buffer != 0 && frame.num_parcels > 0) {
-    draw_parcels(frame, *parcels, camera, viewport);
+  if (parcels == nullptr || parcels->position_buffer == 0 || frame.num_parcels == 0) return;
+  const double reach_m = 0.5 * parcel_diameter_px(frame, camera, viewport.scale) * camera.metres_per_px;
+  for (const Camera& image :
+       image_cameras(camera, frame.physics->world, viewport.origin_px, viewport.size, reach_m)) {
+    set_view(image, viewport);
+    draw_parcels(frame, *parcels, image, viewport);
   }
 }
 
 void Renderer::draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
-  set_view(camera, viewport);
   bind_for_blending(viewport);
-  if (look_.paths) draw_paths(frame, camera, viewport.scale);
+  const double reach_m = 2.0 * frame.physics->ball.radius_m + 8.0 * viewport.scale * camera.metres_per_px;
+  for (const Camera& image :
+       image_cameras(camera, frame.physics->world, viewport.origin_px, viewport.size, reach_m)) {
+    set_view(image, viewport);
+    draw_moving(frame, image, viewport.scale);
+  }
+}
+
+void Renderer::draw_moving(const FrameView& frame, const Camera& camera, float scale) {
+  if (look_.paths) draw_paths(frame, camera, scale);
   if (frame.physics->ball.exists) draw_ball(frame, camera);
 }
 
@@ -124,7 +141,10 @@ void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
       map_range(look_.theme).low,
       map_range(look_.theme).high,
       static_cast<float>(look_.color_map),
-      look_.theme == Theme::light ? 1.0F : 0.0F};
+      look_.theme == Theme::light ? 1.0F : 0.0F,
+      to_float(to_double(viewport.origin_px)),
+      viewport.transparent ? 1.0F : 0.0F,
+      0.0F};
   glNamedBufferSubData(view_buffer_.get(), 0, sizeof(block), &block);
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, view_buffer_.get());
 }
@@ -133,8 +153,9 @@ void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
 void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
   const World& world = frame.physics->world;
   const Vec2d half_m = to_metres(world, world.half);
-  const FloorKey key = {camera.center_m, camera.anchor_px, camera.metres_per_px, viewport.size,
-                        2.0 * half_m.x,  2.0 * half_m.y,   world.boundary,       look_.theme};
+  const FloorKey key = {camera.center_m,     camera.anchor_px,   camera.metres_per_px, viewport.size,
+                        2.0 * half_m.x,      2.0 * half_m.y,     world.boundary,       look_.theme,
+                        camera.shows_images, viewport.origin_px, viewport.transparent};
   if (!(key == floor_key_)) paint_floor(key);
   floor_key_ = key;
   const auto [width, height] = viewport.size;
@@ -147,7 +168,10 @@ void Renderer::paint_floor(const FloorKey& key) {
   glBindFramebuffer(GL_FRAMEBUFFER, floor_.framebuffer());
   glViewport(0, 0, key.size.width, key.size.height);
   glDisable(GL_BLEND);
-  const bool court = is_court(key.width_m, key.height_m);
+  const bool court = court::fits(key.width_m, key.height_m);
+  const bool has_images = key.images && key.boundary == Boundary::periodic;
+  set_uniform(court ? court_ : box_, "image_side_m",
+              has_images ? to_float(Vec2d{key.width_m, key.height_m}) : Vec2f{});
   if (!court) {
     set_uniform(box_, "half_size_m", to_float(Vec2d{0.5 * key.width_m, 0.5 * key.height_m}));
     set_uniform(box_, "grid_m", static_cast<float>(grid_step(std::max(key.width_m, key.height_m))));
@@ -159,33 +183,45 @@ void Renderer::paint_floor(const FloorKey& key) {
   glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+double Renderer::parcel_diameter_px(const FrameView& frame, const Camera& camera, float scale) const {
+  const double radius_m = parcel_look_.true_size ? frame.physics->parcels.radius_m
+                                                 : drawn_radius_m(*frame.settings, *frame.physics);
+  return std::max(2.0 * radius_m / camera.metres_per_px, parcel_look_.min_px * scale);
+}
+
 void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                             const Viewport& viewport) {
-  const Settings& settings = *frame.settings;
-  const double diameter_px = 2.0 * drawn_radius_m(settings, *frame.physics) / camera.metres_per_px;
-  const double top_mps =
-      top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
-  const auto per_color_mps = static_cast<float>(1.0 / top_mps);
-  if (diameter_px < kFirstDisc_px) {
-    const Vec2d half_px =
-        to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
-    const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
-    splat_.draw(parcels, frame.num_parcels, {per_color_mps, counted_alpha(diameter_px), per_pixel},
-                viewport.size);
-    return;
-  }
+  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
+  if (diameter_px >= kFirstDisc_px) return draw_discs(frame, parcels, diameter_px);
+  const Vec2d half_px =
+      to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
+  const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
+  splat_.draw(parcels, frame.num_parcels,
+              {per_color_mps(*frame.settings), counted_alpha(diameter_px), per_pixel}, viewport.size);
+}
+
+void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, double diameter_px) {
+  const bool squares = parcel_look_.as_squares;
   set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);
   set_uniform(discs_, "radius_px", static_cast<float>(0.5 * diameter_px));
-  set_uniform(discs_, "per_color_mps", per_color_mps);
+  set_uniform(discs_, "per_color_mps", per_color_mps(*frame.settings));
   set_uniform(discs_, "alpha", kDiscAlpha);
+  set_uniform(discs_, "squares", squares ? 1.0F : 0.0F);
   glVertexArrayVertexBuffer(parcel_array_.get(), 0, parcels.position_buffer, parcels.position_offset,
                             sizeof(Vec2f));
   glVertexArrayVertexBuffer(parcel_array_.get(), 1, parcels.speed_buffer, parcels.speed_offset,
                             sizeof(float));
+  for (const GLuint binding : {0U, 1U})
+    glVertexArrayBindingDivisor(parcel_array_.get(), binding, squares ? 1 : 0);
   glEnable(GL_PROGRAM_POINT_SIZE);
   glUseProgram(discs_.get());
   glBindVertexArray(parcel_array_.get());
-  glDrawArrays(GL_POINTS, 0, static_cast<GLsizei>(frame.num_parcels));
+  const auto num = static_cast<GLsizei>(frame.num_parcels);
+  if (squares) {
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, num);
+  } else {
+    glDrawArrays(GL_POINTS, 0, num);
+  }
 }
 
 // Earlier flights fade with age, but for the one that the others are compared with. Ghosts are dashed, the
@@ -242,9 +278,15 @@ void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camer
       const Vec2f moved = path_points_[i] - path_points_[i - 1];
       flown_m += std::sqrt(dot(moved, moved));
     }
-    const PathVertex vertex = {path_points_[i],
-                               perpendicular(span) * (1.0F / length),
-                               {static_cast<float>(i) / static_cast<float>(last), flown_m}};
+    PathVertex vertex = {path_points_[i],
+                         perpendicular(span) * (1.0F / length),
+                         {static_cast<float>(i) / static_cast<float>(last), flown_m},
+                         path_points_[i],
+                         {}};
+    if (i > 0) {
+      vertex.previous_m = path_vertices_.back().position_m;
+      vertex.previous_along = path_vertices_.back().along;
+    }
     path_vertices_.insert(path_vertices_.end(), 2, vertex);
   }
   const std::size_t bytes = path_vertices_.size() * sizeof(PathVertex);

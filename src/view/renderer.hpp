@@ -14,11 +14,24 @@
 
 namespace pf {
 
-// The framebuffer that a frame is drawn to (0: the window's), and its size.
+// The framebuffer that a frame is drawn to (0: the window's), and its size. It may be a tile of a larger
+// picture, in whose pixels camera and marks count.
 struct Viewport {
   GLuint framebuffer = 0;
   SizePx size;
-  float scale = 1.0F;  // pixels per layout pixel
+  float scale = 1.0F;        // pixels per layout pixel
+  Vec2i origin_px{};         // of the tile in the picture
+  int picture_height = 0;    // 0: not a tile
+  bool transparent = false;  // no ground: only lines, parcels, paths and ball
+
+  int whole_height() const { return picture_height > 0 ? picture_height : size.height; }
+};
+
+// How parcels are drawn.
+struct ParcelLook {
+  bool true_size = false;   // without the scene's drawn_area_fraction
+  double min_px = 0.0;      // layout pixels; smaller ones are drawn as wide as this; 0: they are counted
+  bool as_squares = false;  // each a square of its own: also for discs beyond GL's largest point
 };
 
 class Renderer {
@@ -33,6 +46,7 @@ class Renderer {
   void draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport);
 
   void set_look(const Look& look) { look_ = look; }
+  void set_parcel_size(const ParcelLook& look) { parcel_look_ = look; }
 
  private:
   // The view that the kept picture of the floor belongs to.
@@ -44,11 +58,15 @@ class Renderer {
     double height_m = 0.0;
     Boundary boundary = Boundary::open;
     Theme theme = Theme::dark;
+    bool images = false;
+    Vec2i origin_px{};
+    bool transparent = false;
     bool operator==(const FloorKey&) const = default;
   };
   struct PathVertex {
     Vec2f position_m, normal;
-    Vec2f along;  // 0 at the oldest point to 1 at the newest; metres from the oldest
+    Vec2f along;                       // 0 at the oldest point to 1 at the newest; metres from the oldest
+    Vec2f previous_m, previous_along;  // of the point before
   };
   struct PathStyle {
     float half_width_px;
@@ -61,9 +79,12 @@ class Renderer {
   void draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport);
   void paint_floor(const FloorKey& key);
   void bind_for_blending(const Viewport& viewport);
+  double parcel_diameter_px(const FrameView& frame, const Camera& camera, float scale) const;
+  void draw_discs(const FrameView& frame, const ParcelBuffers& parcels, double diameter_px);
   void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                     const Viewport& viewport);
   void draw_paths(const FrameView& frame, const Camera& camera, float scale);
+  void draw_moving(const FrameView& frame, const Camera& camera, float scale);
   void draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camera, float scale);
   void draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style);
   void draw_ball(const FrameView& frame, const Camera& camera);
@@ -78,6 +99,7 @@ class Renderer {
   std::vector<PathVertex> path_vertices_;
   std::size_t path_capacity_ = 0;
   Look look_;
+  ParcelLook parcel_look_;
 };
 
 }  // namespace pf

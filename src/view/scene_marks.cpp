@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "view/aim.hpp"
+#include "view/magnifier.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -20,6 +21,35 @@ ImVec2 on_screen(Vec2d world_m, const ScenePlace& scene) {
   const Camera& camera = scene.camera;
   const Vec2d px = (world_m - camera.center_m) * (1.0 / camera.metres_per_px) + camera.anchor_px;
   return {static_cast<float>(px.x), scene.height_px - static_cast<float>(px.y)};
+}
+
+PxRect free_rect(const ScenePlace& scene) {
+  const auto& [left, width, bottom, s] = scene.place;
+  return {left, 0.0F, left + width, bottom};
+}
+
+// The ball with some room around it.
+PxRect ball_rect(const FrameView& frame, const ScenePlace& scene) {
+  const ImVec2 at = on_screen(frame.ball.position_m, scene);
+  const auto ball_px = static_cast<float>(frame.physics->ball.radius_m / scene.camera.metres_per_px);
+  return square_around(at.x, at.y, std::max(ball_px, 3.0F) + 14.0F * scene.place.scale);
+}
+
+// Points of the paths on the screen, of the current launch's as it would be in a vacuum or with drag, too.
+std::vector<Vec2f> path_points(const FrameView& frame, const ScenePlace& scene) {
+  std::vector<Vec2f> points;
+  const auto add = [&](const std::vector<Vec2f>& points_m) {
+    for (const Vec2f& point : points_m) {
+      const ImVec2 at = on_screen(to_double(point), scene);
+      points.push_back({at.x, at.y});
+    }
+  };
+  if (frame.flight_record != nullptr) add(frame.flight_record->points_m);
+  if (frame.old_flights != nullptr)
+    for (const FlightRecord& old : *frame.old_flights) add(old.points_m);
+  if (frame.ghosts != nullptr)
+    for (const Ghost& ghost : *frame.ghosts) add(ghost.points_m);
+  return points;
 }
 
 // Eight layout pixels per m/s, as long as the picture allows.
@@ -139,10 +169,38 @@ void SceneMarks::show(const FrameView& frame, const ScenePlace& scene, const Win
     } else if (is_at_top) {
       y += static_cast<float>(legend.height_px);
     }
-    show_numbers(frame, scene);
   }
   const OverlayColors& colors = overlay_colors(scene.look.theme);
   show_notices(frame, notices, colors, Chips(beside, y, colors, rectangles_));
+  show_magnifier(frame, scene);
+  if (FlightLegend::is_shown(frame, scene.look)) show_numbers(frame, scene);
+}
+
+std::vector<PxRect> SceneMarks::rectangles() const {
+  std::vector<PxRect> all;
+  for (const auto& [name, r] : rectangles_) all.push_back({r[0], r[1], r[2], r[3]});
+  return all;
+}
+
+void SceneMarks::show_magnifier(const FrameView& frame, const ScenePlace& scene) {
+  const std::optional<PxRect> before = magnifier_;
+  magnifier_.reset();
+  if (scene.magnifier_px <= 0.0F) return;
+  const float s = scene.place.scale;
+  InsetRequest request = {free_rect(scene), scene.magnifier_px, 10.0F * s, rectangles(), {}, before};
+  request.keep_clear.push_back(ball_rect(frame, scene));
+  if (before) magnifier_ = place_inset(request);
+  if (!before || magnifier_ != before) {
+    request.path_px = path_points(frame, scene);
+    magnifier_ = place_inset(request);
+  }
+  if (!magnifier_) return;
+  const auto& [x0, y0, x1, y1] = *magnifier_;
+  rectangles_["Magnifier"] = {x0, y0, x1, y1};
+  paint_magnifier_frame(
+      *magnifier_,
+      {scene.camera.metres_per_px / scene.magnifier_metres_per_px, scene.magnifier_metres_per_px},
+      scene.look.theme, s);
 }
 
 void SceneMarks::note(ControlMap& controls) const {
@@ -163,29 +221,56 @@ ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look
 // Returns the rectangle that it takes.
 ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& scene) {
   const float scale = scene.place.scale;
-  legend_.write(frame, scene.look, scale);
+  legend_.write(frame, scene.look, scale, scene.place.width_px);
   const ViewRegion free = {scene.place.left_px, scene.height_px - scene.place.bottom_px, scene.place.width_px,
                            scene.place.bottom_px};
   const ViewRegion at = place_legend(free, legend_.size(frame, scene.look, scale),
                                      region_of_world(scene.camera, frame.physics->world));
   const auto top = static_cast<float>(scene.height_px - at.bottom_px - at.height_px);
   const auto left = static_cast<float>(at.left_px);
+  const PxRect rect = {left, top, left + static_cast<float>(at.width_px),
+                       top + static_cast<float>(at.height_px)};
+  const int first_vertex = ImGui::GetBackgroundDrawList()->VtxBuffer.Size;
   legend_.paint(ImVec2(left, top), frame, scene.look, scale);
-  rectangles_["Legend"] = {left, top, left + static_cast<float>(at.width_px),
-                           top + static_cast<float>(at.height_px)};
+  fade_legend(rect, ball_rect(frame, scene), first_vertex);
+  rectangles_["Legend"] = {rect.x0, rect.y0, rect.x1, rect.y1};
   return at;
 }
 
-// At the newest point of each earlier path, inside the scene.
+// A legend over the ball lets it shine through. first_vertex: of the legend, in ImGui's list.
+void SceneMarks::fade_legend(const PxRect& legend, const PxRect& ball, int first_vertex) {
+  constexpr float kFaded = 0.25F;
+  constexpr float kPerSecond = 6.0F;
+  const float wanted = overlap_px2(legend, ball) > 0.0F ? kFaded : 1.0F;
+  const float step = kPerSecond * ImGui::GetIO().DeltaTime;
+  legend_alpha_ = std::clamp(wanted, legend_alpha_ - step, legend_alpha_ + step);
+  ImVector<ImDrawVert>& vertices = ImGui::GetBackgroundDrawList()->VtxBuffer;
+  for (int i = first_vertex; i < vertices.Size && legend_alpha_ < 1.0F; ++i) {
+    const auto alpha = static_cast<ImU32>(legend_alpha_ * static_cast<float>(vertices[i].col >> 24U));
+    vertices[i].col = (vertices[i].col & 0x00FFFFFFU) | (alpha << 24U);
+  }
+}
+
+// At the newest point of each earlier path, inside the scene, clear of each other and of all other marks.
 void SceneMarks::show_numbers(const FrameView& frame, const ScenePlace& scene) {
-  const auto& [left, width, bottom, s] = scene.place;
+  const float s = scene.place.scale;
+  const float height = ImGui::GetFontSize();
+  std::vector<PxRect> wanted;
+  std::vector<const FlightRecord*> flights;
   for (const FlightRecord& flight : *frame.old_flights) {
     if (flight.points_m.empty()) continue;
-    ImVec2 at = on_screen(to_double(flight.points_m.back()), scene);
-    at.x = std::clamp(at.x - 6.0F * s, left + 4.0F * s, left + width - 16.0F * s);
-    at.y = std::clamp(at.y - 20.0F * s, 4.0F * s, bottom - 20.0F * s);
-    ImGui::GetBackgroundDrawList()->AddText(at, packed(flight_color(scene.look.theme, flight)),
-                                            fmt::format("{}", flight.number).c_str());
+    const ImVec2 end = on_screen(to_double(flight.points_m.back()), scene);
+    const ImVec2 at(end.x - 6.0F * s, end.y - 6.0F * s - height);
+    wanted.push_back({at.x, at.y, at.x + text_width(fmt::format("{}", flight.number)), at.y + height});
+    flights.push_back(&flight);
+  }
+  const std::vector<PxRect> places = place_labels(wanted, grown(free_rect(scene), -4.0F * s), rectangles());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const std::string number = fmt::format("{}", flights[i]->number);
+    const auto& [x0, y0, x1, y1] = places[i];
+    ImGui::GetBackgroundDrawList()->AddText(
+        ImVec2(x0, y0), packed(flight_color(scene.look.theme, *flights[i])), number.c_str());
+    rectangles_["Number " + number] = {x0, y0, x1, y1};
   }
 }
 

@@ -4,12 +4,15 @@
 
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/simulation.hpp"
 #include "view/camera.hpp"
 #include "view/flight_legend.hpp"
 #include "view/gui.hpp"
+#include "view/inset_place.hpp"
 #include "view/look.hpp"
 #include "view/overlay.hpp"
 
@@ -21,6 +24,8 @@ struct ScenePlace {
   OverlayPlace place;      // of the scene, above the overlay
   float height_px = 0.0F;  // of the window
   Look look;
+  float magnifier_px = 0.0F;             // side of its square; 0: there is none
+  double magnifier_metres_per_px = 0.0;  // in it
 };
 
 // Notices of the window alone, not of a film. Empty: none.
@@ -33,8 +38,10 @@ struct WindowNotices {
 class SceneMarks {
  public:
   void show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices = {});
-  // Rectangles of legend and notices in the last frame.
+  // Rectangles of legend, notices, magnifier and numbers in the last frame.
   void note(ControlMap& controls) const;
+  // The magnifier's square in the last frame; none: there was none, or no place for it.
+  const std::optional<PxRect>& magnifier() const { return magnifier_; }
   // The part of the free region that a fitted world fills, so that the legend stands beside it.
   ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
                               float scale) const;
@@ -46,9 +53,14 @@ class SceneMarks {
 
  private:
   ViewRegion show_legend(const FrameView& frame, const ScenePlace& scene);
-  static void show_numbers(const FrameView& frame, const ScenePlace& scene);
+  void fade_legend(const PxRect& legend, const PxRect& ball, int first_vertex);
+  void show_magnifier(const FrameView& frame, const ScenePlace& scene);
+  void show_numbers(const FrameView& frame, const ScenePlace& scene);
+  std::vector<PxRect> rectangles() const;
 
   FlightLegend legend_;
+  float legend_alpha_ = 1.0F;
+  std::optional<PxRect> magnifier_;
   std::map<std::string, std::array<float, 4>> rectangles_;
 };
 

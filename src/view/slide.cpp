@@ -10,20 +10,51 @@
 namespace pf {
 namespace {
 
-// The text in the half of the last widget without the knob.
-void write_beside(const std::string& text, double share) {
+// As ImGui draws it: at least as wide as the style says, and as wide as a value of a whole number.
+template <class Number>
+float knob_width(float slider_px, const std::array<Number, 2>& ends) {
+  const float least = ImGui::GetStyle().GrabMinSize;
+  if constexpr (std::is_same_v<Number, double>) {
+    return least;
+  } else {
+    return std::max(least, slider_px / static_cast<float>(ends[1] - ends[0] + 1));
+  }
+}
+
+// The text beside the knob of the last widget: without its unit, then smaller, where the room is short.
+void write_beside(std::string text, double share, float knob_px) {
   const ImVec2 low = ImGui::GetItemRectMin();
   const ImVec2 high = ImGui::GetItemRectMax();
   const ImVec2 padding = ImGui::GetStyle().FramePadding;
-  const float width = ImGui::CalcTextSize(text.c_str()).x;
-  const float x = share > 0.5 ? low.x + padding.x : std::max(high.x - padding.x - width, low.x);
+  const BesideKnob room = beside_knob(low.x, high.x, knob_px, share, 0.5F * padding.x);
+  const float room_px = room.x1 - room.x0;
+  if (ImGui::CalcTextSize(text.c_str()).x > room_px) text = without_unit(text);
+  const float full = ImGui::CalcTextSize(text.c_str()).x;
+  const float size = full > room_px ? std::max(room_px / full, 0.6F) : 1.0F;
+  const float x = share > 0.5 ? room.x0 : std::max(room.x1 - size * full, room.x0);
   ImDrawList* list = ImGui::GetWindowDrawList();
-  list->PushClipRect(low, high, true);
-  list->AddText(ImVec2(x, low.y + padding.y), ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
+  list->PushClipRect(ImVec2(room.x0, low.y), ImVec2(room.x1, high.y), true);
+  const float y = low.y + padding.y + 0.5F * (1.0F - size) * ImGui::GetFontSize();
+  list->AddText(ImGui::GetFont(), size * ImGui::GetFontSize(), ImVec2(x, y),
+                ImGui::GetColorU32(ImGuiCol_Text), text.c_str());
   list->PopClipRect();
 }
 
 }  // namespace
+
+BesideKnob beside_knob(float low, float high, float knob_px, double share, float padding_px) {
+  constexpr float kGrabPadding = 2.0F;  // ImGui's, at either end
+  const float way = high - low - 2.0F * kGrabPadding - knob_px;
+  const float knob = low + kGrabPadding + static_cast<float>(share) * way;
+  if (share > 0.5) return {low + padding_px, knob - padding_px};
+  return {knob + knob_px + padding_px, high - padding_px};
+}
+
+std::string without_unit(const std::string& text) {
+  const std::size_t space = text.find(' ');
+  const bool is_number = !text.empty() && text.find_first_of("0123456789") < space;
+  return is_number ? text.substr(0, space) : text;
+}
 
 double knob_share(double value, double low, double high, bool logarithmic) {
   if (logarithmic) {
@@ -50,7 +81,8 @@ bool slide(const char* id, Number& value, const std::array<Number, 2>& ends, con
   const bool logarithmic = (flags & ImGuiSliderFlags_Logarithmic) != 0;
   write_beside(fmt::sprintf(format, value),
                knob_share(static_cast<double>(value), static_cast<double>(ends[0]),
-                          static_cast<double>(ends[1]), logarithmic));
+                          static_cast<double>(ends[1]), logarithmic),
+               knob_width(ImGui::GetItemRectSize().x, ends));
   return moved;
 }
 

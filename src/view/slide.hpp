@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 namespace pf {
 
@@ -10,8 +11,18 @@ namespace pf {
 // of the high end.
 double knob_share(double value, double low, double high, bool logarithmic);
 
-// As ImGui::SliderScalar. The number stands in the half without the knob; while it is typed, where it is
-// typed.
+// The room beside a knob, from x0 to x1: of the two sides the larger. low, high: edges of the slider.
+struct BesideKnob {
+  float x0 = 0.0F;
+  float x1 = 0.0F;
+};
+BesideKnob beside_knob(float low, float high, float knob_px, double share, float padding_px);
+
+// A number that is too long for its room without its unit: "0.00100 free times" becomes "0.00100".
+std::string without_unit(const std::string& text);
+
+// As ImGui::SliderScalar. The number stands beside the knob, where it has more room; while it is typed, where
+// it is typed.
 template <class Number>  // double or std::int64_t
 bool slide(const char* id, Number& value, const std::array<Number, 2>& ends, const char* format,
            int flags = 0);

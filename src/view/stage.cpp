@@ -110,6 +110,7 @@ int Stage::run() {
     if (through_canvas) canvas_.resize(size_.width, size_.height);
     const Viewport viewport = {through_canvas ? canvas_.framebuffer() : 0, size_, scale_};
     begin_steps();
+    follow_ball();
     draw_air(viewport);  // queued behind the steps, so that a device has work while the host waits for them
     finish_steps();
     describe_overlay();
@@ -127,7 +128,7 @@ int Stage::run() {
 }
 
 int Stage::finish() {
-  recorder_.finish(simulation_);
+  recorder_.finish(simulation_, large_picture_scene());
   finish_last_seconds();
   log_.close_all(simulation_);
   record_.set_part("record", recorder_.report());

@@ -27,6 +27,7 @@ Commands Stage::handle_input() {
   gui_.begin_frame(size_, frame_s_);
   InputFrame input;
   if (input_) input = input_->take(gui_);
+  panel_.fit(static_cast<float>(size_.width), context_.content_scale());
   Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
   if (num_frames_ == 0) commands.toggle_pause = commands.toggle_pause != (options_.paused && input_);
   commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
@@ -167,15 +168,18 @@ void Stage::follow_switches(const Commands& commands) {
 }
 
 void Stage::follow_camera(const InputFrame& input) {
-  if (!aim_.active() && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) camera_.pan(input.drag_px);
-  const World& world = simulation_.view().physics->world;
-  const Vec2d half_m = to_metres(world, world.half);
-  if (input.zoom != 1.0) camera_.zoom_at(input.pointer_px, input.zoom, 2.0 * std::max(half_m.x, half_m.y));
-  if (input.fit || switches_.fit_camera) camera_.fitted = true;
+  follow_camera_keys(input);
+  if (!aim_.active() && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) pan(input.drag_px);
+  if (input.zoom != 1.0) zoom(input);
+  if (input.fit || switches_.fit_camera) {
+    camera_.fitted = true;
+    switches_.follow_ball = false;
+  }
   switches_.fit_camera = false;
   if (camera_.fitted) fit_camera();
   if (input.toggle_film) recorder_.toggle(simulation_);
   if (input.take_picture) recorder_.request_picture();
+  if (input.take_paths) recorder_.request_paths();
 }
 
 void Stage::write_panel_map() {
@@ -190,6 +194,7 @@ void Stage::write_panel_map() {
   }
   marks_.note(panel_.controls());
   if (title_.opacity() > 0.0F) panel_.controls().note("Cue title: " + title_.title(), title_place_);
+  note_followed_ball();
   if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});
   const std::string notice = notice_.text(Clock::now());
   if (!notice.empty()) panel_.controls().note("Notice: " + notice, {});

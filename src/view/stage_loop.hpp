@@ -14,10 +14,12 @@
 #include "app/settings_history.hpp"
 #include "app/term_costs.hpp"
 #include "view/aim.hpp"
+#include "view/ball_camera.hpp"
 #include "view/cue_title.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
 #include "view/last_seconds.hpp"
+#include "view/magnifier.hpp"
 #include "view/overlay.hpp"
 #include "view/panel.hpp"
 #include "view/passing_notice.hpp"
@@ -29,6 +31,14 @@
 #include "view/window_input.hpp"
 
 namespace pf {
+
+// What a scene asks of the view.
+struct ViewWishes {
+  std::int64_t num_scenes = 0;
+  bool follow_ball = false;
+  MagnifierMode magnifier = MagnifierMode::automatic;
+  bool operator==(const ViewWishes&) const = default;
+};
 
 class Stage {
  public:
@@ -68,6 +78,15 @@ class Stage {
   void follow_last_seconds(const InputFrame& input);
   void finish_last_seconds();
   void take_dropped(const std::vector<std::string>& files, Commands& commands);
+  void follow_wishes();
+  void follow_ball();
+  void follow_camera_keys(const InputFrame& input);
+  void pan(Vec2d moved_px);
+  void zoom(const InputFrame& input);
+  void draw_magnified_air(const ParcelBuffers& parcels);
+  void draw_magnified_rest(const FrameView& frame, const Viewport& viewport);
+  void note_followed_ball();
+  PictureScene large_picture_scene();
   void measure_copy_bandwidth();
   Look look_of_marks() const;
   ViewRegion free_region() const;
@@ -130,6 +149,12 @@ class Stage {
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
   Camera camera_;
+  BallCamera ball_camera_;
+  Vec2d ball_m_;           // in the frame that is drawn
+  ParcelBuffers parcels_;  // of the last frame
+  std::unique_ptr<Magnifier> magnifier_;
+  float magnifier_px_ = 0.0F;  // side of its square; 0: not shown
+  ViewWishes wishes_;
   ViewSwitches switches_;
   Commands commands_;
   SizePx size_;

@@ -42,7 +42,8 @@ void Stage::describe_overlay() {
   WindowNotices notices;
   if (context_.window() != nullptr)
     notices = {recorder_.film_line(), recorder_.news(), notice_.text(Clock::now())};
-  marks_.show(view, {camera_, place, height_px, look_of_marks()}, notices);
+  const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
+  marks_.show(view, {camera_, place, height_px, look_of_marks(), magnifier_px_, magnifier_scale}, notices);
   if (ring_m_) {
     SceneMarks::show_ring(*ring_m_, ring_px(), launched_by_hand_ ? "" : "pull back and let go",
                           {camera_, place, height_px, switches_.look});
@@ -61,11 +62,13 @@ void Stage::draw_air(const Viewport& viewport) {
   renderer_.set_look(switches_.look);
   air_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
+  draw_magnified_air(parcels);
   air_timer_.end();
   const double film_before_ms = times_[Phase::encode];
   if (FilmScene* film = recorder_.scene()) {
     ScopedPhase timing(times_, Phase::encode);
     film->set_look(switches_.look);
+    film->set_magnifier(switches_.magnifier);
     film->draw_air(simulation_.view(), parcels, camera_, free_region(),
                    recorder_.has_overlay() ? &overlay_ : nullptr);
   }
@@ -83,8 +86,10 @@ void Stage::draw_flight(const Viewport& viewport) {
     aimed.ghosts = &aimed_ghosts_;
     renderer_.set_look({switches_.look.theme, switches_.look.color_map, true, true});
     renderer_.draw_flight(aimed, camera_, viewport);
+    draw_magnified_rest(aimed, viewport);
   } else {
     renderer_.draw_flight(simulation_.view(), camera_, viewport);
+    draw_magnified_rest(simulation_.view(), viewport);
   }
   flight_timer_.end();
   settle();
@@ -115,7 +120,7 @@ void Stage::take_frame(const Viewport& viewport) {
     film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, title_, gui_);
     settle();
   }
-  recorder_.take({viewport.framebuffer, viewport.size}, simulation_);
+  recorder_.take({viewport.framebuffer, viewport.size}, simulation_, large_picture_scene());
 }
 
 void Stage::present(const Viewport& viewport) {

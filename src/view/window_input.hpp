@@ -31,6 +31,9 @@ struct InputFrame {
   bool toggle_keys = false;  // the card of keys
   bool toggle_film = false;
   bool take_picture = false;
+  bool take_paths = false;  // as SVG
+  bool toggle_follow = false;
+  bool toggle_magnifier = false;
   bool measure_terms = false;
   int go_to_cue = 0;  // 1 to 9; 0: none
   int next_cue = 0;   // places further

@@ -42,6 +42,16 @@ def knobs(bench):
         check(apart > 1, f"{label}: {apart} pixels between knob and number")
 
 
+    with bench.open("--paused", "--method", "exact", "--picture", str(file)) as window:
+        window.drag_slider("Friction", 0.3, 0.9)  # a hand, so that this fails without one
+        time.sleep(0.3)
+        places = window.controls()
+        window.stop()
+    knob, letters = (columns(read_png(file), places["Contact clock"], what) for what in (is_knob, is_letter))
+    check(knob and letters, "Contact clock: knob and number are there")
+    check(letters[0] > knob[-1] + 1 or letters[-1] < knob[0] - 1, "its long value keeps off the knob")
+
+
 def hovered(bench, hold):
     """The last picture with the pointer on a slider, or with it held."""
     file = bench.folder / "hovered.png"

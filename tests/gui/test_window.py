@@ -12,6 +12,7 @@ import tempfile
 
 from accuracy_cases import accuracy
 from bench import Bench
+from camera_cases import follow_key, follow_option, large_text, magnifier_alone, magnifier_key
 from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, ring, slingshot,
                        slingshot_paused, stays, time_keys)
 from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, terms, typed, unstable,
@@ -24,7 +25,8 @@ CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, laun
                                           launch_key, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
                                           back_key, compared, time_keys, save, looks, vsync_key, accuracy, unstable,
                                           measured_terms, dense_screen, key_card, knobs, tooltips, labels, chart, answers,
-                                          stays, escape, leave)}
+                                          stays, escape, leave, follow_key, follow_option, magnifier_alone, magnifier_key,
+                                          large_text)}
 
 
 def fails(case, bench):

@@ -90,7 +90,7 @@ def is_yellow(color):
 def looks(bench):
     """D, C, +, F11 and ghosts, seen in the last picture; the overlay's figures in a file."""
     file, csv = bench.folder / "looks.png", bench.folder / "overlay.csv"
-    with bench.open("--picture", str(file), "--overlay-csv", str(csv), "--paused") as window:
+    with bench.open("--picture", str(file), "--overlay-csv", str(csv), "--paused", "--size", "1200x700") as window:
         x0, _, x1, _ = window.controls()["Restitution"]
         window.press_key("plus")
         wait_for("larger text", lambda: wider(window, x1 - x0), 1.0 if bench.hands_off else 5.0)

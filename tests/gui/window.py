@@ -201,6 +201,12 @@ class Window:
         for _ in range(notches):
             self._press("click", "4")
 
+    def scroll_over(self, label, notches):
+        """With the wheel, nearer, over the middle of a place."""
+        self._move_to(label)
+        for _ in range(notches):
+            self._press("click", "4")
+
     def end(self):
         """Esc twice, as a person would; the report."""
         self.press_key("Escape")

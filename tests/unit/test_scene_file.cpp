@@ -85,7 +85,8 @@ TEST_F(SceneFile, UnknownKeyNamesLineAndNearest) {
 TEST_F(SceneFile, UnknownSectionNamesLineAndNearest) {
   EXPECT_EQ(
       refusal("\n[bal]\nheld = true\n"),
-      "s.toml:2: 'bal' is not a section; the nearest is [ball]; sections: scene, world, air, ball, run");
+      "s.toml:2: 'bal' is not a section; the nearest is [ball]; sections: scene, world, air, ball, run, "
+      "view");
   EXPECT_TRUE(contains(refusal("air = 1\n"), "s.toml:1: 'air' must be a section, written [air]"));
   EXPECT_TRUE(contains(refusal("[[air]]\n"), "'air' must be a section"));
 }

@@ -1,0 +1,33 @@
+// Draws what is described to Dear ImGui in tiles of a larger picture, to the same pixels in any division.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "view/gl.hpp"
+#include "view/renderer.hpp"
+
+struct ImDrawCmd;
+struct ImDrawData;
+struct ImDrawList;
+
+namespace pf {
+
+class GuiTiles {
+ public:
+  GuiTiles();  // throws DeviceError if a shader is missing or does not compile
+
+  // picture: whose height the viewport's picture_height is. The description stays as it is.
+  void draw(ImDrawData& data, const Viewport& viewport);
+
+ private:
+  void draw(const ImDrawList& list, const ImDrawCmd& command, const Viewport& viewport);
+
+  GlProgram program_;
+  GlBuffer corners_;
+  std::size_t capacity_ = 0;  // bytes
+  GlVertexArray empty_array_;
+  std::vector<std::uint32_t> words_;
+};
+
+}  // namespace pf

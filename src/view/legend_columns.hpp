@@ -1,0 +1,34 @@
+// The columns of the legend of flights, and which of them are left where there is little room.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "view/look.hpp"
+
+namespace pf {
+
+// One flight as the legend shows it.
+struct FlightRow {
+  std::string number, method, speed, spin, apart, energy, cost;
+  std::string name;       // of the method alone
+  std::string apart_end;  // the final distance alone
+  bool is_current = false;
+  Rgb color{};
+};
+
+struct LegendColumn {
+  std::string FlightRow::*cell;
+  const char* head;
+  bool is_number;  // aligned at the right
+};
+
+// From 0, all columns, to kMaxLegendLevel, number and method alone. What the comparison is about goes last.
+constexpr int kMaxLegendLevel = 8;
+std::vector<LegendColumn> legend_columns(int level);
+
+// The first level from `least` on whose width is at most max_width_px, else the last.
+int fitting_legend_level(int least, float max_width_px, const std::function<float(int level)>& width_of);
+
+}  // namespace pf
