@@ -31,6 +31,8 @@ class CudaBackend final : public Backend {
   StepReport collect() override;
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
+  void save(BackendState& state) override;
+  void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
@@ -74,6 +76,10 @@ class CudaBackend final : public Backend {
   void sort_exact(cuda::ExactLaunch& launch);
   void launch_exact_stages(const cuda::ExactLaunch& launch);
   ParcelPointers current_parcels() const;
+
+  // In cuda/state.cpp.
+  void save_exact(ExactSnapshot& exact);
+  void resume_exact(const BackendState& state);
 
   using LaunchStep = void (*)(const StepLaunch&, cudaStream_t);
 

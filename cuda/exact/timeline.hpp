@@ -18,6 +18,12 @@ class ExactTimeline {
   void reset_time();
   // Becomes active: anchors every parcel at its position.
   void enter(const ExactLaunch& launch, cudaStream_t stream);
+  // Seconds of completed steps since the reset.
+  double time_s() const { return time_s_; }
+  // Goes on from a saved time, after reset_time(); before enter(), if trajectories follow.
+  void set_time(double time_s) { time_s_ = time_s; }
+  // Goes on from a saved tick of the reference speed, after enter().
+  void set_now(std::uint64_t now) { now_ = now; }
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
   // Where steps of a request end: only every num_together-th and the last. Steps shorter than a tick may have no

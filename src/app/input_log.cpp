@@ -3,9 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <toml++/toml.h>
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -15,11 +14,6 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
-
-// In the order of Comparison.
-const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step", "scene_step"};
-
-constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
 
 std::string array_text(const char* key, const std::vector<std::string>& values, const char* between) {
   std::vector<std::string> texts;
@@ -72,149 +66,6 @@ std::string hash_of(Simulation& simulation) {
   return fmt::format("{:016x}", simulation.backend().state_hash());
 }
 
-class Reader {
- public:
-  explicit Reader(const fs::path& file) : file_(file.string()) {}
-
-  RunLog read() const;
-
- private:
-  [[noreturn]] void refuse(const toml::node& node, const std::string& reason) const {
-    throw UserError(fmt::format("{}:{}: {}", file_, node.source().begin.line, reason));
-  }
-  std::string text(const toml::table& table, const char* key) const;
-  std::vector<std::string> texts(const toml::table& table, const char* key) const;
-  Settings settings(const toml::table& table) const;
-  double number(const toml::node& node, const char* key) const;
-  void read_launch(const toml::table& table, LoggedFrame& frame) const;
-  LoggedFrame frame(const toml::table& table) const;
-  toml::table parse() const;
-
-  std::string file_;
-};
-
-toml::table Reader::parse() const {
-  std::error_code error;
-  const std::uintmax_t bytes = fs::is_regular_file(file_, error) ? fs::file_size(file_, error) : 0;
-  if (error || bytes == 0 || bytes > kMaxLogBytes) {
-    throw UserError(
-        fmt::format("{}: cannot be read as a log; give a file of 1 byte to 64 MiB that --log or "
-                    "--record has written",
-                    file_));
-  }
-  try {
-    return toml::parse_file(file_);
-  } catch (const toml::parse_error& parse_error) {
-    std::string reason(parse_error.description());
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw UserError(fmt::format("{}:{}: not valid TOML: {}", file_, parse_error.source().begin.line, reason));
-  }
-}
-
-std::string Reader::text(const toml::table& table, const char* key) const {
-  const toml::node* node = table.get(key);
-  if (node == nullptr) return "";
-  const auto value = node->value<std::string>();
-  if (!node->is_string()) refuse(*node, fmt::format("{} takes a text in quotes", key));
-  return *value;
-}
-
-std::vector<std::string> Reader::texts(const toml::table& table, const char* key) const {
-  std::vector<std::string> all;
-  const toml::node* node = table.get(key);
-  if (node == nullptr) return all;
-  if (!node->is_array()) refuse(*node, fmt::format("{} takes a list of texts in quotes", key));
-  for (const toml::node& element : *node->as_array()) {
-    if (!element.is_string()) refuse(element, fmt::format("{} takes texts in quotes", key));
-    all.push_back(*element.value<std::string>());
-  }
-  return all;
-}
-
-Settings Reader::settings(const toml::table& table) const {
-  Settings settings;
-  settings.name = text(table, "scene");
-  apply_edits(texts(table, "settings"), settings,
-              fmt::format("{}:{}", file_, table.get("settings")->source().begin.line));
-  return settings;
-}
-
-double Reader::number(const toml::node& node, const char* key) const {
-  const auto value = node.value<double>();
-  if (!node.is_number() || !std::isfinite(*value)) refuse(node, fmt::format("{} takes finite numbers", key));
-  return *value;
-}
-
-void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
-  if (const toml::node* fly = table.get("fly")) {
-    const toml::array* parts = fly->as_array();
-    if (parts == nullptr || parts->size() != 3)
-      refuse(*fly, "fly takes velocity and spin, [x in m/s, y in m/s, rad/s]");
-    frame.fly = {{number(*parts->get(0), "fly"), number(*parts->get(1), "fly")},
-                 number(*parts->get(2), "fly")};
-  }
-  if (const toml::node* compare = table.get("compare")) {
-    const auto found = std::find(kComparisonNames.begin(), kComparisonNames.end(), text(table, "compare"));
-    if (found == kComparisonNames.end())
-      refuse(*compare, fmt::format("compare takes one of {}", fmt::join(kComparisonNames, ", ")));
-    frame.compare = static_cast<Comparison>(found - kComparisonNames.begin());
-  }
-  if (const toml::node* factor = table.get("time_scale_factor")) {
-    frame.time_scale_factor = number(*factor, "time_scale_factor");
-    if (frame.time_scale_factor <= 0.0) refuse(*factor, "time_scale_factor takes a number above 0");
-  }
-}
-
-LoggedFrame Reader::frame(const toml::table& table) const {
-  LoggedFrame frame;
-  const toml::node* place = table.get("number");
-  if (place == nullptr || !place->is_integer() || *place->value<std::int64_t>() < 0)
-    refuse(table, "[[frame]] takes a number, a whole number from 0, as number = 60");
-  frame.number = *place->value<std::int64_t>();
-  if (table.contains("settings")) frame.restart = settings(table);
-  frame.edits = texts(table, "set");
-  frame.presses = texts(table, "press");
-  frame.hash = text(table, "hash");
-  read_launch(table, frame);
-  if (const toml::node* steps = table.get("max_steps")) {
-    const double most = number(*steps, "max_steps");
-    if (most < 0.0 || most > UINT32_MAX || most != std::floor(most))
-      refuse(*steps, "max_steps takes a whole number from 0");
-    frame.max_steps = static_cast<std::uint32_t>(most);
-  }
-  // Edits are tried here, so that an invalid log is refused before the run.
-  Settings scratch;
-  apply_edits(frame.edits, scratch, fmt::format("{}:{}", file_, table.source().begin.line));
-  std::vector<std::string> known;
-  for (const CommandSwitch& one : command_switches()) known.emplace_back(one.name);
-  for (const std::string& name : frame.presses) {
-    if (std::find(known.begin(), known.end(), name) == known.end()) {
-      refuse(table, fmt::format("{} is not a press; the nearest is {}; one of {}", in_quotes(name),
-                                nearest_name(name, known), fmt::join(known, ", ")));
-    }
-  }
-  return frame;
-}
-
-RunLog Reader::read() const {
-  const toml::table document = parse();
-  if (!document.contains("settings") || !document.contains("frame") || !document.get("frame")->is_array()) {
-    throw UserError(
-        fmt::format("{}: is not a log of a run, which has settings and frames; run a scene with "
-                    "--scene {}",
-                    file_, file_));
-  }
-  RunLog log{text(document, "version"), text(document, "backend"), settings(document), {}};
-  for (const toml::node& node : *document.get("frame")->as_array()) {
-    if (!node.is_table()) refuse(node, "frame takes tables, written [[frame]]");
-    log.frames.push_back(frame(*node.as_table()));
-    const std::size_t last = log.frames.size() - 1;
-    if (last > 0 && log.frames[last].number < log.frames[last - 1].number)
-      refuse(node, "its number is below that of the previous frame; sort the frames by number");
-  }
-  return log;
-}
-
 }  // namespace
 
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where) {
@@ -237,13 +88,22 @@ std::vector<CommandSwitch> command_switches() {
           {"back", &Commands::back}};
 }
 
-RunLog read_log(const fs::path& file) { return Reader(file).read(); }
+namespace {
 
-InputLog::InputLog(const Simulation& simulation, const std::string& backend)
+std::string from_text(const fs::path& from, std::optional<std::int64_t> frame) {
+  if (from.empty()) return "";
+  const std::string number = frame ? fmt::format("from_frame = {}\n", *frame) : "";
+  return fmt::format("from = {}\n{}", toml_string(fs::absolute(from).string()), number);
+}
+
+}  // namespace
+
+InputLog::InputLog(const Simulation& simulation, const std::string& backend, const fs::path& from,
+                   std::optional<std::int64_t> from_frame)
     : text_(fmt::format("# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
                         toml_string(PF_VERSION), toml_string(backend)) +
-            settings_text(simulation.settings())) {}
+            from_text(from, from_frame) + settings_text(simulation.settings())) {}
 
 void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
   if (is_open_ && simulation.view().unfinished) return;

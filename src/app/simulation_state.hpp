@@ -57,6 +57,8 @@ struct Simulation::State {
 
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
+  void save(RunState& to) const;
+  void resume(const RunState& from);
   void reset(const Settings& with);
   void respawn(const Settings& with, const BallState& around);
   void launch(bool fresh_air);

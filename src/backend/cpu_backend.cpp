@@ -250,16 +250,6 @@ void CpuBackend::draw(const DrawBuffers& buffers) {
   });
 }
 
-ParcelSnapshot CpuBackend::snapshot() {
-  ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_};
-  const std::vector<Vec2i>& position = positions();
-  for (std::size_t i = 0; i < size(); ++i) {
-    snapshot.position[parcels_.current.id[i]] = position[i];
-    snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
-  }
-  return snapshot;
-}
-
 // Summed over chunks of fixed size, so that the result does not depend on the number of threads.
 Measures CpuBackend::measure() {
   constexpr std::size_t kChunk = 8192;

@@ -26,6 +26,8 @@ class CpuBackend final : public Backend {
   StepReport collect() override { return report_; }
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
+  void save(BackendState& state) override;
+  void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
@@ -52,6 +54,7 @@ class CpuBackend final : public Backend {
   const std::vector<Vec2i>& positions() {
     return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
+  void take_snapshot(ParcelSnapshot& snapshot);
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);
   // One pass over all parcels; the new state becomes the current one.

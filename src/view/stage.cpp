@@ -64,8 +64,9 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       term_costs_(hooks.make_backend),
       overlay_({context.info().renderer, describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
-      log_(simulation, simulation.backend().name()),
+      log_(simulation, simulation.backend().name(), options.data.from, options.data.from_frame),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
+      files_(options.data, context.window() != nullptr && !options.replay, hooks.announce),
       air_timer_(context.info().software),
       flight_timer_(context.info().software),
       panel_timer_(context.info().software),
@@ -75,6 +76,10 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   switches_ = switches_of(options, has_window);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
+  if (options.data.start) {
+    first_frame_ = num_frames_ = options.data.start->num_frames;
+    frames_after_flight_ = options.data.start->frames_after_flight;
+  }
   if (!options.log.empty()) log_.open(options.log);
   if (has_window && !replay_) simulation_.keep_to_budget();
   if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
@@ -88,6 +93,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
 }
 
 int Stage::run() {
+  files_.follow(simulation_, clock());
   record_.start_clock();
   while (!ended()) {
     times_ = {};
@@ -117,6 +123,7 @@ int Stage::run() {
     }
     keep_pace();
     ++num_frames_;
+    files_.follow(simulation_, clock());
   }
   return finish();
 }
@@ -124,6 +131,8 @@ int Stage::run() {
 int Stage::finish() {
   recorder_.finish(simulation_);
   log_.close_all(simulation_);
+  files_.finish(simulation_, clock());
+  record_.set_part("files", files_.report());
   record_.set_part("record", recorder_.report());
   record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
                                {"content_scale", context_.content_scale()},
@@ -138,7 +147,7 @@ int Stage::finish() {
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
   if (unresolvable && hooks_.announce) hooks_.announce(simulation_.view().message);
-  return unresolvable || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
+  return unresolvable || recorder_.failed() || files_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 
 // Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends
@@ -186,7 +195,7 @@ bool Stage::ended() {
 
 bool Stage::still_ended() const {
   const FrameView& view = simulation_.view();
-  if (num_frames_ > 0 && left_to_still_s() == 0.0) return true;
+  if (num_frames_ > first_frame_ && left_to_still_s() == 0.0) return true;
   const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
   if (!stands) return false;
   throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",
@@ -269,6 +278,8 @@ void Stage::begin_record() {
       RunRecord(simulation_.settings(), *simulation_.view().physics, backend.measure(), backend.device());
   record_.start_clock();
 }
+
+RunClock Stage::clock() const { return {record_.initial(), num_frames_, frames_after_flight_}; }
 
 void Stage::follow_fallback() {
   target_ = make_draw_target(hooks_, simulation_.backend().name());

@@ -28,7 +28,9 @@ Commands Stage::handle_input() {
   InputFrame input;
   if (input_) input = input_->take(gui_);
   Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
-  if (num_frames_ == 0) commands.toggle_pause = commands.toggle_pause != (options_.paused && input_);
+  if (num_frames_ == first_frame_)
+    commands.toggle_pause =
+        commands.toggle_pause != (options_.paused && input_ && !simulation_.view().paused);
   commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
   commands.single_step = commands.single_step || input.commands.single_step;
   commands.reset = commands.reset || input.commands.reset;

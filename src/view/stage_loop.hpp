@@ -10,6 +10,7 @@
 #include "app/live_accuracy.hpp"
 #include "app/replay.hpp"
 #include "app/term_costs.hpp"
+#include "data/run_files.hpp"
 #include "view/aim.hpp"
 #include "view/gpu_timer.hpp"
 #include "view/gui.hpp"
@@ -58,6 +59,7 @@ class Stage {
   void present(const Viewport& viewport);
   void follow_fallback();
   void begin_record();
+  RunClock clock() const;
   void write_panel_map();
   void steer();
   double left_to_still_s() const;
@@ -91,6 +93,7 @@ class Stage {
   InputLog log_;
   Recorder recorder_;
   std::optional<Replay> replay_;
+  RunFiles files_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
@@ -104,6 +107,7 @@ class Stage {
   DrawTimes drawing_;  // host: of the current frame; GL device: of one or two frames before
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
+  std::int64_t first_frame_ = 0;  // above 0 for a run that goes on from a file
   std::int64_t num_frames_ = 0;
   std::int64_t frames_after_flight_ = 0;
   double frame_s_ = 1.0 / 60.0;

@@ -37,6 +37,10 @@ class ExactTimeline {
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
   // Stops being active: the stored positions become the current ones.
   void leave(SortedParcels& parcels);
+  // Stores time and trajectories, between steps.
+  void save(const SortedParcels& parcels, BackendState& state) const;
+  // Goes on from a saved state, after reset_time(). parcels: those of the state, in the order of ids.
+  void resume(const Physics& physics, const BackendState& state, SortedParcels& parcels);
   // Advances by the request, or as far as its budget lasts. ball: state at its start, then at its end;
   // ignored within a step, then that of the moment.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
