@@ -107,6 +107,16 @@ struct StageRun {
   nlohmann::json report;
 };
 
+// The length of a run counts from the start of its scene.
+void say_if_over(const Options& options) {
+  const RunState* start = options.data.start.get();
+  const double seconds = options.settings.seconds;
+  if (start == nullptr || seconds <= 0.0 || options.settings.frame_rate_hz * seconds > start->num_frames)
+    return;
+  announce(
+      fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
+}
+
 StageRun run_on_stage(const Options& options) {
   stop_gracefully();
   StageHooks hooks;
@@ -131,6 +141,7 @@ StageRun run_on_stage(const Options& options) {
   RunRecord record(simulation.settings(), *simulation.view().physics,
                    start ? start->initial : simulation.backend().measure(), device_name);
   if (start) record.continue_from(start->totals, start->simulated_s);
+  say_if_over(options);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
