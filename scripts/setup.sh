@@ -22,7 +22,7 @@ test_packages=(
   libgtest-dev python3:python3
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
   codespell:codespell              # misspelt words
-  hdf5-tools:h5ls python3-h5py python3-mdanalysis python3-vtk9  # readers of dumps; pyh5md is on PyPI only
+  hdf5-tools:h5ls python3-h5py python3-mdanalysis  # readers of dumps; pyh5md, and VTK's of XDMF, are on PyPI only
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy

@@ -171,8 +171,8 @@ void H5DumpFile::put_parcels(const BackendState& state) {
 void H5DumpFile::put_observables(const RunState& state) {
   const BallState& ball = state.backend.ball;
   const Vec2d half = to_metres(layout_.physics.world, layout_.physics.world.half);
-  const double edges[3] = {2.0 * half.x, 2.0 * half.y,
-                           std::max(2.0 * layout_.physics.parcels.radius_m, 1e-6)};
+  const double depth_m = std::max(2.0 * layout_.physics.parcels.radius_m, 1e-6);
+  const double edges[9] = {2.0 * half.x, 0.0, 0.0, 0.0, 2.0 * half.y, 0.0, 0.0, 0.0, depth_m};
   const double energy_j = 0.5 * layout_.physics.parcels.mass_kg * frame_.speed2_sum;
   const auto num_collisions = static_cast<std::int64_t>(state.totals.num_collisions);
   const auto num_hits = static_cast<std::int64_t>(state.totals.num_ball_hits);

@@ -68,7 +68,7 @@ void Filling::add_box() {
   h5::put_attribute(box.id(), "dimension", std::vector<int>{3});
   const std::string edge = layout_.physics.world.boundary == Boundary::periodic ? "periodic" : "none";
   h5::put_attribute(box.id(), "boundary", std::vector<std::string>{edge, edge, "none"});
-  add_element(dump_path::kEdges, H5T_NATIVE_DOUBLE, {3});
+  add_element(dump_path::kEdges, H5T_NATIVE_DOUBLE, {3, 3});
 }
 
 void Filling::add_ids() {
