@@ -19,14 +19,20 @@ class Dump : public testing::Test {
  protected:
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "a.h5";
+  int num_written_ = 0;
 
   End run(const RandomScene& scene, const DumpFormat& format = {}) {
     Simulation simulation(scene.settings, make_cpu_backend(2));
     const auto sink = make_h5_dump(file_, format);
+    std::uint64_t num_steps = 0;
     for (int frame = 0; frame <= scene.num_frames; ++frame) {
       RunState state;
       simulation.save(state);
-      sink->write(state);
+      if (frame == 0 || state.totals.num_steps > num_steps) {  // not of a ball that has left
+        sink->write(state);
+        num_written_ = frame + 1;
+      }
+      num_steps = state.totals.num_steps;
       if (frame < scene.num_frames) advance(simulation, 1);
     }
     sink->finish();
@@ -48,9 +54,10 @@ TEST_F(Dump, GoesOnFromAnyFrameToTheSameBits) {
   for (unsigned number = 0; number < 12; ++number) {
     const RandomScene scene = random_scene(number);
     const End expected = run(scene, {true, true, static_cast<int>(number % 3)});
-    Simulation again(read_h5_frame(file_, scene.saved_after), make_cpu_backend(1));
-    advance(again, scene.num_frames - scene.saved_after);
-    EXPECT_EQ(end_of(again), expected) << scene.text << ", from frame " << scene.saved_after;
+    const int from = std::min(scene.saved_after, num_written_ - 1);
+    Simulation again(read_h5_frame(file_, from), make_cpu_backend(1));
+    advance(again, scene.num_frames - from);
+    EXPECT_EQ(end_of(again), expected) << scene.text << ", from frame " << from;
     Simulation last(read_h5_frame(file_, std::nullopt), make_cpu_backend(1));
     EXPECT_EQ(end_of(last), expected) << scene.text << ", the last frame";
   }
