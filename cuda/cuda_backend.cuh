@@ -31,6 +31,8 @@ class CudaBackend final : public Backend {
   StepReport collect() override;
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
+  void save(BackendState& state) override;
+  void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
@@ -50,10 +52,10 @@ class CudaBackend final : public Backend {
   // When the steps of a request of method `exact` end, and when they need a sort.
   struct ExactRequest {
     std::vector<cuda::ExactTimeline::End> ends;
-    bool searches = false;            // else nothing is ever sorted
-    bool sorts_within = false;        // steps may stop on their way for a sort
-    double displacement = 0.0;        // expected in a step, position units
-    double sort_displacement = 0.0;   // since the sort; beyond it parcels are sorted again, position units
+    bool searches = false;           // else nothing is ever sorted
+    bool sorts_within = false;       // steps may stop on their way for a sort
+    double displacement = 0.0;       // expected in a step, position units
+    double sort_displacement = 0.0;  // since the sort; beyond it parcels are sorted again, position units
   };
 
   // Method `exact`, in cuda/exact/requests.cpp.
@@ -74,6 +76,10 @@ class CudaBackend final : public Backend {
   void sort_exact(cuda::ExactLaunch& launch);
   void launch_exact_stages(const cuda::ExactLaunch& launch);
   ParcelPointers current_parcels() const;
+
+  // In cuda/state.cpp.
+  void save_exact(ExactSnapshot& exact);
+  void resume_exact(const BackendState& state);
 
   using LaunchStep = void (*)(const StepLaunch&, cudaStream_t);
 

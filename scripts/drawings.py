@@ -111,9 +111,9 @@ def rooms():
     d = Drawing(960, 300, "The folders of the sources; an arrow points to what is included")
     box = {"core": (24, 122, 118, ["core", "vectors, threads"]), "model": (178, 122, 118, ["model", "formulas"]),
            "scene": (332, 62, 130, ["scene", "settings, files"]), "backend": (332, 182, 130, ["backend", "CPU, interface"]),
-           "app": (498, 122, 118, ["app", "loop, options"]), "view": (652, 182, 118, ["view", "GL, panel, film"]),
-           "lab": (652, 62, 118, ["lab", "studies"]), "main": (816, 122, 118, ["main.cpp", "joins all"])}
-    colours = {"core": FAINT, "model": BLUE, "scene": BLUE, "backend": GREEN, "app": FAINT, "view": ORANGE, "lab": FAINT,
+           "app": (498, 122, 118, ["app", "loop, options"]), "data": (652, 118, 118, ["data", "states in files"]), "view": (652, 190, 118, ["view", "GL, panel, film"]),
+           "lab": (652, 52, 118, ["lab", "studies"]), "main": (816, 122, 118, ["main.cpp", "joins all"])}
+    colours = {"data": FAINT, "core": FAINT, "model": BLUE, "scene": BLUE, "backend": GREEN, "app": FAINT, "view": ORANGE, "lab": FAINT,
                "main": FAINT}
     for name, (x, y, width, lines) in box.items():
         d.box(x, y, width, 52, lines, colours[name])
@@ -124,13 +124,14 @@ def rooms():
         d.line([(x, y + 26), (to_x + to_width + 1, to_y + 26 + offset)])
 
     for start, end in (("model", "core"), ("scene", "model"), ("backend", "model"), ("app", "scene"), ("app", "backend"),
-                       ("view", "app"), ("lab", "app"), ("main", "view"), ("main", "lab")):
+                       ("data", "app"), ("view", "app"), ("lab", "app"), ("main", "data"), ("main", "view"), ("main", "lab")):
         arrow(start, end)
     d.box(332, 250, 130, 36, ["cuda"], GREEN)
     d.line([(397, 250), (397, 235)])
-    d.box(652, 250, 118, 36, ["cuda/gl"], ORANGE)
-    d.line([(652, 268), (463, 268)])
-    d.line([(711, 250), (711, 235)])
+    d.box(652, 262, 118, 30, ["cuda/gl"], ORANGE)
+    d.line([(652, 277), (463, 277)])
+    d.line([(711, 262), (711, 243)])
+    d.line([(711, 190), (711, 171)])
     d.text(24, 34, "An arrow points to what is included", 14, FAINT, "start")
     return d
 

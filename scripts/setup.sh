@@ -9,6 +9,8 @@ build_packages=(
   g++:c++ cmake:cmake ninja-build:ninja pkg-config:pkg-config
   python3-glad:glad                # writes the OpenGL loader while building
   libglfw3-dev libimgui-dev libgl-dev libcli11-dev libtomlplusplus-dev libfmt-dev nlohmann-json3-dev libpng-dev
+  zlib1g-dev
+  libhdf5-dev                      # dumps of trajectories
   libegl1 libgl1-mesa-dri          # drawing without a display, and without a GPU
   fonts-dejavu-core ffmpeg:ffmpeg  # text in window and film; films
 )
@@ -20,6 +22,7 @@ test_packages=(
   libgtest-dev python3:python3
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
   codespell:codespell              # misspelt words
+  hdf5-tools:h5ls python3-h5py python3-mdanalysis  # readers of dumps; pyh5md, and VTK's of XDMF, are on PyPI only
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy

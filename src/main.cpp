@@ -19,6 +19,7 @@
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
 #include "core/error.hpp"
+#include "data/read_start.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
 #include "scene/scene_file.hpp"
@@ -106,6 +107,16 @@ struct StageRun {
   nlohmann::json report;
 };
 
+// The length of a run counts from the start of its scene.
+void say_if_over(const Options& options) {
+  const RunState* start = options.data.start.get();
+  const double seconds = options.settings.seconds;
+  if (start == nullptr || seconds <= 0.0 || options.settings.frame_rate_hz * seconds > start->num_frames)
+    return;
+  announce(
+      fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
+}
+
 StageRun run_on_stage(const Options& options) {
   stop_gracefully();
   StageHooks hooks;
@@ -120,13 +131,17 @@ StageRun run_on_stage(const Options& options) {
   set_draw_target(options, *backend, hooks);
   const std::string device_name = backend->device();
   const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
-  Simulation simulation(options.settings, std::move(backend));
+  const RunState* start = options.data.start.get();
+  Simulation simulation =
+      start ? Simulation(*start, std::move(backend)) : Simulation(options.settings, std::move(backend));
   if (may_fall_back) {
     simulation.set_fallback(
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
-  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(),
-                   device_name);
+  RunRecord record(simulation.settings(), *simulation.view().physics,
+                   start ? start->initial : simulation.backend().measure(), device_name);
+  if (start) record.continue_from(start->totals, start->simulated_s);
+  say_if_over(options);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
@@ -253,6 +268,7 @@ int dispatch(int argc, char** argv) {
     return parsed.exit_code;
   }
   choose_settings(*parsed.options);
+  read_start(*parsed.options);
   switch (parsed.options->command) {
     case Command::bench:
       return bench(*parsed.options);

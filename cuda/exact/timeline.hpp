@@ -18,17 +18,23 @@ class ExactTimeline {
   void reset_time();
   // Becomes active: anchors every parcel at its position.
   void enter(const ExactLaunch& launch, cudaStream_t stream);
+  // Seconds of completed steps since the reset.
+  double time_s() const { return time_s_; }
+  // Goes on from a saved time, after reset_time(); before enter(), if trajectories follow.
+  void set_time(double time_s) { time_s_ = time_s; }
+  // Goes on from a saved tick of the reference speed, after enter().
+  void set_now(std::uint64_t now) { now_ = now; }
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
-  // Where steps of a request end: only every num_together-th and the last. Steps shorter than a tick may have no
-  // end. tick_s: of the reference speed.
+  // Where steps of a request end: only every num_together-th and the last. Steps shorter than a tick may have
+  // no end. tick_s: of the reference speed.
   struct End {
     std::uint64_t tick;       // of the reference speed
     std::uint32_t num_steps;  // of the request, up to here
   };
   const std::vector<End>& plan_ends(const StepRequest& request, std::uint32_t num_together, double tick_s);
-  // Moves the time to where the request has come: a tick of the reference speed. Returns the number of its steps
-  // that are complete.
+  // Moves the time to where the request has come: a tick of the reference speed. Returns the number of its
+  // steps that are complete.
   std::uint32_t finish(std::uint64_t now);
   // The last request ended within a step, which the next one completes.
   bool is_mid_step() const { return is_mid_step_; }

@@ -8,7 +8,7 @@ _pickleflight() {
   case $prev in
     --scene) COMPREPLY=($(compgen -W "$("$1" scenes 2>/dev/null | cut -d' ' -f1)" -- "$cur")) && _filedir toml && return ;;
     --cues) COMPREPLY=($(compgen -W "talk" -- "$cur")) && _filedir toml && return ;;
-    --record | --picture | --report | --json | --log | --save-scene | --overlay-csv | --panel-map) _filedir && return ;;
+    --record | --picture | --report | --json | --log | --save-scene | --overlay-csv | --panel-map | --dump | --checkpoint | --from) _filedir && return ;;
     --out) _filedir -d && return ;;
   esac
   if [[ $cur != -* && $prev == --* ]]; then

@@ -27,7 +27,8 @@ if(PF_HELP2MAN)
 endif()
 
 # Licences of the libraries that are compiled in, from Debian's packages.
-foreach(package libimgui-dev libfmt-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev python3-glad)
+foreach(package libimgui-dev libfmt-dev libtomlplusplus-dev libcli11-dev nlohmann-json3-dev python3-glad
+                libhdf5-dev libaec-dev)
   install(FILES /usr/share/doc/${package}/copyright DESTINATION ${CMAKE_INSTALL_DOCDIR}/licenses RENAME ${package}
           COMPONENT program OPTIONAL)
 endforeach()

@@ -33,7 +33,7 @@ bool Checkpoints::is_due(double shown_s, std::size_t num_parcels) const {
 }
 
 void Checkpoints::keep(Checkpoint checkpoint) {
-  const std::size_t limit = max_count(checkpoint.parcels.position.size());
+  const std::size_t limit = max_count(checkpoint.backend.parcels.position.size());
   kept_.push_back(std::move(checkpoint));
   while (kept_.size() > limit) thin_out();
 }
@@ -50,9 +50,8 @@ void Checkpoints::thin_out() {
 }
 
 const Checkpoint* Checkpoints::newest_until(std::int64_t frame) const {
-  const auto found = std::find_if(kept_.rbegin(), kept_.rend(), [&](const Checkpoint& one) {
-    return one.frame <= frame && one.goes_on_as_it_did;
-  });
+  const auto found =
+      std::find_if(kept_.rbegin(), kept_.rend(), [&](const Checkpoint& one) { return one.frame <= frame; });
   return found == kept_.rend() ? nullptr : &*found;
 }
 

@@ -11,15 +11,13 @@
 namespace pf {
 
 struct Checkpoint {
-  std::int64_t frame = 0;         // of FlightHistory
-  std::size_t num_changes = 0;    // of the settings, made until then
-  double shown_s = 0.0;           // frames with a step since the launch, at the frame rate
-  bool goes_on_as_it_did = true;  // bit for bit; otherwise a kept moment that is earlier must be used
+  std::int64_t frame = 0;       // of FlightHistory
+  std::size_t num_changes = 0;  // of the settings, made until then
+  double shown_s = 0.0;         // frames with a step since the launch, at the frame rate
   Settings settings;
   Physics physics;                   // its seed is that of the air
   std::optional<double> scene_dt_s;  // before a comparison halved it
-  ParcelSnapshot parcels;
-  BallState ball;
+  BackendState backend;
   StepTotals totals;
   double simulated_s = 0.0;
   double ball_distance_m = 0.0;
@@ -40,7 +38,7 @@ class Checkpoints {
   std::size_t max_count(std::size_t num_parcels) const;
   bool is_due(double shown_s, std::size_t num_parcels) const;
   void keep(Checkpoint checkpoint);
-  // The newest one at or before a frame from which the flight goes on as it did; null: none.
+  // The newest one at or before a frame; null: none.
   const Checkpoint* newest_until(std::int64_t frame) const;
   // Forgets those after a frame, and one at it with later changes of the settings.
   void drop_after(std::int64_t frame, std::size_t num_changes);

@@ -83,11 +83,22 @@ std::vector<CommandSwitch> command_switches() {
           {"back", &Commands::back}};
 }
 
-InputLog::InputLog(const Simulation& simulation, const std::string& backend)
+namespace {
+
+std::string from_text(const fs::path& from, std::optional<std::int64_t> frame) {
+  if (from.empty()) return "";
+  const std::string number = frame ? fmt::format("from_frame = {}\n", *frame) : "";
+  return fmt::format("from = {}\n{}", toml_string(fs::absolute(from).string()), number);
+}
+
+}  // namespace
+
+InputLog::InputLog(const Simulation& simulation, const std::string& backend, const fs::path& from,
+                   std::optional<std::int64_t> from_frame)
     : text_(fmt::format("# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
                         toml_string(PF_VERSION), toml_string(backend)) +
-            settings_text(simulation.settings())) {}
+            from_text(from, from_frame) + settings_text(simulation.settings())) {}
 
 void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
   const bool seeks = commands.seek_s || commands.back;

@@ -29,10 +29,15 @@ struct LoggedFrame {
   std::string hash;                        // of the state after the frame; empty: none
 };
 
+// In the order of Comparison.
+inline const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step", "scene_step"};
+
 struct RunLog {
   std::string version;  // of the program that wrote it
   std::string backend;
-  Settings settings;  // at the start, with the number of parcels for that backend
+  Settings settings;           // at the start, with the number of parcels for that backend
+  std::filesystem::path from;  // checkpoint or dump that the run went on from; empty: none
+  std::optional<std::int64_t> from_frame;
   std::vector<LoggedFrame> frames;
 };
 
@@ -58,8 +63,9 @@ class InputLog {
  public:
   static constexpr int kFramesPerHash = 60;  // about one a second
 
-  // Before the first frame.
-  explicit InputLog(const Simulation& simulation, const std::string& backend);
+  // Before the first frame. from: the file, or the frame of it, that the run goes on from; empty: none.
+  InputLog(const Simulation& simulation, const std::string& backend, const std::filesystem::path& from = {},
+           std::optional<std::int64_t> from_frame = {});
 
   // Around each picture of the simulation, with the commands that it admits. Pictures that go on with the
   // steps of a frame belong to that frame.

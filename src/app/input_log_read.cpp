@@ -151,7 +151,14 @@ RunLog Reader::read() const {
                     "--scene {}",
                     file_, file_));
   }
-  RunLog log{text(document, "version"), text(document, "backend"), settings(document), {}};
+  RunLog log{text(document, "version"),
+             text(document, "backend"),
+             settings(document),
+             text(document, "from"),
+             {},
+             {}};
+  if (const toml::node* frame_number = document.get("from_frame"))
+    log.from_frame = static_cast<std::int64_t>(number(*frame_number, "from_frame"));
   for (const toml::node& node : *document.get("frame")->as_array()) {
     if (!node.is_table()) refuse(node, "frame takes tables, written [[frame]]");
     log.frames.push_back(frame(*node.as_table()));

@@ -43,6 +43,8 @@ struct Typed {
   std::string record_time = "simulation", record_overlay = "on";
   std::optional<std::string> record_size, replay, cues;
   std::vector<std::string> still;
+  std::string dump, checkpoint;
+  std::optional<std::string> dump_every, dump_fields, dump_compression, checkpoint_every, from, from_frame;
   bool force = false;
 };
 

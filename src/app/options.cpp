@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "app/option_data.hpp"
 #include "app/option_flags.hpp"
 #include "app/option_settings.hpp"
 #include "app/option_values.hpp"
@@ -180,6 +181,8 @@ void read_replay(const Typed& typed, Options& options) {
   }
   options.replay = read_log(*typed.replay);
   options.settings = options.replay->settings;
+  options.data.from = options.replay->from;
+  options.data.from_frame = options.replay->from_frame;
 }
 
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
@@ -217,6 +220,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   else
     read_record(command, typed, options);
   read_pictures(command, typed, options);
+  if (!is_bench) read_data_options(command, typed, options);
   if (typed.replay) read_replay(typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
@@ -225,7 +229,8 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
 }
 
 std::string version_text() {
-  return fmt::format("pickleflight {} (CUDA backend: {})", PF_VERSION, PF_HAVE_CUDA ? "yes" : "no");
+  return fmt::format("pickleflight {} (CUDA backend: {}, HDF5: {})", PF_VERSION, PF_HAVE_CUDA ? "yes" : "no",
+                     PF_HAVE_HDF5 ? "yes" : "no");
 }
 
 std::string one_line(std::string text) {
@@ -263,6 +268,7 @@ ParseResult parse_options(int argc, const char* const* argv) {
   }
   add_setting_flags(run, typed, options, kDefaultScene);
   add_run_flags(run, typed, options);
+  add_data_flags(run, typed, options);
   add_setting_flags(bench, typed, options, kBenchScene);
   add_bench_flags(bench, typed, options);
   add_lab_flags(lab, typed, options);

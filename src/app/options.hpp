@@ -2,12 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/accuracy.hpp"
 #include "app/input_log.hpp"
+#include "app/run_state.hpp"
 #include "scene/cue_list.hpp"
 #include "scene/settings.hpp"
 
@@ -34,6 +36,20 @@ struct LabOptions {
   bool quick = false;
   bool resume = false;
   bool force = false;
+};
+
+// Files of states (option_data.hpp).
+struct DataOptions {
+  std::filesystem::path dump;  // --dump FILE.h5 or FILE.xyz; empty: none
+  double dump_every_s = 0.0;   // simulated; 0: every frame
+  std::vector<std::string> dump_fields;
+  int dump_compression = 0;
+  std::filesystem::path checkpoint;  // --checkpoint FILE; empty: none
+  double checkpoint_every_s = 0.0;   // simulated; 0: at the end only
+  std::filesystem::path from;        // --from FILE; empty: none
+  std::optional<std::int64_t> from_frame;
+  std::vector<std::string> from_edits;    // "section.key = value" of the command line
+  std::shared_ptr<const RunState> start;  // read from `from`
 };
 
 struct Options {
@@ -94,6 +110,7 @@ struct Options {
   bool sweep = false;                // --sweep: time whole frames over N instead
   std::int64_t sweep_max = 1'000'000;
   LabOptions lab;
+  DataOptions data;
 };
 
 struct ParseResult {

@@ -101,8 +101,8 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   return report;
 }
 
-// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md, 'Pressure'). The
-// sum here is of |J| / m, and kT / m = c^2.
+// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md,
+// 'Pressure'). The sum here is of |J| / m, and kT / m = c^2.
 json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
                      double speed_mps) {
   if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;
@@ -167,6 +167,11 @@ void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, dou
   dt_s_ = dt_s;
 }
 
+void RunRecord::continue_from(const StepTotals& totals, double simulated_s) {
+  earlier_ = totals;
+  simulated_s_ = simulated_s;
+}
+
 void RunRecord::set_part(const std::string& key, const json& part) {
   parts_.emplace_back(key, part.dump(-1, ' ', false, json::error_handler_t::replace));
 }
@@ -199,6 +204,8 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   const Measures final = backend.measure();
   const ParcelConstants& parcels = physics.parcels;
   const bool has_parcels = parcels.num > 0;
+  StepTotals all = earlier_;
+  all += totals_;
   const double final_speed_mps = thermal_speed_mps(physics, final.parcel_energy_j);
   // The thermal speed that belongs to the mean of the initial and the final energy.
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
@@ -214,7 +221,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"area_fraction", has_parcels ? number(area_fraction_of(physics)) : json(nullptr)},
       {"restitution", number(parcels.restitution)},
       {"dt_s", number(dt_s_)},
-      {"steps", totals_.num_steps},
+      {"steps", all.num_steps},
       {"simulated_s", number(simulated_s_)},
       {"wall_s", number(wall_s)},
       {"frame_ms", median_and_p99(intervals_ms_)},
@@ -229,13 +236,12 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},
       {"energy", energy_report(initial_, final)},
       {"momentum", momentum_report(initial_, final)},
-      {"collisions", collision_report(physics, totals_, simulated_s_, speed_mps)},
-      {"compressibility", compressibility(parcels, totals_, simulated_s_, speed_mps)},
-      {"max_overlap_diameters",
-       totals_.num_collisions > 0 ? number(totals_.max_overlap_diameters) : json(nullptr)},
-      {"num_retired", totals_.num_retired},
-      {"exact", exact_report(settings, totals_)},
-      {"ball", ball_report(physics.ball, ball, totals_, ball_distance_m)},
+      {"collisions", collision_report(physics, all, simulated_s_, speed_mps)},
+      {"compressibility", compressibility(parcels, all, simulated_s_, speed_mps)},
+      {"max_overlap_diameters", all.num_collisions > 0 ? number(all.max_overlap_diameters) : json(nullptr)},
+      {"num_retired", all.num_retired},
+      {"exact", exact_report(settings, all)},
+      {"ball", ball_report(physics.ball, ball, all, ball_distance_m)},
       {"state_hash", fmt::format("{:016x}", backend.state_hash())},
       {"memory_bytes", backend.memory_bytes()},
   };

@@ -27,13 +27,17 @@ class RunRecord {
   // To be called before the first frame.
   void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }
 
+  // The steps that the run had made when it was saved to a file. They count in all figures but speeds.
+  void continue_from(const StepTotals& totals, double simulated_s);
+  const Measures& initial() const { return initial_; }
+
   // Adds a part under a key of its own.
   void set_part(const std::string& key, const nlohmann::json& part);
 
-  // Keys: those of set_part (record: the last film, replay, display: the window at the end, accuracy: the
-  // last readout of the panel's section, terms: the cost of each term per step, measured beside a window),
-  // version, device, scene, method, neighbors, num_parcels, area_fraction, restitution, dt_s, steps,
-  // simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
+  // Keys: those of set_part (record: the last film, files: dump and checkpoint, replay, display: the window
+  // at the end, accuracy: the last readout of the panel's section, terms: the cost of each term per step,
+  // measured beside a window), version, device, scene, method, neighbors, num_parcels, area_fraction,
+  // restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
   // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later
   // phases: the host's clock), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL
   // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,
@@ -61,6 +65,7 @@ class RunRecord {
   std::vector<DrawTimes> drawings_;   // of the same frames
   std::vector<double> intervals_ms_;  // between the ends of successive frames
   StepTotals totals_;
+  StepTotals earlier_;  // of the run before it was saved
   double simulated_s_ = 0.0;
   double dt_s_ = 0.0;
   double speed_mps_ = 0.0;  // thermal, at the start

@@ -58,7 +58,6 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   step_ms = 0.0;
   physics = derived;
   ball = around;
-  used_exact = false;
   begin_history();
 }
 

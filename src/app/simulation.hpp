@@ -18,6 +18,8 @@
 
 namespace pf {
 
+struct RunState;
+
 // A launch by hand. It replaces the launch in the settings.
 struct BallLaunch {
   Vec2d velocity_mps;
@@ -94,7 +96,12 @@ class Simulation {
   // Resolves settings.num_parcels for the backend. Throws UserError for settings that cannot run; on the CPU
   // also if memory does not suffice.
   Simulation(Settings settings, std::unique_ptr<Backend> backend);
+  // Goes on from a saved state, on any backend, to the same bits. Throws UserError as above.
+  Simulation(const RunState& from, std::unique_ptr<Backend> backend);
   ~Simulation();
+
+  // Stores the state into `to`, whose memory is used again. Only after a whole frame (FrameView::unfinished).
+  void save(RunState& to) const;
 
   // From now on the steps of a frame end, after the time of run.frame_budget_ms, with the current step or
   // within it. The next call of begin_frame goes on with them. Initially off: for a window, which must answer

@@ -65,7 +65,6 @@ void Simulation::State::submit_steps(DrawTarget* target) {
     if (target) draw_again(*target);
     return;
   }
-  used_exact = used_exact || settings.method == Method::exact;
   StepRequest request = step_request(settings, physics, num_steps_to_submit(), frame->plan.dt_s);
   request.num_done = frame->num_done;
   if (has_budget) request.budget_ms = settings.frame_budget_ms;

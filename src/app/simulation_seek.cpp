@@ -24,9 +24,7 @@ void Simulation::State::keep_checkpoint_when_due() {
   now.settings = settings;
   now.physics = physics;
   now.scene_dt_s = scene_dt_s;
-  now.parcels = backend->snapshot();
-  now.goes_on_as_it_did = now.parcels.exact || !used_exact;
-  now.ball = ball;
+  backend->save(now.backend);
   now.totals = view.totals;
   now.simulated_s = view.simulated_s;
   now.ball_distance_m = view.ball_distance_m;
@@ -44,15 +42,8 @@ void Simulation::State::restore(const Checkpoint& then) {
   scene_dt_s = then.scene_dt_s;
   physics = then.physics;
   ghosts = ghosts_of(settings);
-  ball = then.ball;
-  if (!then.parcels.exact && used_exact) {  // the time of method exact begins anew, too
-    const Spawner spawner(settings, physics, ball);
-    backend->reset(physics, spawner.plan(), ball);
-    used_exact = false;
-  }
-  backend->set_physics(physics);
-  backend->restore(then.parcels);
-  if (!then.parcels.exact) backend->set_ball(ball);
+  ball = then.backend.ball;
+  backend->resume(physics, then.backend);
   view.totals = then.totals;
   view.simulated_s = then.simulated_s;
   view.ball_distance_m = then.ball_distance_m;
@@ -81,12 +72,9 @@ void Simulation::State::seek(double time_s) {
 void Simulation::State::start_seek(std::int64_t target) {
   const Checkpoint* from = checkpoints ? checkpoints->newest_until(target) : nullptr;
   if (from == nullptr) {
-    const bool has_any = checkpoints && checkpoints->size() > 0;
     const bool too_many = checkpoints && checkpoints->max_count(physics.parcels.num) == 0;
-    throw UserError(
-        has_any    ? "back: this backend keeps no trajectories of method exact; R flies it from the start"
-        : too_many ? "back: there is no checkpoint with so many parcels; give fewer"
-                   : "back: there is no checkpoint yet; let it run");
+    throw UserError(too_many ? "back: there is no checkpoint with so many parcels; give fewer"
+                             : "back: there is no checkpoint yet; let it run");
   }
   if (!history.is_past()) {
     latest_flight = flight;

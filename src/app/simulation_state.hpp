@@ -39,7 +39,6 @@ struct Simulation::State {
   std::optional<std::int64_t> sought;          // frame that the flight is flown again to
   std::optional<Settings> settings_at_sought;  // to be applied there
   std::optional<FlightRecord> latest_flight;   // at the latest time reached, once the flight went back
-  bool used_exact = false;                     // since the air was spawned
   std::int64_t last_number = 0;                // of the flights kept so far
   std::optional<double> scene_dt_s;            // run.dt_s before a comparison halved it
   bool by_hand = false;                        // the launch was made by hand
@@ -62,6 +61,8 @@ struct Simulation::State {
 
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
+  void save(RunState& to) const;
+  void resume(const RunState& from);
   void reset(const Settings& with);
   void respawn(const Settings& with, const BallState& around);
   void launch(bool fresh_air);

@@ -37,16 +37,32 @@ struct StepReport {
   bool mid_step = false;
 };
 
-struct ExactSnapshot;
-
 // Parcels by id: position units and m/s.
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
   std::uint64_t step = 0;  // since the reset; keys the random roundings of the next step
-  // Trajectories and time of method `exact`. Null: not kept; a run that is in that method goes on from
-  // rounded positions.
-  std::shared_ptr<const ExactSnapshot> exact = nullptr;
+};
+
+// Trajectories of method `exact`, parcels by id, and its time. Empty while another method holds the state.
+struct ExactSnapshot {
+  bool active = false;
+  std::vector<Vec2i> anchor;                     // position units, of the last event
+  std::vector<std::uint32_t> tick;               // of the anchor, modulo 2^32
+  std::vector<std::uint32_t> last_contact_tick;  // empty without a contact duration
+  std::uint64_t now = 0;                         // ticks of the reference speed
+  std::uint32_t tick_exponent = 0;               // a tick of the trajectories lasts 2^tick_exponent of these
+  BallTrajectory ball;                           // counts from now
+  bool ball_holds = false;                       // whether `ball` is valid
+};
+
+// All that a backend needs to go on to the same bits, also one of the other kind.
+struct BackendState {
+  ParcelSnapshot parcels;
+  BallState ball;
+  bool ball_was_set = false;  // from outside, since the last request
+  double exact_s = 0.0;       // time of the completed steps of `exact` since the reset
+  ExactSnapshot exact;
 };
 
 class Backend {
@@ -62,8 +78,6 @@ class Backend {
   virtual void set_physics(const Physics& physics) = 0;
   virtual void set_ball(const BallState& ball) = 0;
   // Replaces the parcels' state and the count of steps. snapshot: every spawned parcel, in the order of ids.
-  // With snapshot.exact the ball is replaced, too, and the run goes on as it did, bit for bit, if the
-  // constants are those of then.
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in
@@ -86,6 +100,11 @@ class Backend {
   virtual void draw(const DrawBuffers& buffers) = 0;
 
   virtual ParcelSnapshot snapshot() = 0;
+  // Stores the state into `state`, whose memory is used again. Not while a step is unfinished (mid_step).
+  virtual void save(BackendState& state) = 0;
+  // Replaces all that a reset sets. state: as save() left it, of a run with these constants, on any backend.
+  // Throws UserError if memory does not suffice.
+  virtual void resume(const Physics& physics, const BackendState& state) = 0;
   virtual Measures measure() = 0;
   virtual std::uint64_t state_hash() = 0;
   // Bytes of state and scratch held for the parcels.

@@ -77,9 +77,6 @@ void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   std::copy(snapshot.position.begin(), snapshot.position.end(), parcels_.current.position.begin());
   std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels_.current.velocity.begin());
   for (std::size_t i = 0; i < size(); ++i) parcels_.current.id[i] = static_cast<std::uint32_t>(i);
-  if (!snapshot.exact) return;
-  ball_ = snapshot.exact->ball;
-  exact_.restore(*snapshot.exact, parcels_);
 }
 
 template <class Contact, bool kBall, Boundary kBoundary>
@@ -256,19 +253,6 @@ void CpuBackend::draw(const DrawBuffers& buffers) {
       draw_parcel(buffers, physics_.world, i, position[i], parcels_.current.velocity[i]);
     }
   });
-}
-
-ParcelSnapshot CpuBackend::snapshot() {
-  ParcelSnapshot snapshot{std::vector<Vec2i>(size()), std::vector<Vec2f>(size()), step_, nullptr};
-  const std::vector<Vec2i>& position = positions();
-  for (std::size_t i = 0; i < size(); ++i) {
-    snapshot.position[parcels_.current.id[i]] = position[i];
-    snapshot.velocity[parcels_.current.id[i]] = parcels_.current.velocity[i];
-  }
-  auto exact = std::make_shared<ExactSnapshot>(exact_.snapshot(parcels_));
-  exact->ball = ball_;
-  snapshot.exact = std::move(exact);
-  return snapshot;
 }
 
 // Summed over chunks of fixed size, so that the result does not depend on the number of threads.

@@ -32,6 +32,8 @@ class CpuBackend final : public Backend {
   StepReport collect() override { return report_; }
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
+  void save(BackendState& state) override;
+  void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
@@ -50,6 +52,7 @@ class CpuBackend final : public Backend {
     return exact_.active() ? exact_.positions(parcels_) : parcels_.current.position;
   }
   bool is_search_near(const StepConstants& constants) const;
+  void take_snapshot(ParcelSnapshot& snapshot);
   void sort_if_needed(const StepConstants& constants, const StepRequest& request, StepReport& report);
   void step(const StepConstants& constants, const StepRequest& request, bool last, StepReport& report);
   // One pass over all parcels; the new state becomes the current one. range: null for paired_.

@@ -65,9 +65,10 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       overlay_({context.info().renderer, describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
       cues_(context.window() != nullptr),
-      log_(simulation, simulation.backend().name()),
+      log_(simulation, simulation.backend().name(), options.data.from, options.data.from_frame),
       recorder_(options, context.window() != nullptr, hooks.announce, log_),
       last_seconds_(options.clip_s),
+      files_(options.data, context.window() != nullptr && !options.replay, hooks.announce),
       air_timer_(context.info().software),
       flight_timer_(context.info().software),
       panel_timer_(context.info().software),
@@ -79,6 +80,10 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (options.replay) replay_.emplace(*options.replay);
+  if (options.data.start) {
+    first_frame_ = num_frames_ = options.data.start->num_frames;
+    frames_after_flight_ = options.data.start->frames_after_flight;
+  }
   if (!options.log.empty()) log_.open(options.log);
   if (has_window && !replay_) simulation_.keep_to_budget();
   if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
@@ -93,6 +98,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
 }
 
 int Stage::run() {
+  files_.follow(simulation_, clock());
   record_.start_clock();
   while (!ended()) {
     times_ = {};
@@ -123,6 +129,7 @@ int Stage::run() {
     }
     keep_pace();
     ++num_frames_;
+    files_.follow(simulation_, clock());
   }
   return finish();
 }
@@ -131,6 +138,8 @@ int Stage::finish() {
   recorder_.finish(simulation_, large_picture_scene());
   finish_last_seconds();
   log_.close_all(simulation_);
+  files_.finish(simulation_, clock());
+  record_.set_part("files", files_.report());
   record_.set_part("record", recorder_.report());
   record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
                                {"content_scale", context_.content_scale()},
@@ -145,7 +154,8 @@ int Stage::finish() {
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
   if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(simulation_.view().message);
-  return unresolvable || cue_failed_ || recorder_.failed() || (replay_ && replay_->diverged()) ? 1 : 0;
+  const bool failed = unresolvable || cue_failed_ || recorder_.failed() || files_.failed();
+  return failed || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 
 // Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends
@@ -197,7 +207,7 @@ bool Stage::scene_ended() {
 
 bool Stage::still_ended() const {
   const FrameView& view = simulation_.view();
-  if (num_frames_ > 0 && left_to_still_s() == 0.0) return true;
+  if (num_frames_ > first_frame_ && left_to_still_s() == 0.0) return true;
   const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
   if (!stands) return false;
   throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",
@@ -284,6 +294,8 @@ void Stage::begin_record() {
       RunRecord(simulation_.settings(), *simulation_.view().physics, backend.measure(), backend.device());
   record_.start_clock();
 }
+
+RunClock Stage::clock() const { return {record_.initial(), num_frames_, frames_after_flight_}; }
 
 void Stage::follow_fallback() {
   target_ = make_draw_target(hooks_, simulation_.backend().name());

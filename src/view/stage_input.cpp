@@ -29,7 +29,9 @@ Commands Stage::handle_input() {
   if (input_) input = input_->take(gui_);
   panel_.fit(static_cast<float>(size_.width), context_.content_scale());
   Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
-  if (num_frames_ == 0) commands.toggle_pause = commands.toggle_pause != (options_.paused && input_);
+  if (num_frames_ == first_frame_)
+    commands.toggle_pause =
+        commands.toggle_pause != (options_.paused && input_ && !simulation_.view().paused);
   commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
   commands.single_step = commands.single_step || input.commands.single_step;
   commands.reset = commands.reset || input.commands.reset;

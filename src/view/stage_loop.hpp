@@ -13,6 +13,7 @@
 #include "app/replay.hpp"
 #include "app/settings_history.hpp"
 #include "app/term_costs.hpp"
+#include "data/run_files.hpp"
 #include "view/aim.hpp"
 #include "view/ball_camera.hpp"
 #include "view/cue_title.hpp"
@@ -104,6 +105,7 @@ class Stage {
   void present(const Viewport& viewport);
   void follow_fallback();
   void begin_record();
+  RunClock clock() const;
   void write_panel_map();
   void steer();
   double left_to_still_s() const;
@@ -145,6 +147,7 @@ class Stage {
   Recorder recorder_;
   LastSeconds last_seconds_;
   std::optional<Replay> replay_;
+  RunFiles files_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
@@ -164,6 +167,7 @@ class Stage {
   DrawTimes drawing_;  // host: of the current frame; GL device: of one or two frames before
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
+  std::int64_t first_frame_ = 0;  // above 0 for a run that goes on from a file
   std::int64_t num_frames_ = 0;
   std::int64_t first_frame_ = 0;  // of the current cue, in a run without a window
   std::int64_t frames_after_flight_ = 0;

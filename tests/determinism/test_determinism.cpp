@@ -72,18 +72,5 @@ TEST(Determinism, RestoredSnapshotContinuesIdentically) {
   expect_restored_goes_on_as_it_did(gas(1000), make_cpu_backend(2));
 }
 
-// Method exact: a gas with a contact clock, and a ball that flies straight and keeps its trajectory.
-TEST(Determinism, RestoredTrajectoriesContinueIdentically) {
-  Settings cooling = gas(1000);
-  cooling.method = Method::exact;
-  cooling.restitution = 0.8;
-  cooling.contact_clock = 1e-3;
-  expect_restored_goes_on_as_it_did(cooling, make_cpu_backend(2));
-  Settings flight = court(800);
-  flight.method = Method::exact;
-  flight.magnus = false;
-  expect_restored_goes_on_as_it_did(flight, make_cpu_backend(2));
-}
-
 }  // namespace
 }  // namespace pf::test

@@ -259,7 +259,9 @@ class Commands:
             options = [*options, "--headless"]
         if len(options) > 1 and options[0] == "run" and options[1].endswith(".toml"):
             return self.ended(self.project.program, *options)
-        options = with_value(with_value(options, "-p", "500"), "--size", "320x180")
+        if "--from" not in options:  # which has its parcels
+            options = with_value(options, "-p", "500")
+        options = with_value(options, "--size", "320x180")
         if "--still" in options:
             options[options.index("--still") + 1] = "0.002"
         else:

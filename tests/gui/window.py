@@ -68,7 +68,7 @@ class Screen:
 class Window:
     """The program, running. hands_off: no key or button is pressed, to see that the tests notice."""
 
-    def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None):
+    def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None, fresh=True):
         self.folder = pathlib.Path(folder)
         self.map_file, self.report_file = self.folder / "panel.json", self.folder / "report.json"
         for file in (self.map_file, self.report_file):
@@ -77,7 +77,8 @@ class Window:
         self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1", **(environment or {})}
         self.environment.pop("WAYLAND_DISPLAY", None)
         # High enough that nothing of the panel is scrolled out of sight.
-        usual = [part for flag, value in (("--size", "800x700"), ("-p", "2000")) if flag not in words
+        defaults = [("--size", "800x700")] + [("-p", "2000")] * fresh  # a run that goes on has its parcels
+        usual = [part for flag, value in defaults if flag not in words
                  for part in (flag, value)]
         command = [program, "run", *usual, "--panel-map", str(self.map_file), "--report", str(self.report_file), *words]
         self.process = subprocess.Popen(command, env=self.environment)

@@ -28,13 +28,14 @@ MAY_INCLUDE = {
     "backend/time_step": {"core", "model", "backend"},
     "backend/exact": {"core", "model", "model/exact", "backend"},
     "app": {"core", "model", "scene", "backend"},
+    "data": {"core", "model", "scene", "backend", "app"},
     "lab": {"core", "model", "scene", "backend", "app"},
-    "view": {"core", "model", "scene", "backend", "app"},
+    "view": {"core", "model", "scene", "backend", "app", "data"},
     "cuda": {"core", "model", "model/exact", "backend", "backend/exact", "cuda/time_step", "cuda/exact"},
     "cuda/time_step": {"core", "model", "backend", "cuda"},
     "cuda/exact": {"core", "model", "model/exact", "backend", "backend/exact", "cuda", "cuda/time_step"},
     "cuda/gl": {"core", "backend", "cuda", "view"},
-    ".": {"core", "scene", "backend", "app", "lab", "view", "cuda", "cuda/gl"},  # main.cpp
+    ".": {"core", "scene", "backend", "app", "data", "lab", "view", "cuda", "cuda/gl"},  # main.cpp
 }
 
 MAX_FILE_LINES = 350

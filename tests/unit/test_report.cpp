@@ -35,6 +35,8 @@ class StubBackend : public Backend {
   double measure_copy_bandwidth(std::size_t) override { return 0.0; }
   void draw(const DrawBuffers&) override {}
   ParcelSnapshot snapshot() override { return {}; }
+  void save(BackendState&) override {}
+  void resume(const Physics&, const BackendState&) override {}
   Measures measure() override { return measures; }
   std::uint64_t state_hash() override { return hash; }
   std::uint64_t memory_bytes() const override { return 0; }

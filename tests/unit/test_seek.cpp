@@ -240,52 +240,5 @@ TEST(SeekInLaterFlights, LeadsToTheStateOfThen) {
   EXPECT_EQ(flight.hash(), flight.hashes[12]);
 }
 
-// As a backend that keeps positions only.
-class ForgetfulBackend final : public Backend {
- public:
-  std::string name() const override { return "cpu"; }
-  std::string device() const override { return real_->device(); }
-  void reset(const Physics& p, const SpawnPlan& plan, const BallState& b) override {
-    real_->reset(p, plan, b);
-  }
-  void set_physics(const Physics& p) override { real_->set_physics(p); }
-  void set_ball(const BallState& b) override { real_->set_ball(b); }
-  void restore(const ParcelSnapshot& s) override { real_->restore(s); }
-  void submit(const StepRequest& r) override { real_->submit(r); }
-  StepReport collect() override { return real_->collect(); }
-  void draw(const DrawBuffers& b) override { real_->draw(b); }
-  ParcelSnapshot snapshot() override {
-    ParcelSnapshot positions = real_->snapshot();
-    positions.exact = nullptr;
-    return positions;
-  }
-  Measures measure() override { return real_->measure(); }
-  std::uint64_t state_hash() override { return real_->state_hash(); }
-  std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
-  double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
-  double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
-
- private:
-  std::unique_ptr<Backend> real_ = make_cpu_backend(1);
-};
-
-TEST(SeekWithoutTrajectories, FliesFromTheLaunchOrRefuses) {
-  FollowedFlight flight(scene_of(Method::exact), std::make_unique<ForgetfulBackend>());
-  flight.fly_frames(130);
-  for (const int frame : {100, 120, 30}) {
-    flight.seek(frame);
-    EXPECT_EQ(flight.hash(), flight.hashes[static_cast<std::size_t>(frame)]) << frame;
-  }
-  Commands commands;
-  commands.launch = true;  // into air that has moved
-  flight.simulation.advance_frame(commands, nullptr);
-  for (int k = 0; k < 10; ++k) flight.go_on();
-  commands = {};
-  commands.seek_s = 0.0;
-  flight.simulation.advance_frame(commands, nullptr);
-  EXPECT_NE(flight.view().message.find("keeps no trajectories"), std::string::npos) << flight.view().message;
-  EXPECT_FALSE(flight.view().sought_s);
-}
-
 }  // namespace
 }  // namespace pf::test

@@ -39,6 +39,8 @@ class LosingBackend final : public Backend {
     real_->draw(b);
   }
   ParcelSnapshot snapshot() override { return real_->snapshot(); }
+  void save(BackendState& s) override { real_->save(s); }
+  void resume(const Physics& p, const BackendState& s) override { real_->resume(p, s); }
   Measures measure() override { return real_->measure(); }
   std::uint64_t state_hash() override { return real_->state_hash(); }
   std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }

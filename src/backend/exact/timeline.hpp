@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "backend/backend.hpp"
-#include "backend/exact/snapshot.hpp"
 #include "backend/exact/stepper.hpp"
 #include "backend/exact/window_length.hpp"
 #include "backend/parcel_arrays.hpp"
@@ -38,15 +37,14 @@ class ExactTimeline {
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);
   // Stops being active: the stored positions become the current ones.
   void leave(SortedParcels& parcels);
+  // Stores time and trajectories, between steps.
+  void save(const SortedParcels& parcels, BackendState& state) const;
+  // Goes on from a saved state, after reset_time(). parcels: those of the state, in the order of ids.
+  void resume(const Physics& physics, const BackendState& state, SortedParcels& parcels);
   // Advances by the request, or as far as its budget lasts. ball: state at its start, then at its end;
   // ignored within a step, then that of the moment.
   void advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels, BallState& ball,
                StepReport& report);
-
-  // Its own state at the end of a step, and that of the trajectories.
-  ExactSnapshot snapshot(const SortedParcels& parcels) const;
-  // parcels: in the order of ids, with the velocities of then.
-  void restore(const ExactSnapshot& snapshot, SortedParcels& parcels);
 
   // The last request ended within a step, which the next one completes.
   bool is_mid_step() const { return is_mid_step_; }

@@ -1,0 +1,44 @@
+// The state of a run between two frames: what a file keeps so that the run goes on to the same bits. Earlier
+// flights that are still shown are not part of it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "app/flight.hpp"
+#include "backend/backend.hpp"
+#include "scene/settings.hpp"
+
+namespace pf {
+
+struct RunState {
+  Settings settings;           // with the number of parcels for the backend
+  std::uint64_t air_seed = 0;  // of the spawned air, and of the random roundings
+  std::int64_t flight_seed = 0;
+  BackendState backend;
+  StepTotals totals;
+  double simulated_s = 0.0;
+  double shown_s = 0.0;
+  double launched_at_s = 0.0;
+  double landed_for_s = 0.0;
+  double ball_distance_m = 0.0;
+  double collision_rate_per_s = 0.0;
+  std::int64_t num_launches = 0;
+  std::int64_t num_flights = 0;
+  std::int64_t last_number = 0;
+  bool landed = false;
+  bool left_once = false;
+  bool by_hand = false;
+  bool paused = false;
+  std::optional<double> scene_dt_s;
+  FlightRecord flight;
+  // Of the run around the simulation.
+  Measures initial;
+  std::int64_t num_frames = 0;
+  std::int64_t frames_after_flight = 0;
+};
+
+// The hash of the state, as Backend::state_hash gives it.
+std::uint64_t state_hash(const RunState& state);
+
+}  // namespace pf

@@ -1,0 +1,75 @@
+// The state of a simulation between two frames, stored and taken up again.
+#include "app/run_state.hpp"
+#include "app/simulation_state.hpp"
+
+namespace pf {
+
+std::uint64_t state_hash(const RunState& state) {
+  const ParcelSnapshot& parcels = state.backend.parcels;
+  std::uint64_t hash = state.settings.ball_present ? ball_hash(state.backend.ball) : 0;
+  for (std::size_t id = 0; id < parcels.position.size(); ++id)
+    hash += parcel_hash(static_cast<std::uint32_t>(id), parcels.position[id], parcels.velocity[id]);
+  return hash;
+}
+
+void Simulation::State::save(RunState& to) const {
+  backend->save(to.backend);
+  to.settings = settings;
+  to.air_seed = physics.seed;
+  to.flight_seed = flight_seed;
+  to.totals = view.totals;
+  to.simulated_s = view.simulated_s;
+  to.shown_s = shown_s;
+  to.launched_at_s = launched_at_s;
+  to.landed_for_s = landed_for_s;
+  to.ball_distance_m = view.ball_distance_m;
+  to.collision_rate_per_s = collision_rate_per_s;
+  to.num_launches = num_launches;
+  to.num_flights = view.num_flights;
+  to.last_number = last_number;
+  to.landed = view.flight == Flight::landed;
+  to.left_once = left_once;
+  to.by_hand = by_hand;
+  to.paused = view.paused;
+  to.scene_dt_s = scene_dt_s;
+  to.flight = flight;
+}
+
+void Simulation::State::resume(const RunState& from) {
+  check_room(from.settings, 0);
+  settings = from.settings;
+  physics = derive_physics(settings);
+  physics.seed = from.air_seed;
+  backend->resume(physics, from.backend);
+  ball = from.backend.ball;
+  flight_seed = from.flight_seed;
+  view.totals = from.totals;
+  view.simulated_s = from.simulated_s;
+  shown_s = from.shown_s;
+  launched_at_s = from.launched_at_s;
+  landed_for_s = from.landed_for_s;
+  view.ball_distance_m = from.ball_distance_m;
+  collision_rate_per_s = from.collision_rate_per_s;
+  num_launches = from.num_launches;
+  view.num_flights = from.num_flights;
+  last_number = from.last_number;
+  view.flight = from.landed ? Flight::landed : Flight::flying;
+  left_once = from.left_once;
+  by_hand = from.by_hand;
+  view.paused = from.paused;
+  scene_dt_s = from.scene_dt_s;
+  flight = from.flight;
+  ghosts = ghosts_of(settings);
+  begin_history();
+}
+
+Simulation::Simulation(const RunState& from, std::unique_ptr<Backend> backend)
+    : state_(std::make_unique<State>()) {
+  state_->backend = std::move(backend);
+  state_->resume(from);
+  state_->update_view();
+}
+
+void Simulation::save(RunState& to) const { state_->save(to); }
+
+}  // namespace pf

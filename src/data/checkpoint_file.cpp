@@ -1,0 +1,270 @@
+#include "data/checkpoint_file.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+#include "data/run_state_json.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr const char* kMagic = "pickleflight checkpoint ";
+constexpr int kFormat = 1;
+constexpr std::size_t kMaxLineBytes = 1U << 20;
+
+std::uint32_t crc_of(std::uint32_t crc, const void* data, std::size_t num_bytes) {
+  if (num_bytes == 0) return crc;  // zlib's own would begin anew for a null pointer
+  return static_cast<std::uint32_t>(::crc32_z(crc, static_cast<const Bytef*>(data), num_bytes));
+}
+
+// The arrays of a state with their names, in the order of the file.
+template <class State, class Do>
+void for_each_array(State& state, const Do& apply) {
+  auto& backend = state.backend;
+  apply("position", backend.parcels.position);
+  apply("velocity", backend.parcels.velocity);
+  apply("anchor", backend.exact.anchor);
+  apply("tick", backend.exact.tick);
+  apply("last_contact_tick", backend.exact.last_contact_tick);
+  apply("path_m", state.flight.points_m);
+  apply("path_s", state.flight.times_s);
+}
+
+// ---- writing
+
+class Output {
+ public:
+  explicit Output(const fs::path& file)
+      : file_(file), fd_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+    if (fd_ < 0) fail();
+  }
+  ~Output() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  void write(const void* data, std::size_t num_bytes) {
+    crc_ = crc_of(crc_, data, num_bytes);
+    const char* next = static_cast<const char*>(data);
+    for (std::size_t left = num_bytes; left > 0;) {
+      const ssize_t written = ::write(fd_, next, left);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0) fail();
+      next += written;
+      left -= static_cast<std::size_t>(written);
+    }
+  }
+  void finish() {
+    const std::uint32_t crc = crc_;
+    write(&crc, sizeof crc);
+    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) fail();
+  }
+
+ private:
+  [[noreturn]] void fail() const {
+    throw UserError(fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file_.string()),
+                                std::strerror(errno)));
+  }
+  fs::path file_;
+  int fd_;
+  std::uint32_t crc_ = 0;
+};
+
+// The rename is on the disk once its folder is.
+void sync_folder(const fs::path& file) {
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY);
+  if (fd < 0) return;
+  ::fsync(fd);
+  ::close(fd);
+}
+
+struct Head {
+  std::string text;  // three lines
+  std::uint64_t num_bytes = 0;
+};
+
+Head head_of(const RunState& state) {
+  json about = {{"program", PF_VERSION},
+                {"state_hash", fmt::format("{:016x}", state_hash(state))},
+                {"arrays", json::array()},
+                {"num_bytes", std::string(20, ' ')}};
+  std::uint64_t num_data_bytes = 0;
+  for_each_array(state, [&](const char* name, const auto& array) {
+    about["arrays"].push_back({{"name", name}, {"count", array.size()}, {"bytes_each", sizeof(array[0])}});
+    num_data_bytes += array.size() * sizeof(array[0]);
+  });
+  const auto text = [&] {
+    return fmt::format("{}{}\n{}\n{}\n", kMagic, kFormat, about.dump(), run_state_text(state, {}));
+  };
+  const std::uint64_t num_bytes = text().size() + num_data_bytes + sizeof(std::uint32_t);
+  about["num_bytes"] = fmt::format("{:20}", num_bytes);
+  return {text(), num_bytes};
+}
+
+// ---- reading
+
+class Input {
+ public:
+  explicit Input(const fs::path& file) : name_(file.string()), stream_(file, std::ios::binary) {
+    std::error_code error;
+    size_ = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
+    if (!stream_ || error || size_ == 0)
+      refuse("cannot be read", "give a file that --checkpoint has written");
+  }
+
+  [[noreturn]] void refuse(const std::string& reason, const std::string& remedy) const {
+    throw UserError(fmt::format("{}: {}; {}", in_quotes(name_), reason, remedy));
+  }
+  [[noreturn]] void refuse_damaged(const std::string& reason) const {
+    refuse(reason, "give an earlier checkpoint, or a frame of a dump");
+  }
+  const std::string& name() const { return name_; }
+  std::uint64_t size() const { return size_; }
+  std::uint32_t crc() const { return crc_; }
+
+  std::string line() {
+    std::string text;
+    for (char c = 0; text.size() < kMaxLineBytes && stream_.get(c) && c != '\n';) text.push_back(c);
+    crc_ = crc_of(crc_, text.data(), text.size());
+    crc_ = crc_of(crc_, "\n", 1);
+    return text;
+  }
+  void read(void* to, std::size_t num_bytes) {
+    stream_.read(static_cast<char*>(to), static_cast<std::streamsize>(num_bytes));
+    if (!stream_) refuse_damaged("is cut off");
+    crc_ = crc_of(crc_, to, num_bytes);
+  }
+
+ private:
+  std::string name_;
+  std::ifstream stream_;
+  std::uint64_t size_ = 0;
+  std::uint32_t crc_ = 0;
+};
+
+void check_format(Input& input) {
+  const std::string line = input.line();
+  if (!line.starts_with(kMagic))
+    input.refuse("is no checkpoint", "give a file that --checkpoint has written");
+  if (line != kMagic + std::to_string(kFormat)) {
+    input.refuse(fmt::format("has format {}, and this program reads {}",
+                             in_quotes(line.substr(std::strlen(kMagic))), kFormat),
+                 "use the version of the program that wrote it");
+  }
+}
+
+// Checks the file's size before anything of its content is believed, and sets the arrays' sizes.
+void check_size(Input& input, const json& about, RunState& state) {
+  const std::uint64_t wanted = std::stoull(about.at("num_bytes").get<std::string>());
+  if (input.size() < wanted)
+    input.refuse_damaged(fmt::format("is cut off: {} of {} bytes", input.size(), wanted));
+  if (input.size() > wanted)
+    input.refuse_damaged(fmt::format("has {} bytes too many", input.size() - wanted));
+  std::size_t next = 0;
+  for_each_array(state, [&](const char* name, auto& array) {
+    const json& told = about.at("arrays").at(next++);
+    const auto count = told.at("count").get<std::uint64_t>();
+    const bool is_known = told.at("name") == name && told.at("bytes_each") == sizeof(array[0]);
+    if (!is_known || count > wanted / sizeof(array[0]))
+      input.refuse_damaged("is damaged: its arrays do not fit");
+    array.resize(count);
+  });
+}
+
+void check_consistent(const Input& input, const RunState& state, const std::string& hash) {
+  const BackendState& b = state.backend;
+  const std::size_t n = b.parcels.position.size();
+  const auto wanted =
+      state.settings.air == Air::parcels ? static_cast<std::size_t>(state.settings.num_parcels) : 0;
+  const bool fits = n == wanted && b.parcels.velocity.size() == n &&
+                    b.exact.anchor.size() == b.exact.tick.size() &&
+                    b.exact.anchor.size() == (b.exact.active ? n : 0) &&
+                    (b.exact.last_contact_tick.empty() || b.exact.last_contact_tick.size() == n) &&
+                    state.flight.points_m.size() == state.flight.times_s.size();
+  if (!fits) input.refuse_damaged("is damaged: its arrays do not fit its settings");
+  if (hash != fmt::format("{:016x}", state_hash(state)))
+    input.refuse_damaged("is damaged: its state does not have the hash that it had");
+}
+
+}  // namespace
+
+std::uint64_t write_checkpoint(const fs::path& file, const RunState& state) {
+  const fs::path aside = file.string() + ".part";
+  const Head head = head_of(state);
+  try {
+    Output output(aside);
+    output.write(head.text.data(), head.text.size());
+    for_each_array(state, [&](const char*, const auto& array) {
+      output.write(array.data(), array.size() * sizeof(array[0]));
+    });
+    output.finish();
+  } catch (const UserError&) {
+    std::error_code ignored;
+    fs::remove(aside, ignored);
+    throw;
+  }
+  std::error_code error;
+  fs::rename(aside, file, error);
+  if (error) {
+    throw UserError(
+        fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file.string()), error.message()));
+  }
+  sync_folder(file);
+  return head.num_bytes;
+}
+
+bool is_checkpoint(const fs::path& file) {
+  std::string start(std::strlen(kMagic), '\0');
+  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kMagic;
+}
+
+RunState read_checkpoint(const fs::path& file) {
+  Input input(file);
+  check_format(input);
+  const std::string about_line = input.line(), state_line = input.line();
+  RunState sizes;
+  json about;
+  try {
+    about = json::parse(about_line);
+    check_size(input, about, sizes);
+  } catch (const UserError&) {
+    throw;
+  } catch (const std::exception&) {
+    input.refuse_damaged("is damaged: its second line cannot be read");
+  }
+  for_each_array(
+      sizes, [&](const char*, auto& array) { input.read(array.data(), array.size() * sizeof(array[0])); });
+  const std::uint32_t found = input.crc();
+  std::uint32_t crc = 0;
+  input.read(&crc, sizeof crc);
+  if (found != crc) input.refuse_damaged("is damaged: its checksum is not that of its content");
+  RunState state = run_state_from_text(state_line, {}, input.name());
+  state.backend.parcels.position.swap(sizes.backend.parcels.position);
+  state.backend.parcels.velocity.swap(sizes.backend.parcels.velocity);
+  state.backend.exact.anchor.swap(sizes.backend.exact.anchor);
+  state.backend.exact.tick.swap(sizes.backend.exact.tick);
+  state.backend.exact.last_contact_tick.swap(sizes.backend.exact.last_contact_tick);
+  state.flight.points_m.swap(sizes.flight.points_m);
+  state.flight.times_s.swap(sizes.flight.times_s);
+  check_consistent(input, state, about.at("state_hash").get<std::string>());
+  return state;
+}
+
+}  // namespace pf

@@ -1,0 +1,127 @@
+#include "data/h5_file.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+
+#include "core/error.hpp"
+
+namespace pf::h5 {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Offsets in a superblock of version 3.
+constexpr std::size_t kSuperblockBytes = 48;
+constexpr std::size_t kVersionAt = 8, kFlagsAt = 11, kEndAt = 28, kChecksumAt = 44;
+
+Handle access_list() {
+  Handle list(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
+  checked(H5Pset_libver_bounds(list.id(), H5F_LIBVER_V110, H5F_LIBVER_V110), "format 1.10");
+  return list;
+}
+
+[[noreturn]] void fail(const fs::path& file) {
+  throw DeviceError(file.string() + ": cannot be written: " + std::strerror(errno));
+}
+
+std::uint32_t little_endian(const std::uint8_t* bytes, std::size_t num) {
+  std::uint32_t value = 0;
+  for (std::size_t k = 0; k < num; ++k) value |= static_cast<std::uint32_t>(bytes[k]) << (8 * k);
+  return value;
+}
+
+}  // namespace
+
+std::uint32_t lookup3(const std::uint8_t* bytes, std::size_t num_bytes) {
+  std::uint32_t a = 0xDEADBEEFU + static_cast<std::uint32_t>(num_bytes), b = a, c = a;
+  for (; num_bytes > 12; bytes += 12, num_bytes -= 12) {
+    a += little_endian(bytes, 4);
+    b += little_endian(bytes + 4, 4);
+    c += little_endian(bytes + 8, 4);
+    a = (a - c) ^ std::rotl(c, 4), c += b;
+    b = (b - a) ^ std::rotl(a, 6), a += c;
+    c = (c - b) ^ std::rotl(b, 8), b += a;
+    a = (a - c) ^ std::rotl(c, 16), c += b;
+    b = (b - a) ^ std::rotl(a, 19), a += c;
+    c = (c - b) ^ std::rotl(b, 4), b += a;
+  }
+  if (num_bytes == 0) return c;
+  a += little_endian(bytes, std::min<std::size_t>(num_bytes, 4));
+  if (num_bytes > 4) b += little_endian(bytes + 4, std::min<std::size_t>(num_bytes - 4, 4));
+  if (num_bytes > 8) c += little_endian(bytes + 8, num_bytes - 8);
+  c = (c ^ b) - std::rotl(b, 14);
+  a = (a ^ c) - std::rotl(c, 11);
+  b = (b ^ a) - std::rotl(a, 25);
+  c = (c ^ b) - std::rotl(b, 16);
+  a = (a ^ c) - std::rotl(c, 4);
+  b = (b ^ a) - std::rotl(a, 14);
+  return (c ^ b) - std::rotl(b, 24);
+}
+
+GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>& fill) : path_(file) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  const fs::path aside = file.string() + ".part";
+  {
+    Handle made(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_list().id()), H5Fclose,
+                aside.c_str());
+    fill(made.id());
+    if (!made.reset()) checked(-1, aside.c_str());
+  }
+  fs::rename(aside, file);
+  file_ = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
+                 file.c_str());
+  fd_ = ::open(file.c_str(), O_RDWR);
+  if (fd_ < 0) fail(path_);
+  reserve(0);
+}
+
+GrowingFile::~GrowingFile() {
+  file_.reset();
+  if (fd_ >= 0) ::close(fd_);
+}
+
+std::uint64_t GrowingFile::num_bytes() const {
+  haddr_t end = 0;
+  if (file_.id() >= 0) H5Fget_eoa(file_.id(), &end);
+  return end;
+}
+
+void GrowingFile::put_superblock(std::uint64_t end) {
+  std::array<std::uint8_t, kSuperblockBytes> block{};
+  if (::pread(fd_, block.data(), block.size(), 0) != static_cast<ssize_t>(block.size())) fail(path_);
+  if (block[kVersionAt] != 3)
+    throw DeviceError(path_.string() + ": HDF5 has written another superblock than expected");
+  block[kFlagsAt] = 0;
+  for (std::size_t k = 0; k < 8; ++k) block[kEndAt + k] = static_cast<std::uint8_t>(end >> (8 * k));
+  const std::uint32_t checksum = lookup3(block.data(), kChecksumAt);
+  for (std::size_t k = 0; k < 4; ++k) block[kChecksumAt + k] = static_cast<std::uint8_t>(checksum >> (8 * k));
+  if (::pwrite(fd_, block.data(), block.size(), 0) != static_cast<ssize_t>(block.size())) fail(path_);
+}
+
+// The file is longer before its superblock says so.
+void GrowingFile::reserve(std::uint64_t num_bytes_more) {
+  constexpr std::uint64_t kSlack = 1U << 20;  // of HDF5's indices
+  const std::uint64_t needed = num_bytes() + num_bytes_more + kSlack;
+  if (needed <= reserved_) return;
+  reserved_ = needed + 4 * num_bytes_more + 4 * kSlack;
+  if (::ftruncate(fd_, static_cast<off_t>(reserved_)) != 0) fail(path_);
+  put_superblock(reserved_);
+}
+
+// Closing truncates the file, so its end is put right before. Then it is that of the superblock.
+void GrowingFile::finish() {
+  put_superblock(num_bytes());
+  if (!file_.reset()) checked(-1, path_.c_str());
+  std::uint64_t end = 0;
+  const bool is_known = ::pread(fd_, &end, sizeof end, kEndAt) == sizeof end;
+  if (!is_known || ::ftruncate(fd_, static_cast<off_t>(end)) != 0 || ::close(std::exchange(fd_, -1)) != 0)
+    fail(path_);
+}
+
+}  // namespace pf::h5

@@ -1,0 +1,45 @@
+// An HDF5 file that grows while others may read it, and that opens after its writer was killed at any moment.
+//
+// HDF5's SWMR mode orders its writes: data, then index, then the data set's extent. So what a reader finds is
+// whole at any time. But the mode leaves flags in the superblock (bytes 0 to 47) with which the file cannot
+// be opened after a crash without repair, and an end of file that it updates only when the file is closed.
+// put_superblock() writes these 48 bytes: no flags, and an end of file up to which the file has been extended
+// beforehand.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "data/h5.hpp"
+
+namespace pf::h5 {
+
+class GrowingFile {
+ public:
+  // Makes the file aside, has `fill` create all groups and data sets, and renames it. Throws DeviceError.
+  GrowingFile(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
+  ~GrowingFile();
+  GrowingFile(const GrowingFile&) = delete;
+  GrowingFile& operator=(const GrowingFile&) = delete;
+
+  hid_t id() const { return file_.id(); }
+  // Extends the file so that num_bytes more can be written. To be called before they are.
+  void reserve(std::uint64_t num_bytes);
+  // Closes the file, with its exact size. All data sets must be closed.
+  void finish();
+  std::uint64_t num_bytes() const;  // used so far
+
+ private:
+  void put_superblock(std::uint64_t end);
+
+  std::filesystem::path path_;
+  Handle file_;
+  int fd_ = -1;
+  std::uint64_t reserved_ = 0;
+};
+
+// HDF5's checksum of metadata: lookup3 of Bob Jenkins (2006, public domain), hashlittle() with 0.
+std::uint32_t lookup3(const std::uint8_t* bytes, std::size_t num_bytes);
+
+}  // namespace pf::h5

@@ -1,0 +1,11 @@
+// The state that --from names.
+#pragma once
+
+#include "app/options.hpp"
+
+namespace pf {
+
+// Reads it, and has options.settings and options.data.start follow. Throws UserError.
+void read_start(Options& options);
+
+}  // namespace pf

@@ -1,0 +1,149 @@
+#include "data/run_files.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/timing.hpp"
+#include "data/checkpoint_file.hpp"
+#include "data/dump.hpp"
+#include "data/xyz_dump.hpp"
+
+namespace pf {
+namespace {
+
+constexpr std::size_t kHeldFrames = 3;  // of a dump: one that is written, two that wait
+
+class CheckpointSink final : public StateSink {
+ public:
+  explicit CheckpointSink(std::filesystem::path file) : file_(std::move(file)) {}
+  void write(const RunState& state) override { num_bytes_ = write_checkpoint(file_, state); }
+  void finish() override {}
+  std::uint64_t num_bytes() const override { return num_bytes_; }
+
+ private:
+  std::filesystem::path file_;
+  std::uint64_t num_bytes_ = 0;
+};
+
+std::unique_ptr<StateSink> make_dump(const DataOptions& options) {
+  const std::string ending = options.dump.extension().string();
+  if (ending == ".xyz" || ending == ".XYZ") return std::make_unique<XyzDump>(options.dump);
+  const auto has = [&](const char* field) {
+    return std::find(options.dump_fields.begin(), options.dump_fields.end(), field) !=
+           options.dump_fields.end();
+  };
+  return make_h5_dump(options.dump, {has("velocity"), has("state"), options.dump_compression});
+}
+
+std::int64_t interval_of(double simulated_s, double every_s) {
+  return static_cast<std::int64_t>(std::floor(simulated_s / every_s * (1.0 + 1e-12) + 1e-9));
+}
+
+}  // namespace
+
+RunFiles::RunFiles(const DataOptions& options, bool may_drop, Announce announce)
+    : announce_(std::move(announce)) {
+  using WhenFull = StateWriter::WhenFull;
+  if (!options.dump.empty()) {
+    auto writer = std::make_unique<StateWriter>(make_dump(options), kHeldFrames);
+    targets_.push_back({"dump", options.dump, options.dump_every_s, std::move(writer),
+                        may_drop ? WhenFull::drop : WhenFull::wait});
+  }
+  if (!options.checkpoint.empty()) {
+    auto writer = std::make_unique<StateWriter>(std::make_unique<CheckpointSink>(options.checkpoint), 1);
+    targets_.push_back({"checkpoint", options.checkpoint, options.checkpoint_every_s, std::move(writer),
+                        may_drop ? WhenFull::drop : WhenFull::wait});
+  }
+}
+
+// A checkpoint without an interval is written at the end only.
+bool RunFiles::is_due(const Target& target, const FrameView& view) const {
+  if (target.last_step == view.totals.num_steps) return false;
+  if (target.every_s == 0.0) return target.name == "dump";
+  return interval_of(view.simulated_s, target.every_s) != target.last_interval;
+}
+
+// The state is copied once, also for two files.
+void RunFiles::write(Target& target, const Simulation& simulation, const RunClock& clock) {
+  const FrameView& view = simulation.view();
+  if (target.every_s > 0.0) target.last_interval = interval_of(view.simulated_s, target.every_s);
+  target.last_step = view.totals.num_steps;
+  if (!target.writer->has_room(target.when_full)) return tell_failure(target);
+  if (!last_) {
+    const Clock::time_point start = Clock::now();
+    const std::shared_ptr<RunState> state = free_state();
+    simulation.save(*state);
+    state->initial = clock.initial;
+    state->num_frames = clock.num_frames;
+    state->frames_after_flight = clock.frames_after_flight;
+    last_ = state;
+    save_ms_ += milliseconds_since(start);
+  }
+  target.writer->add(last_);
+}
+
+std::shared_ptr<RunState> RunFiles::free_state() {
+  for (const std::shared_ptr<RunState>& state : states_) {
+    if (state.use_count() == 1) return state;
+  }
+  return states_.emplace_back(std::make_shared<RunState>());
+}
+
+void RunFiles::tell_failure(Target& target) {
+  const std::string failure = target.writer->failure();
+  if (failure.empty() || target.is_told) return;
+  target.is_told = true;
+  if (announce_) announce_(fmt::format("--{}: {}; the run continues without it", target.name, failure));
+}
+
+void RunFiles::follow(const Simulation& simulation, const RunClock& clock) {
+  const FrameView& view = simulation.view();
+  last_.reset();
+  if (view.unfinished) return;
+  for (Target& target : targets_) {
+    if (is_due(target, view)) write(target, simulation, clock);
+  }
+  last_.reset();
+}
+
+// A frame that is worked off in several pictures is completed first.
+void RunFiles::finish(Simulation& simulation, const RunClock& clock) {
+  last_.reset();
+  for (Target& target : targets_) {
+    if (target.name == "checkpoint") {
+      while (simulation.view().unfinished) simulation.advance_frame({}, nullptr);
+      target.when_full = StateWriter::WhenFull::wait;
+      target.last_step = UINT64_MAX;
+      write(target, simulation, clock);
+    }
+    target.writer->finish();
+    tell_failure(target);
+    const StateWriter::Counts counts = target.writer->counts();
+    if (counts.num_dropped > 0 && announce_) {
+      announce_(fmt::format("--{}: {} of {} frames were dropped, because writing took longer than drawing",
+                            target.name, counts.num_dropped, counts.num_written + counts.num_dropped));
+    }
+  }
+}
+
+bool RunFiles::failed() const {
+  return std::any_of(targets_.begin(), targets_.end(),
+                     [](const Target& target) { return !target.writer->failure().empty(); });
+}
+
+nlohmann::json RunFiles::report() const {
+  nlohmann::json report = {{"dump", nullptr}, {"checkpoint", nullptr}};
+  for (const Target& target : targets_) {
+    const StateWriter::Counts counts = target.writer->counts();
+    report[target.name] = {{"file", target.file.string()},  {"written", counts.num_written},
+                           {"dropped", counts.num_dropped}, {"bytes", counts.num_bytes},
+                           {"write_ms", counts.write_ms},   {"wait_ms", counts.wait_ms},
+                           {"save_ms", save_ms_},           {"failure", target.writer->failure()}};
+  }
+  return report;
+}
+
+}  // namespace pf

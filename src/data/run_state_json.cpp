@@ -1,0 +1,222 @@
+#include "data/run_state_json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "app/input_log.hpp"
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+// JSON has no NaN: null stands for it.
+struct Storing {
+  json& to;
+  void operator()(const char* key, double value) {
+    to[key] = std::isfinite(value) ? json(value) : json(nullptr);
+  }
+  void operator()(const char* key, Vec2d value) { to[key] = {value.x, value.y}; }
+  void operator()(const char* key, const std::optional<double>& value) {
+    if (value) to[key] = *value;
+  }
+  template <class T>
+  void operator()(const char* key, const T& value) {
+    if constexpr (std::is_enum_v<T>)
+      to[key] = static_cast<int>(value);
+    else
+      to[key] = value;
+  }
+};
+
+struct Reading {
+  const json& from;
+  void operator()(const char* key, double& value) {
+    const json& stored = from.at(key);
+    value = stored.is_null() ? std::numeric_limits<double>::quiet_NaN() : stored.get<double>();
+  }
+  void operator()(const char* key, Vec2d& value) {
+    value = {from.at(key).at(0).get<double>(), from.at(key).at(1).get<double>()};
+  }
+  void operator()(const char* key, std::optional<double>& value) {
+    value.reset();
+    if (from.contains(key)) value = from.at(key).get<double>();
+  }
+  template <class T>
+  void operator()(const char* key, T& value) {
+    if constexpr (std::is_enum_v<T>)
+      value = static_cast<T>(from.at(key).get<int>());
+    else
+      value = from.at(key).get<T>();
+  }
+};
+
+// ---- what is stored, once for both directions
+
+template <class Archive, class Ball>
+void visit_ball(Archive& a, Ball& ball) {
+  a("position_m", ball.position_m);
+  a("velocity_mps", ball.velocity_mps);
+  a("spin_radps", ball.spin_radps);
+  a("angle_rad", ball.angle_rad);
+}
+
+template <class Archive, class Exact>
+void visit_exact(Archive& a, Exact& exact) {
+  a("now", exact.now);
+  a("tick_exponent", exact.tick_exponent);
+  a("ball_holds", exact.ball_holds);
+  a("ball_anchor_units", exact.ball.anchor_units);
+  a("ball_velocity_mps", exact.ball.velocity_mps);
+  a("ball_spin_radps", exact.ball.spin_radps);
+  a("ball_tick", exact.ball.tick);
+}
+
+template <class Archive, class Totals>
+void visit_totals(Archive& a, Totals& totals) {
+  a("num_steps", totals.num_steps);
+  a("num_collisions", totals.num_collisions);
+  a("num_ball_hits", totals.num_ball_hits);
+  a("num_retired", totals.num_retired);
+  a("num_invalid", totals.num_invalid);
+  a("first_invalid_step", totals.first_invalid_step);
+  a("first_invalid_id", totals.first_invalid_id);
+  a("impulse_sum_mps", totals.impulse_sum_mps);
+  a("max_overlap_diameters", totals.max_overlap_diameters);
+  a("num_sorts", totals.num_sorts);
+  a("num_rounds", totals.num_rounds);
+  a("num_events", totals.num_events);
+  a("num_solved_events", totals.num_solved_events);
+  a("largest_cluster", totals.largest_cluster);
+  a("num_retried_steps", totals.num_retried_steps);
+  a("event_hash", totals.event_hash);
+  a("ball_impulse_kg_mps", totals.ball_impulse_kg_mps);
+  a("ball_torque_impulse_kg_m2ps", totals.ball_torque_impulse_kg_m2ps);
+}
+
+template <class Archive, class Record>
+void visit_flight(Archive& a, Record& flight) {
+  a("number", flight.number);
+  a("launch", flight.launch);
+  a("fresh_air", flight.fresh_air);
+  a("disturbed", flight.disturbed);
+  a("air", flight.air);
+  a("method", flight.method);
+  a("set_dt_s", flight.set_dt_s);
+  a("half_step", flight.half_step);
+  a("dt_s", flight.dt_s);
+  a("speed_mps", flight.speed_mps);
+  a("spin_radps", flight.spin_radps);
+  a("num_steps", flight.num_steps);
+  a("compute_ms", flight.compute_ms);
+  a("start_energy_j", flight.start_energy_j);
+  a("end_energy_j", flight.end_energy_j);
+}
+
+template <class Archive, class Initial>
+void visit_initial(Archive& a, Initial& initial) {
+  a("parcel_energy_j", initial.parcel_energy_j);
+  a("ball_energy_j", initial.ball_energy_j);
+  a("momentum_kg_mps", initial.momentum_kg_mps);
+  a("momentum_scale_kg_mps", initial.momentum_scale_kg_mps);
+  a("num_live", initial.num_live);
+}
+
+template <class Archive, class State>
+void visit_run(Archive& a, State& state) {
+  a("step", state.backend.parcels.step);
+  a("ball_was_set", state.backend.ball_was_set);
+  a("exact_s", state.backend.exact_s);
+  a("air_seed", state.air_seed);
+  a("flight_seed", state.flight_seed);
+  a("simulated_s", state.simulated_s);
+  a("shown_s", state.shown_s);
+  a("launched_at_s", state.launched_at_s);
+  a("landed_for_s", state.landed_for_s);
+  a("ball_distance_m", state.ball_distance_m);
+  a("collision_rate_per_s", state.collision_rate_per_s);
+  a("num_launches", state.num_launches);
+  a("num_flights", state.num_flights);
+  a("last_number", state.last_number);
+  a("landed", state.landed);
+  a("left_once", state.left_once);
+  a("by_hand", state.by_hand);
+  a("paused", state.paused);
+  a("scene_dt_s", state.scene_dt_s);
+  a("num_frames", state.num_frames);
+  a("frames_after_flight", state.frames_after_flight);
+}
+
+template <class Part, class Visit>
+json part_of(const Part& part, const Visit& visit) {
+  json object = json::object();
+  Storing storing{object};
+  visit(storing, part);
+  return object;
+}
+
+template <class Part, class Visit>
+void read_part(const json& object, Part& part, const Visit& visit) {
+  Reading reading{object};
+  visit(reading, part);
+}
+
+// The parts that are written and read alike; do(name, part, visit).
+template <class State, class Do>
+void for_each_part(State& state, const Do& apply) {
+  apply("run", state, [](auto& a, auto& s) { visit_run(a, s); });
+  apply("ball", state.backend.ball, [](auto& a, auto& s) { visit_ball(a, s); });
+  apply("totals", state.totals, [](auto& a, auto& s) { visit_totals(a, s); });
+  apply("flight", state.flight, [](auto& a, auto& s) { visit_flight(a, s); });
+  apply("initial", state.initial, [](auto& a, auto& s) { visit_initial(a, s); });
+}
+
+}  // namespace
+
+std::vector<std::string> settings_lines(const Settings& settings) {
+  std::vector<std::string> lines;
+  for (const Field& field : fields()) lines.push_back(field.path() + " = " + value_text(field, settings));
+  return lines;
+}
+
+std::string run_state_text(const RunState& state, const std::vector<std::string>& base) {
+  json object = {{"scene", state.settings.name}, {"settings", json::array()}};
+  const std::vector<std::string> lines = settings_lines(state.settings);
+  for (const std::string& line : lines) {
+    if (std::find(base.begin(), base.end(), line) == base.end()) object["settings"].push_back(line);
+  }
+  for_each_part(state, [&](const char* name, const auto& part, const auto& visit) {
+    object[name] = part_of(part, visit);
+  });
+  const auto visit = [](auto& a, auto& s) { visit_exact(a, s); };
+  if (state.backend.exact.active) object["exact"] = part_of(state.backend.exact, visit);
+  return object.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+RunState run_state_from_text(const std::string& text, const std::vector<std::string>& base,
+                             const std::string& where) {
+  RunState state;
+  try {
+    const json object = json::parse(text);
+    state.settings.name = object.at("scene").get<std::string>();
+    apply_edits(base, state.settings, where);
+    apply_edits(object.at("settings").get<std::vector<std::string>>(), state.settings, where);
+    for_each_part(state, [&](const char* name, auto& part, const auto& visit) {
+      read_part(object.at(name), part, visit);
+    });
+    ExactSnapshot& exact = state.backend.exact;
+    exact.active = object.contains("exact");
+    if (exact.active) read_part(object.at("exact"), exact, [](auto& a, auto& s) { visit_exact(a, s); });
+  } catch (const json::exception&) {
+    throw UserError(fmt::format(
+        "{}: does not have the state of a run; give a file that --checkpoint or --dump wrote", where));
+  }
+  return state;
+}
+
+}  // namespace pf

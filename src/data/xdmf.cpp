@@ -1,0 +1,97 @@
+#include "data/xdmf.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+constexpr const char* kHead =
+    "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
+    "<Grid Name=\"parcels\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
+constexpr const char* kTail = "</Grid>\n</Domain>\n</Xdmf>\n";
+
+// '&' and the like in a file's name.
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+  return out;
+}
+
+struct Slab {
+  const char* path;
+  const char* type;         // of numbers
+  std::uint64_t num_parts;  // 1 or 3 for each parcel
+};
+
+// A frame of a data set of [frames][parcels][parts].
+std::string slab_text(const XdmfFile::Layout& layout, const Slab& slab, std::uint64_t frame,
+                      std::uint64_t num_frames) {
+  const bool is_vector = slab.num_parts > 1;
+  const std::string parts = is_vector ? fmt::format(" {}", slab.num_parts) : "";
+  const char* zeros = is_vector ? " 0 0" : " 0";
+  const char* ones = is_vector ? "1 1 1" : "1 1";
+  return fmt::format(
+      "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{n}{parts}\"><DataItem Dimensions=\"3 {rank}\" "
+      "Format=\"XML\">"
+      "{frame}{zeros} {ones} 1 {n}{parts}</DataItem><DataItem Dimensions=\"{frames} {n}{parts}\" {type} "
+      "Format=\"HDF\">{file}:{path}</DataItem></DataItem>",
+      fmt::arg("n", layout.num_parcels), fmt::arg("parts", parts), fmt::arg("rank", is_vector ? 3 : 2),
+      fmt::arg("frame", frame), fmt::arg("zeros", zeros), fmt::arg("ones", ones),
+      fmt::arg("frames", num_frames), fmt::arg("type", slab.type), fmt::arg("file", escaped(layout.h5_name)),
+      fmt::arg("path", slab.path));
+}
+
+constexpr const char* kFloat = "NumberType=\"Float\" Precision=\"4\"";
+
+}  // namespace
+
+XdmfFile::XdmfFile(const std::filesystem::path& file, Layout layout)
+    : name_(file.string()),
+      layout_(std::move(layout)),
+      fd_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+  put(std::string(kHead) + kTail);
+  end_ = static_cast<std::int64_t>(std::strlen(kHead));
+}
+
+XdmfFile::~XdmfFile() {
+  if (fd_ >= 0) ::close(fd_);
+}
+
+void XdmfFile::put(const std::string& text) {
+  if (fd_ >= 0 && ::pwrite(fd_, text.data(), text.size(), end_) == static_cast<ssize_t>(text.size())) return;
+  throw UserError(fmt::format("{}: cannot be written: {}", in_quotes(name_), std::strerror(errno)));
+}
+
+void XdmfFile::add_frame(double time_s, std::uint64_t num_frames) {
+  const std::uint64_t frame = num_frames - 1;
+  std::string text = fmt::format(
+      "<Grid Name=\"parcels\"><Time Value=\"{}\"/><Topology TopologyType=\"Polyvertex\" "
+      "NodesPerElement=\"1\" "
+      "NumberOfElements=\"{}\"/>\n<Geometry GeometryType=\"XYZ\">{}</Geometry>\n",
+      time_s, layout_.num_parcels,
+      slab_text(layout_, {"/particles/parcels/position/value", kFloat, 3}, frame, num_frames));
+  if (layout_.has_velocity) {
+    text +=
+        fmt::format("<Attribute Name=\"velocity\" AttributeType=\"Vector\" Center=\"Node\">{}</Attribute>\n",
+                    slab_text(layout_, {"/particles/parcels/velocity/value", kFloat, 3}, frame, num_frames));
+  }
+  text += fmt::format(
+      "<Attribute Name=\"present\" AttributeType=\"Scalar\" Center=\"Node\">{}</Attribute>\n",
+      slab_text(layout_, {"/particles/parcels/present/value", "NumberType=\"UChar\" Precision=\"1\"", 1},
+                frame, num_frames));
+  text += "</Grid>\n";
+  put(text + kTail);
+  end_ += static_cast<std::int64_t>(text.size());
+}
+
+}  // namespace pf

@@ -1,0 +1,184 @@
+// Checkpoints: a run goes on to the same bits; what is not a whole checkpoint is refused.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "app/run_state.hpp"
+#include "core/error.hpp"
+#include "data/checkpoint_file.hpp"
+#include "data/random_scenes.hpp"
+#include "unit/temporary_folder.hpp"
+
+namespace pf::test {
+namespace {
+
+constexpr unsigned kNumScenes = 30;
+
+class Checkpoint : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "a.state";
+
+  // Runs a scene to its end and saves it on the way.
+  End run(const RandomScene& scene) {
+    Simulation simulation(scene.settings, make_cpu_backend(2));
+    advance(simulation, scene.saved_after);
+    RunState state;
+    simulation.save(state);
+    EXPECT_EQ(state_hash(state), simulation.backend().state_hash()) << scene.text;
+    write_checkpoint(file_, state);
+    advance(simulation, scene.num_frames - scene.saved_after);
+    return end_of(simulation);
+  }
+  std::string refusal() const {
+    try {
+      read_checkpoint(file_);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  void save_small() {
+    Simulation simulation(random_scene(2).settings, make_cpu_backend(1));  // exact, open world
+    advance(simulation, 3);
+    RunState state;
+    simulation.save(state);
+    write_checkpoint(file_, state);
+  }
+};
+
+TEST_F(Checkpoint, GoesOnToTheSameBits) {
+  for (unsigned number = 0; number < kNumScenes; ++number) {
+    const RandomScene scene = random_scene(number);
+    const End expected = run(scene);
+    Simulation again(read_checkpoint(file_), make_cpu_backend(1));
+    advance(again, scene.num_frames - scene.saved_after);
+    EXPECT_EQ(end_of(again), expected) << scene.text << ", saved after frame " << scene.saved_after;
+    EXPECT_GT(expected.num_steps, 0U) << scene.text;
+  }
+}
+
+// A gas of `exact` that has cooled so far that its ticks are long.
+TEST_F(Checkpoint, KeepsLongTicks) {
+  RandomScene scene;
+  scene.settings = golden_gas(Method::exact, Boundary::periodic, 0.6, 0.3);
+  scene.settings.dt_s = 2e3;
+  scene.settings.substeps = 1;
+  scene.settings.contact_clock = 0.1;
+  scene.num_frames = 24;
+  for (const int saved_after : {3, 11, 17}) {
+    scene.saved_after = saved_after;
+    const End expected = run(scene);
+    const RunState state = read_checkpoint(file_);
+    if (saved_after == 17) {
+      EXPECT_GT(state.backend.exact.tick_exponent, 0U);
+    }
+    Simulation again(state, make_cpu_backend(1));
+    advance(again, scene.num_frames - saved_after);
+    EXPECT_EQ(end_of(again), expected) << "saved after frame " << saved_after;
+  }
+}
+
+// The air of each launch has a seed of its own, and the ball leaves several times.
+TEST_F(Checkpoint, GoesOnThroughLaunches) {
+  RandomScene scene;
+  scene.settings = court(200);
+  scene.settings.ball_vx_mps = 60.0;
+  scene.settings.time_scale = 1.0;
+  scene.settings.max_substeps = 4;
+  scene.num_frames = 260;
+  for (const int saved_after : {5, 40, 120}) {
+    scene.saved_after = saved_after;
+    const End expected = run(scene);
+    Simulation again(read_checkpoint(file_), make_cpu_backend(1));
+    advance(again, scene.num_frames - saved_after);
+    EXPECT_EQ(end_of(again), expected) << "saved after frame " << saved_after;
+  }
+}
+
+// Saving changes nothing, and a run that goes on from a run that went on ends alike.
+TEST_F(Checkpoint, CanBeSavedAgainAndAgain) {
+  const RandomScene scene = random_scene(8);
+  const End expected = run(scene);
+  RunState state;
+  Simulation(scene.settings, make_cpu_backend(1)).save(state);
+  for (int frame = 0; frame < scene.num_frames; ++frame) {
+    Simulation next(state, make_cpu_backend(1 + frame % 3));
+    advance(next, 1);
+    next.save(state);
+    write_checkpoint(file_, state);
+    state = read_checkpoint(file_);
+  }
+  Simulation last(state, make_cpu_backend(1));
+  EXPECT_EQ(end_of(last), expected);
+}
+
+TEST_F(Checkpoint, KeepsPathAndSettings) {
+  Settings s = random_scene(5).settings;
+  s = with_golden_ball(s);
+  s.description = "one \"line\", with quotes and \\";
+  Simulation simulation(s, make_cpu_backend(1));
+  advance(simulation, 4);
+  RunState state;
+  simulation.save(state);
+  state.num_frames = 4;
+  state.initial.momentum_kg_mps = {1.0 / 3.0, -2.0 / 7.0};
+  write_checkpoint(file_, state);
+  const RunState read = read_checkpoint(file_);
+  EXPECT_EQ(read.settings, simulation.settings());
+  EXPECT_EQ(read.flight.points_m, state.flight.points_m);
+  EXPECT_EQ(read.flight.times_s, state.flight.times_s);
+  EXPECT_EQ(read.num_frames, 4);
+  EXPECT_EQ(read.initial.momentum_kg_mps, state.initial.momentum_kg_mps);
+}
+
+TEST_F(Checkpoint, RefusesEveryCut) {
+  save_small();
+  const std::string whole = contents_of(file_);
+  EXPECT_EQ(refusal(), "");
+  for (std::size_t size = 0; size < whole.size(); size += 1 + whole.size() / 200) {
+    folder_.write("a.state", whole.substr(0, size));
+    EXPECT_NE(refusal(), "") << "the first " << size << " of " << whole.size() << " bytes were read";
+  }
+  folder_.write("a.state", whole + "x");
+  EXPECT_NE(refusal().find("has 1 bytes too many"), std::string::npos) << refusal();
+}
+
+TEST_F(Checkpoint, RefusesEveryFlippedBit) {
+  save_small();
+  const std::string whole = contents_of(file_);
+  std::mt19937 random(7);
+  for (int flip = 0; flip < 400; ++flip) {
+    std::string damaged = whole;
+    // The first lines bit by bit, the rest at random.
+    const std::size_t at = flip < 100 ? static_cast<std::size_t>(flip) : random() % whole.size();
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
+    folder_.write("a.state", damaged);
+    EXPECT_NE(refusal(), "") << "a flipped bit in byte " << at << " was not noticed";
+  }
+}
+
+TEST_F(Checkpoint, NamesTheReason) {
+  folder_.write("a.state", "[scene]\nname = \"court\"\n");
+  EXPECT_NE(refusal().find("is no checkpoint; give a file that --checkpoint has written"), std::string::npos);
+  folder_.write("a.state", "pickleflight checkpoint 2\n{}\n{}\n");
+  EXPECT_NE(refusal().find("has format '2', and this program reads 1"), std::string::npos) << refusal();
+  std::filesystem::remove(file_);
+  EXPECT_NE(refusal().find("cannot be read"), std::string::npos);
+}
+
+// The one before stays.
+TEST_F(Checkpoint, IsKeptWhenTheNextOneCannotBeWritten) {
+  save_small();
+  const std::string whole = contents_of(file_);
+  std::filesystem::create_directory(folder_.path() / "a.state.part");
+  Simulation simulation(random_scene(0).settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  EXPECT_THROW(write_checkpoint(file_, state), UserError);
+  EXPECT_EQ(contents_of(file_), whole);
+}
+
+}  // namespace
+}  // namespace pf::test

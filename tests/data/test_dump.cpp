@@ -1,0 +1,164 @@
+// Dumps: frames that a run goes on from, text for OVITO, and the queue that writes them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <filesystem>
+
+#include "app/run_state.hpp"
+#include "core/error.hpp"
+#include "data/dump.hpp"
+#include "data/random_scenes.hpp"
+#include "data/xyz_dump.hpp"
+#include "unit/temporary_folder.hpp"
+
+namespace pf::test {
+namespace {
+
+class Dump : public testing::Test {
+ protected:
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "a.h5";
+  int num_written_ = 0;
+
+  End run(const RandomScene& scene, const DumpFormat& format = {}) {
+    Simulation simulation(scene.settings, make_cpu_backend(2));
+    const auto sink = make_h5_dump(file_, format);
+    std::uint64_t num_steps = 0;
+    for (int frame = 0; frame <= scene.num_frames; ++frame) {
+      RunState state;
+      simulation.save(state);
+      if (frame == 0 || state.totals.num_steps > num_steps) {  // not of a ball that has left
+        sink->write(state);
+        num_written_ = frame + 1;
+      }
+      num_steps = state.totals.num_steps;
+      if (frame < scene.num_frames) advance(simulation, 1);
+    }
+    sink->finish();
+    return end_of(simulation);
+  }
+  std::string refusal(std::optional<std::int64_t> frame = {}) const {
+    try {
+      read_h5_frame(file_, frame);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  }
+};
+
+#if PF_HAVE_HDF5
+
+TEST_F(Dump, GoesOnFromAnyFrameToTheSameBits) {
+  for (unsigned number = 0; number < 12; ++number) {
+    const RandomScene scene = random_scene(number);
+    const End expected = run(scene, {true, true, static_cast<int>(number % 3)});
+    const int from = std::min(scene.saved_after, num_written_ - 1);
+    Simulation again(read_h5_frame(file_, from), make_cpu_backend(1));
+    advance(again, scene.num_frames - from);
+    EXPECT_EQ(end_of(again), expected) << scene.text << ", from frame " << from;
+    Simulation last(read_h5_frame(file_, std::nullopt), make_cpu_backend(1));
+    EXPECT_EQ(end_of(last), expected) << scene.text << ", the last frame";
+  }
+}
+
+TEST_F(Dump, RefusesWhatCannotBeStartedFrom) {
+  RandomScene scene = random_scene(2);
+  scene.num_frames = 2;
+  run(scene);
+  EXPECT_EQ(refusal(), "");
+  EXPECT_NE(refusal(3).find("has no frame 3; --from-frame takes 0 to 2"), std::string::npos) << refusal(3);
+  run(scene, {true, false, 0});
+  EXPECT_NE(refusal().find("has no exact positions"), std::string::npos) << refusal();
+  run(scene, {false, true, 0});
+  EXPECT_NE(refusal().find("has no velocities"), std::string::npos) << refusal();
+  folder_.write("a.h5", "not HDF5");
+  EXPECT_NE(refusal().find("cannot be opened as HDF5"), std::string::npos) << refusal();
+}
+
+// Another number of parcels, and a step back, begin files of their own.
+TEST_F(Dump, BeginsAnotherFileWhereARunDoesNotContinue) {
+  const auto sink = make_h5_dump(file_, {});
+  for (const std::int64_t n : {40, 40, 50}) {
+    Simulation simulation(gas(n), make_cpu_backend(1));
+    advance(simulation, 2);
+    RunState state;
+    simulation.save(state);
+    sink->write(state);
+  }
+  sink->finish();
+  for (const auto& [name, n] : {std::pair("a.h5", 40U), std::pair("a-2.h5", 40U), std::pair("a-3.h5", 50U)}) {
+    const RunState state = read_h5_frame(folder_.path() / name, 0);
+    EXPECT_EQ(state.backend.parcels.position.size(), n) << name;
+    EXPECT_TRUE(std::filesystem::exists((folder_.path() / name).replace_extension(".xdmf"))) << name;
+  }
+}
+
+#else
+
+TEST_F(Dump, WithoutHdf5IsRefusedWithThePackage) {
+  EXPECT_NE(refusal().find("libhdf5-dev"), std::string::npos) << refusal();
+}
+
+#endif
+
+TEST_F(Dump, AsTextHasTheParcelsThatAreThere) {
+  Settings s = gas(60, 0.1, Boundary::open);
+  Simulation simulation(s, make_cpu_backend(1));
+  advance(simulation, 200);
+  RunState state;
+  simulation.save(state);
+  ASSERT_GT(simulation.view().totals.num_retired, 0U);
+  const auto num_present = 60 - simulation.view().totals.num_retired;
+  const std::string text = xyz_frame(state);
+  EXPECT_EQ(text.substr(0, text.find('\n')), std::to_string(num_present));
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), static_cast<std::ptrdiff_t>(num_present) + 2);
+  EXPECT_NE(text.find("Properties=id:I:1:pos:R:3:velo:R:3:radius:R:1"), std::string::npos);
+}
+
+// Holds up each write until it may go on.
+class SlowSink final : public StateSink {
+ public:
+  explicit SlowSink(std::atomic<bool>& may_write) : may_write_(may_write) {}
+  void write(const RunState& state) override {
+    if (state.num_frames == 99) throw UserError("the disk is full");
+    may_write_.wait(false);
+  }
+  void finish() override {}
+  std::uint64_t num_bytes() const override { return 0; }
+
+ private:
+  std::atomic<bool>& may_write_;
+};
+
+TEST(StateWriter, CountsWhatItDrops) {
+  std::atomic<bool> may_write{false};
+  StateWriter writer(std::make_unique<SlowSink>(may_write), 2);
+  int num_added = 0;
+  for (int frame = 0; frame < 5; ++frame) {
+    if (!writer.has_room(StateWriter::WhenFull::drop)) continue;
+    writer.add(std::make_shared<RunState>());
+    ++num_added;
+  }
+  may_write = true;
+  may_write.notify_all();
+  writer.finish();
+  EXPECT_EQ(num_added, 2);
+  EXPECT_EQ(writer.counts().num_written, 2);
+  EXPECT_EQ(writer.counts().num_dropped, 3);
+}
+
+TEST(StateWriter, EndsTheFileAndNotTheRunOnAnError) {
+  std::atomic<bool> may_write{true};
+  StateWriter writer(std::make_unique<SlowSink>(may_write), 1);
+  auto state = std::make_shared<RunState>();
+  state->num_frames = 99;
+  ASSERT_TRUE(writer.has_room(StateWriter::WhenFull::wait));
+  writer.add(state);
+  EXPECT_FALSE(writer.has_room(StateWriter::WhenFull::wait));
+  EXPECT_EQ(writer.failure(), "the disk is full");
+}
+
+}  // namespace
+}  // namespace pf::test
