@@ -27,6 +27,7 @@ class CpuBackend final : public Backend {
   void draw(const DrawBuffers& buffers) override;
   ParcelSnapshot snapshot() override;
   Measures measure() override;
+  Profile profile(const ProfileShape& shape) override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
   double min_bytes_moved(const StepTotals& totals) const override;
