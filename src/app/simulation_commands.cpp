@@ -17,8 +17,9 @@ constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and s
 bool needs_respawn(const Settings& a, const Settings& b) {
   const auto spawned_from = [](const Settings& s) {
     return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
-                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
-                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.hot_radius_m,
+                      s.hot_speed_mps, s.width_m, s.height_m, s.boundary, s.air, s.seed,
+                      s.box_follows_parcels, s.ball_present, s.ball_radius_m);
   };
   return spawned_from(a) != spawned_from(b);
 }
@@ -32,6 +33,8 @@ bool disturbs(const Settings& a, Settings b) {
   b.seconds = a.seconds;
   b.relaunch = a.relaunch;
   b.frame_budget_ms = a.frame_budget_ms;
+  b.profile = a.profile;
+  b.profile_bins = a.profile_bins;
   b.drawn_area_fraction = a.drawn_area_fraction;
   return !(a == b);
 }
@@ -61,6 +64,7 @@ void Simulation::State::apply_settings(const Settings& edited) {
   if (with.dt_s != settings.dt_s) scene_dt_s.reset();
   flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
   settings = with;
+  profile_is_due = true;
   ghosts = ghosts_of(settings);
 }
 

@@ -118,6 +118,7 @@ void Simulation::State::end_frame() {
                                : 2.0 * num_collisions / (physics.parcels.num * plan.num_steps * plan.dt_s);
     num_frame_pictures = ended.num_pictures;
   }
+  profile_is_due = true;
   pause_if_invalid(ended.totals);
   shown_s += 1.0 / settings.frame_rate_hz;
   flight.dt_s = plan.dt_s;

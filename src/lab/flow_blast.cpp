@@ -16,7 +16,8 @@ using nlohmann::json;
 
 constexpr int kSamples = 32;
 constexpr std::uint32_t kBins = 500;
-constexpr double kFirst = 2.5, kLast = 0.84;  // radii of the front: over the hot disc's, over half of the side
+constexpr double kFirst = 2.5,
+                 kLast = 0.84;  // radii of the front: over the hot disc's, over half of the side
 
 struct BlastPlan {
   double path = 1.0;  // mean free path
@@ -111,7 +112,8 @@ json measure_blast(const BlastCase& c, const FlowSteps& steps, Backend& backend)
   const double disc = std::sqrt(c.num_hot / (kPi * plan.density));
   plan.energy = heat(run.start(), run.physics().world, disc, c.seed);
   run.begin(scales_at(c, plan, kFirst * disc));
-  const double last = 0.5 * kLast * plan.side, growth = std::pow(last / (kFirst * disc), 1.0 / (kSamples - 1));
+  const double last = 0.5 * kLast * plan.side,
+               growth = std::pow(last / (kFirst * disc), 1.0 / (kSamples - 1));
   const ProfileShape shape = profile_shape(run.physics(), ProfileAxis::radius, kBins);
   const double unit_time = plan.time_at(plan.path);
   json samples = json::array();

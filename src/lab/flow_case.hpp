@@ -1,5 +1,5 @@
-// Flows of a gas of hard discs of unit diameter, mass and speed for study `gas-dynamics`: a shock, a blast, a held
-// ball in a stream. Each starts from equilibrium, is stepped by a method, and is measured.
+// Flows of a gas of hard discs of unit diameter, mass and speed for study `gas-dynamics`: a shock, a blast, a
+// held ball in a stream. Each starts from equilibrium, is stepped by a method, and is measured.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,8 +12,9 @@ namespace pf {
 // Steps of a flow. exact: the step only affects the cost.
 struct FlowSteps {
   Method method = Method::exact;
-  double displacement = 0.0;  // of a typical fast parcel per step, diameters; 0: 0.1 collisions per parcel (exact)
-  double restitution = 1.0;   // below 1: a gas that loses energy, to see that the checks notice
+  double displacement =
+      0.0;  // of a typical fast parcel per step, diameters; 0: 0.1 collisions per parcel (exact)
+  double restitution = 1.0;  // below 1: a gas that loses energy, to see that the checks notice
 };
 
 // Two halves of a periodic gas that fly at each other: a shock runs into each of them, as from a wall.
@@ -35,10 +36,10 @@ struct BlastCase {
   double num_hot = 100.0;  // parcels of the hot disc
   std::int64_t seed = 1;
 };
-// Keys: lists over the samples `samples` of [t, radius of the disc that holds as many parcels as move, radius of
-// the front in the density], lengths over the mean free path, times over t of that radius by theory; theory, the
-// prefactor; scale, (E t^2 / rho)^(1/4) over the mean free path at time 1; collisions, ns_per_disc_time,
-// energy_ratio.
+// Keys: lists over the samples `samples` of [t, radius of the disc that holds as many parcels as move, radius
+// of the front in the density], lengths over the mean free path, times over t of that radius by theory;
+// theory, the prefactor; scale, (E t^2 / rho)^(1/4) over the mean free path at time 1; collisions,
+// ns_per_disc_time, energy_ratio.
 nlohmann::json measure_blast(const BlastCase& blast, const FlowSteps& steps, Backend& backend);
 
 // A held smooth ball in a stream that starts at once.

@@ -1,5 +1,5 @@
-// A held smooth ball in a stream that starts at once, in a periodic world: the measurement ends before anything that
-// the ball sent out comes round.
+// A held smooth ball in a stream that starts at once, in a periodic world: the measurement ends before
+// anything that the ball sent out comes round.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kBlocks = 32;              // of the measurement
+constexpr int kBlocks = 32;                // of the measurement
 constexpr double kMaxAreaFraction = 0.05;  // from here on the number of parcels grows instead
 
 struct DragPlan {

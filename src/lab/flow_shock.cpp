@@ -1,4 +1,5 @@
-// A shock: two halves of a periodic gas fly at each other. The middle acts as a wall; no wall disturbs the gas.
+// A shock: two halves of a periodic gas fly at each other. The middle acts as a wall; no wall disturbs the
+// gas.
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -62,9 +63,7 @@ struct FoldedBin {
     across += o.across;
     square += o.square;
   }
-  double temperature() const {
-    return 0.5 * (square - (away * away + across * across) / num) / num;
-  }
+  double temperature() const { return 0.5 * (square - (away * away + across * across) / num) / num; }
 };
 
 using Folded = std::vector<FoldedBin>;
@@ -129,8 +128,8 @@ class ShockSamples {
     return (n * tx - t * x) / (n * tt - t * t);
   }
 
-  // Pressure in the middle over that ahead: the momentum that the gas near the middle gains, relative to the gas
-  // ahead, per time and length. No equation of state enters for the gas behind.
+  // Pressure in the middle over that ahead: the momentum that the gas near the middle gains, relative to the
+  // gas ahead, per time and length. No equation of state enters for the gas behind.
   double pressure(double pressure_ahead) const {
     const Sample& first = samples_[samples_.size() / 4];
     const Sample& last = samples_.back();
@@ -187,7 +186,8 @@ void throw_halves(ParcelSnapshot& state, double speed) {
     }
     const Vec2d change = Vec2d{right ? -speed : speed, 0.0} - mean * (1.0 / num);
     for (std::size_t i = 0; i < state.position.size(); ++i) {
-      if ((state.position[i].x >= 0) == right) state.velocity[i] = to_float(to_double(state.velocity[i]) + change);
+      if ((state.position[i].x >= 0) == right)
+        state.velocity[i] = to_float(to_double(state.velocity[i]) + change);
     }
   }
 }

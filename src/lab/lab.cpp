@@ -218,8 +218,8 @@ std::vector<Study> chosen(const std::string& name) {
 }  // namespace
 
 const std::vector<Study>& studies() {
-  static const std::vector<Study> all = {work_precision_study(), stability_study(), contact_clock_study(),
-                                         terms_study(), validate_study()};
+  static const std::vector<Study> all = {work_precision_study(), stability_study(),    contact_clock_study(),
+                                         terms_study(),          gas_dynamics_study(), validate_study()};
   return all;
 }
 

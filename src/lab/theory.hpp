@@ -90,12 +90,12 @@ struct Shock {
 // Rankine-Hugoniot relations with an equation of state. area_fraction: ahead, > 0. mach: > 1.
 Shock shock_of(double area_fraction, double mach, EquationOfState z = compressibility);
 
-// Pressure in front of a blunt body over that of the stream: a normal shock, then an isentropic stop (Rayleigh
-// pitot formula for a constant Z).
+// Pressure in front of a blunt body over that of the stream: a normal shock, then an isentropic stop
+// (Rayleigh pitot formula for a constant Z).
 double pitot_pressure_ratio(double area_fraction, double mach, EquationOfState z = compressibility);
 
-// A strong blast in the plane, R = prefactor (E t^2 / rho)^(1/4), after Taylor, von Neumann and Sedov: Euler's
-// equations in similarity form, with the gas ahead at rest and cold.
+// A strong blast in the plane, R = prefactor (E t^2 / rho)^(1/4), after Taylor, von Neumann and Sedov:
+// Euler's equations in similarity form, with the gas ahead at rest and cold.
 struct Blast {
   double density = 1.0;       // behind the front over ahead
   double energy_share = 0.0;  // alpha = E t^2 / (rho R^4)

@@ -93,7 +93,8 @@ SimilarState slope_of(const SimilarState& at, double xi, double eta, EquationOfS
   const double density = std::exp(at[1]), c2 = std::exp(at[2]), here = eta * density;
   const double value = z(here), steepness = here > 0.0 ? here * slope_of(z, here) : 0.0;
   const double flow = at[0] - xi;  // relative to the similar point
-  // mass: v' + flow g' = -v / xi; energy: t' = Z g' + 2 / flow; momentum: flow v' + c2 ((Z + eta Z') g' + Z t') = v.
+  // mass: v' + flow g' = -v / xi; energy: t' = Z g' + 2 / flow; momentum: flow v' + c2 ((Z + eta Z') g' + Z
+  // t') = v.
   const double of_g = -flow * flow + c2 * (value + steepness + value * value);
   const double g = (at[0] + flow * at[0] / xi - 2.0 * c2 * value / flow) / of_g;
   return {xi * (-at[0] / xi - flow * g), xi * g, xi * (value * g + 2.0 / flow)};
@@ -105,14 +106,16 @@ SimilarState moved(const SimilarState& from, const SimilarState& slope, double s
   return to;
 }
 
-SimilarState runge_kutta_step(const SimilarState& at, double log_xi, double step, double eta, EquationOfState z) {
+SimilarState runge_kutta_step(const SimilarState& at, double log_xi, double step, double eta,
+                              EquationOfState z) {
   const auto slope = [&](const SimilarState& profile, double share) {
     return slope_of(profile, std::exp(log_xi + share * step), eta, z);
   };
   const SimilarState a = slope(at, 0.0), b = slope(moved(at, a, 0.5 * step), 0.5);
   const SimilarState c = slope(moved(at, b, 0.5 * step), 0.5), d = slope(moved(at, c, step), 1.0);
   SimilarState next = at;
-  for (std::size_t k = 0; k < next.size(); ++k) next[k] += step / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
+  for (std::size_t k = 0; k < next.size(); ++k)
+    next[k] += step / 6.0 * (a[k] + 2.0 * b[k] + 2.0 * c[k] + d[k]);
   return next;
 }
 
@@ -131,12 +134,13 @@ Blast strong_blast(double area_fraction, EquationOfState z) {
       area_fraction, [&](double ratio) { return 0.5 * z(area_fraction * ratio) * (ratio - 1.0) < 1.0; });
   const double speed = 1.0 - 1.0 / blast.density;
   SimilarState at{speed, std::log(blast.density),
-             std::log(speed / (blast.density * z(area_fraction * blast.density)))};
+                  std::log(speed / (blast.density * z(area_fraction * blast.density)))};
   const double step = kLogEnd / kSteps;
   double energy = 0.0;
   for (int k = 0; k < kSteps; ++k) {
     const SimilarState next = runge_kutta_step(at, k * step, step, area_fraction, z);
-    energy -= 0.5 * step * (energy_density(at, std::exp(k * step)) + energy_density(next, std::exp((k + 1) * step)));
+    energy -= 0.5 * step *
+              (energy_density(at, std::exp(k * step)) + energy_density(next, std::exp((k + 1) * step)));
     at = next;
   }
   energy += 0.5 * energy_density(at, std::exp(kLogEnd));

@@ -8,6 +8,7 @@
 
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
+#include "app/profile_log.hpp"
 #include "app/replay.hpp"
 #include "app/term_costs.hpp"
 #include "view/aim.hpp"
@@ -88,6 +89,7 @@ class Stage {
   bool launched_by_hand_ = false;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
+  std::optional<ProfileCsv> profile_csv_;
   InputLog log_;
   Recorder recorder_;
   std::optional<Replay> replay_;

@@ -1,0 +1,176 @@
+// Gas dynamics: shocks, blasts and the ball in a stream, against theory.
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "lab/flow_case.hpp"
+#include "lab/gas_dynamics_summary.hpp"
+#include "lab/study.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+// Parcels and seeds of the two forms of the study.
+struct Sizes {
+  std::int64_t shock_parcels, blast_parcels, drag_parcels;
+  double shock_length;  // half of the world, mean free paths
+  int shock_seeds, blast_seeds, drag_seeds, layer_seeds;
+};
+constexpr Sizes kQuick = {24000, 30000, 60000, 150.0, 2, 2, 2, 48};
+constexpr Sizes kFull = {200000, 200000, 400000, 250.0, 12, 8, 6, 600};
+
+// A method with a step length: 0 for `exact`.
+struct Setting {
+  Method method = Method::exact;
+  double displacement = 0.0;  // diameters
+};
+
+FlowSteps steps_of(const Setting& setting) { return {setting.method, setting.displacement, 1.0}; }
+
+std::string name_of(const Setting& setting) {
+  return setting.method == Method::exact
+             ? "exact"
+             : fmt::format("{}/{:g}", method_name(setting.method), setting.displacement);
+}
+
+void label(json& row, const char* group, const std::string& name, const Setting& setting, std::int64_t seed) {
+  row["group"] = group;
+  row["case"] = name;
+  row["method"] = method_name(setting.method);
+  row["displacement_per_step"] = setting.displacement;
+  row["seed"] = seed;
+}
+
+struct Planner {
+  const Sizes& sizes;
+  std::vector<LabPoint> points;
+
+  void add_shocks(double area_fraction, double mach, const Setting& setting, int num_seeds) {
+    const std::string name = fmt::format("area fraction {:g}, Mach {:g}", area_fraction, mach);
+    for (int seed = 1; seed <= num_seeds; ++seed) {
+      const ShockCase shock{area_fraction, mach, sizes.shock_parcels, sizes.shock_length, seed};
+      points.push_back(
+          {fmt::format("shock/{:g}/{:g}/{}/{}", area_fraction, mach, name_of(setting), seed), [=] {
+             json row = measure_shock(shock, steps_of(setting), *make_cpu_backend(1));
+             label(row, "shock", name, setting, shock.seed);
+             row["area_fraction"] = area_fraction;
+             row["mach"] = mach;
+             return row;
+           }});
+    }
+  }
+
+  void add_blasts(double area_fraction) {
+    for (int seed = 1; seed <= sizes.blast_seeds; ++seed) {
+      const BlastCase blast{area_fraction, sizes.blast_parcels, 100.0, seed};
+      points.push_back({fmt::format("blast/{:g}/exact/{}", area_fraction, seed), [=] {
+                          json row = measure_blast(blast, {}, *make_cpu_backend(1));
+                          label(row, "blast", fmt::format("area fraction {:g}", area_fraction), {},
+                                blast.seed);
+                          row["area_fraction"] = area_fraction;
+                          return row;
+                        }});
+    }
+  }
+
+  // contacts: among parcels; without them the flow is free-molecular.
+  void add_drag(double radius_over_path, bool contacts) {
+    for (int seed = 1; seed <= sizes.drag_seeds; ++seed) {
+      DragCase drag;
+      drag.radius_over_path = radius_over_path;
+      drag.num_parcels = sizes.drag_parcels;
+      drag.contacts = contacts;
+      drag.seed = seed;
+      const std::string name = contacts ? fmt::format("R / path {:g}", radius_over_path) : "no contacts";
+      points.push_back({fmt::format("drag/{}/exact/{}", name, seed), [=] {
+                          json row = measure_drag(drag, {}, *make_cpu_backend(1));
+                          label(row, "drag", name, {}, drag.seed);
+                          row["radius_over_path"] = contacts ? radius_over_path : 0.0;
+                          row["speed_ratio"] = drag.speed_ratio;
+                          return row;
+                        }});
+    }
+  }
+
+  // The layer in front of the court's ball: its area fraction and its ball radius over the mean free path.
+  void add_layer(const Setting& setting) {
+    points.push_back({fmt::format("layer/{}", name_of(setting)),
+                      [setting, num = sizes.layer_seeds] {
+                        json rows = json::array();
+                        const std::unique_ptr<Backend> backend = make_cpu_backend(1);
+                        for (int seed = 1; seed <= num; ++seed) {
+                          DragCase drag;
+                          drag.radius_over_path = 3.45;
+                          drag.area_fraction = 0.1;
+                          drag.seed = seed;
+                          json row = measure_drag(drag, steps_of(setting), *backend);
+                          label(row, "layer", "area fraction 0.1, R / path 3.45", setting, seed);
+                          rows.push_back(row);
+                        }
+                        return rows;
+                      },
+                      true});
+  }
+};
+
+constexpr Setting kImpulse[] = {{Method::impulse, 2.0},
+                                {Method::impulse, 1.0},
+                                {Method::impulse, 0.5},
+                                {Method::impulse, 0.25},
+                                {Method::impulse, 0.125}};
+constexpr Setting kSpring[] = {
+    {Method::spring, 0.25}, {Method::spring, 0.125}, {Method::spring, 0.0625}, {Method::spring, 0.03125}};
+
+void add_methods(Planner& planner, bool quick) {
+  planner.add_layer({});
+  for (const Setting& setting : kImpulse) planner.add_layer(setting);
+  for (const Setting& setting : kSpring) planner.add_layer(setting);
+  const int seeds = quick ? 1 : 2;
+  for (const Setting& setting : quick ? std::vector<Setting>{{Method::impulse, 1.0}}
+                                      : std::vector<Setting>{{Method::impulse, 2.0},
+                                                             {Method::impulse, 1.0},
+                                                             {Method::impulse, 0.5},
+                                                             {Method::impulse, 0.25},
+                                                             {Method::spring, 0.25},
+                                                             {Method::spring, 0.0625}})
+    planner.add_shocks(0.2, 2.0, setting, seeds);
+}
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  Planner planner{context.quick ? kQuick : kFull, {}};
+  const Sizes& sizes = planner.sizes;
+  planner.add_shocks(0.01, 2.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.2, 2.0, {}, sizes.shock_seeds);
+  planner.add_drag(0.1, false);
+  for (const double radius :
+       context.quick ? std::vector{0.1, 1.0, 3.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0})
+    planner.add_drag(radius, true);
+  planner.add_blasts(0.2);
+  if (!context.quick) {
+    planner.add_shocks(0.01, 3.0, {}, sizes.shock_seeds);
+    planner.add_shocks(0.01, 5.0, {}, sizes.shock_seeds);
+    planner.add_shocks(0.2, 3.0, {}, sizes.shock_seeds);
+    planner.add_shocks(0.4, 2.0, {}, sizes.shock_seeds);
+    planner.add_blasts(0.1);
+    planner.add_blasts(0.3);
+  }
+  add_methods(planner, context.quick);
+  return std::move(planner.points);
+}
+
+}  // namespace
+
+Study gas_dynamics_study() {
+  return {
+      "gas-dynamics",
+      "Shocks, blasts and the layer in front of the ball",
+      "Dots are measured, with standard errors; lines are theory, with the equation of state of Kolafa and "
+      "Rottner. exact is judged, the other methods are shown beside it.",
+      plan,
+      conclude_gas_dynamics,
+      true};
+}
+
+}  // namespace pf
