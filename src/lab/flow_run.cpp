@@ -21,10 +21,12 @@ void normalise(std::vector<Vec2f>& velocities) {
   for (Vec2f& v : velocities) v = to_float((to_double(v) - mean) * scale);
 }
 
-// Collisions per parcel until the lattice of the start is forgotten.
-double equilibration(double area_fraction) {
-  if (area_fraction < 1e-3) return 0.5;
-  return area_fraction < 0.03 ? 4.0 : 12.0;
+// Time until the lattice of the start is forgotten: some collisions per parcel, or in a thin gas a flight
+// over many sites.
+double equilibration(double area_fraction, double rate) {
+  const double spacing = std::sqrt(0.25 * kPi / area_fraction);
+  if (area_fraction < 1e-3) return std::min(4.0 / rate, 20.0 * spacing);
+  return (area_fraction < 0.03 ? 4.0 : 12.0) / rate;
 }
 
 }  // namespace
@@ -36,8 +38,9 @@ FlowRun::FlowRun(const Settings& settings, const FlowSteps& steps, Backend& back
   physics_ = spawn_scene(settings_, backend_).physics;
   const double rate = theory::collision_rate_per_s(settings.area_fraction, 1.0, physics_.parcels.radius_m);
   if (settings.contacts) {
-    const double steps_needed = std::ceil(10.0 * equilibration(settings.area_fraction));
-    backend_.advance(step_request(settings_, physics_, static_cast<std::uint32_t>(steps_needed), 0.1 / rate));
+    const double duration = equilibration(settings.area_fraction, rate);
+    const auto num = static_cast<std::uint32_t>(std::max(1.0, std::ceil(10.0 * duration * rate)));
+    backend_.advance(step_request(settings_, physics_, num, duration / num));
   }
   start_ = backend_.snapshot();
   normalise(start_.velocity);

@@ -1,11 +1,15 @@
 // Gas dynamics: shocks, blasts and the ball in a stream, against theory.
 #include <fmt/format.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "lab/flow_case.hpp"
 #include "lab/gas_dynamics_summary.hpp"
 #include "lab/study.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 namespace {

@@ -55,13 +55,15 @@ TEST(Options, FlagsReachTheirOptions) {
 TEST(Options, FlagsOfThePictureReachTheirOptions) {
   TemporaryFolder folder;
   const std::string csv = (folder.path() / "o.csv").string(), scene = (folder.path() / "s.toml").string();
+  const std::string profile = (folder.path() / "p.csv").string();
   const Options o = options_of({"--paused", "--ghosts", "--theme", "light", "--color-map", "cividis",
                                 "--overlay", "compact", "--ui-scale", "1.5", "--no-vsync", "--full-screen",
-                                "--overlay-csv", csv, "--save-scene", scene});
+                                "--overlay-csv", csv, "--profile-csv", profile, "--save-scene", scene});
   EXPECT_TRUE(o.paused && o.ghosts && o.full_screen && !o.vsync);
   EXPECT_EQ(o.theme + o.color_map + o.overlay, "lightcividiscompact");
   EXPECT_EQ(o.ui_scale, 1.5);
   EXPECT_EQ(o.overlay_csv, csv);
+  EXPECT_EQ(o.profile_csv, profile);
   EXPECT_EQ(o.save_scene, scene);
   const Options none = options_of({});
   EXPECT_TRUE(!none.paused && !none.ghosts && !none.full_screen && none.vsync);
@@ -103,9 +105,10 @@ TEST(Options, NumParcels) {
   EXPECT_EQ(options_of({"-p", "1e6"}).settings.num_parcels, 1000000);
   EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
   EXPECT_EQ(options_of({"-p", "200000000"}).settings.num_parcels, 200000000);
-  EXPECT_EQ(refusal({"-p", "0"}),
-            "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
-            "without parcels use --set air.kind=vacuum");
+  EXPECT_EQ(
+      refusal({"-p", "0"}),
+      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
+      "without parcels use --set air.kind=vacuum");
   for (const char* text : {"-5", "1000000000000", "200000001", "1e300", "1e999"}) {
     EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;
   }
