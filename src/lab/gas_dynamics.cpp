@@ -1,6 +1,7 @@
 // Gas dynamics: shocks, blasts and the ball in a stream, against theory.
 #include <fmt/format.h>
 
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,6 +25,7 @@ struct Sizes {
 };
 constexpr Sizes kQuick = {24000, 30000, 60000, 150.0, 2, 2, 2, 48};
 constexpr Sizes kFull = {200000, 200000, 400000, 250.0, 12, 8, 6, 600};
+constexpr Sizes kOnDevice = {4000000, 10000000, 8000000, 250.0, 2, 2, 2, 0};  // of a GPU
 
 // A method with a step length: 0 for `exact`.
 struct Setting {
@@ -48,34 +50,46 @@ void label(json& row, const char* group, const std::string& name, const Setting&
 }
 
 struct Planner {
-  const Sizes& sizes;
-  std::vector<LabPoint> points;
+  Sizes sizes;
+  LabDevice device;
+  std::vector<LabPoint>& points;
+
+  // The whole of another device than the CPU is one run's: it is not shared.
+  void add(const std::string& key, std::function<json(Backend&)> measure) {
+    const bool alone = device.name != "cpu";
+    points.push_back({device.name + "/" + key,
+                      [measure = std::move(measure), device = device, alone] {
+                        json row = measure(alone ? *device.make() : *make_cpu_backend(1));
+                        row["device"] = device.name;
+                        return row;
+                      },
+                      alone});
+  }
 
   void add_shocks(double area_fraction, double mach, const Setting& setting, int num_seeds) {
     const std::string name = fmt::format("area fraction {:g}, Mach {:g}", area_fraction, mach);
     for (int seed = 1; seed <= num_seeds; ++seed) {
       const ShockCase shock{area_fraction, mach, sizes.shock_parcels, sizes.shock_length, seed};
-      points.push_back(
-          {fmt::format("shock/{:g}/{:g}/{}/{}", area_fraction, mach, name_of(setting), seed), [=] {
-             json row = measure_shock(shock, steps_of(setting), *make_cpu_backend(1));
-             label(row, "shock", name, setting, shock.seed);
-             row["area_fraction"] = area_fraction;
-             row["mach"] = mach;
-             return row;
-           }});
+      add(fmt::format("shock/{:g}/{:g}/{}/{}", area_fraction, mach, name_of(setting), seed),
+          [=](Backend& backend) {
+            json row = measure_shock(shock, steps_of(setting), backend);
+            label(row, "shock", name, setting, shock.seed);
+            row["area_fraction"] = area_fraction;
+            row["mach"] = mach;
+            return row;
+          });
     }
   }
 
   void add_blasts(double area_fraction) {
     for (int seed = 1; seed <= sizes.blast_seeds; ++seed) {
       const BlastCase blast{area_fraction, sizes.blast_parcels, 100.0, seed};
-      points.push_back({fmt::format("blast/{:g}/exact/{}", area_fraction, seed), [=] {
-                          json row = measure_blast(blast, {}, *make_cpu_backend(1));
-                          label(row, "blast", fmt::format("area fraction {:g}", area_fraction), {},
-                                blast.seed);
-                          row["area_fraction"] = area_fraction;
-                          return row;
-                        }});
+      add(fmt::format("blast/{:g}/exact/{}", area_fraction, seed), [=](Backend& backend) {
+        json row = measure_blast(blast, {}, backend);
+        label(row, "blast", fmt::format("area fraction {:g}", area_fraction), {}, blast.seed);
+        row["area_fraction"] = area_fraction;
+        return row;
+      });
     }
   }
 
@@ -88,13 +102,13 @@ struct Planner {
       drag.contacts = contacts;
       drag.seed = seed;
       const std::string name = contacts ? fmt::format("R / path {:g}", radius_over_path) : "no contacts";
-      points.push_back({fmt::format("drag/{}/exact/{}", name, seed), [=] {
-                          json row = measure_drag(drag, {}, *make_cpu_backend(1));
-                          label(row, "drag", name, {}, drag.seed);
-                          row["radius_over_path"] = contacts ? radius_over_path : 0.0;
-                          row["speed_ratio"] = drag.speed_ratio;
-                          return row;
-                        }});
+      add(fmt::format("drag/{}/exact/{}", name, seed), [=](Backend& backend) {
+        json row = measure_drag(drag, {}, backend);
+        label(row, "drag", name, {}, drag.seed);
+        row["radius_over_path"] = contacts ? drag.radius_over_path : 0.0;
+        row["speed_ratio"] = drag.speed_ratio;
+        return row;
+      });
     }
   }
 
@@ -111,6 +125,7 @@ struct Planner {
                           drag.seed = seed;
                           json row = measure_drag(drag, steps_of(setting), *backend);
                           label(row, "layer", "area fraction 0.1, R / path 3.45", setting, seed);
+                          row["device"] = "cpu";
                           rows.push_back(row);
                         }
                         return rows;
@@ -142,26 +157,34 @@ void add_methods(Planner& planner, bool quick) {
     planner.add_shocks(0.2, 2.0, setting, seeds);
 }
 
-std::vector<LabPoint> plan(const LabContext& context) {
-  Planner planner{context.quick ? kQuick : kFull, {}};
+void add_exact(Planner& planner, bool quick) {
   const Sizes& sizes = planner.sizes;
   planner.add_shocks(0.01, 2.0, {}, sizes.shock_seeds);
   planner.add_shocks(0.2, 2.0, {}, sizes.shock_seeds);
   planner.add_drag(0.1, false);
   for (const double radius :
-       context.quick ? std::vector{0.1, 1.0, 3.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0})
+       quick ? std::vector{0.1, 1.0, 3.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0})
     planner.add_drag(radius, true);
   planner.add_blasts(0.2);
-  if (!context.quick) {
-    planner.add_shocks(0.01, 3.0, {}, sizes.shock_seeds);
-    planner.add_shocks(0.01, 5.0, {}, sizes.shock_seeds);
-    planner.add_shocks(0.2, 3.0, {}, sizes.shock_seeds);
-    planner.add_shocks(0.4, 2.0, {}, sizes.shock_seeds);
-    planner.add_blasts(0.1);
-    planner.add_blasts(0.3);
+  if (quick) return;
+  planner.add_shocks(0.01, 3.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.01, 5.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.2, 3.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.4, 2.0, {}, sizes.shock_seeds);
+  planner.add_blasts(0.1);
+  planner.add_blasts(0.3);
+}
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  std::vector<LabPoint> points;
+  for (const LabDevice& device : context.devices) {
+    const bool is_cpu = device.name == "cpu";
+    Planner planner{context.quick ? kQuick : is_cpu ? kFull : kOnDevice, device, points};
+    add_exact(planner, context.quick);
+    if (is_cpu) add_methods(planner, context.quick);
+    if (!is_cpu && !context.quick) planner.add_drag(100.0, true);  // 5 million parcels
   }
-  add_methods(planner, context.quick);
-  return std::move(planner.points);
+  return points;
 }
 
 }  // namespace

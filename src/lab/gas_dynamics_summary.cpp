@@ -26,7 +26,7 @@ struct Runs {
   std::vector<json> rows;
 
   bool holds(const json& row) const {
-    for (const char* key : {"group", "case", "method", "displacement_per_step"}) {
+    for (const char* key : {"device", "group", "case", "method", "displacement_per_step"}) {
       if (row.at(key) != first.at(key)) return false;
     }
     return true;
@@ -83,7 +83,8 @@ void add_row(json& table, const Runs& runs, const Figure& figure) {
               {"verdict", !judged                       ? "-"
                           : std::fabs(error) <= allowed ? "pass"
                                                         : "FAIL"}};
-  for (const char* key : {"group", "case", "method", "displacement_per_step"}) row[key] = runs.first.at(key);
+  for (const char* key : {"device", "group", "case", "method", "displacement_per_step"})
+    row[key] = runs.first.at(key);
   for (const char* key : {"area_fraction", "mach", "radius_over_path", "speed_ratio"}) {
     if (runs.first.contains(key)) row[key] = runs.first.at(key);
   }

@@ -72,7 +72,7 @@ void note_load(const MachineLoad& load, json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context) {
-  const bool has_cuda_series = study.name == "work-precision";
+  const bool has_cuda_series = study.name == "work-precision" || study.name == "gas-dynamics";
   const std::string scene =
       study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},

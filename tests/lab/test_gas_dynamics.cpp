@@ -77,7 +77,8 @@ TEST(GasDynamics, FitsOfABlastFindPowerAndSlope) {
 }
 
 json shock_row(std::int64_t seed, double density) {
-  return {{"group", "shock"},
+  return {{"device", "cpu"},
+          {"group", "shock"},
           {"case", "x"},
           {"method", "exact"},
           {"displacement_per_step", 0.0},

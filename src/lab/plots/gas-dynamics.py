@@ -13,7 +13,7 @@ FIGURES = {"density": ("density", "#0072B2", "o"), "temperature": ("temperature"
 
 
 def rows_of(study, group, **wanted):
-    return [row for row in study.get("table", []) if row["group"] == group
+    return [row for row in study.get("table", []) if row["group"] == group and row["device"] == "cpu"
             and all(row.get(name) == value for name, value in wanted.items()) and row["error"] is not None]
 
 
@@ -52,7 +52,7 @@ def draw_profile(axes, study):
 
 
 def draw_blast(axes, study):
-    runs = [row for row in study["points"] if row["group"] == "blast"]
+    runs = [row for row in study["points"] if row["group"] == "blast" and row["device"] == "cpu"]
     for colour, fraction in zip(("#0072B2", "#D55E00", "#009E73"), sorted({row["area_fraction"] for row in runs})):
         curves = [np.array(row["samples"], dtype=float) for row in runs if row["area_fraction"] == fraction]
         time, radius = curves[0][:, 0], np.mean([curve[:, 2] for curve in curves], axis=0)
