@@ -160,6 +160,35 @@ std::string sentence(const json& row) {
                      row.at("verdict") == "FAIL" ? ", FAIL" : "");
 }
 
+// The longest step such that it and all shorter ones are within 1 % of `exact`, or as near as the runs can
+// tell.
+std::string layer_sentence(const json& table, const std::string& method) {
+  constexpr double kNear = 0.01;
+  std::vector<json> rows;
+  double exact_ns = NAN;
+  for (const json& row : table) {
+    if (row.at("group") != "layer" || row.at("error").is_null()) continue;
+    if (row.at("method") == "exact") exact_ns = row.at("ns_per_disc_time").get<double>();
+    if (row.at("method") == method) rows.push_back(row);
+  }
+  const auto step_of = [](const json& row) { return row.at("displacement_per_step").get<double>(); };
+  std::sort(rows.begin(), rows.end(), [&](const json& a, const json& b) { return step_of(a) < step_of(b); });
+  json longest;
+  for (const json& row : rows) {
+    const double allowed = std::max(kNear, 3.0 * row.at("sigma").get<double>());
+    if (std::fabs(row.at("error").get<double>()) > allowed) break;
+    longest = row;
+  }
+  if (rows.empty()) return "";
+  if (longest.is_null())
+    return fmt::format("In the layer {} is off by more than 1 % at every step tried.", method);
+  return fmt::format(
+      "In the layer {} is within 1 % of exact, or cannot be told from it, up to {:g} diameters a step, at "
+      "{:.2g} "
+      "times its cost.",
+      method, step_of(longest), longest.at("ns_per_disc_time").get<double>() / exact_ns);
+}
+
 }  // namespace
 
 void conclude_gas_dynamics(json& result) {
@@ -174,6 +203,10 @@ void conclude_gas_dynamics(json& result) {
   }
   words.insert(words.begin(), fmt::format("{} of {} figures of exact are within the allowed error.",
                                           num_judged - static_cast<int>(failed.size()), num_judged));
+  for (const char* method : {"impulse", "spring"}) {
+    const std::string layer = layer_sentence(result["table"], method);
+    if (!layer.empty()) words.push_back(layer);
+  }
   result["words"] = words;
   result["failed"] = failed;
 }

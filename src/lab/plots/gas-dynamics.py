@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Chart of `pickleflight lab gas-dynamics`: shocks, the blast, the ball in a stream, and what a method's step costs there.
+"""Chart of `pickleflight lab gas-dynamics`: shocks, blasts, the ball in a stream, and what the methods cost there.
 
 gas-dynamics.py FOLDER    reads FOLDER/gas-dynamics.json, writes gas-dynamics.svg and gas-dynamics.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
@@ -26,7 +26,8 @@ def draw_jumps(axes, study):
     for shift, (name, (label, colour, mark)) in zip((-0.24, -0.08, 0.08, 0.24), FIGURES.items()):
         rows = rows_of(study, "shock", method="exact", figure=name)
         axes.errorbar([cases.index(row["case"]) + shift for row in rows], [100 * row["error"] for row in rows],
-                      [100 * row["sigma"] for row in rows], fmt=mark, color=colour, ms=5.5, capsize=2, lw=1.2, label=label)
+                      [100 * row["sigma"] for row in rows], fmt=mark, color=colour, ms=5.5, capsize=2, lw=1.2,
+                      label=label)
     axes.axhspan(-0.5, 0.5, color="#F2F2F2", zorder=0)
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_xticks(range(len(cases)), [short(case) for case in cases])
@@ -71,9 +72,11 @@ def draw_drag(axes, study):
     if not rows:
         return
     axes.errorbar([row["radius_over_path"] for row in rows], [row["measured"] for row in rows],
-                  [row["sigma"] * row["expected"] for row in rows], fmt="-D", color=COLOURS["exact"], ms=5, lw=1.2, capsize=2)
+                  [row["sigma"] * row["expected"] for row in rows], fmt="-D", color=COLOURS["exact"], ms=5, lw=1.2,
+                  capsize=2)
     axes.axhline(rows[0]["expected"], color=INK, lw=0.9, ls=(0, (4, 2)))
-    axes.text(rows[0]["radius_over_path"], rows[0]["expected"] * 1.01, "free-molecular", fontsize=8.5, color=INK, va="bottom")
+    axes.text(rows[0]["radius_over_path"], rows[0]["expected"] * 1.01, "free-molecular", fontsize=8.5, color=INK,
+              va="bottom")
     axes.set_xscale("log")
     axes.set_ylim(0, 3.6)
     axes.set_xlabel("ball radius over mean free path")
@@ -86,11 +89,11 @@ def draw_layer(axes, study):
     for method in ("impulse", "spring"):
         rows = sorted(rows_of(study, "layer", method=method), key=lambda row: row["ns_per_disc_time"])
         axes.errorbar([row["ns_per_disc_time"] for row in rows], [100 * row["error"] for row in rows],
-                      [100 * row["sigma"] for row in rows], fmt=f"-{MARKS[method]}", color=COLOURS[method], ms=5.5, lw=1.2,
-                      capsize=2, label=method)
+                      [100 * row["sigma"] for row in rows], fmt=f"-{MARKS[method]}", color=COLOURS[method],
+                      ms=5.5, lw=1.2, capsize=2, label=method)
         for row in rows:
-            axes.annotate(f"{row['displacement_per_step']:g}", (row["ns_per_disc_time"], 100 * row["error"]), fontsize=7.5,
-                          color=FAINT, xytext=(5, 5), textcoords="offset points")
+            axes.annotate(f"{row['displacement_per_step']:g}", (row["ns_per_disc_time"], 100 * row["error"]),
+                          fontsize=7.5, color=FAINT, xytext=(5, 5), textcoords="offset points")
     for row in rows_of(study, "layer", method="exact"):
         axes.axvline(row["ns_per_disc_time"], color=COLOURS["exact"], lw=1.2, ls=(0, (4, 2)), label="exact")
     axes.axhspan(-100 * floor, 100 * floor, color="#F2F2F2", zorder=0)
