@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,8 @@ struct Sizes {
   double shock_length;  // half of the world, mean free paths
   int shock_seeds, blast_seeds, drag_seeds, layer_seeds;
 };
-constexpr Sizes kQuick = {24000, 30000, 60000, 150.0, 2, 2, 2, 48};
-constexpr Sizes kFull = {200000, 200000, 400000, 250.0, 12, 8, 6, 600};
+constexpr Sizes kQuick = {24000, 30000, 60000, 150.0, 2, 2, 2, 24};
+constexpr Sizes kFull = {200000, 200000, 400000, 250.0, 12, 6, 6, 300};
 constexpr Sizes kOnDevice = {4000000, 10000000, 8000000, 250.0, 2, 2, 2, 0};  // of a GPU
 
 // A method with a step length: 0 for `exact`.
@@ -134,27 +135,27 @@ struct Planner {
   }
 };
 
-constexpr Setting kImpulse[] = {{Method::impulse, 2.0},
-                                {Method::impulse, 1.0},
-                                {Method::impulse, 0.5},
-                                {Method::impulse, 0.25},
-                                {Method::impulse, 0.125}};
-constexpr Setting kSpring[] = {
-    {Method::spring, 0.25}, {Method::spring, 0.125}, {Method::spring, 0.0625}, {Method::spring, 0.03125}};
+constexpr Setting kLayer[] = {{},
+                              {Method::impulse, 2.0},
+                              {Method::impulse, 1.0},
+                              {Method::impulse, 0.5},
+                              {Method::impulse, 0.25},
+                              {Method::impulse, 0.125},
+                              {Method::spring, 0.25},
+                              {Method::spring, 0.125},
+                              {Method::spring, 0.0625},
+                              {Method::spring, 0.03125}};
+constexpr Setting kQuickLayer[] = {
+    {}, {Method::impulse, 1.0}, {Method::impulse, 0.25}, {Method::spring, 0.125}};
+constexpr Setting kShocks[] = {
+    {Method::impulse, 1.0}, {Method::impulse, 0.5}, {Method::impulse, 0.25}, {Method::spring, 0.25}};
 
 void add_methods(Planner& planner, bool quick) {
-  planner.add_layer({});
-  for (const Setting& setting : kImpulse) planner.add_layer(setting);
-  for (const Setting& setting : kSpring) planner.add_layer(setting);
-  const int seeds = quick ? 1 : 2;
-  for (const Setting& setting : quick ? std::vector<Setting>{{Method::impulse, 1.0}}
-                                      : std::vector<Setting>{{Method::impulse, 2.0},
-                                                             {Method::impulse, 1.0},
-                                                             {Method::impulse, 0.5},
-                                                             {Method::impulse, 0.25},
-                                                             {Method::spring, 0.25},
-                                                             {Method::spring, 0.0625}})
-    planner.add_shocks(0.2, 2.0, setting, seeds);
+  for (const Setting& setting :
+       quick ? std::span<const Setting>(kQuickLayer) : std::span<const Setting>(kLayer))
+    planner.add_layer(setting);
+  for (const Setting& setting : std::span<const Setting>(kShocks).first(quick ? 1 : std::size(kShocks)))
+    planner.add_shocks(0.2, 2.0, setting, 1);
 }
 
 void add_exact(Planner& planner, bool quick) {
