@@ -22,7 +22,7 @@ struct ShockCase {
   double area_fraction = 0.01;  // of the undisturbed gas
   double mach = 2.0;
   std::int64_t num_parcels = 100000;
-  double half_length = 250.0;  // of the world, in mean free paths (at least diameters) of the undisturbed gas
+  double half_length = 350.0;  // of the world, in mean free paths (at least diameters) of the undisturbed gas
   std::int64_t seed = 1;
 };
 // Keys: density, temperature, pressure (ratios), front_speed (over c), their values by theory as *_theory,

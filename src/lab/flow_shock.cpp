@@ -15,7 +15,10 @@ using nlohmann::json;
 
 constexpr int kSamples = 48;
 constexpr std::uint32_t kBins = 1000;
-constexpr double kLayer = 20.0;  // widths of the front and of the warm layer that its start leaves, in `path`
+constexpr double kWindow = 20.0, kFront = 12.0;  // around the front, and its depth, in `path`
+// The start heats the gas in the middle; that layer spreads by conduction. Share of the front's last
+// distance.
+constexpr double kWarm = 0.4;
 
 // Lengths and speeds of a case; the gas ahead has c = 1.
 struct ShockPlan {
@@ -90,13 +93,14 @@ class ShockSamples {
 
   void add(double time, const Profile& profile) { samples_.push_back({time, fold(profile)}); }
 
-  // Behind the front: the last third of the samples, away from the middle and from the front.
+  // Behind the front: the last quarter of the samples, away from the middle and from the front.
   FoldedBin plateau(double& area) const {
     FoldedBin sum;
     area = 0.0;
-    for (std::size_t k = 2 * samples_.size() / 3; k < samples_.size(); ++k) {
+    for (std::size_t k = 3 * samples_.size() / 4; k < samples_.size(); ++k) {
       const double front = plan_.shock.front_speed * samples_[k].time;
-      const std::size_t first = bin_at(kLayer * plan_.path), last = bin_at(front - kLayer * plan_.path);
+      const std::size_t first = bin_at(kWarm * plan_.shock.front_speed * plan_.duration);
+      const std::size_t last = bin_at(front - kFront * plan_.path);
       for (std::size_t bin = first; bin < last; ++bin) {
         sum += samples_[k].bins[bin];
         area += 2.0 * width_ * plan_.height;
@@ -109,7 +113,7 @@ class ShockSamples {
   double front(const Sample& sample, double ratio) const {
     double at = plan_.shock.front_speed * sample.time;
     for (int pass = 0; pass < 3; ++pass) {
-      const std::size_t first = bin_at(at - kLayer * plan_.path), last = bin_at(at + kLayer * plan_.path);
+      const std::size_t first = bin_at(at - kWindow * plan_.path), last = bin_at(at + kWindow * plan_.path);
       double excess = 0.0;
       for (std::size_t bin = first; bin < last; ++bin)
         excess += sample.bins[bin].num / (2.0 * width_ * plan_.height * density_) - 1.0;
