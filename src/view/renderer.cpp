@@ -164,7 +164,8 @@ void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels
   const Settings& settings = *frame.settings;
   const double diameter_px = 2.0 * drawn_radius_m(settings, *frame.physics) / camera.metres_per_px;
   const double top_mps =
-      top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
+      top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps),
+                          settings.hot_speed_mps);
   const auto per_color_mps = static_cast<float>(1.0 / top_mps);
   if (diameter_px < kFirstDisc_px) {
     const Vec2d half_px =
