@@ -15,7 +15,7 @@ using nlohmann::json;
 
 constexpr int kSamples = 48;
 constexpr std::uint32_t kBins = 1000;
-constexpr double kWindow = 20.0, kFront = 12.0;  // around the front, and its depth, in `path`
+constexpr double kWindow = 10.0, kFront = 12.0;  // around the front, and its depth, in `path`
 // The start heats the gas in the middle; that layer spreads by conduction. Share of the front's last
 // distance.
 constexpr double kWarm = 0.4;
@@ -122,10 +122,10 @@ class ShockSamples {
     return at;
   }
 
-  // Slope of the front's position over time, by least squares over the second half.
+  // Slope of the front's position over time, by least squares over all but the first quarter.
   double front_speed(double ratio) const {
     double n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
-    for (std::size_t k = samples_.size() / 2; k < samples_.size(); ++k) {
+    for (std::size_t k = samples_.size() / 4; k < samples_.size(); ++k) {
       const double time = samples_[k].time, at = front(samples_[k], ratio);
       n += 1.0, t += time, x += at, tt += time * time, tx += time * at;
     }
