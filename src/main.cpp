@@ -15,6 +15,7 @@
 #include "app/flight_bench.hpp"
 #include "app/memory.hpp"
 #include "app/options.hpp"
+#include "app/profile_log.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
@@ -148,6 +149,7 @@ StageRun run_on_stage(const Options& options) {
   record.set_device(simulation.backend().device());
   nlohmann::json report = record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
                                         view.ball_distance_m);
+  if (view.profile != nullptr) report["profile"] = profile_report(view);
   report["renderer"] = context->info().renderer;
   report["frames"] = record.frame_report();
   return {exit_code, std::move(report)};

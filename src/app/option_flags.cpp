@@ -114,6 +114,9 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag("--full-screen", options.full_screen, "fill the screen with the window");
   app.add_option("--overlay-csv", typed.overlay_csv, "write the overlay's figures, one line per frame")
       ->type_name("FILE");
+  app.add_option("--profile-csv", typed.profile_csv,
+                 "write the profile of run.profile, one line per bin and frame")
+      ->type_name("FILE");
   app.add_option("--save-scene", typed.save_scene,
                  "write the settings of this command line to a new scene file, .toml")
       ->type_name("FILE");

@@ -24,8 +24,8 @@ struct SettingFlag {
 };
 
 inline const std::vector<std::string> kCommands = {"run", "bench", "scenes", "lab"};
-inline const std::vector<std::string> kStudies = {
-    "validate", "work-precision", "stability", "contact-clock", "terms", "all", "plot"};
+inline const std::vector<std::string> kStudies = {"validate", "work-precision", "stability", "contact-clock",
+                                                  "terms",    "gas-dynamics",   "all",       "plot"};
 inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host"};
@@ -39,7 +39,8 @@ struct Typed {
       color_map, overlay, ui_scale, clip, clip_format, magnifier, picture_size, picture_tile;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
-  std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, save_scene;
+  std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, profile_csv,
+      save_scene;
   std::string record_time = "simulation", record_overlay = "on";
   std::optional<std::string> record_size, replay, cues;
   std::vector<std::string> still;

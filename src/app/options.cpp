@@ -34,6 +34,7 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
     throw UserError(
         "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
+  options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
   if (typed.save_scene.empty()) return;
   if (fs::exists(fs::symlink_status(typed.save_scene))) {
     throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",

@@ -92,6 +92,7 @@ struct Options {
   std::string overlay = "full";       // --overlay
   double ui_scale = 1.0;              // --ui-scale: size of text and overlay, kMinUiScale to kMaxUiScale
   std::filesystem::path overlay_csv;  // --overlay-csv FILE: figures of the overlay, one line per frame
+  std::filesystem::path profile_csv;  // --profile-csv FILE: the profile, one line per bin and frame
   std::filesystem::path save_scene;   // --save-scene FILE.toml: the settings before the run
   int clip_s = 5;                     // --clip N: length of what F10 writes
   bool keep_clip = false;  // it is kept from the start; else where a GPU draws, or from the first F10

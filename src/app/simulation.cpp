@@ -58,6 +58,7 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   step_ms = 0.0;
   physics = derived;
   ball = around;
+  profile_is_due = true;
   begin_history();
 }
 
@@ -76,7 +77,18 @@ void Simulation::State::fall_back(const DeviceError& error) {
                              failed, error.what(), backend->name(), physics.parcels.num);
 }
 
+// Not while a device works on steps.
+void Simulation::State::follow_profile() {
+  if (!profile_is_due || in_flight) return;
+  profile_is_due = false;
+  const bool is_on = settings.profile != ProfileAxis::off && physics.parcels.num > 0;
+  const auto num_bins = static_cast<std::uint32_t>(settings.profile_bins);
+  profile = is_on ? backend->profile(profile_shape(physics, settings.profile, num_bins)) : Profile{};
+  view.profile = is_on ? &profile : nullptr;
+}
+
 void Simulation::State::update_view() {
+  follow_profile();
   view.settings = &settings;
   view.physics = &physics;
   view.ball = ball;

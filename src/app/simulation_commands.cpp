@@ -22,6 +22,8 @@ bool disturbs(const Settings& a, Settings b) {
   b.seconds = a.seconds;
   b.relaunch = a.relaunch;
   b.frame_budget_ms = a.frame_budget_ms;
+  b.profile = a.profile;
+  b.profile_bins = a.profile_bins;
   b.drawn_area_fraction = a.drawn_area_fraction;
   b.follow_ball = a.follow_ball;
   b.magnifier = a.magnifier;
@@ -38,8 +40,9 @@ std::filesystem::path scene_file_of(const std::string& name) {
 bool needs_new_parcels(const Settings& a, const Settings& b) {
   const auto spawned_from = [](const Settings& s) {
     return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
-                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.width_m, s.height_m,
-                      s.boundary, s.air, s.seed, s.box_follows_parcels, s.ball_present, s.ball_radius_m);
+                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.hot_radius_m,
+                      s.hot_speed_mps, s.width_m, s.height_m, s.boundary, s.air, s.seed,
+                      s.box_follows_parcels, s.ball_present, s.ball_radius_m);
   };
   return spawned_from(a) != spawned_from(b);
 }
@@ -62,6 +65,7 @@ void Simulation::State::apply_settings(const Settings& edited) {
   if (with.dt_s != settings.dt_s) scene_dt_s.reset();
   flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
   settings = with;
+  profile_is_due = true;
   ghosts = ghosts_of(settings);
 }
 

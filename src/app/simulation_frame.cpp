@@ -124,6 +124,7 @@ void Simulation::State::end_frame() {
                                : 2.0 * num_collisions / (physics.parcels.num * plan.num_steps * plan.dt_s);
     num_frame_pictures = ended.num_pictures;
   }
+  profile_is_due = true;
   pause_if_invalid(ended.totals);
   shown_s += 1.0 / settings.frame_rate_hz;
   history.pass_frame({view.simulated_s - launched_at_s, ended.num_done, ended.totals.num_ball_hits});

@@ -54,6 +54,8 @@ struct Simulation::State {
   std::optional<FrameSteps> frame;    // begun and not ended
   bool in_flight = false;             // steps of it are submitted
   PhaseTimes mapping;                 // of the picture
+  Profile profile;
+  bool profile_is_due = false;  // the state has changed since
   bool has_budget = false;
   double step_ms = 0.0;                  // of the last steps; 0: not known
   std::uint32_t num_frame_pictures = 1;  // of the last whole frame
@@ -110,6 +112,7 @@ struct Simulation::State {
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
   void follow_ball();
+  void follow_profile();
   void update_view();
 };
 

@@ -10,6 +10,7 @@
 
 #include "backend/draw_buffers.hpp"
 #include "backend/exact/event_record.hpp"
+#include "backend/profile.hpp"
 #include "core/timing.hpp"
 #include "model/exact/trajectory.hpp"
 #include "model/measures.hpp"
@@ -106,6 +107,8 @@ class Backend {
   // Throws UserError if memory does not suffice.
   virtual void resume(const Physics& physics, const BackendState& state) = 0;
   virtual Measures measure() = 0;
+  // Profile of the current state. The base class sums over snapshot(); results are the same everywhere.
+  virtual Profile profile(const ProfileShape& shape);
   virtual std::uint64_t state_hash() = 0;
   // Bytes of state and scratch held for the parcels.
   virtual std::uint64_t memory_bytes() const = 0;

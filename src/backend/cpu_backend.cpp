@@ -286,6 +286,19 @@ Measures CpuBackend::measure() {
   return total;
 }
 
+Profile CpuBackend::profile(const ProfileShape& shape) {
+  const std::vector<Vec2i>& position = positions();
+  std::vector<Profile> parts(team_.size(), empty_profile(shape));
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, size());
+    add_parcels(parts[thread], &position[begin], &parcels_.current.velocity[begin], end - begin);
+  });
+  for (std::size_t k = 1; k < parts.size(); ++k) {
+    for (std::size_t bin = 0; bin < parts[k].bins.size(); ++bin) parts[0].bins[bin] += parts[k].bins[bin];
+  }
+  return std::move(parts[0]);
+}
+
 std::uint64_t CpuBackend::state_hash() {
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   const std::vector<Vec2i>& position = positions();

@@ -35,6 +35,7 @@ class CpuBackend final : public Backend {
   void save(BackendState& state) override;
   void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
+  Profile profile(const ProfileShape& shape) override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
   double min_bytes_moved(const StepTotals& totals) const override;

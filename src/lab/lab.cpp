@@ -72,7 +72,7 @@ void note_load(const MachineLoad& load, json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context) {
-  const bool has_cuda_series = study.name == "work-precision";
+  const bool has_cuda_series = study.name == "work-precision" || study.name == "gas-dynamics";
   const std::string scene =
       study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},
@@ -218,8 +218,8 @@ std::vector<Study> chosen(const std::string& name) {
 }  // namespace
 
 const std::vector<Study>& studies() {
-  static const std::vector<Study> all = {work_precision_study(), stability_study(), contact_clock_study(),
-                                         terms_study(), validate_study()};
+  static const std::vector<Study> all = {work_precision_study(), stability_study(),    contact_clock_study(),
+                                         terms_study(),          gas_dynamics_study(), validate_study()};
   return all;
 }
 

@@ -49,6 +49,7 @@ Study work_precision_study();
 Study stability_study();
 Study contact_clock_study();
 Study terms_study();
+Study gas_dynamics_study();
 Study validate_study();
 
 // All studies, in the order of `lab all`.

@@ -74,6 +74,35 @@ double spin_torque_n_m(double accommodation, double spin_radps, double radius_m,
 double transverse_force_n(double accommodation, double density_kg_m2, double contact_m, double radius_m,
                           double spin_radps, double speed_mps);
 
+// Z of a gas by area fraction. For the theory of flows a gas with e = p / (Z rho) = c^2; a constant Z is an
+// ideal gas of heat ratio 1 + Z, so that published figures of such gases can check the code.
+using EquationOfState = double (*)(double area_fraction);
+
+// Sound speed over c: c_s^2 = c^2 (Z + eta Z' + Z^2).
+double sound_speed(double area_fraction, EquationOfState z = compressibility);
+
+// A steady shock: ratios of what is behind it to what is ahead of it, and speeds over c ahead of it.
+struct Shock {
+  double density = 1.0, pressure = 1.0, temperature = 1.0;
+  double gas_speed = 0.0;    // change of the gas's velocity: of the piston, or of a gas thrown at a wall
+  double front_speed = 0.0;  // relative to the gas behind it
+};
+// Rankine-Hugoniot relations with an equation of state. area_fraction: ahead, > 0. mach: > 1.
+Shock shock_of(double area_fraction, double mach, EquationOfState z = compressibility);
+
+// Pressure in front of a blunt body over that of the stream: a normal shock, then an isentropic stop
+// (Rayleigh pitot formula for a constant Z).
+double pitot_pressure_ratio(double area_fraction, double mach, EquationOfState z = compressibility);
+
+// A strong blast in the plane, R = prefactor (E t^2 / rho)^(1/4), after Taylor, von Neumann and Sedov:
+// Euler's equations in similarity form, with the gas ahead at rest and cold.
+struct Blast {
+  double density = 1.0;       // behind the front over ahead
+  double energy_share = 0.0;  // alpha = E t^2 / (rho R^4)
+  double prefactor = 0.0;     // alpha^(-1/4)
+};
+Blast strong_blast(double area_fraction, EquationOfState z = compressibility);
+
 // Energy after over before if all impulses follow from the old state: an elastic parcel hits two resting ones
 // at angles +- theta_rad from its path.
 double jacobi_triple_gain(double theta_rad);

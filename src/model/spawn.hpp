@@ -4,7 +4,7 @@
 // Parcels sit on the sites of a lattice whose odd rows are shifted by half a spacing. Sites that the ball
 // covers stay free. A random vector, shorter than half the gap between neighbours, moves each parcel off its
 // site. Velocities are Maxwellian. Parcels i and i + N/2 get opposite velocities, so that the total momentum
-// is zero.
+// is zero; with a hot disc only nearly.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,8 @@ struct SpawnPlan {
   Vec2d first_site_m;
   double jitter_m = 0.0;
   double speed_mps = 0.0;
+  double hot_radius_m = 0.0;  // parcels this near to the origin have hot_speed_mps instead; 0: none
+  double hot_speed_mps = 0.0;
   Vec2d flow_mps;
   std::uint64_t seed = 0;
   World world;
@@ -75,7 +77,9 @@ PF_HD inline Parcel spawn_parcel(const SpawnPlan& plan, std::uint64_t num_free_s
 
   const std::uint32_t half = plan.num_parcels / 2;
   const bool mirrored = id >= half && id < 2 * half;
-  const Vec2d thermal = normal_pair(plan.seed, mirrored ? id - half : id) * plan.speed_mps;
+  const bool hot = plan.hot_radius_m > 0.0 && dot(position, position) < plan.hot_radius_m * plan.hot_radius_m;
+  const double speed_mps = hot ? plan.hot_speed_mps : plan.speed_mps;
+  const Vec2d thermal = normal_pair(plan.seed, mirrored ? id - half : id) * speed_mps;
   const Vec2d velocity = plan.flow_mps + (mirrored ? -thermal : thermal);
   return {wrapped_into(plan.world, to_units(plan.world, position)), to_float(velocity), id};
 }

@@ -58,6 +58,8 @@ BallConstants derive_ball(const Settings& s) {
   return ball;
 }
 
+double hot_speed_mps(const Settings& s) { return s.hot_radius_m > 0.0 ? s.hot_speed_mps : 0.0; }
+
 Vec2d world_size_m(const Settings& s) {
   if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
   if (s.parcel_radius_m <= 0.0) {
@@ -126,7 +128,8 @@ void check_ball_size(const Settings& s, const Physics& physics, Vec2d size) {
 
 // Speed of a typical fast parcel: a few thermal speeds, or that after a hit by the ball.
 double fastest_expected_mps(const Settings& s, const Physics& physics, const BallState& ball) {
-  const double thermal = 2.5 * s.parcel_speed_mps + norm(s.flow_x_mps, s.flow_y_mps);
+  const double thermal =
+      2.5 * std::max(s.parcel_speed_mps, hot_speed_mps(s)) + norm(s.flow_x_mps, s.flow_y_mps);
   if (!physics.ball.exists) return thermal;
   const double thrown = 2.0 * norm(ball.velocity_mps.x, ball.velocity_mps.y) +
                         std::fabs(ball.spin_radps) * physics.ball.radius_m + s.parcel_speed_mps;
@@ -180,7 +183,7 @@ Physics derive_physics(const Settings& s) {
       s.ball_present ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m
                      : 0.0;
   physics.reference_speed_mps =
-      std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), ball_mps, 1e-6});
+      std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), hot_speed_mps(s), ball_mps, 1e-6});
   check_spring(s);
   check_exact(s, physics);
   const Vec2d rounded_size = size_of(physics.world);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model/physics.hpp"
+#include "model/profile.hpp"
 
 namespace pf {
 
@@ -38,6 +39,8 @@ struct Settings {
   double parcel_speed_mps = 1.0;     // standard deviation per component
   double flow_x_mps = 0.0;
   double flow_y_mps = 0.0;
+  double hot_radius_m = 0.0;  // of a disc in the middle whose parcels start with hot_speed_mps
+  double hot_speed_mps = 0.0;
   double restitution = 0.9;
   double impulse_scale = 1.0;
   bool contacts = true;
@@ -72,7 +75,9 @@ struct Settings {
   bool allow_unstable = false;    // `spring` may take steps beyond its stability bound
   double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, shortest mean free times
   double contact_clock_s = 0.0;   // the same in seconds; 0: from contact_clock
-  bool relaunch = true;           // launch the ball again a second after it left the world
+  ProfileAxis profile = ProfileAxis::off;
+  std::int64_t profile_bins = 128;
+  bool relaunch = true;  // launch the ball again a second after it left the world
   // view
   bool follow_ball = false;  // the camera keeps the ball in the middle
   MagnifierMode magnifier = MagnifierMode::automatic;

@@ -140,6 +140,8 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
   plan_.num_parcels = physics.parcels.num;
   plan_.world = physics.world;
   plan_.speed_mps = settings.parcel_speed_mps;
+  plan_.hot_radius_m = settings.hot_radius_m;
+  plan_.hot_speed_mps = settings.hot_speed_mps;
   plan_.flow_mps = {settings.flow_x_mps, settings.flow_y_mps};
   plan_.seed = physics.seed;
   if (plan_.num_parcels == 0) return;

@@ -9,9 +9,9 @@
 namespace pf {
 
 // Speed of the top colour: four times the parcels' own spread, so that air at rest uses the lower half of the
-// scale and parcels that the ball has hit stand out.
-inline double top_color_speed_mps(double parcel_speed_mps, double flow_mps) {
-  const double top = 4.0 * parcel_speed_mps + flow_mps;
+// scale and parcels that the ball has hit stand out. A fifth of a hot disc's, which cools as it spreads.
+inline double top_color_speed_mps(double parcel_speed_mps, double flow_mps, double hot_speed_mps) {
+  const double top = 4.0 * parcel_speed_mps + flow_mps + 0.2 * hot_speed_mps;
   return top > 0.0 ? top : 1.0;
 }
 

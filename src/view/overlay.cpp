@@ -31,7 +31,8 @@ void begin_strip(const OverlayPlace& place, float height, const OverlayColors& c
 }
 
 double top_speed_mps(const Settings& settings) {
-  return top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps));
+  return top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps),
+                             settings.hot_speed_mps);
 }
 
 }  // namespace

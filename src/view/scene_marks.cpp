@@ -8,6 +8,7 @@
 #include "view/aim.hpp"
 #include "view/magnifier.hpp"
 #include "view/overlay_paint.hpp"
+#include "view/profile_strip.hpp"
 
 namespace pf {
 namespace {
@@ -158,6 +159,7 @@ void SceneMarks::show(const FrameView& frame, const ScenePlace& scene, const Win
   float y = kTop_px * scene.place.scale;
   OverlayPlace beside = scene.place;
   rectangles_.clear();
+  if (frame.profile != nullptr) rectangles_["profile"] = show_profile_strip(frame, scene);
   if (FlightLegend::is_shown(frame, scene.look)) {
     const ViewRegion legend = show_legend(frame, scene);
     // Notices stand beside the legend, or below one that is too wide.
@@ -207,8 +209,10 @@ void SceneMarks::note(ControlMap& controls) const {
   for (const auto& [name, rectangle] : rectangles_) controls.note(name, rectangle);
 }
 
-ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
+ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look, const ViewRegion& all,
                                         float scale) const {
+  const double strip_px = std::min(profile_strip_height_px(frame, scale), 0.5 * all.height_px);
+  const ViewRegion free = {all.left_px, all.bottom_px + strip_px, all.width_px, all.height_px - strip_px};
   LegendSize size = legend_.size(frame, look, scale);
   if (size.height_px == 0.0) return free;
   // Very large text lets the scene shine through.

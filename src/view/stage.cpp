@@ -79,6 +79,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (options.cues) cues_.load(*options.cues, 0);
   panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
+  if (!options.profile_csv.empty()) profile_csv_.emplace(options.profile_csv);
   if (options.replay) replay_.emplace(*options.replay);
   if (options.data.start) {
     first_frame_ = num_frames_ = options.data.start->num_frames;
@@ -316,6 +317,7 @@ void Stage::keep_pace() {
     csv_->add_line(times_, drawing_, 1e3 * frame_s_, simulation_.view(),
                    overlay_.history().figures(overlay_.info().copy_bytes_per_s), overlay_.info());
   }
+  if (profile_csv_) profile_csv_->add_frame(simulation_.view());
   if (context_.window() == nullptr) return;
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(1.0 / simulation_.settings().frame_rate_hz));

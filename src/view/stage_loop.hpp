@@ -10,6 +10,7 @@
 #include "app/cue_player.hpp"
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
+#include "app/profile_log.hpp"
 #include "app/replay.hpp"
 #include "app/settings_history.hpp"
 #include "app/term_costs.hpp"
@@ -143,6 +144,7 @@ class Stage {
   bool launched_by_hand_ = false;
   std::vector<Ghost> aimed_ghosts_;
   std::optional<OverlayCsv> csv_;
+  std::optional<ProfileCsv> profile_csv_;
   InputLog log_;
   Recorder recorder_;
   LastSeconds last_seconds_;

@@ -23,8 +23,8 @@ Settings scene(const std::string& name) {
 TEST(Scenes, AllExist) {
   std::vector<std::string> names;
   for (const SceneEntry& entry : list_scenes()) names.push_back(entry.name);
-  for (const char* name : {"bullet", "collapse", "cooling", "court", "dense", "gas", "orbit", "regulation",
-                           "regulation-indoor", "seed", "tunnel"}) {
+  for (const char* name : {"blast", "bullet", "collapse", "cooling", "court", "dense", "gas", "orbit",
+                           "regulation", "regulation-indoor", "seed", "shock", "tunnel"}) {
     EXPECT_NE(std::find(names.begin(), names.end(), name), names.end()) << name;
     EXPECT_FALSE(load_scene(name).description.empty()) << name;
     EXPECT_EQ(load_scene(name).name, name);

@@ -55,13 +55,15 @@ TEST(Options, FlagsReachTheirOptions) {
 TEST(Options, FlagsOfThePictureReachTheirOptions) {
   TemporaryFolder folder;
   const std::string csv = (folder.path() / "o.csv").string(), scene = (folder.path() / "s.toml").string();
+  const std::string profile = (folder.path() / "p.csv").string();
   const Options o = options_of({"--paused", "--ghosts", "--theme", "light", "--color-map", "cividis",
                                 "--overlay", "compact", "--ui-scale", "1.5", "--no-vsync", "--full-screen",
-                                "--overlay-csv", csv, "--save-scene", scene});
+                                "--overlay-csv", csv, "--profile-csv", profile, "--save-scene", scene});
   EXPECT_TRUE(o.paused && o.ghosts && o.full_screen && !o.vsync);
   EXPECT_EQ(o.theme + o.color_map + o.overlay, "lightcividiscompact");
   EXPECT_EQ(o.ui_scale, 1.5);
   EXPECT_EQ(o.overlay_csv, csv);
+  EXPECT_EQ(o.profile_csv, profile);
   EXPECT_EQ(o.save_scene, scene);
   const Options none = options_of({});
   EXPECT_TRUE(!none.paused && !none.ghosts && !none.full_screen && none.vsync);

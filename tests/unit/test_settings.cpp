@@ -57,6 +57,8 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "air.parcel_speed_mps",
                                           "air.flow_x_mps",
                                           "air.flow_y_mps",
+                                          "air.hot_radius_m",
+                                          "air.hot_speed_mps",
                                           "air.restitution",
                                           "air.impulse_scale",
                                           "air.contacts",
@@ -89,6 +91,8 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.allow_unstable",
                                           "run.contact_clock",
                                           "run.contact_clock_s",
+                                          "run.profile",
+                                          "run.profile_bins",
                                           "run.relaunch"};
   std::set<std::string> found;
   for (const Field& field : fields()) EXPECT_TRUE(found.insert(field.path()).second) << field.path();

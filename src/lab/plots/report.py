@@ -10,7 +10,7 @@ import json
 import pathlib
 import sys
 
-ORDER = ["work-precision", "stability", "contact-clock", "terms", "validate"]
+ORDER = ["work-precision", "stability", "contact-clock", "terms", "gas-dynamics", "validate"]
 CAPTIONS = {"-order": "Order of convergence. Each line is a method; first order falls one decade per decade of the "
                       "time step.",
             "-parcels": "Scatter of the flight over 16 seeds. Where the scatter exceeds a method's error, only more "
@@ -48,6 +48,11 @@ def summary(study):
                      [(row["term"], f"{100 * row['exit_shift']:.2g} %", f"{row['deflection_m']:+.2g} m",
                        f"{100 * row['speed_shift']:+.2g} %", f"{100 * row['saved_share']:.0f} %", row["verdict"])
                       for row in study["points"] if "verdict" in row])
+    if study["study"] == "gas-dynamics":
+        return table(["case", "figure", "method", "step", "expected", "measured", "error", "standard error", "verdict"],
+                     [(row["case"], row["figure"], row["method"], f"{row['displacement_per_step']:g}", f"{row['expected']:.5g}",
+                       f"{row['measured']:.5g}", f"{100 * row['error']:+.2f} %", f"{100 * row['sigma']:.2f} %", row["verdict"])
+                      for row in study.get("table", []) if row["error"] is not None])
     if study["study"] == "validate":
         return table(["reference", "method", "expected", "measured", "error", "standard error", "verdict"],
                      [(row["yardstick"], row["method"], f"{row['expected']:.6g}", f"{row['measured']:.6g}",

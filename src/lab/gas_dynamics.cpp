@@ -1,0 +1,210 @@
+// Gas dynamics: shocks, blasts and the ball in a stream, against theory.
+#include <fmt/format.h>
+
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "lab/flow_case.hpp"
+#include "lab/gas_dynamics_summary.hpp"
+#include "lab/study.hpp"
+#include "model/methods.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+// Parcels and seeds of the two forms of the study.
+struct Sizes {
+  std::int64_t shock_parcels, blast_parcels, drag_parcels;
+  double shock_length;  // half of the world, mean free paths
+  int shock_seeds, blast_seeds, drag_seeds, layer_seeds;
+};
+constexpr Sizes kQuick = {24000, 30000, 60000, 200.0, 2, 2, 2, 24};
+constexpr Sizes kFull = {100000, 200000, 400000, 350.0, 24, 6, 6, 300};
+constexpr Sizes kOnDevice = {4000000, 10000000, 8000000, 350.0, 2, 2, 2, 0};  // of a GPU
+
+// A method with a step length: 0 for `exact`.
+struct Setting {
+  Method method = Method::exact;
+  double displacement = 0.0;  // diameters
+};
+
+FlowSteps steps_of(const Setting& setting) { return {setting.method, setting.displacement, 1.0}; }
+
+std::string name_of(const Setting& setting) {
+  return setting.method == Method::exact
+             ? "exact"
+             : fmt::format("{}/{:g}", method_name(setting.method), setting.displacement);
+}
+
+void label(json& row, const char* group, const std::string& name, const Setting& setting, std::int64_t seed) {
+  row["group"] = group;
+  row["case"] = name;
+  row["method"] = method_name(setting.method);
+  row["displacement_per_step"] = setting.displacement;
+  row["seed"] = seed;
+}
+
+struct Planner {
+  Sizes sizes;
+  LabDevice device;
+  std::vector<LabPoint>& points;
+
+  // The whole of another device than the CPU is one run's: it is not shared.
+  void add(const std::string& key, std::function<json(Backend&)> measure) {
+    const bool alone = device.name != "cpu";
+    points.push_back({device.name + "/" + key,
+                      [measure = std::move(measure), device = device, alone] {
+                        json row = measure(alone ? *device.make() : *make_cpu_backend(1));
+                        row["device"] = device.name;
+                        return row;
+                      },
+                      alone});
+  }
+
+  void add_shocks(double area_fraction, double mach, const Setting& setting, int num_seeds) {
+    const std::string name = fmt::format("area fraction {:g}, Mach {:g}", area_fraction, mach);
+    for (int seed = 1; seed <= num_seeds; ++seed) {
+      const ShockCase shock{area_fraction, mach, sizes.shock_parcels, sizes.shock_length, seed};
+      add(fmt::format("shock/{:g}/{:g}/{}/{}", area_fraction, mach, name_of(setting), seed),
+          [=](Backend& backend) {
+            json row = measure_shock(shock, steps_of(setting), backend);
+            label(row, "shock", name, setting, shock.seed);
+            row["area_fraction"] = area_fraction;
+            row["mach"] = mach;
+            return row;
+          });
+    }
+  }
+
+  void add_blasts(double area_fraction) {
+    for (int seed = 1; seed <= sizes.blast_seeds; ++seed) {
+      const BlastCase blast{area_fraction, sizes.blast_parcels, 100.0, seed};
+      add(fmt::format("blast/{:g}/exact/{}", area_fraction, seed), [=](Backend& backend) {
+        json row = measure_blast(blast, {}, backend);
+        label(row, "blast", fmt::format("area fraction {:g}", area_fraction), {}, blast.seed);
+        row["area_fraction"] = area_fraction;
+        return row;
+      });
+    }
+  }
+
+  // contacts: among parcels; without them the flow is free-molecular.
+  void add_drag(double radius_over_path, bool contacts) {
+    for (int seed = 1; seed <= sizes.drag_seeds; ++seed) {
+      DragCase drag;
+      drag.radius_over_path = radius_over_path;
+      drag.num_parcels = sizes.drag_parcels;
+      drag.contacts = contacts;
+      drag.seed = seed;
+      if (radius_over_path >= 3.0) {  // the gas that the start heats must flow off
+        drag.length = 28.0;
+        drag.height = 18.0;
+        drag.start = 9.0;
+        drag.end = 15.0;
+      }
+      const std::string name = contacts ? fmt::format("R / path {:g}", radius_over_path) : "no contacts";
+      add(fmt::format("drag/{}/exact/{}", name, seed), [=](Backend& backend) {
+        json row = measure_drag(drag, {}, backend);
+        label(row, "drag", name, {}, drag.seed);
+        row["radius_over_path"] = contacts ? drag.radius_over_path : 0.0;
+        row["speed_ratio"] = drag.speed_ratio;
+        return row;
+      });
+    }
+  }
+
+  // The layer in front of the court's ball: its area fraction and its ball radius over the mean free path.
+  void add_layer(const Setting& setting) {
+    points.push_back({fmt::format("layer/{}", name_of(setting)),
+                      [setting, num = sizes.layer_seeds] {
+                        json rows = json::array();
+                        const std::unique_ptr<Backend> backend = make_cpu_backend(1);
+                        for (int seed = 1; seed <= num; ++seed) {
+                          DragCase drag;
+                          drag.radius_over_path = 3.45;
+                          drag.area_fraction = 0.1;
+                          drag.seed = seed;
+                          json row = measure_drag(drag, steps_of(setting), *backend);
+                          label(row, "layer", "area fraction 0.1, R / path 3.45", setting, seed);
+                          row["device"] = "cpu";
+                          rows.push_back(row);
+                        }
+                        return rows;
+                      },
+                      true});
+  }
+};
+
+constexpr Setting kLayer[] = {{},
+                              {Method::impulse, 2.0},
+                              {Method::impulse, 1.0},
+                              {Method::impulse, 0.5},
+                              {Method::impulse, 0.25},
+                              {Method::impulse, 0.125},
+                              {Method::spring, 0.25},
+                              {Method::spring, 0.125},
+                              {Method::spring, 0.0625},
+                              {Method::spring, 0.03125}};
+constexpr Setting kQuickLayer[] = {
+    {}, {Method::impulse, 1.0}, {Method::impulse, 0.25}, {Method::spring, 0.125}};
+constexpr Setting kShocks[] = {
+    {Method::impulse, 1.0}, {Method::impulse, 0.5}, {Method::impulse, 0.25}, {Method::spring, 0.25}};
+
+void add_methods(Planner& planner, bool quick) {
+  for (const Setting& setting :
+       quick ? std::span<const Setting>(kQuickLayer) : std::span<const Setting>(kLayer))
+    planner.add_layer(setting);
+  for (const Setting& setting : std::span<const Setting>(kShocks).first(quick ? 1 : std::size(kShocks)))
+    planner.add_shocks(0.2, 2.0, setting, 1);
+}
+
+void add_exact(Planner& planner, bool quick) {
+  const Sizes& sizes = planner.sizes;
+  planner.add_shocks(0.01, 2.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.2, 2.0, {}, sizes.shock_seeds);
+  planner.add_drag(0.1, false);
+  for (const double radius :
+       quick ? std::vector{0.1, 1.0, 3.0} : std::vector{0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0})
+    planner.add_drag(radius, true);
+  planner.add_blasts(0.2);
+  if (quick) return;
+  planner.add_shocks(0.01, 3.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.01, 5.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.2, 3.0, {}, sizes.shock_seeds);
+  planner.add_shocks(0.4, 2.0, {}, sizes.shock_seeds);
+  planner.add_blasts(0.1);
+  planner.add_blasts(0.3);
+}
+
+std::vector<LabPoint> plan(const LabContext& context) {
+  std::vector<LabPoint> points;
+  for (const LabDevice& device : context.devices) {
+    const bool is_cpu = device.name == "cpu";
+    Planner planner{context.quick ? kQuick : is_cpu ? kFull : kOnDevice, device, points};
+    add_exact(planner, context.quick);
+    if (is_cpu) add_methods(planner, context.quick);
+    if (!is_cpu && !context.quick) planner.add_drag(100.0, true);  // 5 million parcels
+  }
+  return points;
+}
+
+}  // namespace
+
+Study gas_dynamics_study() {
+  return {
+      "gas-dynamics",
+      "Shocks, blasts and the layer in front of the ball",
+      "Dots are measured, with standard errors; lines are theory, with the equation of state of Kolafa and "
+      "Rottner. exact is judged, the other methods are shown beside it.",
+      plan,
+      conclude_gas_dynamics,
+      true};
+}
+
+}  // namespace pf

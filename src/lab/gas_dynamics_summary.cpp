@@ -1,0 +1,214 @@
+#include "lab/gas_dynamics_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "lab/blast_fit.hpp"
+#include "lab/mean_error.hpp"
+#include "lab/theory.hpp"
+
+namespace pf {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kShockTolerance = 5e-3, kBlastTolerance = 1e-2, kDragTolerance = 1e-2,
+                 kStagnationTolerance = 2e-2;
+
+// Rows of one case, method and step.
+struct Runs {
+  json first;
+  std::vector<json> rows;
+
+  bool holds(const json& row) const {
+    for (const char* key : {"device", "group", "case", "method", "displacement_per_step"}) {
+      if (row.at(key) != first.at(key)) return false;
+    }
+    return true;
+  }
+  template <class Get>
+  MeanError mean(const Get& get) const {
+    std::vector<double> values;
+    for (const json& row : rows) values.push_back(get(row));
+    return mean_and_error(values);
+  }
+  MeanError mean_of(const char* key) const {
+    return mean(
+        [&](const json& row) { return row.value(key, json()).is_number() ? row[key].get<double>() : NAN; });
+  }
+};
+
+std::vector<Runs> grouped(const json& points) {
+  std::vector<Runs> groups;
+  for (const json& row : points) {
+    const auto found =
+        std::find_if(groups.begin(), groups.end(), [&](const Runs& runs) { return runs.holds(row); });
+    if (found == groups.end()) {
+      groups.push_back({row, {row}});
+    } else {
+      found->rows.push_back(row);
+    }
+  }
+  return groups;
+}
+
+struct Figure {
+  std::string name;
+  double expected = 0.0;
+  MeanError measured{};
+  double tolerance = 0.0;  // 0: only shown
+};
+
+// JSON has no NaN: null stands for it.
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+void add_row(json& table, const Runs& runs, const Figure& figure) {
+  const double error = figure.measured.mean / figure.expected - 1.0;
+  const double sigma = figure.measured.sigma / figure.expected;
+  const double allowed = std::max(figure.tolerance, 3.0 * sigma);
+  const bool judged = figure.tolerance > 0.0 && runs.first.at("method") == "exact";
+  json row = {{"figure", figure.name},
+              {"expected", number(figure.expected)},
+              {"measured", number(figure.measured.mean)},
+              {"error", number(error)},
+              {"sigma", number(sigma)},
+              {"allowed", number(figure.tolerance)},
+              {"seeds", runs.rows.size()},
+              {"ns_per_disc_time", number(runs.mean_of("ns_per_disc_time").mean)},
+              {"verdict", !judged                       ? "-"
+                          : std::fabs(error) <= allowed ? "pass"
+                                                        : "FAIL"}};
+  for (const char* key : {"device", "group", "case", "method", "displacement_per_step"})
+    row[key] = runs.first.at(key);
+  for (const char* key : {"area_fraction", "mach", "radius_over_path", "speed_ratio"}) {
+    if (runs.first.contains(key)) row[key] = runs.first.at(key);
+  }
+  table.push_back(std::move(row));
+}
+
+void add_shock(json& table, const Runs& runs) {
+  for (const char* name : {"density", "temperature", "pressure", "front_speed"}) {
+    const double expected = runs.first.at(std::string(name) + "_theory").get<double>();
+    add_row(table, runs, {name, expected, runs.mean_of(name), kShockTolerance});
+  }
+}
+
+void add_blast(json& table, const Runs& runs) {
+  const auto exponent = [](const json& row) { return blast_exponent(row.at("samples")); };
+  const auto prefactor = [](const json& row) {
+    return blast_slope(row.at("samples")) * row.at("theory").get<double>();
+  };
+  add_row(table, runs, {"exponent", 0.5, runs.mean(exponent), kBlastTolerance});
+  add_row(table, runs, {"prefactor", runs.first.at("theory").get<double>(), runs.mean(prefactor)});
+}
+
+// The free-molecular limit is judged where it is one: without contacts, and where the path is 100 ball radii.
+void add_drag(json& table, const Runs& runs) {
+  const double speed_ratio = runs.first.at("speed_ratio").get<double>();
+  const double radius = runs.first.at("radius_over_path").get<double>();
+  add_row(table, runs,
+          {"drag coefficient over free-molecular", theory::drag_specular(speed_ratio), runs.mean_of("drag"),
+           radius <= 0.01 ? kDragTolerance : 0.0});
+  if (!runs.first.contains("stagnation_pressure")) return;
+  const double area_fraction = runs.first.at("area_fraction").get<double>();
+  const double mach = std::sqrt(2.0) * speed_ratio / theory::sound_speed(area_fraction);
+  add_row(table, runs,
+          {"stagnation pressure", theory::pitot_pressure_ratio(area_fraction, mach),
+           runs.mean_of("stagnation_pressure"), radius >= 30.0 ? kStagnationTolerance : 0.0});
+}
+
+// Other methods against `exact`.
+void add_layer(json& table, const Runs& runs, const std::vector<Runs>& all) {
+  const auto exact = std::find_if(all.begin(), all.end(), [](const Runs& other) {
+    return other.first.at("group") == "layer" && other.first.at("method") == "exact";
+  });
+  if (exact == all.end()) return;
+  const MeanError reference = exact->mean_of("drag"), measured = runs.mean_of("drag");
+  const bool same = runs.first.at("method") == "exact";
+  const double sigma = same ? measured.sigma : std::hypot(measured.sigma, reference.sigma);
+  add_row(table, runs, {"drag coefficient", reference.mean, {measured.mean, sigma}});
+}
+
+json table_of(const json& points) {
+  json table = json::array();
+  const std::vector<Runs> all = grouped(points);
+  for (const Runs& runs : all) {
+    const std::string group = runs.first.at("group").get<std::string>();
+    if (group == "shock") add_shock(table, runs);
+    if (group == "blast") add_blast(table, runs);
+    if (group == "drag") add_drag(table, runs);
+    if (group == "layer") add_layer(table, runs, all);
+  }
+  return table;
+}
+
+std::string percent(const json& value) {
+  return value.is_null() ? "-" : fmt::format("{:+.2f} %", 100.0 * value.get<double>());
+}
+
+std::string sentence(const json& row) {
+  return fmt::format("{}, {}, {}: {} {:.4g}, expected {:.4g}: {} +- {:.2f} %{}.",
+                     row.at("group").get<std::string>(), row.at("case").get<std::string>(),
+                     row.at("method").get<std::string>(), row.at("figure").get<std::string>(),
+                     row.at("measured").get<double>(), row.at("expected").get<double>(),
+                     percent(row.at("error")), 100.0 * row.at("sigma").get<double>(),
+                     row.at("verdict") == "FAIL" ? ", FAIL" : "");
+}
+
+// The longest step such that it and all shorter ones are within 1 % of `exact`, or as near as the runs can
+// tell.
+std::string layer_sentence(const json& table, const std::string& method) {
+  constexpr double kNear = 0.01;
+  std::vector<json> rows;
+  double exact_ns = NAN;
+  for (const json& row : table) {
+    if (row.at("group") != "layer" || row.at("error").is_null()) continue;
+    if (row.at("method") == "exact") exact_ns = row.at("ns_per_disc_time").get<double>();
+    if (row.at("method") == method) rows.push_back(row);
+  }
+  const auto step_of = [](const json& row) { return row.at("displacement_per_step").get<double>(); };
+  std::sort(rows.begin(), rows.end(), [&](const json& a, const json& b) { return step_of(a) < step_of(b); });
+  json longest;
+  for (const json& row : rows) {
+    const double allowed = std::max(kNear, 3.0 * row.at("sigma").get<double>());
+    if (std::fabs(row.at("error").get<double>()) > allowed) break;
+    longest = row;
+  }
+  if (rows.empty()) return "";
+  if (longest.is_null())
+    return fmt::format("In the layer {} is off by more than 1 % at every step tried.", method);
+  return fmt::format(
+      "In the layer {} is within 1 % of exact, or cannot be told from it, up to {:g} diameters a step, at "
+      "{:.2g} "
+      "times its cost.",
+      method, step_of(longest), longest.at("ns_per_disc_time").get<double>() / exact_ns);
+}
+
+}  // namespace
+
+void conclude_gas_dynamics(json& result) {
+  json failed = json::array(), words = json::array();
+  result["table"] = table_of(result.at("points"));
+  int num_judged = 0;
+  for (const json& row : result["table"]) {
+    if (row.at("verdict") == "-" || row.at("error").is_null()) continue;
+    ++num_judged;
+    words.push_back(sentence(row));
+    if (row.at("verdict") == "FAIL") failed.push_back(sentence(row));
+  }
+  words.insert(words.begin(), fmt::format("{} of {} figures of exact are within the allowed error.",
+                                          num_judged - static_cast<int>(failed.size()), num_judged));
+  for (const char* method : {"impulse", "spring"}) {
+    const std::string layer = layer_sentence(result["table"], method);
+    if (!layer.empty()) words.push_back(layer);
+  }
+  result["words"] = words;
+  result["failed"] = failed;
+}
+
+}  // namespace pf

@@ -1,0 +1,14 @@
+// Conclusions of study `gas-dynamics`: means over the seeds against theory.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+namespace pf {
+
+// Adds `table`, a row per figure: group, case, method, displacement_per_step, figure, expected (by theory, or
+// by `exact` for the layer), measured, error and sigma (relative), allowed, seeds, ns_per_disc_time, verdict
+// ("pass", "FAIL", or "-" where it is only shown); `failed` and `words`. A verdict is "pass" if the error is
+// at most the larger of what is allowed and 3 standard errors.
+void conclude_gas_dynamics(nlohmann::json& result);
+
+}  // namespace pf
