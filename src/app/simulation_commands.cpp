@@ -90,8 +90,7 @@ void Simulation::State::restart(Settings with) {
 // positions, restarts. It restarts on a device, too, so that a log gives the same flight everywhere.
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
-  ParcelSnapshot parcels = backend->snapshot();
-  parcels.exact = nullptr;  // so that every backend goes on alike
+  const ParcelSnapshot parcels = backend->snapshot();
   if (backend->name() == "cpu") {
     check_room(with, 0);
     std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));

@@ -194,7 +194,7 @@ bool Stage::ended() {
 
 bool Stage::scene_ended() {
   const Settings& settings = simulation_.settings();
-  const double shown_s = static_cast<double>(num_frames_ - first_frame_) / settings.frame_rate_hz;
+  const double shown_s = static_cast<double>(num_frames_ - cue_frame_) / settings.frame_rate_hz;
   // A scene's own length is for headless runs. A window stays until it is closed, or for --seconds.
   const bool has_end = settings.seconds > 0.0 && (context_.window() == nullptr || options_.seconds_given);
   if (has_end && shown_s >= settings.seconds - 1e-9) return true;

@@ -125,7 +125,7 @@ double Stage::title_step_s() const {
 bool Stage::goes_on_to_next_cue() {
   const bool may_go_on = context_.window() == nullptr && !simulation_.view().paused && !cue_failed_;
   if (!may_go_on || cues_.size() == 0 || !cues_.ask_next(1)) return false;
-  first_frame_ = num_frames_;
+  cue_frame_ = num_frames_;
   frames_after_flight_ = 0;
   return true;
 }

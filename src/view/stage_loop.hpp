@@ -171,7 +171,7 @@ class Stage {
   std::string panel_layout_;
   std::int64_t first_frame_ = 0;  // above 0 for a run that goes on from a file
   std::int64_t num_frames_ = 0;
-  std::int64_t first_frame_ = 0;  // of the current cue, in a run without a window
+  std::int64_t cue_frame_ = 0;  // the first of the current cue, in a run without a window
   std::int64_t frames_after_flight_ = 0;
   double frame_s_ = 1.0 / 60.0;
   Clock::time_point last_frame_ = Clock::now();

@@ -216,6 +216,11 @@ class LoadedBackend final : public Backend {
   }
   void draw(const DrawBuffers& b) override { real_->draw(b); }
   ParcelSnapshot snapshot() override { return real_->snapshot(); }
+  void save(BackendState& state) override { real_->save(state); }
+  void resume(const Physics& p, const BackendState& state) override {
+    physics_ = p;
+    real_->resume(p, state);
+  }
   Measures measure() override { return real_->measure(); }
   std::uint64_t state_hash() override { return real_->state_hash(); }
   std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
