@@ -19,10 +19,10 @@ EDGE = ("court.frag", "smoothstep(-0.5, 7.0, box(p, kHalfPlay))", "step(0.0, box
 
 def draw(program, folder, scene, size, theme, edit):
     file = folder / "floor.png"
-    done = subprocess.run([program, "run", "--headless", "--scene", scene, "--size", size, "--theme", theme, "--overlay",
-                           "off", "-p", "500", "--seconds", "0.05", "--picture", str(file)], timeout=60, text=True,
-                          stderr=subprocess.PIPE, env={**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1",
-                                                       **(edited_shaders(edit, folder) if edit else {})})
+    command = [program, "run", "--headless", "--scene", scene, "--size", size, "--theme", theme, "--overlay", "off",
+               "-p", "500", "--seconds", "0.05", "--picture", str(file)]
+    environment = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", **(edited_shaders(edit, folder) if edit else {})}
+    done = subprocess.run(command, timeout=60, text=True, stderr=subprocess.PIPE, env=environment)
     if done.returncode == 3 and any(text in done.stderr for text in NO_GL):
         print("SKIPPED: no offscreen drawing here")
         sys.exit(SKIPPED)

@@ -61,14 +61,14 @@ class Source:
 
     def give(self, request, data):
         requestor, selection, kind, where, when = request.part[5:10]
-        self.x11.XChangeProperty(self.display, ctypes.c_ulong(requestor), ctypes.c_ulong(where), ctypes.c_ulong(kind), 8, 0,
-                                 data, len(data))
+        self.x11.XChangeProperty(self.display, ctypes.c_ulong(requestor), ctypes.c_ulong(where), ctypes.c_ulong(kind),
+                                 8, 0, data, len(data))
         self.send(requestor, [SELECTION_NOTIFY, 0, 1, 0, requestor, selection, kind, where, when])
 
     def drop(self, target, files, at):
         uris = "".join(f"file://{urllib.parse.quote(str(file))}\r\n" for file in files).encode()
-        self.x11.XSetSelectionOwner(self.display, ctypes.c_ulong(self.atom("XdndSelection")), ctypes.c_ulong(self.window),
-                                    ctypes.c_ulong(0))
+        self.x11.XSetSelectionOwner(self.display, ctypes.c_ulong(self.atom("XdndSelection")),
+                                    ctypes.c_ulong(self.window), ctypes.c_ulong(0))
         self.message(target, "XdndEnter", [self.window, 5 << 24, self.atom("text/uri-list"), 0, 0])
         self.message(target, "XdndPosition", [self.window, 0, at[0] << 16 | at[1], 0, self.atom("XdndActionCopy")])
         self.wait_for("XdndStatus")
