@@ -56,9 +56,16 @@ std::string without_unit(const std::string& text) {
   return is_number ? text.substr(0, space) : text;
 }
 
-double knob_share(double value, double low, double high, bool logarithmic) {
+double last_decimal(const char* format) {
+  const std::string text = format;
+  const std::size_t point = text.find("%.");
+  const bool is_given = point != std::string::npos && point + 2 < text.size();
+  return std::pow(0.1, is_given ? text[point + 2] - '0' : 3);
+}
+
+double knob_share(double value, double low, double high, bool logarithmic, double nearly_zero) {
   if (logarithmic) {
-    low = std::max(low, 1e-4 * high);
+    low = std::max(low, nearly_zero);
     value = std::log(std::max(value, low) / low);
     high = std::log(high / low);
     low = 0.0;
@@ -81,7 +88,7 @@ bool slide(const char* id, Number& value, const std::array<Number, 2>& ends, con
   const bool logarithmic = (flags & ImGuiSliderFlags_Logarithmic) != 0;
   write_beside(fmt::sprintf(format, value),
                knob_share(static_cast<double>(value), static_cast<double>(ends[0]),
-                          static_cast<double>(ends[1]), logarithmic),
+                          static_cast<double>(ends[1]), logarithmic, last_decimal(format)),
                knob_width(ImGui::GetItemRectSize().x, ends));
   return moved;
 }

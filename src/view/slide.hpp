@@ -7,9 +7,10 @@
 
 namespace pf {
 
-// The knob's place on a slider, from 0 to 1. Low ends of 0 on logarithmic sliders count as a ten thousandth
-// of the high end.
-double knob_share(double value, double low, double high, bool logarithmic);
+// The knob's place on a slider, from 0 to 1. nearly_zero: what a low end of 0 counts as on a logarithmic one.
+double knob_share(double value, double low, double high, bool logarithmic, double nearly_zero = 1e-5);
+// That of ImGui: a unit of the last decimal of the format, as 0.001 of "%.3f s".
+double last_decimal(const char* format);
 
 // The room beside a knob, from x0 to x1: of the two sides the larger. low, high: edges of the slider.
 struct BesideKnob {

@@ -33,6 +33,7 @@ struct Followed {
 // The way of the camera over half a second of wall time.
 Followed followed_at(int frames_per_s) {
   Followed followed;
+  followed.move({-6.7, 0.3}, 0.0);
   for (int i = 1; i <= frames_per_s / 2; ++i) {
     const double time_s = static_cast<double>(i) / frames_per_s;
     followed.move({-6.7 + 5.0 * time_s, 0.3}, 1.0 / frames_per_s);

@@ -80,6 +80,8 @@ TEST(Sliders, TheNumberStandsWhereTheKnobIsNot) {
     EXPECT_GT(room.x1 - room.x0, 75.0F) << share;
     EXPECT_TRUE(room.x0 >= 100.0F && room.x1 <= 300.0F) << share;
   }
+  EXPECT_DOUBLE_EQ(last_decimal("%.5f free times"), 1e-5);
+  EXPECT_NEAR(knob_share(5.2e-4, 0.0, 0.1, true, last_decimal("%.6f s")), 0.543, 1e-3) << "as ImGui draws it";
   EXPECT_EQ(without_unit("0.00100 free times"), "0.00100");
   EXPECT_EQ(without_unit("-12.5 rad/s"), "-12.5");
   EXPECT_EQ(without_unit("as time scale asks"), "as time scale asks");
@@ -230,8 +232,9 @@ TEST_F(Layout, MarksStandBesideEachOtherWithinTheWindow) {
           const auto marks = marks_of(stand);
           ASSERT_TRUE(marks.contains("Legend")) << text_of(stand);
           EXPECT_TRUE(is_within(drawn_, grown(free_, 1.0F)))
-              << text_of(stand) << ": drawn from " << drawn_.x0 << " to " << drawn_.x1 << ", free from "
-              << free_.x0 << " to " << free_.x1;
+              << text_of(stand) << ": drawn from " << drawn_.x0 << ", " << drawn_.y0 << " to " << drawn_.x1
+              << ", " << drawn_.y1 << ", free from " << free_.x0 << ", " << free_.y0 << " to " << free_.x1
+              << ", " << free_.y1 << "; legend to " << marks.at("Legend").y1;
           for (const auto& [name, rectangle] : marks) {
             EXPECT_TRUE(is_within(rectangle, free_)) << name << " at " << text_of(stand);
             for (const auto& [other, place] : marks)
