@@ -66,32 +66,39 @@ void GuiTiles::draw(ImDrawData& data, const Viewport& viewport) {
                      static_cast<float>(viewport.size.height));
   glProgramUniform1f(program_.get(), place("picture_height_px"), static_cast<float>(viewport.picture_height));
   glProgramUniform1i(program_.get(), place("font"), 0);
+  upload(data);
+  GLint first = 0;
   for (int i = 0; i < data.CmdListsCount; ++i) {
-    const ImDrawList& list = *data.CmdLists[i];
-    for (const ImDrawCmd& command : list.CmdBuffer) {
-      if (command.UserCallback == nullptr && command.ElemCount > 0) draw(list, command, viewport);
+    for (const ImDrawCmd& command : data.CmdLists[i]->CmdBuffer) {
+      const auto num = static_cast<GLsizei>(2 * command.ElemCount);  // a rectangle around each triangle
+      if (command.UserCallback == nullptr && num > 0 && set_scissor(command.ClipRect, viewport)) {
+        glBindTextureUnit(0, name_of(command.GetTexID()));
+        glDrawArrays(GL_TRIANGLES, first, num);
+      }
+      first += num;
     }
   }
   glDisable(GL_SCISSOR_TEST);
 }
 
-void GuiTiles::draw(const ImDrawList& list, const ImDrawCmd& command, const Viewport& viewport) {
-  if (!set_scissor(command.ClipRect, viewport)) return;
+// All corners at once, in a buffer of their own: a software rasteriser may still read those of an earlier
+// draw.
+void GuiTiles::upload(const ImDrawData& data) {
   words_.clear();
-  for (unsigned i = 0; i < command.ElemCount; ++i) {
-    const unsigned index = list.IdxBuffer[static_cast<int>(command.IdxOffset + i)];
-    append(list.VtxBuffer[static_cast<int>(command.VtxOffset + index)], words_);
+  for (int i = 0; i < data.CmdListsCount; ++i) {
+    const ImDrawList& list = *data.CmdLists[i];
+    for (const ImDrawCmd& command : list.CmdBuffer) {
+      for (unsigned k = 0; k < command.ElemCount; ++k) {
+        const unsigned index = list.IdxBuffer[static_cast<int>(command.IdxOffset + k)];
+        append(list.VtxBuffer[static_cast<int>(command.VtxOffset + index)], words_);
+      }
+    }
   }
-  const std::size_t bytes = words_.size() * sizeof(std::uint32_t);
-  if (bytes > capacity_) {
-    capacity_ = 2 * bytes;
-    corners_ = make_buffer();
-    glNamedBufferStorage(corners_.get(), static_cast<GLsizeiptr>(capacity_), nullptr, GL_DYNAMIC_STORAGE_BIT);
-  }
-  glNamedBufferSubData(corners_.get(), 0, static_cast<GLsizeiptr>(bytes), words_.data());
+  if (words_.empty()) return;
+  corners_ = make_buffer();
+  glNamedBufferStorage(corners_.get(), static_cast<GLsizeiptr>(words_.size() * sizeof(std::uint32_t)),
+                       words_.data(), 0);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 3, corners_.get());
-  glBindTextureUnit(0, name_of(command.GetTexID()));
-  glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(2 * command.ElemCount));  // a rectangle around each
 }
 
 }  // namespace pf

@@ -7,9 +7,7 @@
 #include "view/gl.hpp"
 #include "view/renderer.hpp"
 
-struct ImDrawCmd;
 struct ImDrawData;
-struct ImDrawList;
 
 namespace pf {
 
@@ -21,11 +19,10 @@ class GuiTiles {
   void draw(ImDrawData& data, const Viewport& viewport);
 
  private:
-  void draw(const ImDrawList& list, const ImDrawCmd& command, const Viewport& viewport);
+  void upload(const ImDrawData& data);
 
   GlProgram program_;
   GlBuffer corners_;
-  std::size_t capacity_ = 0;  // bytes
   GlVertexArray empty_array_;
   std::vector<std::uint32_t> words_;
 };

@@ -9,7 +9,8 @@ namespace pf {
 namespace {
 
 bool is_clear(const PxRect& place, const InsetRequest& request) {
-  return is_within(place, request.free) && overlap_px2(place, request.keep_clear) == 0.0F;
+  const PxRect inner = grown(request.free, 1.0F - request.margin_px);  // places are whole pixels
+  return is_within(place, inner) && overlap_px2(place, request.keep_clear) == 0.0F;
 }
 
 // Corners of the free region, the middles of its edges, and places beside what must stay clear.
