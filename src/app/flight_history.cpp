@@ -60,7 +60,10 @@ double FlightHistory::time_at(std::int64_t frame) const {
   return frame == 0 ? begin_s_ : frames_[static_cast<std::size_t>(frame - 1)].time_s;
 }
 
+// A frame that was flown in several pictures ends a rounding earlier or later.
 std::int64_t FlightHistory::frame_at(double time_s) const {
+  constexpr double kTolerance = 1e-9;
+  time_s += kTolerance * (time_at(latest()) - begin_s_);
   const auto after =
       std::upper_bound(frames_.begin(), frames_.end(), time_s,
                        [](double time, const FlownFrame& frame) { return time < frame.time_s; });

@@ -93,7 +93,9 @@ TEST(Fields, CoverEverySettingOnce) {
                                           "run.contact_clock_s",
                                           "run.profile",
                                           "run.profile_bins",
-                                          "run.relaunch"};
+                                          "run.relaunch",
+                                          "view.follow",
+                                          "view.magnifier"};
   std::set<std::string> found;
   for (const Field& field : fields()) EXPECT_TRUE(found.insert(field.path()).second) << field.path();
   EXPECT_EQ(found, expected);
