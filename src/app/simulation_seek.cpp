@@ -81,7 +81,8 @@ void Simulation::State::start_seek(std::int64_t target) {
     if (physics.ball.exists && !flight.end_energy_j)
       latest_flight->end_energy_j = backend->measure().energy_j();
   }
-  const bool goes_on = history.position() <= target && from->frame <= history.position();
+  const bool is_before = history.position() < target || (history.position() == target && !frame);
+  const bool goes_on = is_before && from->frame <= history.position();
   if (!goes_on) restore(*from);
   sought = target;
 }
