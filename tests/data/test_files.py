@@ -234,7 +234,7 @@ def killed(bench):
     """kill -9 at random moments: the dump opens, with all frames up to the last complete one."""
     h5, numpy = reader("h5py", "python3-h5py"), reader("numpy", "python3-numpy")
     moments, most = random.Random(3), 0
-    for k in range(12):
+    for k in range(10):
         for name in ("k.h5", "k.xdmf"):
             (bench.folder / name).unlink(missing_ok=True)
         compression = ("--dump-compression", "1") if k % 3 == 2 else ()
@@ -242,7 +242,7 @@ def killed(bench):
                               *compression)
         wait_until("dump", lambda: is_begun(bench.folder / "k.h5"))
         time.sleep(moments.uniform(0.0, 0.5))
-        if k == 11:  # is gone on from below
+        if k == 9:  # is gone on from below
             wait_until("frames", lambda: (bench.folder / "k.xdmf").read_text().count("<Time ") > 2)
         process.send_signal(signal.SIGKILL)
         process.wait()
@@ -293,7 +293,7 @@ def checkpoint_killed(bench):
     """kill -9 while checkpoints are written: there is always a whole one, never older than one that was there."""
     words = ("-p", "3000", "--method", "impulse", "--seconds", "600", "--checkpoint", "c.state", "--checkpoint-every", "1e-4")
     moments, before_s = random.Random(5), -1.0
-    for k in range(8):
+    for k in range(6):
         source = ("--from", "c.state") if k else ()
         process = bench.start(*(source + words[4:] if k else words))
         wait_until("checkpoint", lambda: is_begun(bench.folder / "c.state"))
