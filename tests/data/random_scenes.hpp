@@ -1,6 +1,7 @@
 // Small scenes drawn at random: every method, boundary, loss, contact clock, and kind of ball.
 #pragma once
 
+#include <cmath>
 #include <random>
 #include <string>
 
@@ -16,6 +17,13 @@ struct RandomScene {
   std::string text;
 };
 
+// A box of the size that would follow from the parcels: a flight's ghosts need it without them.
+inline void in_own_box(Settings& s) {
+  const double area_m2 = static_cast<double>(s.num_parcels) * 3.14159265 * 0.25 / s.area_fraction;
+  s.width_m = s.height_m = std::sqrt(area_m2);
+  s.box_follows_parcels = false;
+}
+
 // The first nine have each method in each world.
 inline RandomScene random_scene(unsigned number) {
   std::mt19937 random(1000 + number);
@@ -26,6 +34,7 @@ inline RandomScene random_scene(unsigned number) {
   const auto boundary = static_cast<Boundary>(number / 3 % 3);
   const double losses[] = {1.0, 0.9, 0.5};
   Settings s = gas(between(120, 300), 0.05 * between(1, 8), boundary);
+  in_own_box(s);
   s.method = method;
   s.restitution = losses[between(0, 2)];
   s.contact_clock = between(0, 1) * 0.3;  // long, so that contacts are within it

@@ -117,6 +117,7 @@ def draw_methods(axes, study):
     axes.axhline(0, color=FAINT, lw=0.8)
     if rows:
         axes.set_xscale("log")
+        axes.set_yscale("symlog", linthresh=1.0)
         axes.legend(frameon=False, fontsize=8.5)
     axes.set_xlabel("displacement per step, diameters")
     axes.set_ylabel("difference from theory, %")
