@@ -56,6 +56,13 @@ const SettingsChange* FlightHistory::next_change() const {
   return &changes_[num_changes_];
 }
 
+const Settings& FlightHistory::settings_at(std::int64_t frame, const Settings& here) const {
+  const Settings* last = &here;
+  for (std::size_t i = num_changes_; i < changes_.size() && changes_[i].frame <= frame; ++i)
+    last = &changes_[i].settings;
+  return *last;
+}
+
 double FlightHistory::time_at(std::int64_t frame) const {
   return frame == 0 ? begin_s_ : frames_[static_cast<std::size_t>(frame - 1)].time_s;
 }

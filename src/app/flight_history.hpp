@@ -47,6 +47,8 @@ class FlightHistory {
   // The next change of the settings that is due here; null: none.
   const SettingsChange* next_change() const;
   void pass_change() { ++num_changes_; }
+  // The settings after all changes that come from here to a later frame, that frame's own among them.
+  const Settings& settings_at(std::int64_t frame, const Settings& here) const;
   std::size_t num_changes() const { return num_changes_; }
 
   double time_at(std::int64_t frame) const;

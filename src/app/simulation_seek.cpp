@@ -55,11 +55,13 @@ void Simulation::State::restore(const Checkpoint& then) {
   history.go_to(then.frame, then.num_changes);
 }
 
-// Back by a second of display. Keeps the current settings: with others the flight goes on anew from there.
+// Back by a second of display. Keeps the current settings, those of the frame sought if it is not reached yet:
+// with others than its own the flight goes on anew from there.
 void Simulation::State::go_back() {
   const auto frames = static_cast<std::int64_t>(std::llround(kBack_s * settings.frame_rate_hz));
-  const Settings kept = settings_at_sought.value_or(settings);
-  start_seek(std::max<std::int64_t>(sought.value_or(history.position()) - frames, 0));
+  const std::int64_t from = sought.value_or(history.position());
+  const Settings kept = settings_at_sought.value_or(history.settings_at(from, settings));
+  start_seek(std::max<std::int64_t>(from - frames, 0));
   settings_at_sought = kept;
 }
 
