@@ -134,6 +134,7 @@ void InputLog::end_early(Simulation& simulation) {
 
 void InputLog::end_frame(Simulation& simulation) {
   note_inputs(simulation);
+  is_seek_ = is_seek_ && simulation.view().sought_s.has_value();  // not refused
   is_open_ = simulation.view().unfinished;
   if (!is_open_) complete_frame(simulation);
 }
@@ -141,12 +142,14 @@ void InputLog::end_frame(Simulation& simulation) {
 void InputLog::note_inputs(const Simulation& simulation) {
   const bool is_new = simulation.view().num_scenes != num_scenes_before_ ||
                       simulation.num_fallbacks() != num_fallbacks_before_;
-  frame_.edits.clear();
+  const Settings* edited = simulation.view().edited;
   if (is_new) {
     frame_.restart = simulation.settings();
-  } else if (asked_) {
-    frame_.edits = edits_between(settings_before_, *asked_, simulation.settings());
+    frame_.edits.clear();
+  } else if (asked_ && edited) {
+    frame_.edits = edits_between(settings_before_, *asked_, *edited);
   }
+  asked_.reset();  // the first picture of the frame makes its edits
 }
 
 void InputLog::complete_frame(Simulation& simulation) {

@@ -108,6 +108,7 @@ void Simulation::State::update_view() {
   }
   view.sought_s = sought ? std::optional(history.time_at(*sought)) : std::nullopt;
   view.asked = waiting.settings ? &*waiting.settings : nullptr;
+  view.edited = edited ? &*edited : nullptr;
   view.waits_for_step = changes_anything(waiting);
 }
 
@@ -124,6 +125,7 @@ Simulation::~Simulation() = default;
 
 void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   const std::int64_t scenes_before = view.num_scenes;
+  edited.reset();
   execute(commands);
   view.times = {};
   view.frame_totals = {};

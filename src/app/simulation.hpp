@@ -75,6 +75,7 @@ struct FrameView {
   bool unfinished = false;                 // the next picture goes on with the steps of this frame
   bool mid_step = false;                   // the last step, too, is unfinished
   std::uint32_t num_done = 0;              // steps of the frame
+  const Settings* edited = nullptr;        // after an edit of this picture that took effect; null: none did
   const Settings* asked = nullptr;         // settings that wait for the end of a step; null: none
   bool waits_for_step = false;             // there are such settings, or other commands
   const FlightHistory* history = nullptr;  // of the current flight, to the latest time reached

@@ -47,9 +47,9 @@ bool needs_new_parcels(const Settings& a, const Settings& b) {
   return spawned_from(a) != spawned_from(b);
 }
 
-void Simulation::State::apply_settings(const Settings& edited) {
-  check_settings(edited, "panel");
-  Settings with = edited;
+void Simulation::State::apply_settings(const Settings& wanted) {
+  check_settings(wanted, "panel");
+  Settings with = wanted;
   resolve(with);
   if (with.threads != settings.threads) change_threads(with);
   if (needs_new_parcels(settings, with)) {
@@ -116,9 +116,19 @@ void Simulation::State::save_scene(const std::string& name) {
   view.notice = fmt::format("Saved: {}", file.string());
 }
 
+// A refused edit leaves the other commands of the picture alone, since a log names those without it.
+void Simulation::State::edit_settings(const Settings& wanted) {
+  try {
+    change_settings(wanted);
+    edited = settings;
+  } catch (const UserError& error) {
+    view.message = error.what();
+  }
+}
+
 // Throws UserError if a command cannot be executed.
 void Simulation::State::apply_commands(const Commands& commands) {
-  if (commands.settings) change_settings(*commands.settings);
+  if (commands.settings) edit_settings(*commands.settings);
   if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
   if (commands.reset) reset(settings);
   if (!commands.scene.empty()) change_scene(commands.scene);

@@ -127,9 +127,9 @@ void Simulation::State::end_seek() {
   if (wanted && !(*wanted == settings)) change_settings(*wanted);
 }
 
-void Simulation::State::change_settings(const Settings& edited) {
+void Simulation::State::change_settings(const Settings& wanted) {
   const Settings before = settings;
-  apply_settings(edited);
+  apply_settings(wanted);
   note_change(before);
 }
 
@@ -146,13 +146,17 @@ void Simulation::State::note_change(const Settings& before) {
   history.change(before, settings);
 }
 
-// Input waits until the flight is where it is sought, but for a new target and a new start.
+// Input waits until the flight is where it is sought, but for a new target and a new start. That one keeps the
+// settings of the frame sought.
 Commands Simulation::State::admit_while_seeking() {
   const bool anew = starts_anew(waiting) && can_start_anew();
   const bool seeks = (waiting.seek_s || waiting.back) && !settings_at_sought;
   if (anew) {
+    const Settings kept = settings_at_sought.value_or(history.settings_at(*sought, settings));
     sought.reset();
+    settings_at_sought.reset();
     frame.reset();
+    apply_settings(kept);
     return std::exchange(waiting, {});
   }
   Commands now;

@@ -60,6 +60,7 @@ struct Simulation::State {
   double step_ms = 0.0;                  // of the last steps; 0: not known
   std::uint32_t num_frame_pictures = 1;  // of the last whole frame
   Commands waiting;                      // for the end of a step
+  std::optional<Settings> edited;        // by an edit of the picture that took effect
 
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
@@ -91,6 +92,7 @@ struct Simulation::State {
   void end_seek();
   void repeat_changes();
   void change_settings(const Settings& edited);
+  void edit_settings(const Settings& wanted);
   void note_change(const Settings& before);
   Commands admit_while_seeking();
   void apply_commands(const Commands& commands);

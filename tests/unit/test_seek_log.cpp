@@ -54,6 +54,10 @@ Commands wild_commands(std::mt19937_64& random, const FrameView& view) {
     case 11:
       if (random() % 4 == 0) edit([](Settings& s) { s.num_parcels = s.num_parcels > 500 ? 400 : 600; });
       break;
+    case 12:
+      edit([](Settings& s) { s.restitution = 2.0; });  // refused
+      if (random() % 2 == 0) commands.seek_s = latest_s / 2.0;
+      break;
     default:
       break;
   }
