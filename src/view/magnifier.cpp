@@ -15,7 +15,7 @@ constexpr double kBallShare = 0.3;      // of the side, usually
 constexpr double kMinNearer = 0.2, kMaxNearer = 12.0;
 constexpr float kSide_px = 190.0F;     // layout pixels
 constexpr float kMaxShare = 0.36F;     // of the free region
-constexpr float kMinSide_px = 90.0F;   // layout pixels
+constexpr float kMinSide_px = 64.0F;   // layout pixels
 constexpr double kMinParcel_px = 3.0;  // layout pixels
 
 }  // namespace
@@ -29,7 +29,7 @@ bool Magnifier::is_wanted(MagnifierMode mode, const FrameView& frame, const Came
 
 float Magnifier::side_px(float free_width_px, float free_height_px, float scale) {
   const float side = std::min(kSide_px * scale, kMaxShare * std::min(free_width_px, free_height_px));
-  return side < kMinSide_px * std::min(scale, 1.0F) ? 0.0F : std::floor(side);
+  return side < kMinSide_px * scale ? 0.0F : std::floor(side);
 }
 
 void Magnifier::set_look(const Look& look) {

@@ -17,7 +17,7 @@ from png import _chunks, _unfiltered, read_png
 
 SKIPPED = 77
 NO_GL = ("no OpenGL 4.5 without a display", "libEGL cannot be loaded")  # context_egl.cpp
-STILL = ("-p", "3000", "-t", "--ghosts", "--size", "640x360")
+STILL = ("-t", "--ghosts", "--size", "640x360")
 STRIP_SHARE = 0.09  # of the height: the overlay in one line has times, which differ between runs
 
 
@@ -34,8 +34,8 @@ def run(program, *words):
     return done
 
 
-def still(program, name, *words, scene="court"):
-    done = run(program, "--scene", scene, *STILL, *words, "--still", "0.2", name)
+def still(program, name, *words, scene="court", num_parcels=3000):
+    done = run(program, "--scene", scene, "-p", str(num_parcels), *STILL, *words, "--still", "0.2", name)
     check(done.returncode == 0, f"{name}: {done.stderr.strip()[-200:]}")
     return pathlib.Path(name)
 
@@ -77,14 +77,14 @@ def enlarged(program):
 
 def tiles(program):
     """However it is divided, each pixel is the same: discs, counted parcels, paths, text, magnifier."""
-    cases = (("court", ()), ("regulation", ("--magnifier", "on")), ("gas", ()),
-             ("court", ("-p", "60000", "--theme", "light", "--picture-transparent")))
-    for scene, words in cases:
+    cases = (("court", 3000, ()), ("regulation", 3000, ("--magnifier", "on")), ("gas", 3000, ()),
+             ("court", 60000, ("--theme", "light", "--picture-transparent")))
+    for scene, num_parcels, words in cases:
         size = ("--picture-size", "960x540", "--overlay", "compact", *words)
-        whole = still(program, "whole.png", *size, "--picture-tile", "960", scene=scene)
+        whole = still(program, "whole.png", *size, "--picture-tile", "960", scene=scene, num_parcels=num_parcels)
         name = f"{scene} {' '.join(words)}"
         for tile in ("200", "37"):
-            parts = still(program, "parts.png", *size, "--picture-tile", tile, scene=scene)
+            parts = still(program, "parts.png", *size, "--picture-tile", tile, scene=scene, num_parcels=num_parcels)
             different = sum(a != b for a, b in zip(pixels(whole), pixels(parts)))
             check(different == 0, f"{name}: tiles of {tile}: {different} pixels differ")
         colors = len(set(pixels(whole)))

@@ -27,7 +27,7 @@ ENDINGS = ("hpp", "cpp", "cuh", "cu", "py", "md", "frag", "vert", "comp", "glsl"
 LIMIT_S = 60
 
 # Named in texts, but made by a build or by the program.
-MADE = {"tests/determinism_tests", "sweep.svg"}
+MADE = {"tests/determinism_tests", "sweep.svg", "paths.svg"}
 # Commands that a test cannot run, and why. Their scripts exist and can be started.
 NOT_RUN = {"scripts/pictures": "needs a screen and minutes", "scripts/fresh-root": "needs root, the network and minutes"}
 

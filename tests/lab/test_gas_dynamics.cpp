@@ -34,12 +34,13 @@ TEST(GasDynamics, AShockObeysTheConservationLaws) {
   EXPECT_NEAR(row.at("energy_ratio").get<double>(), 1.0, 1e-6);
 }
 
-// A restitution of 0.99 takes 2 % of the energy of each approach: the gas behind the front is cooler and
-// denser.
+// A restitution of 0.99 takes 2 % of the energy of each approach: the gas behind the front is cooler, its
+// pressure is less, and so the front is slower (by 24, 13 and 10 % or more in three seeds).
 TEST(GasDynamics, AShockThatLosesEnergyIsNoticed) {
   const json row = small_shock({Method::exact, 0.0, 0.99});
   EXPECT_LT(error_of(row, "temperature"), -0.1);
-  EXPECT_GT(error_of(row, "density"), 0.03);
+  EXPECT_LT(error_of(row, "pressure"), -0.08);
+  EXPECT_LT(error_of(row, "front_speed"), -0.07);
 }
 
 // The ideal gas as equation of state for discs at area fraction 0.2: 33 % more density.
