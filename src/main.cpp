@@ -147,6 +147,7 @@ StageRun run_on_stage(const Options& options) {
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
   record.set_device(simulation.backend().device());
+  record.set_part("clock_s", view.simulated_s);  // less than simulated_s after a jump back
   nlohmann::json report = record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
                                         view.ball_distance_m);
   if (view.profile != nullptr) report["profile"] = profile_report(view);

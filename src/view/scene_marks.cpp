@@ -198,7 +198,7 @@ void SceneMarks::show_magnifier(const FrameView& frame, const ScenePlace& scene)
   }
   if (!magnifier_) return;
   const auto& [x0, y0, x1, y1] = *magnifier_;
-  rectangles_["Magnifier"] = {x0, y0, x1, y1};
+  rectangles_["Magnifier square"] = {x0, y0, x1, y1};
   paint_magnifier_frame(
       *magnifier_,
       {scene.camera.metres_per_px / scene.magnifier_metres_per_px, scene.magnifier_metres_per_px},

@@ -82,17 +82,17 @@ def magnifier_alone(bench):
     """Where the ball is a dot, its magnifier is there by itself, clear of ball and legend; N takes it away."""
     file = bench.folder / "magnified.png"
     with bench.open(*WIDE, *SMALL_BALL, "-t", "--picture", str(file)) as window:
-        window.wait_for_control("Magnifier")
-        inset = window.controls()["Magnifier"]
+        window.wait_for_control("Magnifier square")
+        inset = window.controls()["Magnifier square"]
         legend = window.controls()["Legend"]
         check(318 <= inset[0] and inset[2] <= 1200 and 0 <= inset[1] and inset[3] <= 700, f"in the window: {inset}")
         check(apart(inset, legend), f"beside the legend: {legend}")
         window.press_key("n")
-        window.wait_for_control("Magnifier", there=False)
+        window.wait_for_control("Magnifier square", there=False)
         window.press_key("n")
-        window.wait_for_control("Magnifier")
+        window.wait_for_control("Magnifier square")
         time.sleep(0.3)
-        inset = window.controls()["Magnifier"]
+        inset = window.controls()["Magnifier square"]
         window.stop()
     check(len(yellow(read_png(file), inset)) > 900, "a large ball in it")
 
@@ -103,14 +103,14 @@ def magnifier_key(bench):
     for notches in (0, 4):
         file = bench.folder / f"nearer{notches}.png"
         with bench.open(*WIDE, *NEARLY_STILL, "--picture", str(file)) as window:
-            check("Magnifier" not in window.controls(), "not by itself")
+            check("Magnifier square" not in window.controls(), "not by itself")
             window.press_key("n")
-            window.wait_for_control("Magnifier")
+            window.wait_for_control("Magnifier square")
             time.sleep(0.3)
             start = window.controls()["Ball's start"]
-            window.scroll_over("Magnifier", notches)
+            window.scroll_over("Magnifier square", notches)
             time.sleep(0.3)
-            inset = window.controls()["Magnifier"]
+            inset = window.controls()["Magnifier square"]
             check(window.controls()["Ball's start"] == start, "the court stays")
             window.stop()
         counts.append(len(yellow(read_png(file), inset)))
@@ -142,7 +142,7 @@ def large_text(bench):
                 window.wait_for_control("Restitution", there=False)
                 time.sleep(0.3)
             marks = {name: place for name, place in window.controls().items()
-                     if name == "Legend" or name.startswith(("Number", "Magnifier")) or name.endswith(" notice")}
+                     if name == "Legend" or name.startswith(("Number", "Magnifier square")) or name.endswith(" notice")}
             check(len(marks) >= 3, f"marks: {sorted(marks)}")
             for name, place in marks.items():
                 left = 0 if hidden else 450

@@ -84,12 +84,12 @@ def cue_keys(bench):
         window.click("Cue 2")
         window.wait_for_control(title("Beta"))
         time.sleep(0.6)
-        place = window.controls()[title("Beta")]
+        place, bar = window.controls()[title("Beta")], window.controls()["Timeline"]
         report = window.stop()
     check(report["restitution"] == 0.25 and report["simulated_s"] == 0.0, f"the cue's settings: {report['restitution']}")
     picture = read_png(file)
     check(lit(picture, place) > 150, f"the title is in the picture, at {place}: {lit(picture, place)} pixels")
-    check(place[0] > 318 and place[3] < picture.height - 100, "beside the panel, above the overlay")
+    check(place[0] > 318 and place[3] <= bar[1], f"beside the panel, above the timeline: {place[3]:.0f} <= {bar[1]:.0f}")
 
 
 def cue_list_files(bench):
@@ -153,7 +153,7 @@ def cue_film(bench):
         report = window.stop()
     num = report["record"]["frames"]
     bright = [letters(frame(str(film), at), 640, 360) for at in (*range(10, min(90, num - 2), 10), num - 2)]
-    check(max(bright) > 60 and bright[-1] < 5, f"letters at the lower left, at first and at the end: {bright}")
+    check(max(bright) > 20 and bright[-1] < 5, f"letters at the lower left, at first and at the end: {bright}")
 
 
 def letters(rgb, width, height):

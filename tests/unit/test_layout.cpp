@@ -250,7 +250,7 @@ TEST_F(Layout, MarksStandBesideEachOtherWithinTheWindow) {
 TEST_F(Layout, TheMagnifierHasAPlace) {
   for (const float scale : {1.0F, 2.0F}) {
     const auto marks = marks_of({1280.0F, 720.0F, scale, true, 2});
-    EXPECT_TRUE(marks.contains("Magnifier")) << scale;
+    EXPECT_TRUE(marks.contains("Magnifier square")) << scale;
   }
 }
 
