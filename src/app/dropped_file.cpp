@@ -7,6 +7,7 @@
 #include <cctype>
 
 #include "core/text.hpp"
+#include "scene/cue_list.hpp"
 
 namespace pf {
 namespace {
@@ -38,23 +39,28 @@ DroppedKind kind_of_dropped(const fs::path& file) {
     const toml::table document = toml::parse_file(file.string());
     if (document.contains("frame") && document.contains("settings")) return DroppedKind::log;
   } catch (const toml::parse_error&) {
-    // Loading a scene names the line.
+    // Loading a scene or a list names the line.
   }
+  if (is_toml && is_cue_list(file)) return DroppedKind::cues;
   return is_toml ? DroppedKind::scene : DroppedKind::other;
 }
 
 DropAnswer answer_drop(const std::vector<fs::path>& files) {
-  if (files.size() != 1) return {"", "Drop one file at a time: a scene, NAME.toml"};
+  if (files.size() != 1) return {"", "", "Drop one file at a time: a scene or a cue list, NAME.toml"};
   const fs::path& file = files.front();
   switch (kind_of_dropped(file)) {
     case DroppedKind::scene:
-      return {file.string(), ""};
+      return {file.string(), "", ""};
+    case DroppedKind::cues:
+      return {"", file.string(), ""};
     case DroppedKind::log:
-      return {"", fmt::format("{} is the log of a flight; type: pickleflight run {}",
-                              in_quotes(file.filename().string()), for_shell(file.string()))};
+      return {"", "",
+              fmt::format("{} is the log of a flight; type: pickleflight run {}",
+                          in_quotes(file.filename().string()), for_shell(file.string()))};
     default:
-      return {"", fmt::format("{} cannot be dropped here; a scene can, NAME.toml",
-                              in_quotes(file.filename().string()))};
+      return {"", "",
+              fmt::format("{} cannot be dropped here; a scene or a cue list can, NAME.toml",
+                          in_quotes(file.filename().string()))};
   }
 }
 

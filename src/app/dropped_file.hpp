@@ -8,17 +8,18 @@
 
 namespace pf {
 
-enum class DroppedKind : std::uint8_t { scene, log, other };
+enum class DroppedKind : std::uint8_t { scene, cues, log, other };
 
-// By its content, which decides, not by its name. A cue list, as another kind, belongs here.
+// By its content, which decides, not by its name.
 DroppedKind kind_of_dropped(const std::filesystem::path& file);
 
 struct DropAnswer {
   std::string scene;  // file to load; empty: none
+  std::string cues;   // list to load; empty: none
   std::string line;   // to say; empty: nothing
 };
 
-// Never throws. A scene that cannot run is refused when it is loaded.
+// Never throws. A scene or a list that cannot run is refused when it is loaded.
 DropAnswer answer_drop(const std::vector<std::filesystem::path>& files);
 
 }  // namespace pf

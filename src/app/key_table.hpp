@@ -17,7 +17,7 @@ inline constexpr KeyRow kMouseRows[] = {
     {"drag elsewhere, right drag", "pan"},
     {"wheel / double click", "zoom at the pointer or in the magnifier / fit the view"},
     {"drag on the bar below the scene", "back and forth through this flight"},
-    {"drop a scene file", "load it"}};
+    {"drop a scene or cue list", "load it"}};
 
 inline constexpr KeyRow kKeyRows[] = {
     {"space / S", "pause, go on / one frame, while paused"},

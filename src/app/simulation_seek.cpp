@@ -55,8 +55,8 @@ void Simulation::State::restore(const Checkpoint& then) {
   history.go_to(then.frame, then.num_changes);
 }
 
-// Back by a second of display. Keeps the current settings, those of the frame sought if it is not reached yet:
-// with others than its own the flight goes on anew from there.
+// Back by a second of display. Keeps the current settings, those of the frame sought if it is not reached
+// yet: with others than its own the flight goes on anew from there.
 void Simulation::State::go_back() {
   const auto frames = static_cast<std::int64_t>(std::llround(kBack_s * settings.frame_rate_hz));
   const std::int64_t from = sought.value_or(history.position());
@@ -146,8 +146,8 @@ void Simulation::State::note_change(const Settings& before) {
   history.change(before, settings);
 }
 
-// Input waits until the flight is where it is sought, but for a new target and a new start. That one keeps the
-// settings of the frame sought.
+// Input waits until the flight is where it is sought, but for a new target and a new start. That one keeps
+// the settings of the frame sought.
 Commands Simulation::State::admit_while_seeking() {
   const bool anew = starts_anew(waiting) && can_start_anew();
   const bool seeks = (waiting.seek_s || waiting.back) && !settings_at_sought;

@@ -35,6 +35,7 @@ void Stage::take_dropped(const std::vector<std::string>& files, Commands& comman
     commands.scene = answer.scene;
     switches_.fit_camera = true;
   }
+  if (!answer.cues.empty()) load_cues(answer.cues);
   constexpr double kReadAndTyped_s = 10.0;
   if (!answer.line.empty()) notice_.show(answer.line, Clock::now(), kReadAndTyped_s);
 }

@@ -107,19 +107,23 @@ MINI = '[scene]\nname = "mini"\n[world]\nboundary = "walls"\n[air]\nnum_parcels 
 
 
 def drop(bench):
-    """A scene that is dropped is loaded; a log is refused with the command to type, the rest with what can be dropped."""
+    """A scene or a cue list that is dropped is loaded; a log is refused with the command to type, the rest with what can be dropped."""
     (bench.folder / "a scene.toml").write_text(MINI)
+    (bench.folder / "talk.toml").write_text('[[cue]]\ntitle = "Alpha"\nair.restitution = 0.3\n')
     (bench.folder / "picture.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(100))
     log = bench.folder / "flight.toml"
     subprocess.run([bench.program, "--headless", "-p", "300", "--seconds", "0.05", "--log", str(log)], check=True,
                    stderr=subprocess.DEVNULL)
     with bench.open() as window:
         source = Source(bench.screen.name)
-        for name, line in (("picture.png", "cannot be dropped here; a scene can"),
+        for name, line in (("picture.png", "cannot be dropped here; a scene or a cue list can"),
                            ("flight.toml", f"is the log of a flight; type: pickleflight run {log}")):
             source.drop(int(window.id), [bench.folder / name], (500, 300))
             wait_for(f"line about {name}", lambda: any(line in label for label in window.controls()))
             print(f"ok: {name}: {line}")
+        source.drop(int(window.id), [bench.folder / "talk.toml"], (500, 300))
+        window.wait_for_control("Cue title: Alpha")
+        print("ok: a cue list begins with its first cue")
         source.drop(int(window.id), [bench.folder / "a scene.toml"], (500, 300))
         time.sleep(1.0)
         report = window.stop()

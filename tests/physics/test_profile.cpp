@@ -73,7 +73,8 @@ TEST(Profile, EmptyBinsHaveNoVelocity) {
   EXPECT_TRUE(std::isnan(rows[0].velocity_mps));
   EXPECT_EQ(rows[1].num, 1);
   EXPECT_NEAR(rows[1].velocity_mps, 2.0, 1e-5);
-  EXPECT_NEAR(rows[1].speed_mps, 0.0, std::sqrt(0.25 * kProfileSquareUnit) * 1e-6);  // half a count of the square
+  EXPECT_NEAR(rows[1].speed_mps, 0.0,
+              std::sqrt(0.25 * kProfileSquareUnit) * 1e-6);  // half a count of the square
 }
 
 TEST(Profile, ADiscInTheMiddleStartsHot) {

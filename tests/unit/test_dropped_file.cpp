@@ -37,6 +37,18 @@ TEST(DroppedFile, ALogNamesTheCommandToType) {
       << answer_drop({spaced}).line;
 }
 
+TEST(DroppedFile, ACueListIsLoaded) {
+  TemporaryFolder folder;
+  for (const char* text :
+       {"[[cue]]\ntitle = \"A\"\n", "[[cue]]\ntitle = \n"}) {  // loading says what is wrong
+    const auto list = folder.write("talk.toml", text);
+    EXPECT_EQ(kind_of_dropped(list), DroppedKind::cues) << text;
+    EXPECT_EQ(answer_drop({list}).cues, list.string());
+    EXPECT_EQ(answer_drop({list}).scene, "");
+    EXPECT_EQ(answer_drop({list}).line, "");
+  }
+}
+
 TEST(DroppedFile, AnythingElseIsRefusedInOneLine) {
   TemporaryFolder folder;
   const std::vector<std::filesystem::path> others = {folder.path(), folder.path() / "absent.toml",
@@ -46,7 +58,7 @@ TEST(DroppedFile, AnythingElseIsRefusedInOneLine) {
     EXPECT_EQ(kind_of_dropped(file), DroppedKind::other) << file;
     const DropAnswer answer = answer_drop({file});
     EXPECT_EQ(answer.scene, "") << file;
-    EXPECT_TRUE(contains(answer.line, "a scene can, NAME.toml")) << answer.line;
+    EXPECT_TRUE(contains(answer.line, "a scene or a cue list can, NAME.toml")) << answer.line;
     EXPECT_FALSE(contains(answer.line, "\n"));
   }
   EXPECT_TRUE(contains(answer_drop({others[2], others[3]}).line, "one file at a time"));

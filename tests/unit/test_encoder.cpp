@@ -100,7 +100,8 @@ TEST_F(Film, AnimatedPicturesHaveAllFrames) {
     Bytes frame = white_above(64, 48);
     Encoder encoder(folder_.path() / name, 64, 48, 20.0);
     for (std::size_t i = 0; i < 12; ++i) {
-      for (std::size_t x = 5 * i; x < 5 * i + 5; ++x) frame[4 * x] = 255;  // another one each time: libwebp joins equal ones
+      for (std::size_t x = 5 * i; x < 5 * i + 5; ++x)
+        frame[4 * x] = 255;  // another one each time: libwebp joins equal ones
       for (std::size_t alpha = 3; alpha < frame.size(); alpha += 4) frame[alpha] = 0;
       encoder.add_frame(frame);
     }
