@@ -27,6 +27,7 @@ test_packages=(
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy
   libclang-rt-dev                  # the memory sanitizer
+  python3-pip                      # readers of dumps that are on PyPI only
   dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
 )
 
