@@ -95,15 +95,13 @@ Arguments input_arguments(int width_px, int height_px, double frame_rate_hz) {
 }
 
 // A GIF has 256 colours, chosen for what moves in it.
+const std::string kGifColors =
+    "vflip,format=rgb24,split[a][b];[a]palettegen=stats_mode=diff[p];"
+    "[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle";
+
 Arguments clip_arguments(const std::string& encoder) {
-  if (encoder != "gif") return {"-vf", "vflip,format=rgb24", "-c:v", encoder, "-quality", "80", "-loop", "0"};
-  return {"-vf",
-          "vflip,format=rgb24,split[a][b];[a]palettegen=stats_mode=diff[p];"
-          "[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle",
-          "-c:v",
-          "gif",
-          "-loop",
-          "0"};
+  if (encoder == "gif") return {"-vf", kGifColors, "-c:v", "gif", "-loop", "0"};
+  return {"-vf", "vflip,format=rgb24", "-c:v", encoder, "-quality", "80", "-loop", "0"};
 }
 
 Arguments ffmpeg_arguments(const fs::path& file, int width_px, int height_px, double frame_rate_hz,
