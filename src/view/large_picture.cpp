@@ -105,7 +105,7 @@ class Painter {
   static void copy(const std::vector<std::uint8_t>& from, const Tile& tile, Pixels& to) {
     const std::size_t row_bytes = std::size_t{4} * static_cast<std::size_t>(tile.size.width);
     for (int y = 0; y < tile.size.height; ++y) {
-      const auto row = static_cast<std::size_t>(tile.origin_px.y + y);
+      const auto row = static_cast<std::size_t>(tile.origin_px.y) + static_cast<std::size_t>(y);
       const std::size_t at =
           4 * (row * static_cast<std::size_t>(to.size.width) + static_cast<std::size_t>(tile.origin_px.x));
       std::memcpy(&to.rgba[at], &from[static_cast<std::size_t>(y) * row_bytes], row_bytes);

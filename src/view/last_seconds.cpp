@@ -67,14 +67,14 @@ void LastSeconds::take(GLuint framebuffer, const ViewRegion& source) {
   if (!reader_) {
     size_ = clip_size({static_cast<int>(source.width_px), static_cast<int>(source.height_px)});
     reduced_.resize(size_.width, size_.height);
-    reader_.emplace(size_, kMaxHeld, [this](HeldFrame frame) { keep(std::move(frame)); });
+    reader_.emplace(size_, kMaxHeld, [this](const HeldFrame& frame) { keep(frame); });
   }
   reduce(framebuffer, source, reduced_);
   reading_.push_back(now);
   reader_->read(reduced_.framebuffer());
 }
 
-void LastSeconds::keep(HeldFrame frame) {
+void LastSeconds::keep(const HeldFrame& frame) {
   frames_.push_back({reading_.front(), std::make_shared<const std::vector<std::uint8_t>>(frame.rgba.begin(),
                                                                                          frame.rgba.end())});
   reading_.pop_front();

@@ -52,7 +52,7 @@ class LastSeconds {
   void finish();
 
  private:
-  void keep(HeldFrame frame);
+  void keep(const HeldFrame& frame);
 
   int seconds_;
   bool is_on_ = false;
