@@ -60,10 +60,10 @@ class Source:
         raise AssertionError(f"the window does not answer with {name}")
 
     def give(self, request, data):
-        requestor, selection, kind, where, when = request.part[5:10]
-        self.x11.XChangeProperty(self.display, ctypes.c_ulong(requestor), ctypes.c_ulong(where), ctypes.c_ulong(kind),
+        asking, selection, kind, where, when = request.part[5:10]
+        self.x11.XChangeProperty(self.display, ctypes.c_ulong(asking), ctypes.c_ulong(where), ctypes.c_ulong(kind),
                                  8, 0, data, len(data))
-        self.send(requestor, [SELECTION_NOTIFY, 0, 1, 0, requestor, selection, kind, where, when])
+        self.send(asking, [SELECTION_NOTIFY, 0, 1, 0, asking, selection, kind, where, when])
 
     def drop(self, target, files, at):
         uris = "".join(f"file://{urllib.parse.quote(str(file))}\r\n" for file in files).encode()

@@ -47,7 +47,7 @@ def film_key(bench):
     """F9 starts and stops, twice; between, inputs; the films are what was flown, without the panel."""
     with bench.open(*SIZE) as window:
         window.press_key("F9")
-        time.sleep(0.6)
+        time.sleep(1.0)
         window.press_key("F9")
         wait_for("end of the first film", lambda: "[[frame]]" in pathlib.Path("court.mp4.toml").read_text())
         window.drag_slider("Restitution", 0.9, 0.3)
@@ -63,7 +63,7 @@ def film_key(bench):
     check([film["file"] for film in films] == ["court.mp4", "court-2.mp4"], f"two films: {films}")
     for film in films:
         found, complaints = probe(film["file"])
-        check(complaints == "" and found["nb_read_frames"] == film["frames"] > 5,
+        check(complaints == "" and found["nb_read_frames"] == film["frames"] > 2,
               f"{film['file']}: {film['frames']} frames, {found}")
         check((found["width"], found["height"], found["r_frame_rate"]) == (WIDTH, HEIGHT, "60/1"), "size and rate")
         check(film["dropped"] == 0, "nothing dropped")
