@@ -22,12 +22,14 @@ test_packages=(
   libgtest-dev python3:python3
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
   codespell:codespell              # misspelt words
-  hdf5-tools:h5ls python3-h5py python3-mdanalysis  # readers of dumps; pyh5md, and VTK's of XDMF, are on PyPI only
+)
+reader_packages=(                  # readers of dumps; tests are skipped without them
+  hdf5-tools:h5ls python3-h5py python3-mdanalysis
+  python3-pip                      # for pyh5md, and VTK's reader of XDMF, which are on PyPI only
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy
   libclang-rt-dev                  # the memory sanitizer
-  python3-pip                      # readers of dumps that are on PyPI only
   dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
 )
 
