@@ -164,18 +164,25 @@ void CudaBackend::draw(const DrawBuffers& buffers) {
 }
 
 ParcelSnapshot CudaBackend::snapshot() {
-  ParcelSnapshot snapshot{std::vector<Vec2i>(num_parcels_), std::vector<Vec2f>(num_parcels_),
-                          read_state().step};
-  if (num_parcels_ == 0) return snapshot;
+  ParcelSnapshot snapshot;
+  take_snapshot(snapshot);
+  return snapshot;
+}
+
+// Uses the memory of `to` again.
+void CudaBackend::take_snapshot(ParcelSnapshot& to) {
+  to.position.resize(num_parcels_);
+  to.velocity.resize(num_parcels_);
+  to.step = read_state().step;
+  if (num_parcels_ == 0) return;
   const DeviceBuffer<Vec2i> position(num_parcels_);
   const DeviceBuffer<Vec2f> velocity(num_parcels_);
   launch_scatter_by_id(current_parcels(), num_parcels_, position.data(), velocity.data(), stream_);
-  PF_CUDA(cudaMemcpyAsync(snapshot.position.data(), position.data(), num_parcels_ * sizeof(Vec2i),
+  PF_CUDA(cudaMemcpyAsync(to.position.data(), position.data(), num_parcels_ * sizeof(Vec2i),
                           cudaMemcpyDeviceToHost, stream_));
-  PF_CUDA(cudaMemcpyAsync(snapshot.velocity.data(), velocity.data(), num_parcels_ * sizeof(Vec2f),
+  PF_CUDA(cudaMemcpyAsync(to.velocity.data(), velocity.data(), num_parcels_ * sizeof(Vec2f),
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaStreamSynchronize(stream_));
-  return snapshot;
 }
 
 std::vector<MeasurePart> CudaBackend::measure_parts() {

@@ -90,6 +90,7 @@ class CudaBackend final : public Backend {
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
+  void take_snapshot(ParcelSnapshot& to);
   std::vector<MeasurePart> measure_parts();
   StepState read_state();
   void write_state(const StepState& state);

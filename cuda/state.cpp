@@ -29,7 +29,7 @@ void order_by_id(const std::vector<T>& sorted, const std::vector<std::uint32_t>&
 }  // namespace
 
 void CudaBackend::save(BackendState& state) {
-  state.parcels = snapshot();
+  take_snapshot(state.parcels);
   state.ball = read_state().ball;
   state.ball_was_set = ball_was_set_;
   state.exact_s = exact_.time_s();
