@@ -69,6 +69,18 @@ void make_font_texture() {
 #endif
 }
 
+// From 1.92 on a letter enters the texture when it is first shown, and its edges depend a little on its place
+// there. All letters enter at once, so that a picture does not depend on figures that were shown before it.
+// Call after NewFrame.
+void load_letters() {
+#if IMGUI_VERSION_NUM >= 19200
+  for (const float size : {0.8F, 0.85F, 0.9F, 0.92F, 1.0F, 1.25F}) {  // of texts over the scene
+    ImFontBaked* letters = ImGui::GetFont()->GetFontBaked(size * ImGui::GetFontSize());
+    for (ImWchar letter = ' '; letter <= '~'; ++letter) letters->FindGlyph(letter);
+  }
+#endif
+}
+
 struct GuiColors {
   ImVec4 ground, field, field_hot, field_active, accent, text, dim, border, grab, selection;
 };
@@ -200,6 +212,7 @@ void Gui::apply_style(Theme theme, float scale) {
   if (scale != scale_) {
     ImGui::GetIO().Fonts->Clear();
     load_font(scale);
+    is_rescaled_ = true;
   }
   theme_ = theme;
   scale_ = scale;
@@ -232,6 +245,8 @@ void Gui::begin_frame(SizePx size, double frame_s) {
     io.DeltaTime = static_cast<float>(std::max(frame_s, 1e-4));
   }
   ImGui::NewFrame();
+  if (is_rescaled_) load_letters();
+  is_rescaled_ = false;
 }
 
 void Gui::end_frame() { ImGui::Render(); }

@@ -62,6 +62,7 @@ class Gui {
   ImGuiContext* imgui_;
   Theme theme_ = Theme::dark;
   float scale_ = 0.0F;
+  bool is_rescaled_ = false;  // since the last frame
 };
 
 }  // namespace pf
