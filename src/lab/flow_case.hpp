@@ -54,8 +54,9 @@ struct DragCase {
   std::int64_t seed = 1;
 };
 // Keys: drag (coefficient, F / (rho V^2 R_c)), drag_first (in the first half of the measurement), hits,
-// num_parcels, area_fraction, ball_radius, ns_per_disc_time, and of the cell in front of the ball, over the
-// stream's: stagnation_density, stagnation_temperature, stagnation_pressure (by the equation of state).
+// start, num_parcels, area_fraction, ball_radius, ns_per_disc_time, and of the cell in front of the ball,
+// over the stream's: stagnation_density, stagnation_temperature, stagnation_pressure (by the equation of
+// state).
 nlohmann::json measure_drag(const DragCase& drag, const FlowSteps& steps, Backend& backend);
 
 }  // namespace pf

@@ -142,6 +142,7 @@ json measure_drag(const DragCase& c, const FlowSteps& steps, Backend& backend) {
   json row = {{"drag", drag_coefficient(plan, first + second, time)},
               {"drag_first", drag_coefficient(plan, first, 0.5 * time)},
               {"hits", hits},
+              {"start", c.start},
               {"num_parcels", plan.num_parcels},
               {"area_fraction", plan.area_fraction},
               {"ball_radius", plan.radius},
