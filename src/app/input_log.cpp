@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/flight_pair.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -60,7 +61,7 @@ std::string frame_text(const LoggedFrame& frame) {
   if (frame.seek_s) text += fmt::format("seek = {}\n", *frame.seek_s);
   if (frame.max_steps) text += fmt::format("max_steps = {}\n", *frame.max_steps);
   if (!frame.hash.empty()) text += fmt::format("hash = {}\n", toml_string(frame.hash));
-  return text;
+  return text + second_text(frame.second);
 }
 
 std::string hash_of(Simulation& simulation) {
@@ -72,15 +73,6 @@ std::string hash_of(Simulation& simulation) {
 const std::vector<std::string>& comparison_names() {
   static const std::vector<std::string> names = {"none", "next_method", "half_step", "scene_step"};
   return names;
-}
-
-std::vector<CommandSwitch> command_switches() {
-  return {{"toggle_pause", &Commands::toggle_pause},
-          {"single_step", &Commands::single_step},
-          {"reset", &Commands::reset},
-          {"launch", &Commands::launch},
-          {"hold", &Commands::hold},
-          {"back", &Commands::back}};
 }
 
 namespace {
@@ -105,7 +97,9 @@ void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
   if (is_open_ && simulation.view().unfinished && !seeks) return;
   if (is_open_) end_early(simulation);
   is_open_ = false;
+  if (!commands.split) note_second();
   frame_ = {};
+  frame_.second.split = commands.split;
   frame_.number = num_frames_;
   for (const CommandSwitch& one : command_switches()) {
     if (commands.*one.member) frame_.presses.emplace_back(one.name);
@@ -159,10 +153,28 @@ void InputLog::complete_frame(Simulation& simulation) {
     frame_.hash = hash_of(simulation);
     is_hash_due_ = false;
   }
-  const bool has_launch = frame_.fly || frame_.compare != Comparison::none || frame_.time_scale_factor != 1.0;
+  is_second_hash_due_ = is_second_hash_due_ || !frame_.hash.empty();
+  const bool has_launch = frame_.fly || frame_.second.split || frame_.compare != Comparison::none ||
+                          frame_.time_scale_factor != 1.0;
   const bool has_input = frame_.restart || has_launch || frame_.seek_s || frame_.max_steps ||
                          !frame_.edits.empty() || !frame_.presses.empty();
   if (has_input || !frame_.hash.empty()) note(frame_);
+}
+
+// The second flight's end of the last frame, which may be later than the first one's.
+void InputLog::note_second() {
+  LoggedFrame last;
+  last.number = num_frames_ - 1;
+  if (pair_ != nullptr) last.second.max_steps = pair_->second_cut();
+  if (is_second_hash_due_) last.second.hash = second_hash();
+  is_second_hash_due_ = false;
+  if (last.second.max_steps || !last.second.hash.empty()) note(last);
+}
+
+// Empty unless there is a second flight and its frame is done.
+std::string InputLog::second_hash() const {
+  Simulation* second = pair_ != nullptr ? pair_->second() : nullptr;
+  return second != nullptr && pair_->is_whole() ? hash_of(*second) : "";
 }
 
 void InputLog::note(const LoggedFrame& frame) {
@@ -197,13 +209,14 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
   const auto found =
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
-  if (is_open_ || num_frames_ - 1 > last_hashed_) {
+  if (is_open_ || is_second_hash_due_ || num_frames_ - 1 > last_hashed_) {
     LoggedFrame last;
     if (is_open_) last = frame_;
     last.number = is_open_ ? num_frames_ : num_frames_ - 1;
     const bool is_seeking = is_open_ && is_seek_;
     if (is_open_ && !is_seeking) last.max_steps = simulation.view().num_done;
     if (!simulation.view().mid_step && !is_seeking) last.hash = hash_of(simulation);
+    if (!is_open_) last.second.hash = second_hash();
     write(*found, frame_text(last));
   }
   files_.erase(found);

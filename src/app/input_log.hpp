@@ -15,7 +15,16 @@
 
 namespace pf {
 
-// Entry of a log for one frame. Frames count from 0.
+class FlightPair;
+
+// What a frame has of a second flight.
+struct SecondInFrame {
+  std::optional<std::vector<std::string>> split;  // Commands::split
+  std::optional<std::uint32_t> max_steps;         // of its frame, which inputs have ended; none: all
+  std::string hash;                               // of its state after the frame; empty: none
+};
+
+// Entry of a log for one frame. Several entries may have the same number. Frames count from 0.
 struct LoggedFrame {
   std::int64_t number = 0;
   std::optional<Settings> restart;   // start anew with these settings: another scene, or another backend
@@ -27,10 +36,8 @@ struct LoggedFrame {
   std::optional<double> seek_s;            // Commands::seek_s
   std::optional<std::uint32_t> max_steps;  // of the frame, which inputs have ended; none: all
   std::string hash;                        // of the state after the frame; empty: none
+  SecondInFrame second;
 };
-
-// In the order of Comparison.
-inline const std::vector<std::string> kComparisonNames = {"none", "next_method", "half_step", "scene_step"};
 
 struct RunLog {
   std::string version;  // of the program that wrote it
@@ -43,6 +50,11 @@ struct RunLog {
 
 // Applies each "section.key = value". Throws UserError that begins with where.
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where);
+
+// The keys of a log for it, each in a line.
+std::string second_text(const SecondInFrame& second);
+// Throws UserError that begins with where.
+void check_split(const std::vector<std::string>& split, const std::string& where);
 
 // Throws UserError with file and line if the file is not a log.
 RunLog read_log(const std::filesystem::path& file);
@@ -67,6 +79,9 @@ class InputLog {
   InputLog(const Simulation& simulation, const std::string& backend, const std::filesystem::path& from = {},
            std::optional<std::int64_t> from_frame = {});
 
+  // The pair whose first flight the log is of; initially null: there is no second one.
+  void set_pair(FlightPair* pair) { pair_ = pair; }
+
   // Around each picture of the simulation, with the commands that it admits. Pictures that go on with the
   // steps of a frame belong to that frame.
   void begin_frame(const Commands& commands, Simulation& simulation);
@@ -87,6 +102,8 @@ class InputLog {
   };
 
   void note_inputs(const Simulation& simulation);
+  void note_second();
+  std::string second_hash() const;
   void complete_frame(Simulation& simulation);
   void end_early(Simulation& simulation);
   void note(const LoggedFrame& frame);
@@ -98,6 +115,8 @@ class InputLog {
   std::int64_t num_frames_ = 0;
   std::int64_t last_hashed_ = -1;  // last frame with a hash in text_
   bool is_hash_due_ = false;
+  bool is_second_hash_due_ = false;
+  FlightPair* pair_ = nullptr;
   // State of the current frame.
   bool is_open_ = false;  // its steps were not all done in its last picture
   bool is_seek_ = false;  // a jump in time, which may take several pictures

@@ -31,6 +31,8 @@ class Reader {
   std::vector<std::string> texts(const toml::table& table, const char* key) const;
   Settings settings(const toml::table& table) const;
   double number(const toml::node& node, const char* key) const;
+  std::optional<std::uint32_t> steps(const toml::table& table, const char* key) const;
+  SecondInFrame second(const toml::table& table) const;
   void read_launch(const toml::table& table, LoggedFrame& frame) const;
   LoggedFrame frame(const toml::table& table) const;
   toml::table parse() const;
@@ -112,6 +114,26 @@ void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
   if (const toml::node* seek = table.get("seek")) frame.seek_s = number(*seek, "seek");
 }
 
+std::optional<std::uint32_t> Reader::steps(const toml::table& table, const char* key) const {
+  const toml::node* steps = table.get(key);
+  if (steps == nullptr) return std::nullopt;
+  const double most = number(*steps, key);
+  if (most < 0.0 || most > UINT32_MAX || most != std::floor(most))
+    refuse(*steps, fmt::format("{} takes a whole number from 0", key));
+  return static_cast<std::uint32_t>(most);
+}
+
+SecondInFrame Reader::second(const toml::table& table) const {
+  SecondInFrame second;
+  if (const toml::node* split = table.get("split")) {
+    second.split = texts(table, "split");
+    check_split(*second.split, fmt::format("{}:{}", file_, split->source().begin.line));
+  }
+  second.max_steps = steps(table, "second_max_steps");
+  second.hash = text(table, "second_hash");
+  return second;
+}
+
 LoggedFrame Reader::frame(const toml::table& table) const {
   LoggedFrame frame;
   const toml::node* place = table.get("number");
@@ -123,12 +145,8 @@ LoggedFrame Reader::frame(const toml::table& table) const {
   frame.presses = texts(table, "press");
   frame.hash = text(table, "hash");
   read_launch(table, frame);
-  if (const toml::node* steps = table.get("max_steps")) {
-    const double most = number(*steps, "max_steps");
-    if (most < 0.0 || most > UINT32_MAX || most != std::floor(most))
-      refuse(*steps, "max_steps takes a whole number from 0");
-    frame.max_steps = static_cast<std::uint32_t>(most);
-  }
+  frame.max_steps = steps(table, "max_steps");
+  frame.second = second(table);
   // Edits are tried here, so that an invalid log is refused before the run.
   Settings scratch;
   apply_edits(frame.edits, scratch, fmt::format("{}:{}", file_, table.source().begin.line));
@@ -170,17 +188,6 @@ RunLog Reader::read() const {
 }
 
 }  // namespace
-
-void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where) {
-  for (const std::string& edit : edits) {
-    const std::size_t equals = edit.find(" = ");
-    if (equals == std::string::npos) {
-      throw UserError(fmt::format("{}: {} is not a setting with its value; give section.key = value", where,
-                                  in_quotes(edit)));
-    }
-    set_from_text(find_field(edit.substr(0, equals), where), settings, edit.substr(equals + 3), where);
-  }
-}
 
 RunLog read_log(const fs::path& file) { return Reader(file).read(); }
 

@@ -26,6 +26,7 @@ inline constexpr KeyRow kKeyRows[] = {
     {"R / L", "back to the start / launch again, the air as it is"},
     {"M", "the same launch with the next method; both stay"},
     {"Shift+M", "the same launch with half the time step; again: with the scene's"},
+    {"X", "two methods at once: in two halves, in one picture, off"},
     {"T / G", "path of the ball / ghost paths"},
     {"H / O", "hide panel / overlay: full, one line, off"},
     {"F / F11 / V", "fit the view / full screen / vertical sync"},

@@ -7,6 +7,7 @@
 
 #include "app/accuracy.hpp"
 #include "app/key_table.hpp"
+#include "app/option_split.hpp"
 
 namespace pf {
 namespace {
@@ -90,6 +91,7 @@ void add_stage_flags(CLI::App& app, Typed& typed, Options& options) {
       "prepared states of a talk, by name (talk) or from a file ending in .toml: begins with the first cue, "
       "keys 1 to 9 and page up, page down go to others; without a window all of them fly, one by one");
   app.add_flag("--paused", options.paused, "start paused, until the space bar is pressed");
+  add_split_flags(app, typed);
   app.add_flag("--ghosts", options.ghosts,
                "draw the paths of the same launch in vacuum and in closed-form drag");
   add_text(app, "--theme", typed.theme, "NAME", one_of("colours of floor, panel and overlay", kThemeNames));

@@ -42,8 +42,8 @@ struct Typed {
   std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, profile_csv,
       save_scene;
   std::string record_time = "simulation", record_overlay = "on";
-  std::optional<std::string> record_size, replay, cues;
-  std::vector<std::string> still;
+  std::optional<std::string> record_size, replay, cues, split_view;
+  std::vector<std::string> still, split;
   std::string dump, checkpoint;
   std::optional<std::string> dump_every, dump_fields, dump_compression, checkpoint_every, from, from_frame;
   bool force = false;

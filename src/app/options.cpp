@@ -11,7 +11,9 @@
 #include "app/option_data.hpp"
 #include "app/option_flags.hpp"
 #include "app/option_settings.hpp"
+#include "app/option_split.hpp"
 #include "app/option_values.hpp"
+#include "app/split_setting.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -180,6 +182,7 @@ void read_replay(const Typed& typed, Options& options) {
                     "and their short forms (as -p)",
                     in_quotes(*typed.replay)));
   }
+  refuse_split(typed, "a log of two flights has its own; leave it out");
   options.replay = read_log(*typed.replay);
   options.settings = options.replay->settings;
   options.data.from = options.replay->from;
@@ -222,7 +225,9 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
     read_record(command, typed, options);
   read_pictures(command, typed, options);
   if (!is_bench) read_data_options(command, typed, options);
+  read_split(typed, options);
   if (typed.replay) read_replay(typed, options);
+  check_split_run(options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});
@@ -274,7 +279,7 @@ ParseResult parse_options(int argc, const char* const* argv) {
   add_bench_flags(bench, typed, options);
   add_lab_flags(lab, typed, options);
 
-  std::vector<std::string> arguments = arguments_of(argc, argv);
+  std::vector<std::string> arguments = with_split_values(arguments_of(argc, argv));
   std::reverse(arguments.begin(), arguments.end());  // the order that CLI11 expects
   try {
     app.parse(arguments);

@@ -21,6 +21,7 @@ enum class Command { run, bench, scenes, lab };
 inline const std::vector<std::string> kThemeNames = {"dark", "light"};
 inline const std::vector<std::string> kColorMapNames = {"viridis", "cividis", "grey"};
 inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"};
+inline const std::vector<std::string> kSplitViewNames = {"off", "two halves", "one picture"};
 inline const std::vector<std::string> kClipFormats = {"gif", "webp"};
 constexpr int kMaxClip_s = 15;
 inline const std::vector<std::string> kMagnifierNames = {"auto", "on", "off"};
@@ -100,6 +101,9 @@ struct Options {
   int width_px = 1280;              // --size WxH
   int height_px = 720;
   int warmup_frames = 0;  // excluded from the means in the report
+  // --split, --split-view: in what a second flight differs (empty: there is none), one of kSplitViewNames
+  std::vector<std::string> split;
+  std::string split_view = kSplitViewNames[1];
   // bench
   int bench_steps = 200;
   int bench_warmup = 20;
@@ -113,6 +117,9 @@ struct Options {
   LabOptions lab;
   DataOptions data;
 };
+
+// Why a run with these options cannot have a second flight; empty: it can.
+std::string obstacle_to_split(const Options& options);
 
 struct ParseResult {
   std::optional<Options> options;  // none: print text and exit with exit_code

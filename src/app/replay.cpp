@@ -17,6 +17,8 @@ Commands Replay::commands(const Settings& current) const {
     if (frame.compare != Comparison::none) commands.compare = frame.compare;
     if (frame.seek_s) commands.seek_s = frame.seek_s;
     if (frame.max_steps) commands.max_steps = frame.max_steps;
+    if (frame.second.split) commands.split = frame.second.split;
+    if (frame.second.max_steps) commands.second_max_steps = frame.second.max_steps;
     commands.time_scale_factor *= frame.time_scale_factor;
     if (!frame.edits.empty()) {
       if (!commands.settings) commands.settings = current;
@@ -29,21 +31,27 @@ Commands Replay::commands(const Settings& current) const {
   return commands;
 }
 
-void Replay::end_frame(Simulation& simulation) {
+void Replay::end_frame(Simulation& simulation, Simulation* second) {
   for (; next_ < log_.frames.size() && log_.frames[next_].number == num_frames_; ++next_) {
-    const std::string& expected = log_.frames[next_].hash;
-    if (expected.empty() || diverged()) continue;
-    ++num_checks_;
-    const std::string found = fmt::format("{:016x}", simulation.backend().state_hash());
-    if (found == expected) {
-      last_same_ = num_frames_;
-    } else {
-      frame_ = num_frames_;
-      expected_ = expected;
-      found_ = found;
-    }
+    const LoggedFrame& frame = log_.frames[next_];
+    compare(frame.hash, &simulation);
+    compare(frame.second.hash, second);
   }
   ++num_frames_;
+}
+
+void Replay::compare(const std::string& expected, Simulation* flight) {
+  if (expected.empty() || diverged()) return;
+  ++num_checks_;
+  const std::string found =
+      flight == nullptr ? "no second flight" : fmt::format("{:016x}", flight->backend().state_hash());
+  if (found == expected) {
+    last_same_ = num_frames_;
+    return;
+  }
+  frame_ = num_frames_;
+  expected_ = expected;
+  found_ = found;
 }
 
 std::string Replay::summary() const {

@@ -18,8 +18,8 @@ class Replay {
   std::int64_t num_frames() const;
   // Commands of the next frame.
   Commands commands(const Settings& current) const;
-  // Compares the state after that frame with the log's, if it has one.
-  void end_frame(Simulation& simulation);
+  // Compares the state after that frame with the log's, if it has one. second: null if there is none.
+  void end_frame(Simulation& simulation, Simulation* second = nullptr);
 
   bool diverged() const { return !found_.empty(); }
   // One line: equal states, or the first frame with a different one.
@@ -29,6 +29,8 @@ class Replay {
   nlohmann::json report() const;
 
  private:
+  void compare(const std::string& expected, Simulation* flight);
+
   RunLog log_;
   std::size_t next_ = 0;  // in log_.frames
   std::int64_t num_frames_ = 0;

@@ -182,7 +182,7 @@ void Simulation::keep_checkpoints() {
   state_->checkpoints.emplace(std::min(kMaxBytes, available_memory_bytes() / 4));
 }
 
-void Simulation::keep_to_budget() { state_->has_budget = true; }
+void Simulation::keep_to_budget(double share) { state_->budget_share = share; }
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }
 const FrameView& Simulation::view() const { return state_->view; }
 const Settings& Simulation::settings() const { return state_->settings; }

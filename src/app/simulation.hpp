@@ -47,6 +47,11 @@ struct Commands {
   std::string save_scene;                  // write the settings as a scene file of this name; empty: no
   std::optional<std::uint32_t> max_steps;  // of this frame, for a replay; none: as planned
   bool quit = false;
+  // The settings in which a second flight beside this one differs (app/split_setting.hpp); empty: there is
+  // none from now on. A simulation ignores it.
+  std::optional<std::vector<std::string>> split;
+  std::optional<std::uint32_t> second_max_steps;  // as max_steps, of the second flight
+  bool drop_future = false;                       // of a flight that went back: forget what comes later
 };
 
 enum class Flight { flying, landed };  // landed: the ball has left the world and awaits its next launch
@@ -107,8 +112,8 @@ class Simulation {
 
   // From now on the steps of a frame end, after the time of run.frame_budget_ms, with the current step or
   // within it. The next call of begin_frame goes on with them. Initially off: for a window, which must answer
-  // its user. The states after whole frames are the same.
-  void keep_to_budget();
+  // its user. The states after whole frames are the same. share: of that time.
+  void keep_to_budget(double share = 1.0);
   // Commands that begin_frame can apply now. They end an unfinished frame after its last whole step. Those
   // that cannot be applied within a step wait for its end. To be called before begin_frame.
   Commands admit(const Commands& wanted);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <tuple>
 
+#include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
 #include "scene/scene_file.hpp"
 
@@ -13,7 +14,13 @@ namespace {
 
 constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and scenes may go lower
 
-// True if a change from a to b affects the current flight.
+// name: NAME or NAME.toml.
+std::filesystem::path scene_file_of(const std::string& name) {
+  return name.ends_with(".toml") ? name : name + ".toml";
+}
+
+}  // namespace
+
 bool disturbs(const Settings& a, Settings b) {
   b.ball_vx_mps = a.ball_vx_mps;
   b.ball_vy_mps = a.ball_vy_mps;
@@ -29,13 +36,6 @@ bool disturbs(const Settings& a, Settings b) {
   b.magnifier = a.magnifier;
   return !(a == b);
 }
-
-// name: NAME or NAME.toml.
-std::filesystem::path scene_file_of(const std::string& name) {
-  return name.ends_with(".toml") ? name : name + ".toml";
-}
-
-}  // namespace
 
 bool needs_new_parcels(const Settings& a, const Settings& b) {
   const auto spawned_from = [](const Settings& s) {
@@ -128,6 +128,7 @@ void Simulation::State::edit_settings(const Settings& wanted) {
 
 // Throws UserError if a command cannot be executed.
 void Simulation::State::apply_commands(const Commands& commands) {
+  if (commands.drop_future) drop_future();
   if (commands.settings) edit_settings(*commands.settings);
   if (commands.time_scale_factor != 1.0) scale_time(commands.time_scale_factor);
   if (commands.reset) reset(settings);

@@ -101,7 +101,7 @@ void Simulation::State::repeat_changes() {
 // Flies whole frames to the frame sought, for the time of the budget.
 void Simulation::State::fly_to_sought(DrawTarget* target) {
   const Clock::time_point start = Clock::now();
-  const double budget_ms = has_budget ? settings.frame_budget_ms : 0.0;
+  const double budget_ms = budget_share * settings.frame_budget_ms;
   while (history.position() < *sought) {
     if (!frame) begin_steps({});
     if (frame->num_done < frame->num_steps) {
@@ -140,10 +140,16 @@ void Simulation::State::note_change(const Settings& before) {
     view.notice =
         fmt::format("The flight goes on from here with the change; {:.2f} s to {:.2f} s are dropped",
                     history.time_at(history.position()), history.time_at(history.latest()));
-    latest_flight.reset();
-    if (checkpoints) checkpoints->drop_after(history.position(), history.num_changes());
+    drop_future();
   }
   history.change(before, settings);
+}
+
+void Simulation::State::drop_future() {
+  if (!history.is_past()) return;
+  latest_flight.reset();
+  if (checkpoints) checkpoints->drop_after(history.position(), history.num_changes());
+  history.drop_future();
 }
 
 // Input waits until the flight is where it is sought, but for a new target and a new start. That one keeps

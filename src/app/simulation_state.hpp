@@ -55,8 +55,8 @@ struct Simulation::State {
   bool in_flight = false;             // steps of it are submitted
   PhaseTimes mapping;                 // of the picture
   Profile profile;
-  bool profile_is_due = false;  // the state has changed since
-  bool has_budget = false;
+  bool profile_is_due = false;           // the state has changed since
+  double budget_share = 0.0;             // of run.frame_budget_ms; 0: off
   double step_ms = 0.0;                  // of the last steps; 0: not known
   std::uint32_t num_frame_pictures = 1;  // of the last whole frame
   Commands waiting;                      // for the end of a step
@@ -94,6 +94,7 @@ struct Simulation::State {
   void change_settings(const Settings& edited);
   void edit_settings(const Settings& wanted);
   void note_change(const Settings& before);
+  void drop_future();
   Commands admit_while_seeking();
   void apply_commands(const Commands& commands);
   void apply_settings(const Settings& edited);

@@ -42,14 +42,18 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   const double bottom = overlay == nullptr ? 0.0 : overlay->used_height_px(mode(), scale_);
   const ViewRegion free = {0.0, bottom, static_cast<double>(size_.width),
                            std::max(size_.height - bottom, 1.0)};
-  const ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
+  ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
+  if (split_ != nullptr) region = second_.lay_out(*split_, free, scale_);
   camera_ = camera_like(window, seen, region, frame.physics->world, scale_);
-  renderer_.draw_air(frame, &parcels, camera_, {canvas_.framebuffer(), size_, scale_});
+  const Viewport viewport = {canvas_.framebuffer(), size_, scale_};
+  renderer_.draw_air(frame, &parcels, camera_, viewport);
+  magnifier_px_ = 0.0F;
+  if (split_ != nullptr) return second_.draw_air(*split_, camera_, viewport);
   const bool is_wanted =
       overlay != nullptr && Magnifier::is_wanted(magnifier_mode_, frame, camera_, scale_, true);
-  magnifier_px_ = is_wanted ? Magnifier::side_px(static_cast<float>(region.width_px),
-                                                 static_cast<float>(region.height_px), scale_)
-                            : 0.0F;
+  if (is_wanted)
+    magnifier_px_ =
+        Magnifier::side_px(static_cast<float>(region.width_px), static_cast<float>(region.height_px), scale_);
   if (magnifier_px_ <= 0.0F) return;
   if (!magnifier_) magnifier_ = std::make_unique<Magnifier>();
   magnifier_->set_look(look_);
@@ -60,18 +64,22 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const 
                           Gui& window_gui) {
   const Viewport viewport = {canvas_.framebuffer(), size_, scale_};
   renderer_.draw_flight(frame, camera_, viewport);
-  if (overlay == nullptr && title.opacity() == 0.0F) return;
+  if (split_ != nullptr) second_.draw_flight(*split_, camera_, viewport);
+  if (overlay == nullptr && title.opacity() == 0.0F && split_ == nullptr) return;
   const auto height_px = static_cast<float>(size_.height);
   OverlayPlace place = {0.0F, static_cast<float>(size_.width), height_px, scale_};
   gui_.make_current();
   gui_.set_look(look_.theme, scale_);
   gui_.begin_frame(size_, 1.0 / 60.0);
+  if (split_ != nullptr) second_.describe(*split_, camera_, height_px, scale_);
   if (overlay != nullptr) {
     Overlay shown = *overlay;  // the window's own keeps its texts and their places
     shown.show(frame, mode(), place, look_);
     place.bottom_px -= shown.used_height_px(mode(), scale_);
+    Look look = look_;
+    look.paths = look.paths && split_ == nullptr;  // the legend's flights
     const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-    marks_.show(frame, {camera_, place, height_px, look_, magnifier_px_, magnifier_scale});
+    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale});
   }
   title.show(place, look_.theme);
   gui_.end_frame();

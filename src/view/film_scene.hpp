@@ -9,6 +9,7 @@
 #include "view/overlay.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
+#include "view/split_picture.hpp"
 
 namespace pf {
 
@@ -26,6 +27,8 @@ class FilmScene {
 
   // The window's look; to be set before each frame.
   void set_look(const Look& look);
+  // Of two flights; null: there is one. Valid until the frame is drawn.
+  void set_split(const SplitScene* split) { split_ = split; }
   void set_magnifier(MagnifierMode mode) { magnifier_mode_ = mode; }
   // As Renderer::draw_air, in the window's view. seen: the part of the window that is free for the scene.
   void draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
@@ -46,6 +49,8 @@ class FilmScene {
   Renderer renderer_;  // of its own: it keeps a picture of the floor for one view
   Gui gui_;
   SceneMarks marks_;
+  SplitPicture second_;
+  const SplitScene* split_ = nullptr;
   Camera camera_;
   std::unique_ptr<Magnifier> magnifier_;
   MagnifierMode magnifier_mode_ = MagnifierMode::automatic;

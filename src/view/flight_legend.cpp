@@ -7,6 +7,7 @@
 
 #include "scene/derive.hpp"
 #include "view/current_color.hpp"
+#include "view/figure_text.hpp"
 #include "view/overlay_paint.hpp"
 
 namespace pf {
@@ -39,20 +40,6 @@ std::string ghost_name(Air air) { return air == Air::vacuum ? "vacuum" : "drag, 
 std::string step_text(double dt_s) {
   return dt_s >= 1e-3 ? fmt::format("{:.3g} ms", 1e3 * dt_s) : fmt::format("{:.3g} \xC2\xB5s", 1e6 * dt_s);
 }
-
-// Three digits; never an exponent for large numbers.
-std::string digits(double value) {
-  if (std::fabs(value) < 999.5) return fmt::format("{:.3g}", value);
-  const double unit = std::pow(10.0, std::floor(std::log10(std::fabs(value))) - 2.0);
-  return fmt::format("{:.0f}", unit * std::round(value / unit));
-}
-
-std::string length_text(double m) {
-  if (m >= 1.0) return digits(m) + " m";
-  return m >= 1e-4 ? digits(1e3 * m) + " mm" : digits(1e6 * m) + " \xC2\xB5m";
-}
-
-std::string cost_text(double ms) { return ms < 999.5 ? digits(ms) + " ms" : digits(1e-3 * ms) + " s"; }
 
 // Mean of all steps: without a set step it follows the ball's speed.
 double step_of(const FlightRecord& flight) {
@@ -120,7 +107,7 @@ void compare_row(const FlightRecord& flight, const Compared& compared, bool comp
   if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
     row.cost = cost_text(flight.compute_ms / flight.time_s());
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
-  if (drift) row.energy = fmt::format("{}{} %", *drift > 0.0 ? "+" : "", digits(100.0 * *drift));
+  if (drift) row.energy = drift_text(*drift);
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
   const auto distance = distance_between(first_part(*compared.reference, compared.until_s),
                                          first_part(flight, compared.until_s));

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <iterator>
+#include <optional>
 
 #include "app/flight.hpp"
 #include "model/methods.hpp"
@@ -19,6 +20,8 @@ struct Look {
   ColorMap color_map = ColorMap::viridis;
   bool paths = true;    // of the ball
   bool ghosts = false;  // its paths in a vacuum and with drag in closed form
+  // Of the current flight; none: a colour of its own, or that of its method.
+  std::optional<std::array<float, 3>> flight = std::nullopt;
 };
 
 using Rgb = std::array<float, 3>;  // in [0, 1]

@@ -54,7 +54,7 @@ float Overlay::height_px(OverlayMode mode, float scale) {
 }
 
 float Overlay::used_height_px(OverlayMode mode, float scale) const {
-  const bool has_terms = mode == OverlayMode::full && !terms_.empty();
+  const bool has_terms = mode == OverlayMode::full && !info_.terms.empty();
   return height_px(mode, scale) + (has_terms ? kTermsRow_px * scale : 0.0F);
 }
 

@@ -63,6 +63,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
   if (rows_.header("View", true)) edit_view(switches);
   if (rows_.header("Presenting", false)) edit_show(frame, switches, commands);
+  if (rows_.header("Two methods at once", false)) split_.edit(rows_, frame, switches.split);
   if (rows_.header("All settings", false)) edit_all();
   smaller.end_text();
   ImGui::End();

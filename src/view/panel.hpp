@@ -17,6 +17,7 @@
 #include "view/magnifier.hpp"
 #include "view/scene_menu.hpp"
 #include "view/setting_rows.hpp"
+#include "view/split_section.hpp"
 
 namespace pf {
 
@@ -35,6 +36,7 @@ struct ViewSwitches {
   bool has_magnifier = false;  // in the last frame
   bool fit_camera = false;     // requested; the stage clears it
   bool measure_terms = false;  // requested; the stage clears it
+  SplitSwitches split;
 };
 
 class Panel {
@@ -93,6 +95,7 @@ class Panel {
   const AccuracyReadout* readout_ = nullptr;
   bool shows_accuracy_ = false;
   SceneMenu scene_menu_;
+  SplitSection split_;
   const Settings* scene_settings_ = nullptr;
   const CuePlayer* cues_ = nullptr;
   CueSection cue_section_;

@@ -154,11 +154,12 @@ FilmScene* Recorder::scene() {
   return scene_.get();
 }
 
-void Recorder::take(const SeenPicture& seen, Simulation& simulation, const PictureScene& large) {
+void Recorder::take(const SeenPicture& seen, Simulation& simulation, const PictureScene& large,
+                    bool is_whole) {
   const FilmScene* drawn = scene();
   const SeenPicture picture = drawn != nullptr ? SeenPicture{drawn->framebuffer(), drawn->size()} : seen;
   // In simulated time a film has a frame for each of the simulation, not for each picture of one.
-  const bool is_due = options_.record_real_time || !simulation.view().unfinished;
+  const bool is_due = options_.record_real_time || is_whole;
   if (running_ && is_due) running_->film->add_frame(picture.framebuffer, picture.size);
   if (picture_requested_ || paths_requested_) take_requested(picture, simulation, large);
   picture_requested_ = paths_requested_ = false;

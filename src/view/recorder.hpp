@@ -48,8 +48,9 @@ class Recorder {
   bool has_overlay() const { return options_.record_overlay; }
   bool is_recording() const { return running_.has_value(); }
 
-  // Takes the frame. seen: in memory if wants_seen(). scene: for a picture larger than that.
-  void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& scene);
+  // Takes the frame. seen: in memory if wants_seen(). scene: for a picture larger than that. is_whole: it
+  // ends a frame of every flight.
+  void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& scene, bool is_whole);
   // Ends the film and waits until all films are written; writes the picture of --picture or --still.
   void finish(Simulation& simulation, const PictureScene& scene);
 

@@ -248,7 +248,7 @@ void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float sc
   set_color(shadow, theme.path_shadow, 0.45F);
   draw_path(points_m, camera, shadow);
   PathStyle line = {1.6F * scale, {}, {0.45F, 1.0F}};
-  set_color(line, current_flight_color(look_.theme, frame), 0.95F);
+  set_color(line, look_.flight.value_or(current_flight_color(look_.theme, frame)), 0.95F);
   draw_path(points_m, camera, line);
 }
 

@@ -28,6 +28,10 @@ Index index_of(const std::string& name, const std::vector<std::string>& names) {
   return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
+SplitMode split_mode(const Options& options) {
+  return index_of<SplitMode>(options.split_view, kSplitViewNames);
+}
+
 ViewSwitches switches_of(const Options& options, bool window) {
   ViewSwitches switches;
   switches.show_panel = window ? options.show_panel : options.record_panel;
@@ -41,7 +45,18 @@ ViewSwitches switches_of(const Options& options, bool window) {
   switches.ui_scale = options.ui_scale;
   switches.vsync = options.vsync;
   switches.full_screen = options.full_screen && window;
+  if (!options.split.empty()) switches.split.difference = options.split;
+  if (!options.split.empty()) switches.split.mode = split_mode(options);
   return switches;
+}
+
+FlightPair::MakeBackend backend_of_second(const Options& options, const StageHooks& hooks) {
+  if (!hooks.make_backend) return nullptr;
+  return [&options, &hooks](const std::string& name, std::int64_t threads) {
+    const std::string obstacle = obstacle_to_split(options);
+    if (!obstacle.empty()) throw UserError(obstacle);
+    return hooks.make_backend(name, threads);
+  };
 }
 
 std::string describe(const GlDrawTarget& target) {
@@ -57,6 +72,9 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       simulation_(simulation),
       record_(record),
       hooks_(hooks),
+      pair_(simulation, backend_of_second(options, hooks)),
+      split_(pair_, split_mode(options),
+             [&hooks](const std::string& backend) { return make_draw_target(hooks, backend); }),
       target_(make_draw_target(hooks, simulation.backend().name())),
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
@@ -76,6 +94,8 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       vsync_(options.vsync) {
   const bool has_window = context.window() != nullptr;
   switches_ = switches_of(options, has_window);
+  log_.set_pair(&pair_);
+  if (options.replay) pair_.follow_log();
   if (options.cues) cues_.load(*options.cues, 0);
   panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
@@ -86,8 +106,8 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
     frames_after_flight_ = options.data.start->frames_after_flight;
   }
   if (!options.log.empty()) log_.open(options.log);
-  if (has_window && !replay_) simulation_.keep_to_budget();
-  if (has_window || replay_) simulation_.keep_checkpoints();  // a log may go back to them
+  if (has_window && !replay_) pair_.keep_to_budget();
+  if (has_window || replay_) pair_.keep_checkpoints();  // a log may go back to them
   if (has_window || !options.record.empty() || csv_) measure_copy_bandwidth();
   if (options.keep_clip || !context.info().software) last_seconds_.switch_on();
   recorder_.set_seen(context.size_px());
@@ -141,6 +161,7 @@ int Stage::finish() {
   log_.close_all(simulation_);
   files_.finish(simulation_, clock());
   record_.set_part("files", files_.report());
+  record_.set_part("split", pair_.report());
   record_.set_part("record", recorder_.report());
   record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
                                {"content_scale", context_.content_scale()},
@@ -154,7 +175,7 @@ int Stage::finish() {
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(simulation_.view().message);
+  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(pair_.view().message);
   const bool failed = unresolvable || cue_failed_ || recorder_.failed() || files_.failed();
   return failed || (replay_ && replay_->diverged()) ? 1 : 0;
 }
@@ -201,7 +222,7 @@ bool Stage::scene_ended() {
   if (context_.window() != nullptr) return false;
   if (simulation_.view().paused) return true;  // the simulation paused itself, and there are no keys
   if (settings.seconds > 0.0) return false;
-  if (simulation_.finished_flight()) ++frames_after_flight_;
+  if (pair_.finished_flights()) ++frames_after_flight_;
   const double after_s = static_cast<double>(frames_after_flight_) / settings.frame_rate_hz;
   return after_s >= kAfterFlight_s || shown_s >= kLongestFilm_s;
 }
@@ -215,30 +236,19 @@ bool Stage::still_ended() const {
                               view.simulated_s, view.message.empty() ? "" : ": ", view.message));
 }
 
-// The reference of the overlay's share of copy bandwidth, once per backend. Without it the overlay shows no
-// share.
-void Stage::measure_copy_bandwidth() {
-  Backend& backend = simulation_.backend();
-  const std::size_t num_bytes = backend.name() == "cuda" ? 256U << 20 : 32U << 20;  // beyond the caches
-  try {
-    overlay_.set_copy_bandwidth(backend.measure_copy_bandwidth(num_bytes));
-  } catch (const DeviceError&) {  // no memory for the copy
-    overlay_.set_copy_bandwidth(0.0);
-  } catch (const std::bad_alloc&) {
-    overlay_.set_copy_bandwidth(0.0);
-  }
-}
-
 void Stage::begin_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   const std::int64_t num_scenes = simulation_.view().num_scenes;
-  commands_ = simulation_.admit(commands_);
-  log_.begin_frame(commands_, simulation_);
-  simulation_.begin_frame(commands_, target_.get());
+  const std::int64_t num_begun = pair_.num_begun();
+  commands_ = pair_.admit(commands_);
+  follow_split(num_begun);
+  if (pair_.first_goes()) log_.begin_frame(commands_, simulation_);
+  pair_.begin(commands_, target_.get(), split_.target());
   say_what_was_done();
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   const bool is_new_scene = simulation_.view().num_scenes != num_scenes;
-  if (is_new_scene) begin_record();
+  const bool begins_again = pair_.num_begun() != num_begun && commands_.hold;  // else it has just begun
+  if (is_new_scene || begins_again) begin_record();
   follow_cues(is_new_scene);
 }
 
@@ -252,40 +262,14 @@ void Stage::say_what_was_done() {
 
 void Stage::finish_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
-  simulation_.finish_frame();
+  pair_.finish();
   title_.advance(title_step_s());
-  log_.end_frame(simulation_);
-  if (replay_) replay_->end_frame(simulation_);
+  if (pair_.first_goes()) log_.end_frame(simulation_);
+  if (replay_) replay_->end_frame(simulation_, pair_.second());
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   times_ += simulation_.view().times;
   follow_accuracy();
   follow_terms();
-}
-
-// Measuring takes time of the panel that shows it.
-void Stage::follow_accuracy() {
-  ScopedPhase timing(times_, Phase::panel);
-  if (panel_.shows_accuracy()) {
-    accuracy_.follow(simulation_.view(), simulation_.backend());
-  } else {
-    accuracy_.forget();
-  }
-  panel_.set_readout(accuracy_.is_followed() ? &accuracy_.readout() : nullptr);
-}
-
-// Only beside a window that shows the costs, and not while it is filmed. The time goes to no phase: it
-// belongs to no step and to no picture.
-void Stage::follow_terms() {
-  const bool is_shown =
-      context_.window() != nullptr && switches_.overlay_mode == static_cast<int>(OverlayMode::full);
-  if (!is_shown || recorder_.is_recording()) {
-    term_costs_.pause();
-    return;
-  }
-  if (switches_.measure_terms) term_costs_.request();
-  switches_.measure_terms = false;
-  term_costs_.follow(simulation_.view(), simulation_.backend());
-  overlay_.set_terms(term_costs_.text());
 }
 
 // The report covers the scene that the run ends with.

@@ -48,7 +48,8 @@ void Stage::follow_ball() {
         view.physics->world, region, camera_);
   }
   const bool with_marks = static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
-  switches_.has_magnifier = Magnifier::is_wanted(switches_.magnifier, view, camera_, scale_, with_marks);
+  switches_.has_magnifier =
+      !split_.is_on() && Magnifier::is_wanted(switches_.magnifier, view, camera_, scale_, with_marks);
   magnifier_px_ = switches_.has_magnifier ? Magnifier::side_px(static_cast<float>(region.width_px),
                                                                static_cast<float>(region.height_px), scale_)
                                           : 0.0F;
@@ -59,8 +60,11 @@ void Stage::follow_camera_keys(const InputFrame& input) {
   if (!has_ball && (input.toggle_follow || input.toggle_magnifier))
     notice_.show("This scene has no ball", Clock::now());
   if (input.toggle_follow && has_ball) switches_.follow_ball = !switches_.follow_ball;
-  if (input.toggle_magnifier && has_ball)
+  if (input.toggle_magnifier && split_.is_on()) {
+    notice_.show("The magnifier is for one flight; X ends the second one", Clock::now());
+  } else if (input.toggle_magnifier && has_ball) {
     switches_.magnifier = switches_.has_magnifier ? MagnifierMode::off : MagnifierMode::on;
+  }
 }
 
 // A pan ends following, and the picture stays where it is; fitting the view ends it, too.

@@ -28,7 +28,7 @@ void Stage::follow_cue_keys(const InputFrame& input, Commands& commands) {
   follow_cue_panel();
   if (input.go_to_cue != 0) go_to_cue(cues_.ask(input.go_to_cue - 1));
   if (input.next_cue != 0) go_to_cue(cues_.ask_next(input.next_cue));
-  if (!replay_) cues_.add_commands(commands, simulation_.view());
+  if (!replay_) cues_.add_commands(commands, pair_.view());
 }
 
 void Stage::follow_cue_panel() {
@@ -48,7 +48,7 @@ void Stage::go_to_cue(bool is_there) {
 
 // The present settings and view; the middle and width are those of the part that panel and overlay leave
 // free.
-Cue Stage::present_cue() const {
+Cue Stage::present_cue() {
   Cue cue;
   cue.settings = simulation_.settings();
   cue.paused = simulation_.view().paused;
@@ -76,14 +76,14 @@ void Stage::save_cue(const CueRequest& request) {
 // Ctrl+Z and Ctrl+Y.
 void Stage::step_back(const InputFrame& input, Commands& commands) {
   if (replay_ || input.undo == input.redo) return;
-  const FrameView& view = simulation_.view();
+  const FrameView view = pair_.view();
   const std::string line = input.undo ? history_.undo(commands, view) : history_.redo(commands, view);
   if (!line.empty()) notice_.show(line, Clock::now(), 2.0 * kNotice_s);
 }
 
 // After the commands of a frame.
 void Stage::follow_cues(bool is_new_scene) {
-  const FrameView& view = simulation_.view();
+  const FrameView view = pair_.view();
   const bool was_asked = cues_.is_asked();
   if (is_new_scene) title_.clear();
   if (cues_.follow(view)) {
@@ -118,7 +118,7 @@ double Stage::title_step_s() const {
   const bool by_frames =
       context_.window() == nullptr || (recorder_.is_recording() && !options_.record_real_time);
   if (!by_frames) return frame_s_;
-  return simulation_.view().unfinished ? 0.0 : 1.0 / simulation_.settings().frame_rate_hz;
+  return !pair_.is_whole() ? 0.0 : 1.0 / simulation_.settings().frame_rate_hz;
 }
 
 // Without a window each cue flies as long as its scene would alone.

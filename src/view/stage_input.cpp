@@ -27,8 +27,10 @@ Commands Stage::handle_input() {
   gui_.begin_frame(size_, frame_s_);
   InputFrame input;
   if (input_) input = input_->take(gui_);
+  split_.take_mouse(input, camera_, gui_, scale_);
   panel_.fit(static_cast<float>(size_.width), context_.content_scale());
-  Commands commands = panel_.edit(simulation_.view(), switches_, scale_);
+  Commands commands = panel_.edit(pair_.view(), switches_, scale_);
+  split_.follow(input, switches_.split, commands);
   if (num_frames_ == first_frame_)
     commands.toggle_pause =
         commands.toggle_pause != (options_.paused && input_ && !simulation_.view().paused);
@@ -162,6 +164,8 @@ void Stage::follow_switches(const Commands& commands) {
   // Shows the path of a launch by hand or a comparison.
   if (commands.fly || commands.compare != Comparison::none) switches_.show_path = true;
   switches_.look.paths = switches_.show_path;
+  switches_.look.flight.reset();
+  if (split_.is_on()) switches_.look.flight = split_colors(switches_.look.theme, pair_).first;
   scale_ = context_.content_scale() * static_cast<float>(switches_.ui_scale);  // from the next frame on
   if (switches_.vsync != vsync_) context_.set_vsync(switches_.vsync);
   vsync_ = switches_.vsync;
@@ -178,10 +182,14 @@ void Stage::follow_camera(const InputFrame& input) {
     switches_.follow_ball = false;
   }
   switches_.fit_camera = false;
-  if (camera_.fitted) fit_camera();
+  fit_camera();
   if (input.toggle_film) recorder_.toggle(simulation_);
   if (input.take_picture) recorder_.request_picture();
-  if (input.take_paths) recorder_.request_paths();
+  if (input.take_paths && split_.is_on()) {
+    notice_.show("An SVG has one flight; X ends the second one, F12 takes both", Clock::now());
+  } else if (input.take_paths) {
+    recorder_.request_paths();
+  }
 }
 
 void Stage::write_panel_map() {
@@ -195,6 +203,7 @@ void Stage::write_panel_map() {
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});
   }
   marks_.note(panel_.controls());
+  split_.note(panel_.controls(), static_cast<float>(size_.height));
   if (title_.opacity() > 0.0F) panel_.controls().note("Cue title: " + title_.title(), title_place_);
   note_followed_ball();
   if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/cue_player.hpp"
+#include "app/flight_pair.hpp"
 #include "app/input_log.hpp"
 #include "app/live_accuracy.hpp"
 #include "app/profile_log.hpp"
@@ -28,6 +29,7 @@
 #include "view/recorder.hpp"
 #include "view/renderer.hpp"
 #include "view/scene_marks.hpp"
+#include "view/split_view.hpp"
 #include "view/stage.hpp"
 #include "view/timeline_bar.hpp"
 #include "view/window_input.hpp"
@@ -56,7 +58,7 @@ class Stage {
   void follow_cue_panel();
   void go_to_cue(bool is_there);
   void save_cue(const CueRequest& request);
-  Cue present_cue() const;
+  Cue present_cue();
   void step_back(const InputFrame& input, Commands& commands);
   void follow_cues(bool is_new_scene);
   void begin_cue();
@@ -91,9 +93,11 @@ class Stage {
   PictureScene large_picture_scene();
   void measure_copy_bandwidth();
   Look look_of_marks() const;
-  ViewRegion free_region() const;
+  ViewRegion free_region();
   void fit_camera();
   void begin_steps();
+  void follow_split(std::int64_t num_begun_before);
+  bool overlay_is_of_first();
   void say_what_was_done();
   void finish_steps();
   void follow_accuracy();
@@ -121,6 +125,8 @@ class Stage {
   Simulation& simulation_;
   RunRecord& record_;
   const StageHooks& hooks_;
+  FlightPair pair_;
+  SplitView split_;
 
   std::unique_ptr<GlDrawTarget> target_;
   std::unique_ptr<WindowInput> input_;  // before gui_, which calls its callbacks

@@ -9,21 +9,26 @@ namespace pf {
 // Without an overlay there is no legend either, only the scene.
 Look Stage::look_of_marks() const {
   Look look = switches_.look;
-  look.paths = look.paths && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
+  look.paths =
+      look.paths && !split_.is_on() && static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
   return look;
 }
 
-ViewRegion Stage::free_region() const {
+ViewRegion Stage::free_region() {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_) + timeline_height_px();
   const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
                            std::max(size_.height - bottom, 1.0)};
+  if (split_.is_on()) return split_.lay_out(free, switches_.look, scale_);
   return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 
-void Stage::fit_camera() { fit_world(camera_, simulation_.view().physics->world, free_region(), scale_); }
+void Stage::fit_camera() {
+  const ViewRegion region = free_region();  // it places two flights, also where nothing is fitted
+  if (camera_.fitted) fit_world(camera_, simulation_.view().physics->world, region, scale_);
+}
 
 void Stage::describe_overlay() {
   ScopedPhase timing(times_, Phase::panel);
@@ -32,8 +37,9 @@ void Stage::describe_overlay() {
   place.width_px = static_cast<float>(size_.width) - place.left_px;
   place.bottom_px = static_cast<float>(size_.height);
   place.scale = scale_;
-  const FrameView& view = simulation_.view();
+  const FrameView view = pair_.view();
   const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
+  split_.describe(camera_, static_cast<float>(size_.height), scale_);
   overlay_.show(view, mode, place, switches_.look);
   place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_) +
                      timeline_height_px();
@@ -63,16 +69,19 @@ void Stage::draw_air(const Viewport& viewport) {
   air_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);
   draw_magnified_air(parcels);
+  split_.draw_air(switches_.look, camera_, viewport);
   air_timer_.end();
   const double film_before_ms = times_[Phase::encode];
   if (FilmScene* film = recorder_.scene()) {
     ScopedPhase timing(times_, Phase::encode);
     film->set_look(switches_.look);
     film->set_magnifier(switches_.magnifier);
+    film->set_split(split_.scene());
     film->draw_air(simulation_.view(), parcels, camera_, free_region(),
                    recorder_.has_overlay() ? &overlay_ : nullptr);
   }
   target_->frame_drawn();
+  split_.air_is_drawn();
   settle();
   draw_air_ms_ = milliseconds_since(start) - (times_[Phase::encode] - film_before_ms);
 }
@@ -91,6 +100,7 @@ void Stage::draw_flight(const Viewport& viewport) {
     renderer_.draw_flight(simulation_.view(), camera_, viewport);
     draw_magnified_rest(simulation_.view(), viewport);
   }
+  split_.draw_flight(camera_, viewport);
   flight_timer_.end();
   settle();
   drawing_.host_draw_ms = draw_air_ms_ + milliseconds_since(start);
@@ -117,10 +127,11 @@ void Stage::take_frame(const Viewport& viewport) {
   if (options_.record_panel) keep_last_seconds(viewport);
   ScopedPhase timing(times_, Phase::encode);
   if (FilmScene* film = recorder_.scene()) {
+    film->set_split(split_.scene());  // it may have ended in this frame
     film->draw_rest(simulation_.view(), recorder_.has_overlay() ? &overlay_ : nullptr, title_, gui_);
     settle();
   }
-  recorder_.take({viewport.framebuffer, viewport.size}, simulation_, large_picture_scene());
+  recorder_.take({viewport.framebuffer, viewport.size}, simulation_, large_picture_scene(), pair_.is_whole());
 }
 
 void Stage::present(const Viewport& viewport) {

@@ -42,6 +42,7 @@ constexpr KeyAction kKeyActions[] = {
     {GLFW_KEY_D, [](InputFrame& input) { flip(input.next_theme); }},
     {GLFW_KEY_V, [](InputFrame& input) { flip(input.toggle_vsync); }},
     {GLFW_KEY_F11, [](InputFrame& input) { flip(input.toggle_full_screen); }},
+    {GLFW_KEY_X, [](InputFrame& input) { input.next_split = true; }},
     {GLFW_KEY_E, [](InputFrame& input) { input.measure_terms = true; }},
     {GLFW_KEY_F1, [](InputFrame& input) { flip(input.toggle_keys); }},
     {GLFW_KEY_F9, [](InputFrame& input) { flip(input.toggle_film); }},

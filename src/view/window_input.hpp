@@ -34,6 +34,7 @@ struct InputFrame {
   bool take_paths = false;  // as SVG
   bool toggle_follow = false;
   bool toggle_magnifier = false;
+  bool next_split = false;  // off, two halves, one picture
   bool measure_terms = false;
   int go_to_cue = 0;  // 1 to 9; 0: none
   int next_cue = 0;   // places further

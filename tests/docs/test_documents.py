@@ -246,6 +246,9 @@ class Commands:
             options = ["lab", "--help"]
         if options[0] == "scenes" or "--help" in options or "--version" in options:
             return self.ended(self.project.program, *options)
+        if options[:2] == ["lab", "plot"]:  # of a study that was told to end, perhaps before it had a result
+            (self.folder / options[2]).mkdir(exist_ok=True)
+            shutil.copy(self.folder / "assets/lab/work-precision.json", self.folder / options[2])
         if options[0] == "lab":
             return self.starts(options)
         return self.bench(options) if options[0] == "bench" else self.run_flight(options)

@@ -18,6 +18,7 @@ from key_cases import (answers, back_key, buttons, escape, keys, launch_key, lea
 from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, terms, typed, unstable,
                          values)
 from row_cases import chart, knobs, labels, tooltips
+from split_cases import split_key, split_panel
 from view_cases import compared, dense_screen, key_card, looks, scene_words, view_keys, vsync_key
 from window import Screen, skip_if_missing
 
@@ -26,7 +27,7 @@ CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, laun
                                           back_key, compared, time_keys, save, looks, vsync_key, accuracy, unstable,
                                           measured_terms, dense_screen, key_card, knobs, tooltips, labels, chart, answers,
                                           stays, escape, leave, follow_key, follow_option, magnifier_alone, magnifier_key,
-                                          large_text)}
+                                          large_text, split_key, split_panel)}
 
 
 def fails(case, bench):

@@ -1,0 +1,264 @@
+#include "app/flight_pair.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "app/command_queue.hpp"
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+constexpr double kShareOfBudget = 0.5;  // of each of two flights
+
+// The clocks of both begin at zero again, or are moved.
+bool begins_flight(const Commands& c) { return starts_anew(c) || c.fly || c.launch || c.back || c.seek_s; }
+
+double frame_s(const FrameView& flight) {
+  const double flown_s = flight.steps_per_frame * flight.dt_s;
+  return flown_s > 0.0 ? flown_s : flight.settings->time_scale / flight.settings->frame_rate_hz;
+}
+
+}  // namespace
+
+void FlightPair::keep_to_budget() {
+  has_budget_ = true;
+  first_.keep_to_budget();
+}
+
+void FlightPair::keep_checkpoints() {
+  has_checkpoints_ = true;
+  first_.keep_checkpoints();
+  if (second_) second_->keep_checkpoints();
+}
+
+bool FlightPair::is_whole() const {
+  return !first_.view().unfinished && (!second_ || !second_->view().unfinished);
+}
+
+bool FlightPair::finished_flights() const {
+  return first_.finished_flight() && (!second_ || second_->finished_flight());
+}
+
+Commands FlightPair::admit(const Commands& wanted) {
+  if (second_ || wanted.split || changes_anything(waiting_)) return admit_two(wanted);
+  is_new_frame_ = first_goes_ = true;
+  return first_.admit(wanted);
+}
+
+Commands FlightPair::admit_two(const Commands& wanted) {
+  waiting_ = joined(waiting_, wanted);
+  if (!only_steps(waiting_)) {
+    cut(first_);
+    if (second_) cut(*second_);
+  }
+  is_new_frame_ = is_whole();
+  first_goes_ = is_new_frame_ || first_.view().unfinished;
+  if (!is_new_frame_) {
+    Commands none;
+    none.hold = !first_goes_;
+    return none;
+  }
+  Commands commands = std::exchange(waiting_, {});
+  if (!only_steps(commands)) message_.clear();
+  if (second_ && commands.compare != Comparison::none && !follows_log_) {
+    commands.split = compared(difference_, commands.compare, first_.settings(), second_->view().dt_s);
+    commands.compare = Comparison::none;
+  }
+  if (!follows_log_) refuse_bad_edits(commands);
+  if (commands.split) change(Difference(*commands.split), commands);
+  if (!second_) return first_.admit(commands);
+  first_waits_ = !begins_flight(commands) && waits(first_, *second_);
+  second_waits_ = !begins_flight(commands) && waits(*second_, first_);
+  if (!follows_log_) {
+    commands.hold = commands.hold || first_waits_;
+    commands.launch = commands.launch && first_.view().physics->ball.exists;
+    if (second_->view().paused && !first_.view().paused) commands.toggle_pause = true;  // it paused itself
+  }
+  return first_.admit(commands);
+}
+
+// Ends the frame of a flight after its last whole step, as soon as that is done.
+void FlightPair::cut(Simulation& flight) {
+  if (!flight.view().unfinished) return;
+  Commands nudge;
+  nudge.hold = true;
+  Commands ended = flight.admit(nudge);
+  if (flight.view().unfinished) return;
+  if (&flight != &first_) {
+    second_cut_ = flight.view().num_done;
+    return;
+  }
+  waiting_ = joined(ended, waiting_);  // what has waited since before there were two
+}
+
+// A half waits for the other one where its flight is ahead, or over.
+bool FlightPair::waits(const Simulation& flight, const Simulation& other) const {
+  const FrameView& here = flight.view();
+  const FrameView& there = other.view();
+  if (there.flight == Flight::landed) return false;
+  if (here.flight == Flight::landed) return true;
+  return flight_time_s(here) - flight_time_s(there) > 0.5 * frame_s(here);
+}
+
+// Edits that the second flight could not follow are refused for both.
+void FlightPair::refuse_bad_edits(Commands& commands) {
+  if (!second_ || !commands.settings) return;
+  try {
+    Settings second = differing(*commands.settings, difference_);
+    second.num_parcels = resolve_num_parcels(second, first_.backend().name());
+    check_settings(second, "panel");
+    derive_physics(second);
+  } catch (const UserError& error) {
+    message_ = fmt::format("Second half: {}", error.what());
+    commands.settings.reset();
+  }
+}
+
+void FlightPair::change(const Difference& wanted, Commands& commands) {
+  if (wanted.empty()) return drop("");
+  try {
+    if (!make_) throw UserError("--split: there is no second flight here");
+    const Settings settings = commands.settings.value_or(first_.settings());
+    const Difference difference = resolved(wanted, settings);
+    drop("");  // its memory
+    auto backend = make_(first_.backend().name(), settings.threads);
+    second_ = std::make_unique<Simulation>(differing(settings, difference), std::move(backend));
+    difference_ = difference;
+    commands.split = difference;
+    commands.reset = true;
+    commands.hold = first_.view().totals.num_steps > 0;  // the start is measured
+    commands.fly.reset();
+    commands.compare = Comparison::none;
+    commands.launch = commands.back = false;
+    commands.seek_s.reset();
+    ++num_begun_;
+  } catch (const std::exception& error) {  // settings, memory or a device: the first flight goes on
+    drop(error.what());
+    commands.split.reset();
+    return;
+  }
+  if (has_budget_) first_.keep_to_budget(kShareOfBudget);
+  if (has_budget_) second_->keep_to_budget(kShareOfBudget);
+  if (has_checkpoints_) second_->keep_checkpoints();
+  Backend& backend = second_->backend();
+  const Measures initial = backend.measure();
+  record_.emplace(second_->settings(), *second_->view().physics, initial, backend.device());
+  record_->start_clock();
+  figures_ = PairFigures(initial);
+}
+
+void FlightPair::drop(const std::string& reason) {
+  second_.reset();
+  record_.reset();
+  difference_.clear();
+  message_ = reason;
+  if (has_budget_) first_.keep_to_budget();
+}
+
+void FlightPair::begin(const Commands& admitted, DrawTarget* first, DrawTarget* second) {
+  if (is_new_frame_) second_cut_.reset();
+  if (!second_) return first_.begin_frame(admitted, first);
+  scenes_before_ = first_.view().num_scenes;
+  first_was_past_ = first_.view().history->is_past();
+  fallbacks_before_ = first_.num_fallbacks();
+  const bool second_leads = is_new_frame_ && !changes_anything(admitted) && ++num_frames_ % 2 == 0;
+  if (second_leads) begin_second(admitted, second);
+  first_.begin_frame(admitted, first);
+  if (first_.num_fallbacks() != fallbacks_before_) return drop("The split view ended with the device.");
+  if (!second_leads) begin_second(admitted, second);
+}
+
+void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
+  Commands own;
+  own.hold = !second_->view().unfinished;
+  if (is_new_frame_) own = for_second(commands);
+  const bool disturbed =
+      commands.settings && disturbs(second_->settings(), differing(*commands.settings, difference_));
+  try {
+    second_->begin_frame(is_new_frame_ ? second_->admit(own) : own, target);
+  } catch (const std::exception& error) {
+    return drop(fmt::format("The split view ended: {}", error.what()));
+  }
+  if (first_.view().num_scenes != scenes_before_) figures_ = PairFigures(second_->backend().measure());
+  if (disturbed && !first_.view().physics->ball.exists) figures_.disturb();
+  if (in_past() || second_->settings() == differing(first_.settings(), difference_)) return;
+  const std::string& why = second_->view().message;
+  drop(fmt::format("The split view ended, since its second half cannot follow{}{}", why.empty() ? "" : ": ",
+                   why));
+}
+
+// A flight that went back flies what it flew before, and changes its settings when it did. The halves' frames
+// need not end at the same times; then one of them has a change a frame earlier.
+bool FlightPair::in_past() const {
+  const auto is_past = [](const FrameView& flight) { return flight.sought_s || flight.history->is_past(); };
+  return is_past(first_.view()) || is_past(second_->view());
+}
+
+// The commands of the first flight, as the second one obeys them. Settings that differ after a flight of the
+// past are set again.
+Commands FlightPair::for_second(const Commands& commands) const {
+  const FrameView& first = first_.view();
+  Commands own;
+  if (first.num_scenes != scenes_before_) {
+    own.restart = differing(first_.settings(), difference_);
+    return own;
+  }
+  if (!commands.split) own = commands;  // else it has just been made
+  own.settings.reset();
+  const Settings settings = differing(first_.settings(), difference_);
+  const bool may_edit = commands.settings || (only_steps(commands) && !in_past());
+  if (may_edit && !(settings == second_->settings())) {
+    own.settings = settings;
+    own.time_scale_factor = 1.0;  // it is in them
+  }
+  own.drop_future = commands.settings && first_was_past_ && !first.history->is_past();
+  own.scene.clear();
+  own.save_scene.clear();
+  own.restart.reset();
+  own.max_steps = commands.second_max_steps;
+  own.hold = (commands.hold && !first_waits_) || second_waits_;
+  own.toggle_pause = first.paused != second_->view().paused;
+  return own;
+}
+
+void FlightPair::finish() {
+  first_.finish_frame();
+  if (!second_) return;
+  if (first_.num_fallbacks() != fallbacks_before_) return drop("The split view ended with the device.");
+  try {
+    second_->finish_frame();
+  } catch (const std::exception& error) {
+    return drop(fmt::format("The split view ended: {}", error.what()));
+  }
+  const FrameView& second = second_->view();
+  if (second.times.step_ms() > 0.0) record_->add_frame(second.times, second.frame_totals, second.dt_s);
+  if (is_whole()) figures_.follow(first_.view(), first_.backend(), second, second_->backend());
+}
+
+FrameView FlightPair::view() const {
+  FrameView view = first_.view();
+  if (changes_anything(waiting_)) {
+    view.waits_for_step = true;
+    if (waiting_.settings) view.asked = &*waiting_.settings;
+  }
+  if (!message_.empty()) {
+    view.message = message_;
+  } else if (second_ && view.message.empty() && !second_->view().message.empty()) {
+    view.message = fmt::format("Second half: {}", second_->view().message);
+  }
+  return view;
+}
+
+nlohmann::json FlightPair::report() {
+  if (!second_) return nullptr;
+  const FrameView& second = second_->view();
+  figures_.complete(first_.view(), first_.backend(), second, second_->backend());
+  nlohmann::json flight = record_->finish(second_->settings(), *second.physics, second_->backend(),
+                                          second.ball, second.ball_distance_m);
+  return {{"set", difference_}, {"second", std::move(flight)}, {"compared", figures_.report()}};
+}
+
+}  // namespace pf
