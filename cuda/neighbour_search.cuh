@@ -66,8 +66,8 @@ __device__ __forceinline__ SearchBox box_around(const DeviceSearch& space, Vec2i
   const GridShape& grid = space.grid;
   if (space.all_pairs) return {{0, 0, 1, 0}, {0, 0, 1, 0}, 1};
   SearchBox box;
-  box.x = cell_span<kBoundary>(at.x, reach, grid.half.x, grid.num_x, grid.factor_x);
-  box.y = cell_span<kBoundary>(at.y, reach, grid.half.y, grid.num_y, grid.factor_y);
+  box.x = cell_span<kBoundary>(at.x, reach, grid.x);
+  box.y = cell_span<kBoundary>(at.y, reach, grid.y);
   box.num_ranges = static_cast<unsigned>(box.y.last - box.y.first + 1);
   if (box.y.second_last >= box.y.second_first)
     box.num_ranges += static_cast<unsigned>(box.y.second_last - box.y.second_first + 1);
@@ -86,7 +86,7 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
       row_in_box < num_first ? box.y.first + row_in_box : box.y.second_first + (row_in_box - num_first);
   const bool second = two && k % 2 != 0;
   const std::uint32_t* starts =
-      space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(space.grid.num_x);
+      space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(space.grid.x.num);
   const std::uint32_t first = starts[second ? box.x.second_first : box.x.first];
   return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
 }

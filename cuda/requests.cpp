@@ -32,8 +32,8 @@ bool CudaBackend::sort_is_due(const StepConstants& constants) const {
 }
 
 void CudaBackend::sort(const StepConstants& constants) {
-  const GridShape grid = choose_grid(physics_.world, num_parcels_, kCellWidth * constants.contact_distance,
-                                     kDeviceCellsPerParcel);
+  const GridShape grid = choose_grid(physics_.world, num_parcels_,
+                                     {kCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::sort);

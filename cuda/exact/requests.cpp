@@ -122,7 +122,7 @@ const ExactState& CudaBackend::read_exact_state() {
 
 void CudaBackend::sort_exact(ExactLaunch& launch) {
   const double contact = launch.run.contact_distance;
-  grid_ = choose_grid(physics_.world, num_parcels_, kCellWidth * contact, kDeviceCellsPerParcel);
+  grid_ = choose_grid(physics_.world, num_parcels_, {kCellWidth * contact, kDeviceCellsPerParcel});
   launch.space.grid = grid_;
   timer_.mark_sort(stream_);
   {

@@ -91,9 +91,8 @@ void Simulation::State::restart(Settings with) {
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
   const ParcelSnapshot parcels = backend->snapshot();
-  if (backend->name() == "cpu") {
+  if (std::unique_ptr<Backend> fresh = backend->with_threads(static_cast<unsigned>(with.threads))) {
     check_room(with, 0);
-    std::unique_ptr<Backend> fresh = make_cpu_backend(static_cast<unsigned>(with.threads));
     fresh->reset(physics, spawner.plan(), ball);
     backend = std::move(fresh);
   } else {

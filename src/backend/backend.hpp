@@ -73,6 +73,14 @@ class Backend {
   virtual std::string name() const = 0;    // "cpu" or "cuda"
   virtual std::string device() const = 0;  // name of processor or GPU, for the report
 
+  // Number of parts of the world, each with parcels of its own.
+  virtual unsigned num_domains() const { return 1; }
+  // Why this backend cannot make steps of a method, with a remedy; "": it can. submit() throws UserError then.
+  virtual std::string refusal_of(Method) const { return ""; }
+  // A backend of this kind, without parcels, that works with so many threads (0: all of the machine). Null:
+  // it makes no difference.
+  virtual std::unique_ptr<Backend> with_threads(unsigned) const { return nullptr; }
+
   // Spawns the parcels of plan and adopts physics and ball. Throws UserError if memory does not suffice.
   virtual void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) = 0;
   // Replaces the constants. Number of parcels and world must be those of the last reset.

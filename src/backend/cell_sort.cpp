@@ -75,7 +75,9 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
   to.tick.resize(from.tick.size());
   to.last_contact_tick.resize(from.last_contact_tick.size());
-  const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty();
+  to.origin.resize(from.origin.size());
+  const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty(),
+             has_origin = !from.origin.empty();
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* destinations = offsets_.data() + thread * num_keys_;
@@ -87,6 +89,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.id[j] = from.id[i];
       if (has_tick) to.tick[j] = from.tick[i];
       if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
+      if (has_origin) to.origin[j] = from.origin[i];
     }
   });
 }

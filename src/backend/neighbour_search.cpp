@@ -49,15 +49,15 @@ __attribute__((PF_AVX2)) void search_avx2(const SearchSpace& space, std::uint32_
   scratch.candidates.clear();
 
   const GridShape& grid = space.grid;
-  const CellSpan sx = cell_span<kBoundary>(here.x, space.reach, grid.half.x, grid.num_x, grid.factor_x);
-  const CellSpan sy = cell_span<kBoundary>(here.y, space.reach, grid.half.y, grid.num_y, grid.factor_y);
+  const CellSpan sx = cell_span<kBoundary>(here.x, space.reach, grid.x);
+  const CellSpan sy = cell_span<kBoundary>(here.y, space.reach, grid.y);
   const bool whole = sx.second_first > sx.second_last && sy.second_first > sy.second_last;
   if (!space.all_pairs && whole && sy.last - sy.first <= 2) {
     std::uint32_t first[3], last[3];
     unsigned mask[3];
     for (int k = 0; k < 3; ++k) {
       const std::int32_t row = std::min(sy.first + k, sy.last);
-      const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.num_x;
+      const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.x.num;
       first[k] = starts[sx.first];
       last[k] = sy.first + k <= sy.last ? starts[sx.last + 1] : first[k];
       mask[k] = filter.wanted(first[k], last[k]);

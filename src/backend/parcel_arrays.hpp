@@ -18,6 +18,8 @@ struct ParcelArrays {
   // Method `exact` only, otherwise empty: position is that of the parcel's last event, and tick its time.
   std::vector<std::uint32_t> tick;
   std::vector<std::uint32_t> last_contact_tick;  // with parcel or wall, for the TC model only
+  // Parcels of a slab (backend/domains) only, otherwise empty: index before the last sort.
+  std::vector<std::uint32_t> origin;
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
@@ -25,11 +27,12 @@ struct ParcelArrays {
     id.resize(n);
     tick.clear();
     last_contact_tick.clear();
+    origin.clear();
   }
 
   std::uint64_t memory_bytes() const {
     return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() +
-           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity());
+           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + origin.capacity());
   }
 };
 
@@ -40,8 +43,11 @@ struct SortedParcels {
   GridShape grid;
   std::vector<std::uint32_t> cell_start;
   bool sorted = false;
+  // Those whose origin is not below it are copies of parcels of other slabs: they touch, but do not move.
+  std::uint32_t num_own = 0;
 
   std::size_t size() const { return current.id.size(); }
+  bool is_copy(std::size_t i) const { return !current.origin.empty() && current.origin[i] >= num_own; }
 
   void resize(std::size_t n) {
     current.resize(n);
@@ -50,8 +56,8 @@ struct SortedParcels {
   }
 
   // Sorts by the cells of `where`, one position per parcel in current order.
-  void sort(ThreadTeam& team, const World& world, double cell_width, const Vec2i* where, PhaseTimes& times) {
-    grid = choose_grid(world, static_cast<std::uint32_t>(size()), cell_width);
+  void sort(ThreadTeam& team, const GridShape& shape, const Vec2i* where, PhaseTimes& times) {
+    grid = shape;
     cell_sort.sort(team, {grid, where, current}, {next, cell_start}, times);
     std::swap(current, next);
     sorted = true;

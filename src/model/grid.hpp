@@ -13,58 +13,84 @@
 
 namespace pf {
 
+// The cells of one axis.
+struct CellAxis {
+  std::int32_t half = 0;  // half extent of the world, position units: where a periodic one repeats
+  std::int32_t low = 0;   // the cells cover [low, high]; a position beyond counts as at its end
+  std::int32_t high = 0;
+  std::int32_t num = 1;
+  std::uint32_t factor = 0;  // cell = ((position - low) * factor) >> 32
+
+  bool operator==(const CellAxis&) const = default;
+};
+
 struct GridShape {
-  Vec2i half{};            // half extents of the world, position units
-  std::int32_t num_x = 1;  // cells along x
-  std::int32_t num_y = 1;
-  std::uint32_t factor_x = 0;  // cell = (offset * factor) >> 32
-  std::uint32_t factor_y = 0;
+  CellAxis x, y;
 
   bool operator==(const GridShape&) const = default;
 
   PF_HD std::uint32_t num_cells() const {
-    return static_cast<std::uint32_t>(num_x) * static_cast<std::uint32_t>(num_y);
+    return static_cast<std::uint32_t>(x.num) * static_cast<std::uint32_t>(y.num);
   }
 };
 
+// The part of the world that a grid covers, position units.
+struct GridArea {
+  Vec2i low, high;
+};
+
+inline GridArea area_of(const World& world) { return {{-world.half.x, -world.half.y}, world.half}; }
+
 // num_x, num_y: 1 to 2^15 - 1, so that their product fits 32 bits.
-inline GridShape make_grid(const World& world, std::int32_t num_x, std::int32_t num_y) {
-  const auto factor = [](std::int32_t num, std::int32_t half) {
-    // Rounded down with one unit to spare, so that the largest offset, 2 half, lies in cell num - 1.
-    return static_cast<std::uint32_t>((static_cast<std::uint64_t>(num) << 32) /
-                                      (2ULL * static_cast<std::uint64_t>(half) + 1ULL));
+inline GridShape make_grid(const World& world, const GridArea& area, std::int32_t num_x, std::int32_t num_y) {
+  const auto axis = [](std::int32_t half, std::int32_t low, std::int32_t high, std::int32_t num) {
+    // Rounded down with one unit to spare, so that the largest offset, high - low, lies in cell num - 1.
+    const std::uint64_t extent = static_cast<std::uint64_t>(static_cast<std::int64_t>(high) - low);
+    const std::uint64_t factor = (static_cast<std::uint64_t>(num) << 32) / (extent + 1ULL);
+    return CellAxis{half, low, high, num, static_cast<std::uint32_t>(factor)};
   };
-  return {world.half, num_x, num_y, factor(num_x, world.half.x), factor(num_y, world.half.y)};
+  return {axis(world.half.x, area.low.x, area.high.x, num_x),
+          axis(world.half.y, area.low.y, area.high.y, num_y)};
 }
 
-// A grid of cells at least width_units wide, with at most cells_per_parcel cells per parcel and at least one.
-inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, double width_units,
-                             double cells_per_parcel = 2.0) {
-  const double extent_x = 2.0 * world.half.x;
-  const double extent_y = 2.0 * world.half.y;
-  const double min_width = std::sqrt(extent_x * extent_y / (cells_per_parcel * (num_parcels + 1.0)));
-  const double width = width_units > min_width ? width_units : min_width;
-  const auto cells = [width](double extent) {
+// How wide cells are at least, and how many there are at most.
+struct CellSize {
+  double width_units = 0.0;
+  double per_parcel = 2.0;
+};
+
+// A grid over an area with so many parcels. There is at least one cell.
+inline GridShape choose_grid(const World& world, const GridArea& area, std::uint32_t num_parcels,
+                             const CellSize& cells) {
+  const double extent_x = static_cast<double>(area.high.x) - area.low.x;
+  const double extent_y = static_cast<double>(area.high.y) - area.low.y;
+  const double min_width = std::sqrt(extent_x * extent_y / (cells.per_parcel * (num_parcels + 1.0)));
+  const double width = cells.width_units > min_width ? cells.width_units : min_width;
+  const auto num = [width](double extent) {
     const double fit = extent / width;
     return static_cast<std::int32_t>(fit < 1.0 ? 1.0 : fit);
   };
-  return make_grid(world, cells(extent_x), cells(extent_y));
+  return make_grid(world, area, num(extent_x), num(extent_y));
 }
 
-// position: any 32-bit value. A position beyond the edge counts as at the edge.
-PF_HD inline std::int32_t cell_coordinate(std::int32_t position, std::int32_t half, std::uint32_t factor) {
-  const std::int32_t inside = position < -half ? -half : (position > half ? half : position);
-  const std::uint32_t offset = static_cast<std::uint32_t>(inside) + static_cast<std::uint32_t>(half);
-  return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * factor) >> 32);
+// The same over the whole world.
+inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, const CellSize& cells) {
+  return choose_grid(world, area_of(world), num_parcels, cells);
+}
+
+// position: any 32-bit value.
+PF_HD inline std::int32_t cell_coordinate(std::int32_t position, const CellAxis& axis) {
+  const std::int32_t inside = position < axis.low ? axis.low : (position > axis.high ? axis.high : position);
+  const std::uint32_t offset = static_cast<std::uint32_t>(inside) - static_cast<std::uint32_t>(axis.low);
+  return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * axis.factor) >> 32);
 }
 
 // Row-major cell of a position. Retired parcels get num_cells(), one past the last cell.
 PF_HD inline std::uint32_t cell_key(const GridShape& grid, Vec2i position) {
   if (is_retired(position)) return grid.num_cells();
-  const std::int32_t cx = cell_coordinate(position.x, grid.half.x, grid.factor_x);
-  const std::int32_t cy = cell_coordinate(position.y, grid.half.y, grid.factor_y);
-  return static_cast<std::uint32_t>(cy) * static_cast<std::uint32_t>(grid.num_x) +
-         static_cast<std::uint32_t>(cx);
+  return static_cast<std::uint32_t>(cell_coordinate(position.y, grid.y)) *
+             static_cast<std::uint32_t>(grid.x.num) +
+         static_cast<std::uint32_t>(cell_coordinate(position.x, grid.x));
 }
 
 // Cells of one axis that [position - reach, position + reach] touches: first to last. Where the interval
@@ -76,23 +102,23 @@ struct CellSpan {
 
 // |position| + reach must stay below 2^31.
 template <Boundary kBoundary>
-PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::int32_t half,
-                                std::int32_t num, std::uint32_t factor) {
+PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, const CellAxis& axis) {
   const std::int32_t low = position - reach;
   const std::int32_t high = position + reach;
-  CellSpan span{cell_coordinate(low, half, factor), cell_coordinate(high, half, factor), 1, 0};
+  CellSpan span{cell_coordinate(low, axis), cell_coordinate(high, axis), 1, 0};
   if constexpr (kBoundary == Boundary::periodic) {
-    if (reach >= half) return {0, num - 1, 1, 0};
+    const std::int32_t half = axis.half;
+    if (reach >= half) return {0, axis.num - 1, 1, 0};
     if (low < -half) {
-      span.second_first = cell_coordinate(low + half + half, half, factor);
-      span.second_last = num - 1;
+      span.second_first = cell_coordinate(low + half + half, axis);
+      span.second_last = axis.num - 1;
       span.first = 0;
-      if (span.second_first <= span.last) return {0, num - 1, 1, 0};
+      if (span.second_first <= span.last) return {0, axis.num - 1, 1, 0};
     } else if (high >= half) {
       span.second_first = 0;
-      span.second_last = cell_coordinate(high - half - half, half, factor);
-      span.last = num - 1;
-      if (span.second_last >= span.first) return {0, num - 1, 1, 0};
+      span.second_last = cell_coordinate(high - half - half, axis);
+      span.last = axis.num - 1;
+      if (span.second_last >= span.first) return {0, axis.num - 1, 1, 0};
     }
   }
   return span;
@@ -103,11 +129,11 @@ PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, std::
 template <Boundary kBoundary, class Visit>
 PF_HD inline void visit_candidate_ranges(const GridShape& grid, const std::uint32_t* cell_start,
                                          Vec2i position, std::int32_t reach, Visit&& visit) {
-  const CellSpan sx = cell_span<kBoundary>(position.x, reach, grid.half.x, grid.num_x, grid.factor_x);
-  const CellSpan sy = cell_span<kBoundary>(position.y, reach, grid.half.y, grid.num_y, grid.factor_y);
+  const CellSpan sx = cell_span<kBoundary>(position.x, reach, grid.x);
+  const CellSpan sy = cell_span<kBoundary>(position.y, reach, grid.y);
   const auto visit_rows = [&](std::int32_t first_row, std::int32_t last_row) {
     if (first_row > last_row) return;
-    const auto width = static_cast<std::uint32_t>(grid.num_x);
+    const auto width = static_cast<std::uint32_t>(grid.x.num);
     std::uint32_t base = static_cast<std::uint32_t>(first_row) * width;
     std::uint32_t first = cell_start[base + sx.first], last = cell_start[base + sx.last + 1];
     for (std::int32_t row = first_row; row <= last_row; ++row, base += width) {

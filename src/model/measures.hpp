@@ -65,7 +65,26 @@ struct Measures {
   std::uint64_t num_live = 0;
 
   double energy_j() const { return parcel_energy_j + ball_energy_j; }
+  Measures& operator+=(const Measures& o) {
+    parcel_energy_j += o.parcel_energy_j;
+    ball_energy_j += o.ball_energy_j;
+    momentum_kg_mps += o.momentum_kg_mps;
+    momentum_scale_kg_mps += o.momentum_scale_kg_mps;
+    num_live += o.num_live;
+    return *this;
+  }
 };
+
+// One parcel's share.
+inline Measures measures_of(Vec2i position, Vec2f velocity, double mass_kg) {
+  const Vec2d v = to_double(velocity);
+  Measures measures;
+  measures.parcel_energy_j = 0.5 * mass_kg * dot(v, v);
+  measures.momentum_kg_mps = v * mass_kg;
+  measures.momentum_scale_kg_mps = mass_kg * std::sqrt(dot(v, v));
+  measures.num_live = is_retired(position) ? 0 : 1;
+  return measures;
+}
 
 // Adds the ball's share to the sums over the parcels.
 inline void add_ball(const BallConstants& ball, const BallState& state, Measures& measures) {

@@ -48,7 +48,7 @@ struct Gas {
     ThreadTeam team(1);
     CellSort cell_sort;
     PhaseTimes times;
-    space.grid = choose_grid(run.physics.world, num, cell_width / run.physics.world.unit_m, 20.0);
+    space.grid = choose_grid(run.physics.world, num, {cell_width / run.physics.world.unit_m, 20.0});
     cell_sort.sort(team, {space.grid, parcels.position.data(), parcels}, {trajectories, cell_start}, times);
 
     for (std::uint32_t i = 7; num >= 40 && i < num; i += 31) trajectories.position[i] = {kRetired, 0};

@@ -40,7 +40,7 @@ TEST(Search, FastSearchEqualsThePlainLoop) {
         PhaseTimes times;
         std::vector<std::uint32_t> cell_start;
         const auto num = static_cast<std::uint32_t>(n);
-        const GridShape grid = choose_grid(run.physics.world, num, width * diameter);
+        const GridShape grid = choose_grid(run.physics.world, num, {width * diameter});
         cell_sort.sort(team, {grid, parcels.position.data(), parcels}, {sorted, cell_start}, times);
         const SearchSpace space{sorted.position.data(),
                                 cell_start.data(),

@@ -245,7 +245,7 @@ TEST(Exact, ThreadsAgreeWhereIdsEqualIndices) {
   constexpr int kSide = 20;
   const Physics physics = SceneRun(gas(kSide * kSide, 0.28)).physics;
   const World& world = physics.world;
-  const GridShape grid = choose_grid(world, kSide * kSide, 2.8 / world.unit_m);  // as method exact
+  const GridShape grid = choose_grid(world, kSide * kSide, {2.8 / world.unit_m});  // as method exact
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   int num_differ = 0;

@@ -100,11 +100,11 @@ PF_AVX2_SEARCH void append_pairs_by_ranges(const DiscSpace& space, std::uint32_t
 }
 
 // Cell coordinates of eight positions.
-PF_AVX2_INLINE __m256i cell_coordinates(__m256i position, std::int32_t half, std::uint32_t factor) {
-  const __m256i high = _mm256_set1_epi32(half), low = _mm256_set1_epi32(-half);
-  const __m256i scale = _mm256_set1_epi32(static_cast<int>(factor));
+PF_AVX2_INLINE __m256i cell_coordinates(__m256i position, const CellAxis& axis) {
+  const __m256i high = _mm256_set1_epi32(axis.high), low = _mm256_set1_epi32(axis.low);
+  const __m256i scale = _mm256_set1_epi32(static_cast<int>(axis.factor));
   const __m256i inside = _mm256_max_epi32(_mm256_min_epi32(position, high), low);
-  const __m256i offset = _mm256_add_epi32(inside, high);
+  const __m256i offset = _mm256_sub_epi32(inside, low);
   const __m256i even = _mm256_srli_epi64(_mm256_mul_epu32(offset, scale), 32);
   const __m256i odd = _mm256_mul_epu32(_mm256_srli_epi64(offset, 32), scale);
   return _mm256_blend_epi32(even, odd, 0xAA);
@@ -124,16 +124,16 @@ struct EightBoxes {
     const __m256i y = _mm256_cvttps_epi32(_mm256_loadu_ps(space.y + first));
     const __m256i reach = _mm256_add_epi32(_mm256_cvttps_epi32(radius), _mm256_set1_epi32(space.reach));
     _mm256_store_si256(reinterpret_cast<__m256i*>(left),
-                       cell_coordinates(_mm256_sub_epi32(x, reach), grid.half.x, grid.factor_x));
+                       cell_coordinates(_mm256_sub_epi32(x, reach), grid.x));
     _mm256_store_si256(reinterpret_cast<__m256i*>(right),
-                       cell_coordinates(_mm256_add_epi32(x, reach), grid.half.x, grid.factor_x));
+                       cell_coordinates(_mm256_add_epi32(x, reach), grid.x));
     _mm256_store_si256(reinterpret_cast<__m256i*>(top),
-                       cell_coordinates(_mm256_add_epi32(y, reach), grid.half.y, grid.factor_y));
+                       cell_coordinates(_mm256_add_epi32(y, reach), grid.y));
     __m256 is_whole = _mm256_cmp_ps(radius, radius, _CMP_ORD_Q);
     if constexpr (kBoundary == Boundary::periodic) {
       const __m256i room =
-          _mm256_min_epi32(_mm256_sub_epi32(_mm256_set1_epi32(grid.half.x), _mm256_abs_epi32(x)),
-                           _mm256_sub_epi32(_mm256_set1_epi32(grid.half.y), _mm256_abs_epi32(y)));
+          _mm256_min_epi32(_mm256_sub_epi32(_mm256_set1_epi32(grid.x.half), _mm256_abs_epi32(x)),
+                           _mm256_sub_epi32(_mm256_set1_epi32(grid.y.half), _mm256_abs_epi32(y)));
       is_whole = _mm256_and_ps(is_whole, _mm256_castsi256_ps(_mm256_cmpgt_epi32(room, reach)));
     }
     whole = static_cast<unsigned>(_mm256_movemask_ps(is_whole));
@@ -152,7 +152,7 @@ PF_AVX2_SEARCH __attribute__((noinline)) void append_rows(const DiscSpace& space
   const DiscTest<false> test(space, disc_at(space, i));
   append_pairs(test, i, i + 1, box.starts[box.right + 1], pairs);
   for (; box.num_above > 0; --box.num_above) {
-    box.starts += space.grid.num_x;
+    box.starts += space.grid.x.num;
     append_pairs(test, i, box.starts[box.left], box.starts[box.right + 1], pairs);
   }
 }
@@ -185,8 +185,8 @@ PF_AVX2_SEARCH void find_pairs_avx2(const DiscSpace& space, std::uint32_t begin,
   const std::uint32_t* starts = space.cell_start;
   end = std::min(end, starts[grid.num_cells()]);  // retired parcels come after them
   const auto cell = std::upper_bound(starts, starts + grid.num_cells() + 1, begin) - starts - 1;
-  std::int32_t row = static_cast<std::int32_t>(cell) / grid.num_x;
-  starts += static_cast<std::ptrdiff_t>(row) * grid.num_x;
+  std::int32_t row = static_cast<std::int32_t>(cell) / grid.x.num;
+  starts += static_cast<std::ptrdiff_t>(row) * grid.x.num;
   EightBoxes boxes;
   OverlapMask found[9];  // eight, and one that is written before it is known to be empty
   for (std::uint32_t first = begin; first < end; first += 8) {
@@ -199,9 +199,9 @@ PF_AVX2_SEARCH void find_pairs_avx2(const DiscSpace& space, std::uint32_t begin,
         append_pairs_by_ranges<kBoundary>(space, i, pairs);
         continue;
       }
-      for (; starts[grid.num_x] <= i; starts += grid.num_x) ++row;
+      for (; starts[grid.x.num] <= i; starts += grid.x.num) ++row;
       const std::int32_t left = boxes.left[k], right = boxes.right[k], num_above = boxes.top[k] - row;
-      const std::uint32_t* above = starts + (num_above > 0 ? grid.num_x : 0);
+      const std::uint32_t* above = starts + (num_above > 0 ? grid.x.num : 0);
       const std::uint32_t last = std::max(starts[right + 1], i + 1);
       const std::uint32_t first_above = above[left], end_above = above[right + 1];
       const std::uint32_t last_above = num_above > 0 ? end_above : first_above;
@@ -288,13 +288,13 @@ bool gather_blocks(const DiscSpace& space, const Mover* movers, Blocks& blocks) 
     low = {std::min(low.x, centre.x - reach), std::min(low.y, centre.y - reach)};
     high = {std::max(high.x, centre.x + reach), std::max(high.y, centre.y + reach)};
   }
-  const std::int32_t left = cell_coordinate(low.x, grid.half.x, grid.factor_x);
-  const std::int32_t right = cell_coordinate(high.x, grid.half.x, grid.factor_x);
-  const std::int32_t bottom = cell_coordinate(low.y, grid.half.y, grid.factor_y);
-  const std::int32_t top = cell_coordinate(high.y, grid.half.y, grid.factor_y);
+  const std::int32_t left = cell_coordinate(low.x, grid.x);
+  const std::int32_t right = cell_coordinate(high.x, grid.x);
+  const std::int32_t bottom = cell_coordinate(low.y, grid.y);
+  const std::int32_t top = cell_coordinate(high.y, grid.y);
   for (std::int32_t k = 0; k < 3; ++k) {
     const std::int32_t row = std::min(bottom + k, top);
-    const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.num_x;
+    const std::uint32_t* starts = space.cell_start + static_cast<std::uint32_t>(row) * grid.x.num;
     const std::uint32_t first = starts[left], count = starts[right + 1] - first;
     blocks.add(first, first + (bottom + k <= top ? count : 0));
   }

@@ -120,8 +120,10 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   const ExactConstants& c = epoch_->constants;
   evaluate(c, parcels, 0, position_);
   if (run_.physics.parcels.contacts && parcels.size() > 0 && !needs_all_pairs(run_)) {
-    parcels.sort(team_, run_.physics.world, kCellWidth * run_.contact_distance, position_.data(),
-                 report.times);
+    const auto num = static_cast<std::uint32_t>(parcels.size());
+    const GridShape grid =
+        choose_grid(run_.physics.world, num, {kCellWidth * run_.contact_distance});
+    parcels.sort(team_, grid, position_.data(), report.times);
     evaluate(c, parcels, 0, position_);
     present_is_valid_ = false;
     ++report.totals.num_sorts;

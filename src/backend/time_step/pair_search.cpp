@@ -1,6 +1,7 @@
 #include "backend/time_step/pair_search.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "backend/near_filter.hpp"
 #include "model/for_boundary.hpp"
@@ -18,18 +19,18 @@ bool is_at_edge(std::int32_t cell, std::int32_t num) { return cell == 0 || cell 
 
 }  // namespace
 
-bool PairSearch::covers(const GridShape& grid, std::int64_t reach) {
-  const auto fits = [&](std::int32_t num, std::uint32_t factor) {
-    return num <= 2 || reach * factor <= (std::int64_t{1} << 32);
+std::int64_t PairSearch::max_reach(const GridShape& grid) {
+  const auto of = [](const CellAxis& axis) {
+    return axis.num <= 2 ? std::numeric_limits<std::int64_t>::max() : (std::int64_t{1} << 32) / axis.factor;
   };
-  return fits(grid.num_x, grid.factor_x) && fits(grid.num_y, grid.factor_y);
+  return std::min(of(grid.x), of(grid.y));
 }
 
 void PairSearch::prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
                          const std::vector<std::uint32_t>& cell_start) {
   ranges_.resize(num_parcels);
   team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, static_cast<std::size_t>(grid.num_y));
+    const auto [begin, end] = team.share(thread, static_cast<std::size_t>(grid.y.num));
     for (std::size_t row = begin; row < end; ++row) prepare_row(grid, boundary, cell_start, row);
   });
   std::fill(ranges_.begin() + cell_start[grid.num_cells()], ranges_.end(), Ranges{});  // retired
@@ -37,19 +38,19 @@ void PairSearch::prepare(ThreadTeam& team, const GridShape& grid, Boundary bound
 
 void PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
                              const std::vector<std::uint32_t>& cell_start, std::size_t row) {
-  const auto width = static_cast<std::size_t>(grid.num_x);
+  const auto width = static_cast<std::size_t>(grid.x.num);
   const std::uint32_t* own = cell_start.data() + row * width;
-  const bool has_next = row + 1 < static_cast<std::size_t>(grid.num_y);
+  const bool has_next = row + 1 < static_cast<std::size_t>(grid.y.num);
   const bool edge_row =
-      boundary == Boundary::periodic && is_at_edge(static_cast<std::int32_t>(row), grid.num_y);
-  for (std::int32_t x = 0; x < grid.num_x; ++x) {
-    const std::int32_t last = std::min(x + 1, grid.num_x - 1) + 1;
+      boundary == Boundary::periodic && is_at_edge(static_cast<std::int32_t>(row), grid.y.num);
+  for (std::int32_t x = 0; x < grid.x.num; ++x) {
+    const std::int32_t last = std::min(x + 1, grid.x.num - 1) + 1;
     Ranges ranges{own[last], 0, 0};
     if (has_next) {
       ranges.next_first = own[width + static_cast<std::size_t>(std::max(x - 1, 0))];
       ranges.next_last = own[width + static_cast<std::size_t>(last)];
     }
-    if (edge_row || (boundary == Boundary::periodic && is_at_edge(x, grid.num_x))) ranges.own_last = kAtEdge;
+    if (edge_row || (boundary == Boundary::periodic && is_at_edge(x, grid.x.num))) ranges.own_last = kAtEdge;
     std::fill(ranges_.begin() + own[x], ranges_.begin() + own[x + 1], ranges);
   }
 }

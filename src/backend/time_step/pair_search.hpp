@@ -19,9 +19,8 @@ struct TouchingPair {
 
 class PairSearch {
  public:
-  // True if parcels less than `reach` apart along each axis, position units, are in the same or neighbouring
-  // cells.
-  static bool covers(const GridShape& grid, std::int64_t reach);
+  // Parcels at most this far apart along each axis, position units, are in the same or neighbouring cells.
+  static std::int64_t max_reach(const GridShape& grid);
 
   // Tabulates the ranges of all parcels. To be called after every sort.
   void prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,

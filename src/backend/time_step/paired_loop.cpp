@@ -32,7 +32,7 @@ template <class Contact, Boundary kBoundary>
 void PairedLoop::add(const StepLoop& loop, const SortedParcels& parcels, std::uint32_t self,
                      std::uint32_t other, Share& share, CpuTally& tally) {
   const Parcel one = parcel_at(parcels.current, self), two = parcel_at(parcels.current, other);
-  if (is_retired(one.position)) return;
+  if (is_retired(one.position) || parcels.is_copy(self)) return;
   const Vec2i offset = separation<kBoundary>(loop.constants.physics.world, one.position, two.position);
   add_contact<Contact>(loop.constants, one, two, offset, sums_of(self, share), tally);
 }
@@ -64,6 +64,7 @@ void PairedLoop::move(const StepLoop& loop, SortedParcels& parcels, Share& share
       share.begin, share.end, share.flights);
   tally.moved(share.flights.max_displacement, share.flights.max_speed2);
   for (const std::uint32_t i : share.flights.others) {
+    if (parcels.is_copy(i)) continue;
     const Parcel self = parcel_at(now, i);
     const ContactSums sums = contacts_[i] == 0 ? ContactSums{} : share.touched[contacts_[i] - 1].sums;
     const Parcel after =

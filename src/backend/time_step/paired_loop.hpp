@@ -22,11 +22,11 @@ class PairedLoop {
 
   // False: this processor lacks the instructions.
   static bool is_supported() { return choose_free_flight(false, Boundary::open) != nullptr; }
-  // True while the parcels, each displaced along an axis by at most so many position units since they were
-  // sorted, can be searched.
-  static bool covers(const SortedParcels& parcels, const StepConstants& constants,
-                     std::int64_t displacement) {
-    return PairSearch::covers(parcels.grid, constants.contact_reach + 2 * displacement);
+  // Displacement along an axis since the sort up to which parcels can be searched, position units. Negative:
+  // they cannot.
+  static std::int64_t covered_displacement(const SortedParcels& parcels, const StepConstants& constants) {
+    const std::int64_t room = PairSearch::max_reach(parcels.grid) - constants.contact_reach;
+    return room < 0 ? -1 : room / 2;
   }
 
   // To be called after every sort.
