@@ -104,14 +104,17 @@ def launch(bench):
 
 def terms(bench):
     """Undriven, parcels of the court meet 10^5 times in a second of simulated time, and 400 leave."""
-    with bench.open(*NEARLY_STILL) as window:
-        window.choose("Boundary", "walls")
-        window.click("Contacts")
-        window.drag_slider("Parcel speed", 0.1, 0.5)
-        window.click("Held")
-        window.drag_slider("Time scale", 1 / 3, 1.05)
-        time.sleep(1.5)
-        report = window.stop()
+    for wait_s in (1.5, 6.0):  # a busy machine shows few frames
+        with bench.open(*NEARLY_STILL) as window:
+            window.choose("Boundary", "walls")
+            window.click("Contacts")
+            window.drag_slider("Parcel speed", 0.1, 0.5)
+            window.click("Held")
+            window.drag_slider("Time scale", 1 / 3, 1.05)
+            time.sleep(wait_s)
+            report = window.stop()
+        if report["simulated_s"] > 0.2:
+            break
     check(report["simulated_s"] > 0.2, f"time runs fast: {report['simulated_s']:.2f} s are simulated")
     check(report["num_retired"] < 10, f"behind walls nothing leaves: {report['num_retired']} did")
     check(report["collisions"]["count"] < 200, f"without contacts, few collisions: {report['collisions']['count']}")
