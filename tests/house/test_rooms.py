@@ -26,6 +26,7 @@ MAY_INCLUDE = {
     "scene": {"core", "model"},
     "backend": {"core", "model", "model/exact", "backend/exact", "backend/time_step"},
     "backend/time_step": {"core", "model", "backend"},
+    "backend/domains": {"core", "model", "backend", "backend/time_step"},
     "backend/exact": {"core", "model", "model/exact", "backend"},
     "app": {"core", "model", "scene", "backend"},
     "data": {"core", "model", "scene", "backend", "app"},

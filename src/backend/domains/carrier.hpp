@@ -1,0 +1,55 @@
+// What carries bytes between the processes (ranks) that share the domains of a world.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <vector>
+
+namespace pf {
+
+// Bytes for a rank. tag: tells messages between two ranks apart, below 2^15.
+struct Outgoing {
+  unsigned rank;
+  int tag;
+  const void* data;
+  std::size_t num_bytes;
+};
+
+struct Incoming {
+  unsigned rank;
+  int tag;
+  void* data;
+  std::size_t num_bytes;
+};
+
+// All ranks call the same functions in the same order. Errors end the process.
+class Carrier {
+ public:
+  virtual ~Carrier() = default;
+
+  virtual unsigned rank() const = 0;
+  virtual unsigned num_ranks() const = 0;
+  // Ranks on this machine, this one included.
+  virtual unsigned num_ranks_here() const = 0;
+  // Every rank gets the bytes of rank 0.
+  virtual void broadcast(std::vector<std::byte>& bytes) = 0;
+  // all: num_bytes of each rank, in order.
+  virtual void all_gather(const void* mine, std::size_t num_bytes, void* all) = 0;
+  // Sends and receives. Both sides know the sizes.
+  virtual void exchange(const std::vector<Outgoing>& out, const std::vector<Incoming>& in) = 0;
+};
+
+// One process holds all domains.
+class LocalCarrier final : public Carrier {
+ public:
+  unsigned rank() const override { return 0; }
+  unsigned num_ranks() const override { return 1; }
+  unsigned num_ranks_here() const override { return 1; }
+  void broadcast(std::vector<std::byte>&) override {}
+  void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
+    std::memcpy(all, mine, num_bytes);
+  }
+  void exchange(const std::vector<Outgoing>&, const std::vector<Incoming>&) override {}
+};
+
+}  // namespace pf

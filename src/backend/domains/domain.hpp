@@ -1,0 +1,86 @@
+// One slab of the world and its parcels, on the CPU.
+//
+// Parcels of other slabs that lie within a margin of this one are copied into it when all slabs are sorted,
+// and their motion is brought up to date before every step. A parcel's step then reads all its partners here.
+// Until the next sort parcels may move out of their slab: the margin is as wide as the contact distance and
+// twice the largest displacement since.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "backend/domains/slabs.hpp"
+#include "backend/draw_buffers.hpp"
+#include "backend/profile.hpp"
+#include "backend/time_step/time_stepper.hpp"
+#include "model/spawn.hpp"
+
+namespace pf {
+
+// What a copy of a parcel follows.
+struct ParcelMotion {
+  Vec2i position;
+  Vec2f velocity;
+};
+
+class Domain {
+ public:
+  // index: of the slab. team must outlive it.
+  Domain(unsigned index, ThreadTeam& team);
+  Domain(const Domain&) = delete;
+  Domain& operator=(const Domain&) = delete;
+
+  // Spawns the parcels of the plan that lie in the slab.
+  void reset(const Slabs& slabs, const SpawnPlan& plan);
+  // Replaces all parcels by these.
+  void take(const Slabs& slabs, const std::vector<Parcel>& parcels);
+
+  // The sort of all slabs, in this order.
+  // 1. Drops the copies, and moves the parcels that have left the slab to out[slab].
+  void release(std::vector<std::vector<Parcel>>& out);
+  // 2. Takes over those of other slabs.
+  void adopt(const std::vector<Parcel>& parcels);
+  // 3. Copies parcels within `margin` of another slab, position units, to out[slab].
+  void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out);
+  // 4. Takes the copies of another slab's parcels; slabs in order.
+  void add_copies(unsigned slab, const std::vector<Parcel>& parcels);
+  // 5.
+  void sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times);
+
+  // Motion of the parcels that another slab has copies of, in the order of copy_margins.
+  void pack(unsigned slab, std::vector<ParcelMotion>& out) const;
+  void unpack(unsigned slab, const std::vector<ParcelMotion>& in);
+
+  TimeStepper& stepper() { return stepper_; }
+
+  // Own parcels only. Order: that of memory.
+  std::uint32_t num_parcels() const { return parcels_.num_own; }
+  template <class Visit>
+  void visit(const Visit& see) const {
+    for (std::size_t i = 0; i < parcels_.size(); ++i) {
+      if (!parcels_.is_copy(i)) see(Parcel{parcels_.current.position[i], parcels_.current.velocity[i],
+                                           parcels_.current.id[i]});
+    }
+  }
+  std::uint64_t memory_bytes() const;
+
+ private:
+  struct Border {
+    std::vector<std::uint32_t> sent;    // places of own parcels
+    std::vector<std::uint32_t> copies;  // places of the other slab's
+    std::uint32_t first = 0, num = 0;   // origins of the copies
+  };
+
+  void append(const Parcel& parcel);
+  void finish_appending();
+
+  unsigned index_;
+  Slabs slabs_;
+  ThreadTeam& team_;
+  SortedParcels parcels_;
+  TimeStepper stepper_{team_, parcels_};
+  std::vector<Border> borders_;  // one for each slab
+  std::vector<std::uint32_t> place_;  // after the sort, of each origin
+};
+
+}  // namespace pf

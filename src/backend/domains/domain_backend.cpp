@@ -1,0 +1,149 @@
+#include "backend/domains/domain_backend.hpp"
+
+#include <fmt/format.h>
+
+#include "backend/domains/domain_group.hpp"
+#include "backend/domains/orders.hpp"
+#include "backend/domains/rank_threads.hpp"
+#include "backend/processor.hpp"
+#include "core/error.hpp"
+
+namespace pf {
+namespace {
+
+class DomainBackend final : public Backend {
+ public:
+  DomainBackend(std::shared_ptr<Carrier> carrier, unsigned num_domains, unsigned num_threads)
+      : carrier_(std::move(carrier)),
+        num_domains_(num_domains),
+        group_(*carrier_, num_domains, threads_of_rank(*carrier_, num_threads)) {
+    order(Message().put(Order::open).put(num_domains).put(num_threads));
+  }
+
+  std::string name() const override { return "cpu"; }
+  std::string device() const override;
+  unsigned num_domains() const override { return num_domains_; }
+  std::string refusal_of(Method method) const override {
+    if (method != Method::exact) return "";
+    return "run.method: exact works in one domain only, since its events hang together across slabs; give "
+           "impulse or spring, or leave out --domains and mpirun";
+  }
+  std::unique_ptr<Backend> with_threads(unsigned num_threads) const override {
+    return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads);
+  }
+
+  void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
+  void set_physics(const Physics& physics) override {
+    physics_ = physics;
+    order(Message().put(Order::set_physics).put(physics));
+    group_.set_physics(physics);
+  }
+  void set_ball(const BallState& ball) override {
+    order(Message().put(Order::set_ball).put(ball));
+    group_.set_ball(ball);
+  }
+  void restore(const ParcelSnapshot& snapshot) override {
+    order(Message().put(Order::restore).put(snapshot.step));
+    group_.restore(snapshot);
+  }
+  void submit(const StepRequest& request) override;
+  StepReport collect() override { return report_; }
+  void draw(const DrawBuffers& buffers) override {
+    order(Message().put(Order::draw));
+    group_.draw(buffers);
+  }
+  ParcelSnapshot snapshot() override {
+    ParcelSnapshot snapshot;
+    take_snapshot(snapshot);
+    return snapshot;
+  }
+  void save(BackendState& state) override;
+  void resume(const Physics& physics, const BackendState& state) override;
+  Measures measure() override {
+    order(Message().put(Order::measure));
+    return group_.measure();
+  }
+  Profile profile(const ProfileShape& shape) override {
+    order(Message().put(Order::profile).put(shape));
+    return group_.profile(shape);
+  }
+  std::uint64_t state_hash() override {
+    order(Message().put(Order::state_hash));
+    return group_.state_hash();
+  }
+  std::uint64_t memory_bytes() const override { return group_.memory_bytes(); }
+  double min_bytes_moved(const StepTotals& totals) const override {
+    return min_step_bytes(physics_.parcels.num, 2 * std::size_t{physics_.parcels.num}, totals);
+  }
+  double measure_copy_bandwidth(std::size_t num_bytes) override {
+    order(Message().put(Order::measure_copy_bandwidth).put(num_bytes));
+    return group_.measure_copy_bandwidth(num_bytes);
+  }
+
+ private:
+  void order(Message& message) { carrier_->broadcast(message.bytes()); }
+  void order(Message&& message) { order(message); }
+  void take_snapshot(ParcelSnapshot& to) {
+    order(Message().put(Order::gather));
+    group_.gather(to);
+  }
+
+  std::shared_ptr<Carrier> carrier_;
+  unsigned num_domains_;
+  DomainGroup group_;
+  Physics physics_;
+  double exact_s_ = 0.0;  // of a state that was resumed
+  StepReport report_;     // of the last request
+};
+
+std::string DomainBackend::device() const {
+  const unsigned num_ranks = carrier_->num_ranks();
+  const std::string ranks = num_ranks > 1 ? fmt::format("{} processes of ", num_ranks) : "";
+  return fmt::format("{} domains, {}{}", num_domains_, ranks, processor_with_threads(group_.num_threads()));
+}
+
+void DomainBackend::reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) {
+  physics_ = physics;
+  exact_s_ = 0.0;
+  Message message;
+  message.put(Order::reset).put(physics).put(ball);
+  put_plan(message, plan);
+  order(message);
+  group_.reset(physics, plan, ball);
+}
+
+void DomainBackend::submit(const StepRequest& request) {
+  if (const std::string refusal = refusal_of(request.method); !refusal.empty()) throw UserError(refusal);
+  StepRequest plain = request;
+  plain.events = nullptr;
+  plain.draw = nullptr;
+  order(Message().put(Order::advance).put(plain));
+  report_ = group_.advance(plain);
+  if (request.draw) draw(*request.draw);
+}
+
+void DomainBackend::save(BackendState& state) {
+  take_snapshot(state.parcels);
+  state.ball = group_.ball();
+  state.ball_was_set = false;
+  state.exact_s = exact_s_;
+  state.exact = {};
+}
+
+void DomainBackend::resume(const Physics& physics, const BackendState& state) {
+  physics_ = physics;
+  exact_s_ = state.exact_s;
+  order(Message().put(Order::resume).put(physics).put(state.ball).put(state.parcels.step));
+  group_.resume(physics, state.ball, state.parcels);
+}
+
+}  // namespace
+
+std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
+                                             unsigned num_threads) {
+  return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads);
+}
+
+void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }
+
+}  // namespace pf

@@ -1,0 +1,25 @@
+// The domains as one backend. It lives on rank 0 and tells the other ranks what to do (serve_domains).
+#pragma once
+
+#include <memory>
+
+#include "backend/backend.hpp"
+#include "backend/domains/carrier.hpp"
+
+namespace pf {
+
+// Most domains: their slabs are thin, and everyone hears from everyone.
+constexpr unsigned kMaxDomains = 64;
+
+// num_domains: a multiple of the number of ranks. num_threads: of each rank; 0 means all of the machine,
+// shared by its ranks. At a time only one such backend works: another one takes the ranks over.
+std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
+                                             unsigned num_threads);
+
+// On every rank but the first: does what rank 0 orders until end_domains().
+void serve_domains(Carrier& carrier);
+
+// On rank 0.
+void end_domains(Carrier& carrier);
+
+}  // namespace pf

@@ -1,0 +1,135 @@
+#include "backend/domains/domain_group.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "model/time_step.hpp"
+
+namespace pf {
+namespace {
+
+// Width of the margin, in contact distances and in mean distances of parcels. It takes part in no result. A
+// wider one is sorted less often, and has more parcels to copy and to send.
+constexpr double kMarginWidth = 3.0;
+
+// What a rank knows after a step. All ranks learn it from all.
+struct StepOutcome {
+  CpuTally tally;
+  bool is_time_up = false;
+};
+
+std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels) {
+  const World& world = constants.physics.world;
+  const double area = 4.0 * world.half.x * static_cast<double>(world.half.y);
+  const double spacing = std::sqrt(area / (num_parcels + 1.0));
+  return static_cast<std::int64_t>(std::ceil(kMarginWidth * std::fmax(constants.contact_distance, spacing)));
+}
+
+}  // namespace
+
+DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads)
+    : ranks_(carrier, num_domains), team_(num_threads) {
+  slabs_.num = num_domains;
+  for (unsigned d = 0; d < ranks_.num_local(); ++d)
+    domains_.push_back(std::make_unique<Domain>(ranks_.first_local() + d, team_));
+}
+
+StepReport DomainGroup::advance(const StepRequest& request) {
+  StepReport report;
+  const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
+  const Deadline deadline(request.budget_ms);
+  is_time_up_ = false;
+  for (std::uint32_t k = 0; k < request.num_steps && !is_time_up_; ++k) {
+    if (physics_.parcels.contacts) {
+      if (!is_sorted_ || displacement_ > max_displacement_) {
+        sort(constants, report);
+      } else if (!are_copies_current_) {
+        ScopedPhase timing(report.times, Phase::grid);
+        update_copies();
+      }
+      are_copies_current_ = true;
+    }
+    step(constants, request, deadline, report);
+  }
+  report.ball = ball_;
+  return report;
+}
+
+void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
+  const auto for_each = [&](const auto& work) {
+    for (unsigned d = 0; d < domains_.size(); ++d) work(*domains_[d], d);
+  };
+  {
+    ScopedPhase timing(report.times, Phase::sort);
+    Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
+    for_each([&](Domain& domain, unsigned d) { domain.release(out[d]); });
+    ranks_.exchange(out, in, ranks_.all_counts(out));
+    for_each([&](Domain& domain, unsigned d) {
+      for (const std::vector<Parcel>& parcels : in[d]) domain.adopt(parcels);
+    });
+    margin_ = margin_of(constants, physics_.parcels.num);
+    out = ranks_.empty_traffic<Parcel>();
+    in = ranks_.empty_traffic<Parcel>();
+    for_each([&](Domain& domain, unsigned d) { domain.copy_margins(margin_, out[d]); });
+    motion_counts_ = ranks_.all_counts(out);
+    ranks_.exchange(out, in, motion_counts_);
+    for_each([&](Domain& domain, unsigned d) {
+      for (unsigned k = 0; k < slabs_.num; ++k) domain.add_copies(k, in[d][k]);
+    });
+  }
+  std::int64_t covered = (margin_ - constants.contact_reach) / 2;
+  for_each([&](Domain& domain, unsigned) {
+    domain.sort(constants, margin_, report.times);
+    covered = std::min(covered, domain.stepper().covered_displacement(constants));
+  });
+  const std::vector<std::int64_t> all = ranks_.all_of(covered);
+  max_displacement_ = *std::min_element(all.begin(), all.end());
+  displacement_ = 0;
+  motion_out_ = ranks_.empty_traffic<ParcelMotion>();
+  motion_in_ = ranks_.empty_traffic<ParcelMotion>();
+  is_sorted_ = true;
+  sum_memory();
+  ++report.totals.num_sorts;
+}
+
+void DomainGroup::update_copies() {
+  for (unsigned d = 0; d < domains_.size(); ++d) {
+    for (unsigned k = 0; k < slabs_.num; ++k) domains_[d]->pack(k, motion_out_[d][k]);
+  }
+  ranks_.exchange(motion_out_, motion_in_, motion_counts_);
+  for (unsigned d = 0; d < domains_.size(); ++d) {
+    for (unsigned k = 0; k < slabs_.num; ++k) domains_[d]->unpack(k, motion_in_[d][k]);
+  }
+}
+
+void DomainGroup::step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,
+                       StepReport& report) {
+  const BallMotion motion =
+      ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+  const std::uint32_t key = rounding_key(physics_.seed, step_);
+  StepOutcome mine;
+  {
+    ScopedPhase timing(report.times, Phase::collide_integrate);
+    for (const auto& domain : domains_)
+      mine.tally.add(domain->stepper().advance({constants, request.method, request.neighbors, motion, key}));
+  }
+  ScopedPhase timing(report.times, Phase::ball);
+  mine.is_time_up = ranks_.is_first() && deadline.has_passed();
+  CpuTally sum;
+  for (const StepOutcome& outcome : ranks_.all_of(mine)) {
+    sum.add(outcome.tally);
+    is_time_up_ = is_time_up_ || outcome.is_time_up;
+  }
+  displacement_ += sum.max_displacement;
+  for (const auto& domain : domains_) domain->stepper().add_displacement(sum.max_displacement);
+  if (physics_.ball.exists)
+    advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
+  StepTotals totals = totals_of(constants, sum);
+  totals.num_steps = 1;
+  totals.first_invalid_step = step_;
+  report.totals += totals;
+  are_copies_current_ = false;
+  ++step_;
+}
+
+}  // namespace pf

@@ -1,0 +1,69 @@
+// The domains of this process, and what all processes do together. Every rank calls the same functions with
+// the same arguments; results hold on every rank unless stated otherwise.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "backend/backend.hpp"
+#include "backend/domains/domain.hpp"
+#include "backend/domains/domain_ranks.hpp"
+
+namespace pf {
+
+class DomainGroup {
+ public:
+  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. carrier must outlive it.
+  DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads);
+
+  void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball);
+  void set_physics(const Physics& physics);
+  void set_ball(const BallState& ball) { ball_ = ball; }
+  // parcels: all of them on rank 0, of which `step` is valid everywhere.
+  void restore(const ParcelSnapshot& parcels);
+  void resume(const Physics& physics, const BallState& ball, const ParcelSnapshot& parcels);
+
+  // Time-stepped methods only. Ignores request.draw. Times are those of this rank.
+  StepReport advance(const StepRequest& request);
+
+  // Result on rank 0 only.
+  void gather(ParcelSnapshot& parcels);
+  // buffers: of rank 0.
+  void draw(const DrawBuffers& buffers);
+  Measures measure();
+  Profile profile(const ProfileShape& shape);
+  std::uint64_t state_hash();
+  // Of all ranks.
+  std::uint64_t memory_bytes() const { return memory_bytes_; }
+  double measure_copy_bandwidth(std::size_t num_bytes);
+
+  const BallState& ball() const { return ball_; }
+  unsigned num_threads() const { return team_.size(); }
+
+ private:
+  void distribute(const ParcelSnapshot& parcels);
+  void sum_memory();
+  void sort(const StepConstants& constants, StepReport& report);
+  void update_copies();
+  void step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,
+            StepReport& report);
+
+  DomainRanks ranks_;
+  ThreadTeam team_;
+  Slabs slabs_;
+  std::vector<std::unique_ptr<Domain>> domains_;
+  Physics physics_;
+  BallState ball_;
+  std::uint64_t step_ = 0;  // since the reset; keys the random roundings
+  std::int64_t margin_ = 0;
+  std::int64_t displacement_ = 0;      // bound on that of any parcel since the sort, along an axis
+  std::int64_t max_displacement_ = 0;  // up to which all searches find all partners
+  bool is_sorted_ = false;             // margins and searches are those of the present constants
+  bool are_copies_current_ = false;    // since the last step
+  bool is_time_up_ = false;            // by the clock of rank 0
+  std::uint64_t memory_bytes_ = 0;     // since the last sort or reset
+  Traffic<ParcelMotion> motion_out_, motion_in_;
+  std::vector<std::uint64_t> motion_counts_;
+};
+
+}  // namespace pf

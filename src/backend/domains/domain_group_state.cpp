@@ -1,0 +1,135 @@
+// The state of all domains as others set and read it.
+#include "backend/domains/domain_group.hpp"
+#include "backend/processor.hpp"
+
+namespace pf {
+
+void DomainGroup::reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) {
+  physics_ = physics;
+  ball_ = ball;
+  step_ = 0;
+  is_sorted_ = false;
+  slabs_.world = physics.world;
+  for (const auto& domain : domains_) domain->reset(slabs_, plan);
+  sum_memory();
+}
+
+void DomainGroup::set_physics(const Physics& physics) {
+  physics_ = physics;
+  is_sorted_ = false;
+}
+
+void DomainGroup::restore(const ParcelSnapshot& parcels) {
+  step_ = parcels.step;
+  is_sorted_ = false;
+  distribute(parcels);
+}
+
+void DomainGroup::resume(const Physics& physics, const BallState& ball, const ParcelSnapshot& parcels) {
+  physics_ = physics;
+  slabs_.world = physics.world;
+  ball_ = ball;
+  restore(parcels);
+}
+
+// Parcels that have left the world stay with the first domain.
+void DomainGroup::distribute(const ParcelSnapshot& parcels) {
+  Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
+  if (ranks_.is_first()) {
+    for (std::size_t i = 0; i < parcels.position.size(); ++i) {
+      const Vec2i position = parcels.position[i];
+      const unsigned owner = is_retired(position) ? 0 : slabs_.owner(position.x);
+      out[0][owner].push_back({position, parcels.velocity[i], static_cast<std::uint32_t>(i)});
+    }
+  }
+  ranks_.exchange(out, in, ranks_.all_counts(out));
+  for (unsigned d = 0; d < domains_.size(); ++d) domains_[d]->take(slabs_, in[d][0]);
+  sum_memory();
+}
+
+void DomainGroup::gather(ParcelSnapshot& parcels) {
+  std::vector<Parcel> mine;
+  for (const auto& domain : domains_) domain->visit([&](const Parcel& parcel) { mine.push_back(parcel); });
+  const std::vector<Parcel> all = ranks_.gather(mine);
+  parcels.position.resize(all.size());
+  parcels.velocity.resize(all.size());
+  parcels.step = step_;
+  for (const Parcel& parcel : all) {
+    parcels.position[parcel.id] = parcel.position;
+    parcels.velocity[parcel.id] = parcel.velocity;
+  }
+}
+
+void DomainGroup::draw(const DrawBuffers& buffers) {
+  struct Drawn {
+    Vec2f position_m;
+    float speed_mps;
+  };
+  std::vector<Drawn> mine;
+  std::size_t num = 0;
+  for (const auto& domain : domains_) {
+    domain->visit([&](const Parcel& parcel) {
+      if (ranks_.is_first()) {
+        draw_parcel(buffers, physics_.world, num++, parcel.position, parcel.velocity);
+        return;
+      }
+      Drawn& drawn = mine.emplace_back();
+      const DrawBuffers one = {&drawn.position_m, &drawn.speed_mps, 1};
+      draw_parcel(one, physics_.world, 0, parcel.position, parcel.velocity);
+    });
+  }
+  for (const Drawn& drawn : ranks_.gather(mine)) {
+    buffers.position_m[num] = drawn.position_m;
+    buffers.speed_mps[num++] = drawn.speed_mps;
+  }
+}
+
+// Summed in the order of domains: with other numbers of domains the sums may differ in their last bits.
+Measures DomainGroup::measure() {
+  Measures mine;
+  for (const auto& domain : domains_)
+    domain->visit([&](const Parcel& parcel) {
+      mine += measures_of(parcel.position, parcel.velocity, physics_.parcels.mass_kg);
+    });
+  Measures total;
+  for (const Measures& sum : ranks_.all_of(mine)) total += sum;
+  add_ball(physics_.ball, ball_, total);
+  return total;
+}
+
+Profile DomainGroup::profile(const ProfileShape& shape) {
+  Profile mine = empty_profile(shape);
+  for (const auto& domain : domains_)
+    domain->visit([&](const Parcel& parcel) { add_parcels(mine, &parcel.position, &parcel.velocity, 1); });
+  const std::vector<ProfileSums> all = ranks_.gather(mine.bins);
+  for (std::size_t k = mine.bins.size(); k < all.size(); ++k) mine.bins[k % mine.bins.size()] += all[k];
+  return mine;
+}
+
+std::uint64_t DomainGroup::state_hash() {
+  std::uint64_t mine = 0;
+  for (const auto& domain : domains_) {
+    domain->visit([&](const Parcel& parcel) {
+      mine += parcel_hash(parcel.id, parcel.position, parcel.velocity);
+    });
+  }
+  std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
+  for (const std::uint64_t sum : ranks_.all_of(mine)) hash += sum;
+  return hash;
+}
+
+void DomainGroup::sum_memory() {
+  std::uint64_t mine = 0;
+  for (const auto& domain : domains_) mine += domain->memory_bytes();
+  memory_bytes_ = 0;
+  for (const std::uint64_t bytes : ranks_.all_of(mine)) memory_bytes_ += bytes;
+}
+
+double DomainGroup::measure_copy_bandwidth(std::size_t num_bytes) {
+  double total = 0.0;
+  for (const double bandwidth : ranks_.all_of(pf::measure_copy_bandwidth(team_, num_bytes)))
+    total += bandwidth;
+  return total;
+}
+
+}  // namespace pf
