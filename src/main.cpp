@@ -19,10 +19,12 @@
 #include "app/report.hpp"
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
+#include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
+#include "ranks.hpp"
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
@@ -53,7 +55,20 @@ std::unique_ptr<Backend> cuda_backend_on(int device) { return make_cuda_backend(
 std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build has no CUDA backend"); }
 #endif
 
-std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device) {
+// Domains on the processor, of this process and others.
+std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ranks) {
+  const unsigned num = options.domains > 0 ? static_cast<unsigned>(options.domains) : ranks.num();
+  if (num % ranks.num() != 0) {
+    throw UserError(fmt::format("--domains: {} is not a multiple of the {} processes of mpirun; give {}", num,
+                                ranks.num(), ranks.num() * (num / ranks.num() + 1)));
+  }
+  return make_domain_backend(ranks.carrier(), num, static_cast<unsigned>(options.settings.threads));
+}
+
+std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks) {
+  if (options.cuda && ranks.num() > 1)
+    throw UserError("mpirun: its processes compute on processors only; leave out --cuda or mpirun");
+  if (ranks.num() > 1 || options.domains > 1) return domain_backend(options, ranks);
   if (options.cuda) {
     std::string obstacle = cuda_obstacle();
     try {
@@ -118,7 +133,7 @@ void say_if_over(const Options& options) {
       fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
 }
 
-StageRun run_on_stage(const Options& options) {
+StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   stop_gracefully();
   StageHooks hooks;
   hooks.announce = announce;
@@ -128,7 +143,7 @@ StageRun run_on_stage(const Options& options) {
   hooks.make_backend = [device](const std::string& name, std::int64_t threads) {
     return name == "cuda" ? cuda_backend_on(device) : make_cpu_backend(static_cast<unsigned>(threads));
   };
-  std::unique_ptr<Backend> backend = choose_backend(options, device);
+  std::unique_ptr<Backend> backend = choose_backend(options, device, ranks);
   set_draw_target(options, *backend, hooks);
   const std::string device_name = backend->device();
   const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
@@ -156,16 +171,16 @@ StageRun run_on_stage(const Options& options) {
   return {exit_code, std::move(report)};
 }
 
-int run(const Options& options) {
+int run(const Options& options, const Ranks& ranks) {
   if (!options.save_scene.empty()) save_new_scene_file(options.save_scene, options.settings);
-  const StageRun run = run_on_stage(options);
+  const StageRun run = run_on_stage(options, ranks);
   if (!options.report.empty()) write_report(options.report, run.report);
   return run.exit_code;
 }
 
 // Times the same frames without and with a film, in turn, so that a change of the machine's speed affects
 // both.
-StageRun bench_recording(const Options& options) {
+StageRun bench_recording(const Options& options, const Ranks& ranks) {
   constexpr int kRounds = 3;
   Options without = options;
   without.record.clear();
@@ -173,8 +188,8 @@ StageRun bench_recording(const Options& options) {
   std::vector<nlohmann::json> recorded;
   int exit_code = 0;
   for (int round = 0; round < kRounds && !stop_requested; ++round) {
-    plain.push_back(run_on_stage(without).report);
-    StageRun run = run_on_stage(options);
+    plain.push_back(run_on_stage(without, ranks).report);
+    StageRun run = run_on_stage(options, ranks);
     exit_code = std::max(exit_code, run.exit_code);
     recorded.push_back(std::move(run.report));
   }
@@ -185,25 +200,26 @@ StageRun bench_recording(const Options& options) {
 }
 
 // Times whole frames, offscreen, with overlay and, if requested, panel.
-int bench_frames(Options options) {
+int bench_frames(Options options, const Ranks& ranks) {
   options.headless = true;
   options.record_panel = options.bench_panel;
   options.settings.seconds = options.bench_frames / options.settings.frame_rate_hz;
-  const StageRun run = options.record.empty() ? run_on_stage(options) : bench_recording(options);
+  const StageRun run = options.record.empty() ? run_on_stage(options, ranks) : bench_recording(options, ranks);
   print_frame_times(run.report);
   if (!options.bench_json.empty()) write_report(options.bench_json, run.report);
   return run.exit_code;
 }
 
-int bench(const Options& options) {
+int bench(const Options& options, const Ranks& ranks) {
   if (options.sweep) {
+    if (ranks.num() > 1) throw UserError("--sweep: starts runs of its own; leave out mpirun");
     const std::string obstacle = cuda_obstacle();
     if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
     stop_gracefully();
     return run_sweep(options, obstacle, stop_requested);
   }
-  if (options.bench_frames > 0) return bench_frames(options);
-  std::unique_ptr<Backend> backend = choose_backend(options, 0);
+  if (options.bench_frames > 0) return bench_frames(options, ranks);
+  std::unique_ptr<Backend> backend = choose_backend(options, 0, ranks);
   if (options.bench_flight) {
     stop_gracefully();
     run_flight_bench(options, std::move(backend), stop_requested);
@@ -264,7 +280,7 @@ void choose_settings(Options& options) {
   fmt::print("{}", describe(choice, table));
 }
 
-int dispatch(int argc, char** argv) {
+int dispatch(int argc, char** argv, const Ranks& ranks) {
   ParseResult parsed = parse_options(argc, argv);
   if (!parsed.options) {
     fmt::print("{}", parsed.text);
@@ -274,14 +290,33 @@ int dispatch(int argc, char** argv) {
   read_start(*parsed.options);
   switch (parsed.options->command) {
     case Command::bench:
-      return bench(*parsed.options);
+      return bench(*parsed.options, ranks);
     case Command::scenes:
       return list();
     case Command::lab:
       return lab(*parsed.options);
     default:
-      return run(*parsed.options);
+      return run(*parsed.options, ranks);
   }
+}
+
+// Prints errors. Returns the exit code.
+int run_all(int argc, char** argv, const Ranks& ranks) {
+  try {
+    return dispatch(argc, argv, ranks);
+  } catch (const UserError& error) {
+    announce(fmt::format("pickleflight: {}", error.what()));
+    return 2;
+  } catch (const DeviceError& error) {
+    announce(fmt::format("pickleflight: {}", error.what()));
+    return 3;
+  } catch (const std::bad_alloc&) {
+    announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
+  } catch (const std::system_error& error) {
+    announce(fmt::format("pickleflight: a system call failed (threads, files): {}; give fewer --threads",
+                         error.what()));
+  }
+  return ranks.fail(3);
 }
 
 }  // namespace
@@ -289,19 +324,10 @@ int dispatch(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return pf::dispatch(argc, argv);
+    pf::Ranks ranks(argc, argv);
+    return ranks.leads() ? pf::run_all(argc, argv, ranks) : ranks.serve();
   } catch (const pf::UserError& error) {
     fmt::print(stderr, "pickleflight: {}\n", error.what());
     return 2;
-  } catch (const pf::DeviceError& error) {
-    fmt::print(stderr, "pickleflight: {}\n", error.what());
-    return 3;
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "pickleflight: out of memory; give fewer parcels (-p) or a smaller --size\n");
-    return 3;
-  } catch (const std::system_error& error) {
-    fmt::print(stderr, "pickleflight: a system call failed (threads, files): {}; give fewer --threads\n",
-               error.what());
-    return 3;
   }
 }

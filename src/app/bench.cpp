@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "app/domain_checks.hpp"
 #include "app/report.hpp"
 #include "app/simulation.hpp"
 #include "app/step_request.hpp"
@@ -55,6 +56,7 @@ Bench prepare(const Options& options, Backend& backend) {
   bench.physics = derive_physics(settings);
   if (bench.physics.parcels.num == 0)
     throw UserError("bench: air.kind is not parcels, there is nothing to time");
+  check_backend(settings, bench.physics, backend);
   const BallState ball = initial_ball(settings);
   const Spawner spawner(settings, bench.physics, ball);
   backend.reset(bench.physics, spawner.plan(), ball);

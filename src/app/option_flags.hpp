@@ -36,7 +36,7 @@ constexpr const char* kBenchScene = "gas";  // comparable with theory and other 
 // The command line as typed. It is checked later: --set and flags override the scene in any order.
 struct Typed {
   std::optional<std::string> scene, accuracy, of, size, steps, warmup, repeats, frames, sweep_max, theme,
-      color_map, overlay, ui_scale, clip, clip_format, magnifier, picture_size, picture_tile;
+      color_map, overlay, ui_scale, domains, clip, clip_format, magnifier, picture_size, picture_tile;
   std::vector<std::string> sets;
   std::vector<std::pair<const SettingFlag*, std::string>> flags;
   std::string record, report, picture, json, panel_map, log, study, folder, overlay_csv, profile_csv,

@@ -60,7 +60,7 @@ void check_sweep(const Typed& typed, const Options& options) {
   const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
                           typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
                           !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
-                          options.bench_panel || options.bench_flight || typed.force;
+                          options.bench_panel || options.bench_flight || typed.force || typed.domains;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
@@ -210,6 +210,9 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   }
   if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
   check_sweep(typed, options);
+  if (typed.domains) options.domains = whole_number("--domains", *typed.domains, 1, kMaxDomains);
+  if (options.domains > 1 && options.cuda)
+    throw UserError("--domains: domains are on processors only; leave out --domains or --cuda");
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.accuracy = accuracy_wish(typed);
@@ -235,8 +238,9 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
 }
 
 std::string version_text() {
-  return fmt::format("pickleflight {} (CUDA backend: {}, HDF5: {})", PF_VERSION, PF_HAVE_CUDA ? "yes" : "no",
-                     PF_HAVE_HDF5 ? "yes" : "no");
+  const auto word = [](bool is_there) { return is_there ? "yes" : "no"; };
+  return fmt::format("pickleflight {} (CUDA backend: {}, HDF5: {}, MPI: {})", PF_VERSION, word(PF_HAVE_CUDA),
+                     word(PF_HAVE_HDF5), word(PF_HAVE_MPI));
 }
 
 std::string one_line(std::string text) {

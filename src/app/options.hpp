@@ -61,6 +61,7 @@ struct Options {
   bool show_path = false;         // -t
   bool cuda = false;              // --cuda
   bool cuda_no_fallback = false;  // --cuda-no-fallback
+  int domains = 0;                // --domains K; 0: one for each process
   bool headless = false;
   bool show_panel = true;
   std::filesystem::path record;   // --record FILE.mp4, .mkv, .rgb or FOLDER/%05d.png; empty: none

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/command_queue.hpp"
+#include "app/domain_checks.hpp"
 #include "app/memory.hpp"
 #include "app/simulation_state.hpp"
 
@@ -50,6 +51,7 @@ void Simulation::State::reset(const Settings& with) {
 // Spawns parcels for the settings around a ball. Throws UserError, without any change, if they do not fit.
 void Simulation::State::respawn(const Settings& with, const BallState& around) {
   const Physics derived = derive_physics(with);
+  check_backend(with, derived, *backend);
   const Spawner spawner(with, derived, around);
   check_room(with, backend->memory_bytes());
   backend->reset(derived, spawner.plan(), around);

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "app/command_queue.hpp"
+#include "app/domain_checks.hpp"
 #include "app/simulation_state.hpp"
 #include "scene/scene_file.hpp"
 
@@ -51,11 +52,13 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   check_settings(wanted, "panel");
   Settings with = wanted;
   resolve(with);
+  const Physics derived = derive_physics(with);
+  check_backend(with, derived, *backend);
   if (with.threads != settings.threads) change_threads(with);
   if (needs_new_parcels(settings, with)) {
     respawn(with, ball);
   } else {
-    physics = derive_physics(with);
+    physics = derived;
     backend->set_physics(physics);
   }
   if (with.ball_spin_radps != settings.ball_spin_radps) {

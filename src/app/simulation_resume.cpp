@@ -1,4 +1,5 @@
 // The state of a simulation between two frames, stored and taken up again.
+#include "app/domain_checks.hpp"
 #include "app/run_state.hpp"
 #include "app/simulation_state.hpp"
 
@@ -37,8 +38,10 @@ void Simulation::State::save(RunState& to) const {
 
 void Simulation::State::resume(const RunState& from) {
   check_room(from.settings, 0);
+  const Physics derived = derive_physics(from.settings);
+  check_backend(from.settings, derived, *backend);
   settings = from.settings;
-  physics = derive_physics(settings);
+  physics = derived;
   physics.seed = from.air_seed;
   backend->resume(physics, from.backend);
   ball = from.backend.ball;

@@ -66,6 +66,8 @@ struct BackendState {
   ExactSnapshot exact;
 };
 
+constexpr unsigned kMaxDomains = 64;  // everyone hears from everyone
+
 class Backend {
  public:
   virtual ~Backend() = default;

@@ -28,6 +28,7 @@ MAY_INCLUDE = {
     "backend/time_step": {"core", "model", "backend"},
     "backend/domains": {"core", "model", "backend", "backend/time_step"},
     "backend/exact": {"core", "model", "model/exact", "backend"},
+    "mpi": {"core", "backend/domains"},
     "app": {"core", "model", "scene", "backend"},
     "data": {"core", "model", "scene", "backend", "app"},
     "lab": {"core", "model", "scene", "backend", "app"},
@@ -36,7 +37,7 @@ MAY_INCLUDE = {
     "cuda/time_step": {"core", "model", "backend", "cuda"},
     "cuda/exact": {"core", "model", "model/exact", "backend", "backend/exact", "cuda", "cuda/time_step"},
     "cuda/gl": {"core", "backend", "cuda", "view"},
-    ".": {"core", "scene", "backend", "app", "data", "lab", "view", "cuda", "cuda/gl"},  # main.cpp
+    ".": {"core", "scene", "backend", "app", "data", "lab", "view", "cuda", "cuda/gl", "backend/domains", "mpi"},
 }
 
 MAX_FILE_LINES = 350

@@ -55,13 +55,15 @@ void Domain::take(const Slabs& slabs, const std::vector<Parcel>& parcels) {
 
 void Domain::release(std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
+  const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),
+                     end = index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < from.id.size(); ++i) {
     if (parcels_.is_copy(i)) continue;
     const Parcel parcel{from.position[i], from.velocity[i], from.id[i]};
-    const unsigned owner = is_retired(parcel.position) ? index_ : slabs_.owner(parcel.position.x);
-    if (owner != index_) {
-      out[owner].push_back(parcel);
+    const std::int32_t x = parcel.position.x;
+    if ((x < first || x >= end) && !is_retired(parcel.position)) {
+      out[slabs_.owner(x)].push_back(parcel);
       continue;
     }
     from.position[kept] = parcel.position;  // origin, which is_copy() reads, stays until the end
@@ -116,6 +118,9 @@ void Domain::sort(const StepConstants& constants, std::int64_t margin, PhaseTime
   origin.resize(parcels_.size());
   std::iota(origin.begin(), origin.end(), 0U);
   stepper_.sort(constants, slabs_.area(index_, margin), times);
+}
+
+void Domain::find_borders() {
   const std::vector<std::uint32_t>& sorted = parcels_.current.origin;
   place_.resize(sorted.size());
   for (std::uint32_t i = 0; i < sorted.size(); ++i) place_[sorted[i]] = i;

@@ -44,8 +44,10 @@ class Domain {
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out);
   // 4. Takes the copies of another slab's parcels; slabs in order.
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels);
-  // 5.
+  // 5. Uses all threads of the team, which the other functions leave alone.
   void sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times);
+  // 6. Notes where the copies, and the parcels that others copied, are now.
+  void find_borders();
 
   // Motion of the parcels that another slab has copies of, in the order of copy_margins.
   void pack(unsigned slab, std::vector<ParcelMotion>& out) const;

@@ -8,9 +8,6 @@
 
 namespace pf {
 
-// Most domains: their slabs are thin, and everyone hears from everyone.
-constexpr unsigned kMaxDomains = 64;
-
 // num_domains: a multiple of the number of ranks. num_threads: of each rank; 0 means all of the machine,
 // shared by its ranks. At a time only one such backend works: another one takes the ranks over.
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,

@@ -56,32 +56,33 @@ StepReport DomainGroup::advance(const StepRequest& request) {
 }
 
 void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
-  const auto for_each = [&](const auto& work) {
-    for (unsigned d = 0; d < domains_.size(); ++d) work(*domains_[d], d);
-  };
   {
     ScopedPhase timing(report.times, Phase::sort);
     Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
-    for_each([&](Domain& domain, unsigned d) { domain.release(out[d]); });
+    side_by_side([&](Domain& domain, std::size_t d) { domain.release(out[d]); });
     ranks_.exchange(out, in, ranks_.all_counts(out));
-    for_each([&](Domain& domain, unsigned d) {
+    side_by_side([&](Domain& domain, std::size_t d) {
       for (const std::vector<Parcel>& parcels : in[d]) domain.adopt(parcels);
     });
     margin_ = margin_of(constants, physics_.parcels.num);
     out = ranks_.empty_traffic<Parcel>();
     in = ranks_.empty_traffic<Parcel>();
-    for_each([&](Domain& domain, unsigned d) { domain.copy_margins(margin_, out[d]); });
+    side_by_side([&](Domain& domain, std::size_t d) { domain.copy_margins(margin_, out[d]); });
     motion_counts_ = ranks_.all_counts(out);
     ranks_.exchange(out, in, motion_counts_);
-    for_each([&](Domain& domain, unsigned d) {
+    side_by_side([&](Domain& domain, std::size_t d) {
       for (unsigned k = 0; k < slabs_.num; ++k) domain.add_copies(k, in[d][k]);
     });
   }
   std::int64_t covered = (margin_ - constants.contact_reach) / 2;
-  for_each([&](Domain& domain, unsigned) {
-    domain.sort(constants, margin_, report.times);
-    covered = std::min(covered, domain.stepper().covered_displacement(constants));
-  });
+  for (const auto& domain : domains_) {
+    domain->sort(constants, margin_, report.times);
+    covered = std::min(covered, domain->stepper().covered_displacement(constants));
+  }
+  {
+    ScopedPhase timing(report.times, Phase::sort);
+    side_by_side([](Domain& domain, std::size_t) { domain.find_borders(); });
+  }
   const std::vector<std::int64_t> all = ranks_.all_of(covered);
   max_displacement_ = *std::min_element(all.begin(), all.end());
   displacement_ = 0;
@@ -93,13 +94,13 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
 }
 
 void DomainGroup::update_copies() {
-  for (unsigned d = 0; d < domains_.size(); ++d) {
-    for (unsigned k = 0; k < slabs_.num; ++k) domains_[d]->pack(k, motion_out_[d][k]);
-  }
+  side_by_side([&](const Domain& domain, std::size_t d) {
+    for (unsigned k = 0; k < slabs_.num; ++k) domain.pack(k, motion_out_[d][k]);
+  });
   ranks_.exchange(motion_out_, motion_in_, motion_counts_);
-  for (unsigned d = 0; d < domains_.size(); ++d) {
-    for (unsigned k = 0; k < slabs_.num; ++k) domains_[d]->unpack(k, motion_in_[d][k]);
-  }
+  side_by_side([&](Domain& domain, std::size_t d) {
+    for (unsigned k = 0; k < slabs_.num; ++k) domain.unpack(k, motion_in_[d][k]);
+  });
 }
 
 void DomainGroup::step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,

@@ -43,6 +43,14 @@ class DomainGroup {
  private:
   void distribute(const ParcelSnapshot& parcels);
   void sum_memory();
+  // work(domain, its place on this rank), one domain to a thread.
+  template <class Work>
+  void side_by_side(const Work& work) {
+    team_.run([&](unsigned thread) {
+      const auto [begin, end] = team_.share(thread, domains_.size());
+      for (std::size_t d = begin; d < end; ++d) work(*domains_[d], d);
+    });
+  }
   void sort(const StepConstants& constants, StepReport& report);
   void update_copies();
   void step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,

@@ -1,0 +1,13 @@
+// What a run cannot do that is divided into domains.
+#pragma once
+
+#include "backend/backend.hpp"
+#include "scene/settings.hpp"
+
+namespace pf {
+
+// Throws UserError, with a remedy, if the backend cannot fly these settings: a method, or slabs that are too
+// thin for the parcels. physics: derived from the settings.
+void check_backend(const Settings& settings, const Physics& physics, const Backend& backend);
+
+}  // namespace pf

@@ -1,0 +1,112 @@
+#include "mpi/mpi_carrier.hpp"
+
+#include <fmt/format.h>
+#define OMPI_SKIP_MPICXX 1
+#include <mpi.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "core/error.hpp"
+#include "mpi/launcher.hpp"
+
+namespace pf {
+namespace {
+
+// MPI counts with int. Longer messages go in pieces, which stay in order.
+constexpr std::size_t kMaxPiece = std::size_t{1} << 30;
+
+// Calls post(offset, num_bytes) for each piece.
+template <class Post>
+void in_pieces(std::size_t num_bytes, const Post& post) {
+  for (std::size_t offset = 0; offset < num_bytes; offset += kMaxPiece)
+    post(offset, static_cast<int>(std::min(kMaxPiece, num_bytes - offset)));
+}
+
+// Errors of MPI end all ranks with its own message: MPI_ERRORS_ARE_FATAL is its default.
+class MpiCarrier final : public Carrier {
+ public:
+  MpiCarrier() {
+    MPI_Init(nullptr, nullptr);
+    int rank = 0, num = 0;
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &num);
+    rank_ = static_cast<unsigned>(rank);
+    num_ranks_ = static_cast<unsigned>(num);
+    MPI_Comm here = MPI_COMM_NULL;
+    MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
+    MPI_Comm_size(here, &num);
+    MPI_Comm_free(&here);
+    num_ranks_here_ = static_cast<unsigned>(num);
+  }
+  ~MpiCarrier() override { MPI_Finalize(); }
+  MpiCarrier(const MpiCarrier&) = delete;
+  MpiCarrier& operator=(const MpiCarrier&) = delete;
+
+  unsigned rank() const override { return rank_; }
+  unsigned num_ranks() const override { return num_ranks_; }
+  unsigned num_ranks_here() const override { return num_ranks_here_; }
+
+  void broadcast(std::vector<std::byte>& bytes) override {
+    std::uint64_t num = bytes.size();
+    MPI_Bcast(&num, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    bytes.resize(num);
+    in_pieces(num, [&](std::size_t offset, int count) {
+      MPI_Bcast(bytes.data() + offset, count, MPI_BYTE, 0, MPI_COMM_WORLD);
+    });
+  }
+
+  void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
+    const auto count = static_cast<int>(num_bytes);
+    MPI_Allgather(mine, count, MPI_BYTE, all, count, MPI_BYTE, MPI_COMM_WORLD);
+  }
+
+  void exchange(const std::vector<Outgoing>& out, const std::vector<Incoming>& in) override {
+    requests_.clear();
+    for (const Incoming& message : in) {
+      in_pieces(message.num_bytes, [&](std::size_t offset, int count) {
+        MPI_Irecv(static_cast<std::byte*>(message.data) + offset, count, MPI_BYTE,
+                  static_cast<int>(message.rank), message.tag, MPI_COMM_WORLD, &requests_.emplace_back());
+      });
+    }
+    for (const Outgoing& message : out) {
+      in_pieces(message.num_bytes, [&](std::size_t offset, int count) {
+        MPI_Isend(static_cast<const std::byte*>(message.data) + offset, count, MPI_BYTE,
+                  static_cast<int>(message.rank), message.tag, MPI_COMM_WORLD, &requests_.emplace_back());
+      });
+    }
+    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+  }
+
+ private:
+  unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1;
+  std::vector<MPI_Request> requests_;
+};
+
+}  // namespace
+
+std::shared_ptr<Carrier> join_mpi() {
+  const unsigned expected = num_ranks_by_launcher();
+  auto carrier = std::make_shared<MpiCarrier>();
+  if (carrier->num_ranks() != expected) {
+    throw UserError(fmt::format("mpirun: it started {} processes, but they find {} of each other; use the "
+                                "launcher of the MPI that this program was built with ({})",
+                                expected, carrier->num_ranks(), mpi_version()));
+  }
+  return carrier;
+}
+
+void abort_mpi(int exit_code) {
+  MPI_Abort(MPI_COMM_WORLD, exit_code);
+  std::abort();
+}
+
+std::string mpi_version() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  const std::string whole(text, static_cast<std::size_t>(length));
+  return whole.substr(0, whole.find(','));
+}
+
+}  // namespace pf
