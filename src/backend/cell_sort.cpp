@@ -75,9 +75,9 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
   to.tick.resize(from.tick.size());
   to.last_contact_tick.resize(from.last_contact_tick.size());
-  to.origin.resize(from.origin.size());
+  to.slot.resize(from.slot.size());
   const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty(),
-             has_origin = !from.origin.empty();
+             has_slot = !from.slot.empty();
   team.run([&](unsigned thread) {
     if (thread >= num_slices_) return;
     std::uint32_t* destinations = offsets_.data() + thread * num_keys_;
@@ -89,7 +89,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.id[j] = from.id[i];
       if (has_tick) to.tick[j] = from.tick[i];
       if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
-      if (has_origin) to.origin[j] = from.origin[i];
+      if (has_slot) to.slot[j] = from.slot[i];
     }
   });
 }

@@ -18,8 +18,9 @@ struct ParcelArrays {
   // Method `exact` only, otherwise empty: position is that of the parcel's last event, and tick its time.
   std::vector<std::uint32_t> tick;
   std::vector<std::uint32_t> last_contact_tick;  // with parcel or wall, for the TC model only
-  // Parcels of a slab (backend/domains) only, otherwise empty: index before the last sort.
-  std::vector<std::uint32_t> origin;
+  // Parcels of a slab (backend/domains) only, otherwise empty: 0, or the parcel's slot in the lists of those
+  // near another slab.
+  std::vector<std::uint32_t> slot;
 
   void resize(std::size_t n) {
     position.resize(n + kSearchPadding);
@@ -27,12 +28,12 @@ struct ParcelArrays {
     id.resize(n);
     tick.clear();
     last_contact_tick.clear();
-    origin.clear();
+    slot.clear();
   }
 
   std::uint64_t memory_bytes() const {
     return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() +
-           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + origin.capacity());
+           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + slot.capacity());
   }
 };
 
@@ -43,11 +44,11 @@ struct SortedParcels {
   GridShape grid;
   std::vector<std::uint32_t> cell_start;
   bool sorted = false;
-  // Those whose origin is not below it are copies of parcels of other slabs: they touch, but do not move.
-  std::uint32_t num_own = 0;
+  // Parcels of larger slots are copies of those of other slabs: they touch, but do not move.
+  std::uint32_t last_own_slot = 0;
 
   std::size_t size() const { return current.id.size(); }
-  bool is_copy(std::size_t i) const { return !current.origin.empty() && current.origin[i] >= num_own; }
+  bool is_copy(std::size_t i) const { return !current.slot.empty() && current.slot[i] > last_own_slot; }
 
   void resize(std::size_t n) {
     current.resize(n);

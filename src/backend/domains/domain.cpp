@@ -1,7 +1,5 @@
 #include "backend/domains/domain.hpp"
 
-#include <numeric>
-
 namespace pf {
 
 Domain::Domain(unsigned index, ThreadTeam& team) : index_(index), team_(team) {}
@@ -19,7 +17,6 @@ void Domain::finish_appending() {
   ParcelArrays& to = parcels_.current;
   to.position.resize(num + kSearchPadding);
   to.velocity.resize(num + kSearchPadding);
-  to.origin.clear();
   parcels_.next.resize(num);
   parcels_.sorted = false;
 }
@@ -48,8 +45,7 @@ void Domain::take(const Slabs& slabs, const std::vector<Parcel>& parcels) {
   to.position.clear();
   to.velocity.clear();
   to.id.clear();
-  to.origin.clear();
-  parcels_.num_own = 0;
+  to.slot.clear();
   adopt(parcels);
 }
 
@@ -66,7 +62,7 @@ void Domain::release(std::vector<std::vector<Parcel>>& out) {
       out[slabs_.owner(x)].push_back(parcel);
       continue;
     }
-    from.position[kept] = parcel.position;  // origin, which is_copy() reads, stays until the end
+    from.position[kept] = parcel.position;  // slot, which is_copy() reads, stays until the end
     from.velocity[kept] = parcel.velocity;
     from.id[kept] = parcel.id;
     ++kept;
@@ -74,7 +70,8 @@ void Domain::release(std::vector<std::vector<Parcel>>& out) {
   from.position.resize(kept);
   from.velocity.resize(kept);
   from.id.resize(kept);
-  parcels_.num_own = static_cast<std::uint32_t>(kept);
+  from.slot.clear();
+  num_own_ = kept;
   finish_appending();
 }
 
@@ -83,50 +80,53 @@ void Domain::adopt(const std::vector<Parcel>& parcels) {
   parcels_.current.position.resize(num);
   parcels_.current.velocity.resize(num);
   for (const Parcel& parcel : parcels) append(parcel);
-  parcels_.num_own = static_cast<std::uint32_t>(parcels_.current.id.size());
+  num_own_ = parcels_.current.id.size();
   finish_appending();
 }
 
 void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
-  const ParcelArrays& own = parcels_.current;
+  ParcelArrays& own = parcels_.current;
   const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
   for (Border& border : borders_) border = {};
-  for (std::uint32_t i = 0; i < parcels_.num_own; ++i) {
+  own.slot.assign(num_own_, 0);
+  num_slots_ = 0;
+  for (std::size_t i = 0; i < num_own_; ++i) {
     const Vec2i position = own.position[i];
     if (is_retired(position) || (position.x > low && position.x < high)) continue;
     for (unsigned k = 0; k < slabs_.num; ++k) {
       if (k == index_ || slabs_.distance(position.x, k) > margin) continue;
-      borders_[k].sent.push_back(i);
+      if (own.slot[i] == 0) own.slot[i] = ++num_slots_;
+      borders_[k].sent.push_back(own.slot[i]);
       out[k].push_back({position, own.velocity[i], own.id[i]});
     }
   }
+  parcels_.last_own_slot = num_slots_;
 }
 
 void Domain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
-  const std::size_t num = parcels_.current.id.size();
-  borders_[slab].first = static_cast<std::uint32_t>(num);
-  borders_[slab].num = static_cast<std::uint32_t>(parcels.size());
   if (parcels.empty()) return;
+  const std::size_t num = parcels_.current.id.size();
   parcels_.current.position.resize(num);
   parcels_.current.velocity.resize(num);
-  for (const Parcel& parcel : parcels) append(parcel);
+  for (const Parcel& parcel : parcels) {
+    append(parcel);
+    parcels_.current.slot.push_back(++num_slots_);
+    borders_[slab].copies.push_back(num_slots_);
+  }
   finish_appending();
 }
 
 void Domain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
-  std::vector<std::uint32_t>& origin = parcels_.current.origin;
-  origin.resize(parcels_.size());
-  std::iota(origin.begin(), origin.end(), 0U);
   stepper_.sort(constants, slabs_.area(index_, margin), times);
 }
 
 void Domain::find_borders() {
-  const std::vector<std::uint32_t>& sorted = parcels_.current.origin;
-  place_.resize(sorted.size());
-  for (std::uint32_t i = 0; i < sorted.size(); ++i) place_[sorted[i]] = i;
+  place_.resize(num_slots_ + 1);
+  const std::vector<std::uint32_t>& slot = parcels_.current.slot;
+  for (std::uint32_t i = 0; i < slot.size(); ++i) place_[slot[i]] = i;
   for (Border& border : borders_) {
     for (std::uint32_t& place : border.sent) place = place_[place];
-    border.copies.assign(place_.begin() + border.first, place_.begin() + border.first + border.num);
+    for (std::uint32_t& place : border.copies) place = place_[place];
   }
 }
 

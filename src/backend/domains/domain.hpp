@@ -56,7 +56,6 @@ class Domain {
   TimeStepper& stepper() { return stepper_; }
 
   // Own parcels only. Order: that of memory.
-  std::uint32_t num_parcels() const { return parcels_.num_own; }
   template <class Visit>
   void visit(const Visit& see) const {
     for (std::size_t i = 0; i < parcels_.size(); ++i) {
@@ -67,10 +66,10 @@ class Domain {
   std::uint64_t memory_bytes() const;
 
  private:
+  // With one other slab. Before the sort the lists hold slots, after it places in memory.
   struct Border {
-    std::vector<std::uint32_t> sent;    // places of own parcels
-    std::vector<std::uint32_t> copies;  // places of the other slab's
-    std::uint32_t first = 0, num = 0;   // origins of the copies
+    std::vector<std::uint32_t> sent;    // own parcels
+    std::vector<std::uint32_t> copies;  // the other slab's
   };
 
   void append(const Parcel& parcel);
@@ -81,8 +80,10 @@ class Domain {
   ThreadTeam& team_;
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};
-  std::vector<Border> borders_;  // one for each slab
-  std::vector<std::uint32_t> place_;  // after the sort, of each origin
+  std::size_t num_own_ = 0;
+  std::vector<Border> borders_;       // one for each slab
+  std::uint32_t num_slots_ = 0;       // counted from 1
+  std::vector<std::uint32_t> place_;  // of each slot after the sort; [0] is not used
 };
 
 }  // namespace pf
