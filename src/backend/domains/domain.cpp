@@ -1,22 +1,34 @@
 #include "backend/domains/domain.hpp"
 
 namespace pf {
+namespace {
+
+// Slot of parcels that the next sort drops: they have left the slab, or are copies of before.
+constexpr std::uint32_t kDropped = UINT32_MAX;
+
+}  // namespace
 
 Domain::Domain(unsigned index, ThreadTeam& team) : index_(index), team_(team) {}
 
-// Arrays grow by appending; finish_appending() pads them again.
-void Domain::append(const Parcel& parcel) {
+// Arrays are padded again by finish_appending().
+void Domain::append(const Parcel& parcel, std::uint32_t slot) {
   ParcelArrays& to = parcels_.current;
   to.position.push_back(parcel.position);
   to.velocity.push_back(parcel.velocity);
   to.id.push_back(parcel.id);
+  to.slot.push_back(slot);
+}
+
+void Domain::start_appending() {
+  ParcelArrays& to = parcels_.current;
+  to.position.resize(to.id.size());
+  to.velocity.resize(to.id.size());
 }
 
 void Domain::finish_appending() {
   const std::size_t num = parcels_.current.id.size();
-  ParcelArrays& to = parcels_.current;
-  to.position.resize(num + kSearchPadding);
-  to.velocity.resize(num + kSearchPadding);
+  parcels_.current.position.resize(num + kSearchPadding);
+  parcels_.current.velocity.resize(num + kSearchPadding);
   parcels_.next.resize(num);
   parcels_.sorted = false;
 }
@@ -47,40 +59,28 @@ void Domain::take(const Slabs& slabs, const std::vector<Parcel>& parcels) {
   to.id.clear();
   to.slot.clear();
   adopt(parcels);
+  finish_appending();
 }
 
 void Domain::release(std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
   const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),
                      end = index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1);
-  std::size_t kept = 0;
   for (std::size_t i = 0; i < from.id.size(); ++i) {
-    if (parcels_.is_copy(i)) continue;
-    const Parcel parcel{from.position[i], from.velocity[i], from.id[i]};
-    const std::int32_t x = parcel.position.x;
-    if ((x < first || x >= end) && !is_retired(parcel.position)) {
-      out[slabs_.owner(x)].push_back(parcel);
-      continue;
-    }
-    from.position[kept] = parcel.position;  // slot, which is_copy() reads, stays until the end
-    from.velocity[kept] = parcel.velocity;
-    from.id[kept] = parcel.id;
-    ++kept;
+    const std::int32_t x = from.position[i].x;
+    const bool is_copy = from.slot[i] > parcels_.last_own_slot, is_inside = x >= first && x < end;
+    from.slot[i] = 0;
+    if (!is_copy && (is_inside || is_retired(from.position[i]))) continue;
+    if (!is_copy) out[slabs_.owner(x)].push_back({from.position[i], from.velocity[i], from.id[i]});
+    from.position[i] = {kRetired, 0};
+    from.slot[i] = kDropped;
   }
-  from.position.resize(kept);
-  from.velocity.resize(kept);
-  from.id.resize(kept);
-  from.slot.clear();
-  num_own_ = kept;
-  finish_appending();
 }
 
 void Domain::adopt(const std::vector<Parcel>& parcels) {
-  const std::size_t num = parcels_.current.id.size();
-  parcels_.current.position.resize(num);
-  parcels_.current.velocity.resize(num);
-  for (const Parcel& parcel : parcels) append(parcel);
-  num_own_ = parcels_.current.id.size();
+  if (parcels.empty()) return;
+  start_appending();
+  for (const Parcel& parcel : parcels) append(parcel, 0);
   finish_appending();
 }
 
@@ -88,11 +88,10 @@ void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>&
   ParcelArrays& own = parcels_.current;
   const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
   for (Border& border : borders_) border = {};
-  own.slot.assign(num_own_, 0);
   num_slots_ = 0;
-  for (std::size_t i = 0; i < num_own_; ++i) {
+  for (std::size_t i = 0; i < own.id.size(); ++i) {
     const Vec2i position = own.position[i];
-    if (is_retired(position) || (position.x > low && position.x < high)) continue;
+    if ((position.x > low && position.x < high) || is_retired(position)) continue;
     for (unsigned k = 0; k < slabs_.num; ++k) {
       if (k == index_ || slabs_.distance(position.x, k) > margin) continue;
       if (own.slot[i] == 0) own.slot[i] = ++num_slots_;
@@ -105,12 +104,9 @@ void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>&
 
 void Domain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
-  const std::size_t num = parcels_.current.id.size();
-  parcels_.current.position.resize(num);
-  parcels_.current.velocity.resize(num);
+  start_appending();
   for (const Parcel& parcel : parcels) {
-    append(parcel);
-    parcels_.current.slot.push_back(++num_slots_);
+    append(parcel, ++num_slots_);
     borders_[slab].copies.push_back(num_slots_);
   }
   finish_appending();
@@ -120,7 +116,27 @@ void Domain::sort(const StepConstants& constants, std::int64_t margin, PhaseTime
   stepper_.sort(constants, slabs_.area(index_, margin), times);
 }
 
+// Dropped parcels count as retired, which the sort puts last.
+void Domain::drop() {
+  ParcelArrays& all = parcels_.current;
+  std::size_t kept = parcels_.cell_start[parcels_.grid.num_cells()];
+  for (std::size_t i = kept; i < all.id.size(); ++i) {
+    if (all.slot[i] == kDropped) continue;
+    all.position[kept] = all.position[i];
+    all.velocity[kept] = all.velocity[i];
+    all.id[kept] = all.id[i];
+    all.slot[kept++] = all.slot[i];
+  }
+  all.id.resize(kept);
+  all.slot.resize(kept);
+  all.position.resize(kept + kSearchPadding);
+  all.velocity.resize(kept + kSearchPadding);
+  parcels_.next.resize(kept);
+  parcels_.cell_start.back() = static_cast<std::uint32_t>(kept);
+}
+
 void Domain::find_borders() {
+  drop();
   place_.resize(num_slots_ + 1);
   const std::vector<std::uint32_t>& slot = parcels_.current.slot;
   for (std::uint32_t i = 0; i < slot.size(); ++i) place_[slot[i]] = i;

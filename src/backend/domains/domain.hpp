@@ -36,7 +36,7 @@ class Domain {
   void take(const Slabs& slabs, const std::vector<Parcel>& parcels);
 
   // The sort of all slabs, in this order.
-  // 1. Drops the copies, and moves the parcels that have left the slab to out[slab].
+  // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies.
   void release(std::vector<std::vector<Parcel>>& out);
   // 2. Takes over those of other slabs.
   void adopt(const std::vector<Parcel>& parcels);
@@ -46,7 +46,7 @@ class Domain {
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels);
   // 5. Uses all threads of the team, which the other functions leave alone.
   void sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times);
-  // 6. Notes where the copies, and the parcels that others copied, are now.
+  // 6. Drops what was let go, and notes where the copies, and the parcels that others copied, are now.
   void find_borders();
 
   // Motion of the parcels that another slab has copies of, in the order of copy_margins.
@@ -72,15 +72,16 @@ class Domain {
     std::vector<std::uint32_t> copies;  // the other slab's
   };
 
-  void append(const Parcel& parcel);
+  void start_appending();
+  void append(const Parcel& parcel, std::uint32_t slot);
   void finish_appending();
+  void drop();
 
   unsigned index_;
   Slabs slabs_;
   ThreadTeam& team_;
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};
-  std::size_t num_own_ = 0;
   std::vector<Border> borders_;       // one for each slab
   std::uint32_t num_slots_ = 0;       // counted from 1
   std::vector<std::uint32_t> place_;  // of each slot after the sort; [0] is not used
