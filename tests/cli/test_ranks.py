@@ -1,0 +1,177 @@
+#!/usr/bin/python3
+"""The program as several processes, started by mpirun.
+
+test_ranks.py PROGRAM CASE   exit code 0: passed, 1: failed, 77: skipped, since there is no MPI
+"""
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+LIMIT_S = 100
+SKIPPED = 77
+ENVIRONMENT = {
+    **os.environ, "LIBGL_ALWAYS_SOFTWARE": "1",
+    # Root, and more processes than cores: as Open MPI 4, then 5, asks for it.
+    "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    "PRTE_ALLOW_RUN_AS_ROOT": "1", "PRTE_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+    # A container may forbid reading another process's memory.
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none", "OMPI_MCA_btl_sm_use_cma": "0",
+}
+
+
+def check(holds, text):
+    print(("ok: " if holds else "NOT: ") + text)
+    assert holds, text
+
+
+class Bench:
+    def __init__(self, program, folder):
+        self.program, self.folder = program, pathlib.Path(folder)
+
+    def words(self, num_ranks, *words):
+        return [*(["mpirun", "-n", str(num_ranks)] if num_ranks else []), self.program, *words]
+
+    def start(self, num_ranks, *words):
+        return subprocess.Popen(self.words(num_ranks, *words), cwd=self.folder, env=ENVIRONMENT, text=True,
+                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+
+    def run(self, num_ranks, *words, exit_code=0):
+        done = subprocess.run(self.words(num_ranks, *words), cwd=self.folder, env=ENVIRONMENT, text=True,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
+        check(done.returncode == exit_code, f"{num_ranks} ranks: {' '.join(words)}: exit code {done.returncode}"
+              + ("" if done.returncode == exit_code else ": " + done.stdout[-2000:]))
+        return done.stdout
+
+    def report(self, num_ranks, *words):
+        self.run(num_ranks, *words, "--report", "report.json")
+        return json.loads((self.folder / "report.json").read_text())
+
+
+COURT = ("run", "--headless", "--size", "160x90", "--threads", "1", "-p", "4000", "--set", "air.area_fraction=0.2")
+
+
+def same_bits(bench):
+    """A flight by any number of processes and domains is that of one."""
+    for settings in (("--set", "run.method=spring", "--set", "world.boundary=walls"), ("--set", "world.boundary=periodic"),
+                     ("--set", "run.neighbors=all_pairs")):
+        words = (*COURT, *settings, "--seconds", "0.2" if "all_pairs" in settings[-1] else "0.4")
+        alone = bench.report(0, *words)
+        check(alone["collisions"]["count"] > 100, f"{alone['collisions']['count']} collisions")
+        for num_ranks, more in ((1, ()), (2, ()), (3, ("--domains", "6"))):
+            report = bench.report(num_ranks, *words, *more)
+            for key in ("state_hash", "ball", "num_retired", "steps"):
+                check(report[key] == alone[key], f"the same {key}: {report[key]}")
+            check(report["collisions"]["count"] == alone["collisions"]["count"], "as many collisions")
+        check("6 domains, 3 processes" in report["device"], report["device"])
+
+
+def picture_and_files(bench):
+    """The first process draws and writes what one alone would."""
+    words = (*COURT, "--seconds", "0.3", "--picture")
+    bench.run(0, *words, "alone.png", "--checkpoint", "alone.state")
+    bench.run(2, *words, "two.png", "--checkpoint", "two.state", "--domains", "4")
+    check((bench.folder / "alone.png").read_bytes() == (bench.folder / "two.png").read_bytes(), "the picture is the same")
+    goes_on = [bench.report(*how, *COURT[:6], "--seconds", "0.5", "--from", name)["state_hash"]
+               for how, name in (((0,), "alone.state"), ((0,), "two.state"), ((2,), "alone.state"))]
+    check(len(set(goes_on)) == 1, f"either checkpoint goes on to the same state, by one process or two: {goes_on}")
+
+
+def refusals(bench):
+    def refused(parts, num_ranks, *words):
+        text = bench.run(num_ranks, *words, exit_code=2)
+        lines = [line for line in text.splitlines() if line.startswith("pickleflight: ")]
+        check(len(lines) == 1, f"   {lines}")
+        for part in parts:
+            check(part in lines[0], f"   names {part!r}")
+
+    refused(("run.method: exact", "impulse or spring"), 2, *COURT, "--method", "exact")
+    refused(("leave out --cuda",), 2, *COURT, "--cuda")
+    refused(("not a multiple of the 2", "give 4"), 2, *COURT, "--domains", "3")
+    refused(("64 slabs", "give at most"), 0, *COURT, "--domains", "64")
+    refused(("1 to 64",), 0, *COURT, "--domains", "65")
+    refused(("leave out --domains or --cuda",), 0, *COURT, "--domains", "2", "--cuda")
+    refused(("leave out mpirun",), 2, "bench", "--sweep")
+    refused(("is not a scene",), 2, "run", "--scene", "cour")
+
+    text = subprocess.run(["mpirun", "-n", "1", bench.program, "scenes", ":", "-n", "1", bench.program, "scenes", "x"],
+                          env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT_S,
+                          check=False)
+    check(text.returncode == 2 and "differ in version or arguments" in text.stdout, "different arguments are refused")
+
+    others = {**ENVIRONMENT, "PMI_SIZE": "2", "PMI_RANK": "0"}  # as another MPI's launcher says
+    for name in ("OMPI_COMM_WORLD_SIZE",):
+        others.pop(name, None)
+    text = subprocess.run([bench.program, "scenes"], env=others, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                          timeout=LIMIT_S, check=False)
+    check(text.returncode == 2 and "use the launcher of the MPI" in text.stdout, "another MPI's launcher is refused")
+
+
+def children(pid):
+    """Processes of the program that a launcher started."""
+    found = []
+    for folder in pathlib.Path("/proc").glob("[0-9]*"):
+        try:
+            status, name = (folder / "status").read_text(), (folder / "comm").read_text().strip()
+        except OSError:  # it has ended
+            continue
+        if f"\nPPid:\t{pid}\n" in status and name == "pickleflight":
+            found.append(int(folder.name))
+    return sorted(found)
+
+
+def killed(bench):
+    """A process that dies ends all, and the last checkpoint stands."""
+    state = bench.folder / "run.state"
+    launcher = bench.start(3, *COURT, "--seconds", "600", "--checkpoint", "run.state", "--checkpoint-every", "0.001")
+    try:
+        deadline = time.time() + 30
+        while not state.exists() and time.time() < deadline:
+            time.sleep(0.1)
+        ranks = children(launcher.pid)
+        check(state.exists() and len(ranks) == 3, f"flying, with a checkpoint: {ranks}")
+        began = time.time()
+        os.kill(ranks[-1], signal.SIGKILL)
+        text, _ = launcher.communicate(timeout=30)
+        check(time.time() - began < 10, f"all ended within {time.time() - began:.1f} s")
+        check(launcher.returncode != 0 and "rank" in text.lower(), f"its rank is named: {text.strip()[-300:]}")
+        gone = [pid for pid in ranks if pathlib.Path(f"/proc/{pid}/exe").exists()]
+        check(not gone, f"no process stays: {gone}")
+    finally:
+        launcher.kill()
+    report = bench.report(0, *COURT[:6], "--from", "run.state", "--set", "run.seconds=0.1")
+    check(report["num_parcels"] == 4000, "the checkpoint is whole")
+
+
+def stopped(bench):
+    """SIGTERM to the launcher ends a run in its own time, with its files."""
+    launcher = bench.start(2, *COURT, "--seconds", "600", "--report", "report.json")
+    time.sleep(3)
+    launcher.send_signal(signal.SIGTERM)
+    launcher.communicate(timeout=30)
+    ranks = children(launcher.pid)
+    check(not ranks, f"no process stays: {ranks}")
+    check((bench.folder / "report.json").exists(), "the report is there")
+
+
+CASES = {function.__name__: function for function in (same_bits, picture_and_files, refusals, killed, stopped)}
+
+
+def main():
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    has_mpi = "MPI: yes" in subprocess.run([program, "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
+    if not has_mpi or shutil.which("mpirun") is None:
+        print("SKIPPED: no mpirun, or a program without MPI")
+        sys.exit(SKIPPED)
+    with tempfile.TemporaryDirectory() as folder:
+        CASES[sys.argv[2]](Bench(program, folder))
+
+
+if __name__ == "__main__":
+    main()
