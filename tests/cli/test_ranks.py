@@ -60,8 +60,8 @@ COURT = ("run", "--headless", "--size", "160x90", "--threads", "1", "-p", "4000"
 def same_bits(bench):
     """A flight by any number of processes and domains is that of one."""
     for settings in (("--set", "run.method=spring", "--set", "world.boundary=walls"), ("--set", "world.boundary=periodic"),
-                     ("--set", "run.neighbors=all_pairs")):
-        words = (*COURT, *settings, "--seconds", "0.2" if "all_pairs" in settings[-1] else "0.4")
+                     ("--set", "run.neighbors=all-pairs")):
+        words = (*COURT, *settings, "--seconds", "0.2" if "all-pairs" in settings[-1] else "0.4")
         alone = bench.report(0, *words)
         check(alone["collisions"]["count"] > 100, f"{alone['collisions']['count']} collisions")
         for num_ranks, more in ((1, ()), (2, ()), (3, ("--domains", "6"))):
