@@ -204,7 +204,8 @@ int bench_frames(Options options, const Ranks& ranks) {
   options.headless = true;
   options.record_panel = options.bench_panel;
   options.settings.seconds = options.bench_frames / options.settings.frame_rate_hz;
-  const StageRun run = options.record.empty() ? run_on_stage(options, ranks) : bench_recording(options, ranks);
+  const StageRun run =
+      options.record.empty() ? run_on_stage(options, ranks) : bench_recording(options, ranks);
   print_frame_times(run.report);
   if (!options.bench_json.empty()) write_report(options.bench_json, run.report);
   return run.exit_code;
@@ -226,10 +227,9 @@ int bench(const Options& options, const Ranks& ranks) {
     return 0;
   }
   if (backend->name() == "cpu") {
-    const std::int64_t num_parcels = resolve_num_parcels(options.settings, backend->name());
-    check_memory(num_parcels,
-                 cpu_backend_bytes(num_parcels, options.settings.threads, options.settings.method),
-                 available_memory_bytes());
+    Settings settings = options.settings;
+    settings.num_parcels = resolve_num_parcels(settings, backend->name());
+    check_memory(settings.num_parcels, cpu_bytes_here(*backend, settings), available_memory_bytes());
   }
   run_bench(options, *backend);
   return 0;

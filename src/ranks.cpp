@@ -27,7 +27,8 @@ std::shared_ptr<Carrier> join() {
 #else
   if (num_ranks_by_launcher() == 1) return std::make_shared<LocalCarrier>();
   throw UserError(
-      "mpirun: this program was built without MPI; install libopenmpi-dev and build it again, or give --domains "
+      "mpirun: this program was built without MPI; install libopenmpi-dev and build it again, or give "
+      "--domains "
       "without mpirun");
 #endif
 }
@@ -46,8 +47,9 @@ Ranks::Ranks(int argc, const char* const* argv) : carrier_(join()) {
   carrier_->all_gather(&mine, sizeof(mine), all.data());
   for (const std::uint64_t other : all) {
     if (other != all[0])
-      throw UserError("mpirun: its processes differ in version or arguments; start the same program with the "
-                      "same arguments everywhere");
+      throw UserError(
+          "mpirun: its processes differ in version or arguments; start the same program with the "
+          "same arguments everywhere");
   }
 }
 

@@ -145,8 +145,8 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   ++submitted_.num_sorts;
 }
 
-// Number of the request's steps to take as one. The ball's chords end with steps; without a ball only the number of
-// events matters. `most`: of them, so that search boxes hold few parcels.
+// Number of the request's steps to take as one. The ball's chords end with steps; without a ball only the
+// number of events matters. `most`: of them, so that search boxes hold few parcels.
 std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
                                           double most) const {
   const ExactProgress& progress = host_exact_->progress;

@@ -18,10 +18,10 @@ void check_slabs(const Physics& physics, unsigned num_domains) {
   const double min_m = kMinSlabWidth * 2.0 * physics.parcels.radius_m;
   if (width_m / num_domains >= min_m) return;
   const auto max_domains = std::max(1U, static_cast<unsigned>(width_m / min_m));
-  throw UserError(
-      fmt::format("--domains: {} slabs of {:.3g} m are narrower than {:g} parcel diameters ({:.3g} m); give at "
-                  "most {}, or a wider world",
-                  num_domains, width_m / num_domains, kMinSlabWidth, min_m, max_domains));
+  throw UserError(fmt::format(
+      "--domains: {} slabs of {:.3g} m are narrower than {:g} parcel diameters ({:.3g} m); give at "
+      "most {}, or a wider world",
+      num_domains, width_m / num_domains, kMinSlabWidth, min_m, max_domains));
 }
 
 }  // namespace

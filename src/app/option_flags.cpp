@@ -177,10 +177,11 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
   app.add_flag("--cuda", options.cuda,
                "compute on the CUDA device; if there is none, on the CPU after a message");
   app.add_flag("--cuda-no-fallback", options.cuda_no_fallback, "as --cuda, but fail without a CUDA device");
-  add_text(app, "--domains", typed.domains, "K",
-           fmt::format("divide the world into K slabs, shared by the processes that mpirun starts, with the same "
-                       "result; 1 to {}, a multiple of the processes; default: one for each",
-                       kMaxDomains));
+  add_text(
+      app, "--domains", typed.domains, "K",
+      fmt::format("divide the world into K slabs, shared by the processes that mpirun starts, with the same "
+                  "result; 1 to {}, a multiple of the processes; default: one for each",
+                  kMaxDomains));
   app.footer(set_help);
   keep_lines_of_footer(*app.get_formatter());
 }

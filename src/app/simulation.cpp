@@ -25,8 +25,8 @@ void Simulation::State::resolve(Settings& with) const {
 void Simulation::State::check_room(const Settings& with, std::uint64_t held_bytes) const {
   if (backend->name() != "cpu" || with.air != Air::parcels) return;
   constexpr std::uint64_t kOtherBytes = 256ULL << 20;  // GL, text, a film: 190 MiB measured with llvmpipe
-  const std::uint64_t needed = cpu_backend_bytes(with.num_parcels, with.threads, with.method) +
-                               host_draw_bytes(with.num_parcels) + kOtherBytes;
+  const std::uint64_t needed =
+      cpu_bytes_here(*backend, with) + host_draw_bytes(with.num_parcels) + kOtherBytes;
   const std::uint64_t available = available_memory_bytes();
   check_memory(with.num_parcels, needed, available > ~held_bytes ? available : available + held_bytes);
 }

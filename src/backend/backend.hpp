@@ -77,7 +77,10 @@ class Backend {
 
   // Number of parts of the world, each with parcels of its own.
   virtual unsigned num_domains() const { return 1; }
-  // Why this backend cannot make steps of a method, with a remedy; "": it can. submit() throws UserError then.
+  // Share of its parcels that are in the memory of this machine.
+  virtual double share_here() const { return 1.0; }
+  // Why this backend cannot make steps of a method, with a remedy; "": it can. submit() throws UserError
+  // then.
   virtual std::string refusal_of(Method) const { return ""; }
   // A backend of this kind, without parcels, that works with so many threads (0: all of the machine). Null:
   // it makes no difference.

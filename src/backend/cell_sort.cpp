@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "backend/parcel_arrays.hpp"
+#include "core/resize.hpp"
 
 namespace pf {
 namespace {
@@ -16,9 +17,9 @@ ThreadTeam::Share slice(unsigned index, unsigned num_slices, std::size_t count) 
 void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
   num_keys_ = in.grid.num_cells() + 1;
   num_slices_ = std::min(team.size(), kMaxSlices);
-  keys_.resize(in.parcels.id.size());
-  offsets_.resize(num_keys_ * num_slices_);
-  out.cell_start.resize(num_keys_ + 1);
+  resize_tightly(keys_, in.parcels.id.size());
+  resize_tightly(offsets_, num_keys_ * num_slices_);
+  resize_tightly(out.cell_start, num_keys_ + 1);
   {
     ScopedPhase timing(times, Phase::sort);
     count(team, in.grid, in.where);
@@ -75,7 +76,7 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
   to.tick.resize(from.tick.size());
   to.last_contact_tick.resize(from.last_contact_tick.size());
-  to.slot.resize(from.slot.size());
+  resize_tightly(to.slot, from.slot.size());
   const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty(),
              has_slot = !from.slot.empty();
   team.run([&](unsigned thread) {

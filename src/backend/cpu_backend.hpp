@@ -62,7 +62,7 @@ class CpuBackend final : public Backend {
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};
   ExactTimeline exact_{team_};
-  StepReport report_;              // of the last request
+  StepReport report_;  // of the last request
 };
 
 }  // namespace pf

@@ -7,6 +7,7 @@
 
 #include "backend/candidate_ranges.hpp"
 #include "backend/cell_sort.hpp"
+#include "core/resize.hpp"
 
 namespace pf {
 
@@ -23,9 +24,9 @@ struct ParcelArrays {
   std::vector<std::uint32_t> slot;
 
   void resize(std::size_t n) {
-    position.resize(n + kSearchPadding);
-    velocity.resize(n + kSearchPadding);
-    id.resize(n);
+    resize_tightly(position, n + kSearchPadding);
+    resize_tightly(velocity, n + kSearchPadding);
+    resize_tightly(id, n);
     tick.clear();
     last_contact_tick.clear();
     slot.clear();

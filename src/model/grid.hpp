@@ -14,18 +14,18 @@
 namespace pf {
 
 // The cells of one axis.
-struct CellAxis {
+struct GridAxis {
   std::int32_t half = 0;  // half extent of the world, position units: where a periodic one repeats
   std::int32_t low = 0;   // the cells cover [low, high]; a position beyond counts as at its end
   std::int32_t high = 0;
   std::int32_t num = 1;
   std::uint32_t factor = 0;  // cell = ((position - low) * factor) >> 32
 
-  bool operator==(const CellAxis&) const = default;
+  bool operator==(const GridAxis&) const = default;
 };
 
 struct GridShape {
-  CellAxis x, y;
+  GridAxis x, y;
 
   bool operator==(const GridShape&) const = default;
 
@@ -47,7 +47,7 @@ inline GridShape make_grid(const World& world, const GridArea& area, std::int32_
     // Rounded down with one unit to spare, so that the largest offset, high - low, lies in cell num - 1.
     const std::uint64_t extent = static_cast<std::uint64_t>(static_cast<std::int64_t>(high) - low);
     const std::uint64_t factor = (static_cast<std::uint64_t>(num) << 32) / (extent + 1ULL);
-    return CellAxis{half, low, high, num, static_cast<std::uint32_t>(factor)};
+    return GridAxis{half, low, high, num, static_cast<std::uint32_t>(factor)};
   };
   return {axis(world.half.x, area.low.x, area.high.x, num_x),
           axis(world.half.y, area.low.y, area.high.y, num_y)};
@@ -79,7 +79,7 @@ inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, cons
 }
 
 // position: any 32-bit value.
-PF_HD inline std::int32_t cell_coordinate(std::int32_t position, const CellAxis& axis) {
+PF_HD inline std::int32_t cell_coordinate(std::int32_t position, const GridAxis& axis) {
   const std::int32_t inside = position < axis.low ? axis.low : (position > axis.high ? axis.high : position);
   const std::uint32_t offset = static_cast<std::uint32_t>(inside) - static_cast<std::uint32_t>(axis.low);
   return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * axis.factor) >> 32);
@@ -102,7 +102,7 @@ struct CellSpan {
 
 // |position| + reach must stay below 2^31.
 template <Boundary kBoundary>
-PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, const CellAxis& axis) {
+PF_HD inline CellSpan cell_span(std::int32_t position, std::int32_t reach, const GridAxis& axis) {
   const std::int32_t low = position - reach;
   const std::int32_t high = position + reach;
   CellSpan span{cell_coordinate(low, axis), cell_coordinate(high, axis), 1, 0};

@@ -6,8 +6,8 @@
 
 namespace pf {
 
-// Number of processes that it started; 0: none started this one. Known are the launchers of Open MPI, of MPICH
-// and its relatives, and of Slurm with PMIx.
+// Number of processes that it started; 0: none started this one. Known are the launchers of Open MPI, of
+// MPICH and its relatives, and of Slurm with PMIx.
 inline unsigned num_ranks_by_launcher() {
   const auto number = [](const char* text) {
     return static_cast<unsigned>(std::max(1L, std::strtol(text, nullptr, 10)));

@@ -89,9 +89,10 @@ std::shared_ptr<Carrier> join_mpi() {
   const unsigned expected = num_ranks_by_launcher();
   auto carrier = std::make_shared<MpiCarrier>();
   if (carrier->num_ranks() != expected) {
-    throw UserError(fmt::format("mpirun: it started {} processes, but they find {} of each other; use the "
-                                "launcher of the MPI that this program was built with ({})",
-                                expected, carrier->num_ranks(), mpi_version()));
+    throw UserError(
+        fmt::format("mpirun: it started {} processes, but they find {} of each other; use the "
+                    "launcher of the MPI that this program was built with ({})",
+                    expected, carrier->num_ranks(), mpi_version()));
   }
   return carrier;
 }

@@ -7,9 +7,9 @@
 #include <limits>
 #include <set>
 
-#include "backend/parcel_arrays.hpp"
 #include "backend/exact/broad_phase.hpp"
 #include "backend/exact/positions_at.hpp"
+#include "backend/parcel_arrays.hpp"
 #include "core/random.hpp"
 #include "model/exact/step_plan.hpp"
 #include "support/scene_support.hpp"

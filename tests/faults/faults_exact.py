@@ -14,7 +14,7 @@ EXACT = [
           "a search across the periodic edge ends in the first cell"),
     Fault("cell_rows_wrap", "grid.hpp", "visit_rows(sy.second_first, sy.second_last)", "sy.second_last", "-1",
           "a search does not cross the upper and lower periodic edge"),
-    Fault("cell_factor", "grid.hpp", "2ULL * static_cast<std::uint64_t>(half) + 1ULL", "1ULL", "0ULL",
+    Fault("cell_factor", "grid.hpp", "(extent + 1ULL)", "1ULL", "0ULL",
           "the last position belongs to a cell that does not exist"),
     Fault("may_collide_end", "exact/collision.hpp", "-b <= w2 + slack", "w2 + slack", "0.9F * w2",
           "collisions in the last tenth of a step may be missed"),

@@ -1,5 +1,7 @@
 #include "backend/domains/domain.hpp"
 
+#include "core/resize.hpp"
+
 namespace pf {
 namespace {
 
@@ -19,8 +21,13 @@ void Domain::append(const Parcel& parcel, std::uint32_t slot) {
   to.slot.push_back(slot);
 }
 
-void Domain::start_appending() {
+void Domain::start_appending(std::size_t num) {
   ParcelArrays& to = parcels_.current;
+  const std::size_t total = to.id.size() + num;
+  reserve_tightly(to.position, total + kSearchPadding);
+  reserve_tightly(to.velocity, total + kSearchPadding);
+  reserve_tightly(to.id, total);
+  reserve_tightly(to.slot, total);
   to.position.resize(to.id.size());
   to.velocity.resize(to.id.size());
 }
@@ -44,6 +51,9 @@ void Domain::reset(const Slabs& slabs, const SpawnPlan& plan) {
     }
   });
   take(slabs, {});
+  std::size_t num = 0;
+  for (const std::vector<Parcel>& share : shares) num += share.size();
+  start_appending(num);
   for (std::vector<Parcel>& share : shares) {
     adopt(share);
     share = {};
@@ -79,7 +89,7 @@ void Domain::release(std::vector<std::vector<Parcel>>& out) {
 
 void Domain::adopt(const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
-  start_appending();
+  start_appending(parcels.size());
   for (const Parcel& parcel : parcels) append(parcel, 0);
   finish_appending();
 }
@@ -104,7 +114,7 @@ void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>&
 
 void Domain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
-  start_appending();
+  start_appending(parcels.size());
   for (const Parcel& parcel : parcels) {
     append(parcel, ++num_slots_);
     borders_[slab].copies.push_back(num_slots_);

@@ -59,8 +59,8 @@ class Domain {
   template <class Visit>
   void visit(const Visit& see) const {
     for (std::size_t i = 0; i < parcels_.size(); ++i) {
-      if (!parcels_.is_copy(i)) see(Parcel{parcels_.current.position[i], parcels_.current.velocity[i],
-                                           parcels_.current.id[i]});
+      if (!parcels_.is_copy(i))
+        see(Parcel{parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.id[i]});
     }
   }
   std::uint64_t memory_bytes() const;
@@ -72,7 +72,7 @@ class Domain {
     std::vector<std::uint32_t> copies;  // the other slab's
   };
 
-  void start_appending();
+  void start_appending(std::size_t num);
   void append(const Parcel& parcel, std::uint32_t slot);
   void finish_appending();
   void drop();

@@ -23,6 +23,9 @@ class DomainBackend final : public Backend {
   std::string name() const override { return "cpu"; }
   std::string device() const override;
   unsigned num_domains() const override { return num_domains_; }
+  double share_here() const override {
+    return static_cast<double>(carrier_->num_ranks_here()) / carrier_->num_ranks();
+  }
   std::string refusal_of(Method method) const override {
     if (method != Method::exact) return "";
     return "run.method: exact works in one domain only, since its events hang together across slabs; give "

@@ -8,8 +8,9 @@
 namespace pf {
 namespace {
 
-// Width of the margin, in contact distances and in mean distances of parcels. It takes part in no result. A
-// wider one is sorted less often, and has more parcels to copy and to send.
+// Width of the margin in contact distances; in a dilute gas it is the mean distance of parcels, about as wide
+// as a cell. It takes part in no result. A wider one has more parcels to copy and to send, a narrower one is
+// sorted more often.
 constexpr double kMarginWidth = 3.0;
 
 // What a rank knows after a step. All ranks learn it from all.
@@ -22,7 +23,7 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
   const World& world = constants.physics.world;
   const double area = 4.0 * world.half.x * static_cast<double>(world.half.y);
   const double spacing = std::sqrt(area / (num_parcels + 1.0));
-  return static_cast<std::int64_t>(std::ceil(kMarginWidth * std::fmax(constants.contact_distance, spacing)));
+  return static_cast<std::int64_t>(std::ceil(std::fmax(kMarginWidth * constants.contact_distance, spacing)));
 }
 
 }  // namespace

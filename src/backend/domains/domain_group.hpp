@@ -13,7 +13,8 @@ namespace pf {
 
 class DomainGroup {
  public:
-  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. carrier must outlive it.
+  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. carrier must outlive
+  // it.
   DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads);
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball);

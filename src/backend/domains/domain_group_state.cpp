@@ -109,9 +109,8 @@ Profile DomainGroup::profile(const ProfileShape& shape) {
 std::uint64_t DomainGroup::state_hash() {
   std::uint64_t mine = 0;
   for (const auto& domain : domains_) {
-    domain->visit([&](const Parcel& parcel) {
-      mine += parcel_hash(parcel.id, parcel.position, parcel.velocity);
-    });
+    domain->visit(
+        [&](const Parcel& parcel) { mine += parcel_hash(parcel.id, parcel.position, parcel.velocity); });
   }
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   for (const std::uint64_t sum : ranks_.all_of(mine)) hash += sum;

@@ -58,8 +58,7 @@ class DomainRanks {
         const std::vector<T>& sent = out[d][k];
         std::vector<T>& items = in[d][k];
         items.resize(counts[k * num_domains_ + own]);
-        if (!sent.empty())
-          leaving.push_back({rank_of(k), tag(own, k), sent.data(), sent.size() * sizeof(T)});
+        if (!sent.empty()) leaving.push_back({rank_of(k), tag(own, k), sent.data(), sent.size() * sizeof(T)});
         if (!items.empty())
           coming.push_back({rank_of(k), tag(k, own), items.data(), items.size() * sizeof(T)});
       }

@@ -43,21 +43,33 @@ void gather(DomainGroup& group) {
 
 void obey(Order order, Message& message, DomainGroup& group) {
   switch (order) {
-    case Order::reset: return reset(message, group);
-    case Order::set_physics: return group.set_physics(message.get<Physics>());
-    case Order::set_ball: return group.set_ball(message.get<BallState>());
-    case Order::restore: return restore(message, group);
-    case Order::resume: return resume(message, group);
-    case Order::advance: return void(group.advance(message.get<StepRequest>()));
-    case Order::gather: return gather(group);
-    case Order::draw: return group.draw({});
-    case Order::measure: return void(group.measure());
-    case Order::profile: return void(group.profile(message.get<ProfileShape>()));
-    case Order::state_hash: return void(group.state_hash());
+    case Order::reset:
+      return reset(message, group);
+    case Order::set_physics:
+      return group.set_physics(message.get<Physics>());
+    case Order::set_ball:
+      return group.set_ball(message.get<BallState>());
+    case Order::restore:
+      return restore(message, group);
+    case Order::resume:
+      return resume(message, group);
+    case Order::advance:
+      return void(group.advance(message.get<StepRequest>()));
+    case Order::gather:
+      return gather(group);
+    case Order::draw:
+      return group.draw({});
+    case Order::measure:
+      return void(group.measure());
+    case Order::profile:
+      return void(group.profile(message.get<ProfileShape>()));
+    case Order::state_hash:
+      return void(group.state_hash());
     case Order::measure_copy_bandwidth:
       return void(group.measure_copy_bandwidth(message.get<std::size_t>()));
     case Order::open:
-    case Order::close: return;
+    case Order::close:
+      return;
   }
 }
 

@@ -100,7 +100,7 @@ PF_AVX2_SEARCH void append_pairs_by_ranges(const DiscSpace& space, std::uint32_t
 }
 
 // Cell coordinates of eight positions.
-PF_AVX2_INLINE __m256i cell_coordinates(__m256i position, const CellAxis& axis) {
+PF_AVX2_INLINE __m256i cell_coordinates(__m256i position, const GridAxis& axis) {
   const __m256i high = _mm256_set1_epi32(axis.high), low = _mm256_set1_epi32(axis.low);
   const __m256i scale = _mm256_set1_epi32(static_cast<int>(axis.factor));
   const __m256i inside = _mm256_max_epi32(_mm256_min_epi32(position, high), low);
@@ -127,8 +127,7 @@ struct EightBoxes {
                        cell_coordinates(_mm256_sub_epi32(x, reach), grid.x));
     _mm256_store_si256(reinterpret_cast<__m256i*>(right),
                        cell_coordinates(_mm256_add_epi32(x, reach), grid.x));
-    _mm256_store_si256(reinterpret_cast<__m256i*>(top),
-                       cell_coordinates(_mm256_add_epi32(y, reach), grid.y));
+    _mm256_store_si256(reinterpret_cast<__m256i*>(top), cell_coordinates(_mm256_add_epi32(y, reach), grid.y));
     __m256 is_whole = _mm256_cmp_ps(radius, radius, _CMP_ORD_Q);
     if constexpr (kBoundary == Boundary::periodic) {
       const __m256i room =

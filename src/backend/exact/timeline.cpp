@@ -121,8 +121,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   evaluate(c, parcels, 0, position_);
   if (run_.physics.parcels.contacts && parcels.size() > 0 && !needs_all_pairs(run_)) {
     const auto num = static_cast<std::uint32_t>(parcels.size());
-    const GridShape grid =
-        choose_grid(run_.physics.world, num, {kCellWidth * run_.contact_distance});
+    const GridShape grid = choose_grid(run_.physics.world, num, {kCellWidth * run_.contact_distance});
     parcels.sort(team_, grid, position_.data(), report.times);
     evaluate(c, parcels, 0, position_);
     present_is_valid_ = false;

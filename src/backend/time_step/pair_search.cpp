@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "backend/near_filter.hpp"
+#include "core/resize.hpp"
 #include "model/for_boundary.hpp"
 
 namespace pf {
@@ -20,7 +21,7 @@ bool is_at_edge(std::int32_t cell, std::int32_t num) { return cell == 0 || cell 
 }  // namespace
 
 std::int64_t PairSearch::max_reach(const GridShape& grid) {
-  const auto of = [](const CellAxis& axis) {
+  const auto of = [](const GridAxis& axis) {
     return axis.num <= 2 ? std::numeric_limits<std::int64_t>::max() : (std::int64_t{1} << 32) / axis.factor;
   };
   return std::min(of(grid.x), of(grid.y));
@@ -28,7 +29,7 @@ std::int64_t PairSearch::max_reach(const GridShape& grid) {
 
 void PairSearch::prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
                          const std::vector<std::uint32_t>& cell_start) {
-  ranges_.resize(num_parcels);
+  resize_tightly(ranges_, num_parcels);
   team.run([&](unsigned thread) {
     const auto [begin, end] = team.share(thread, static_cast<std::size_t>(grid.y.num));
     for (std::size_t row = begin; row < end; ++row) prepare_row(grid, boundary, cell_start, row);

@@ -1,5 +1,6 @@
 #include "backend/time_step/paired_loop.hpp"
 
+#include "core/resize.hpp"
 #include "model/methods.hpp"
 #include "model/time_step.hpp"
 
@@ -92,7 +93,7 @@ void PairedLoop::run_share(const StepLoop& loop, SortedParcels& parcels, unsigne
 
 void PairedLoop::run(const StepLoop& loop, Method method, SortedParcels& parcels,
                      std::vector<CpuTally>& tallies) {
-  contacts_.resize(parcels.size());
+  resize_tightly(contacts_, parcels.size());
   const Physics& physics = loop.constants.physics;
   team_.run([&](unsigned thread) {
     Share& share = shares_[thread];

@@ -42,8 +42,8 @@ class TimeStepper {
   CpuTally advance(const TimeStep& step);
   // The same, but only pushes overlapping parcels apart.
   CpuTally push_out(const StepConstants& constants, Neighbors neighbors);
-  // Notes that a parcel may have moved so far along an axis since, position units. advance() and push_out() do
-  // not.
+  // Notes that a parcel may have moved so far along an axis since, position units. advance() and push_out()
+  // do not.
   void add_displacement(std::int32_t units) { displacement_ += units; }
   std::uint64_t memory_bytes() const { return paired_.memory_bytes(); }
 
