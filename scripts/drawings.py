@@ -128,6 +128,8 @@ def rooms():
         arrow(start, end)
     d.box(332, 250, 130, 36, ["cuda"], GREEN)
     d.line([(397, 250), (397, 235)])
+    d.box(186, 250, 102, 36, ["mpi"], FAINT)
+    d.line([(289, 268), (345, 235)])
     d.box(652, 262, 118, 30, ["cuda/gl"], ORANGE)
     d.line([(652, 277), (463, 277)])
     d.line([(711, 262), (711, 243)])

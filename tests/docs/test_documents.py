@@ -176,7 +176,7 @@ def files(project):
 
 # ---- commands that documents show
 
-COMMAND = re.compile(r"(pickleflight|\./demo|\./check|cmake)( |$)|python3 |scripts/[\w-]+( |$)")
+COMMAND = re.compile(r"(mpirun|pickleflight|\./demo|\./check|cmake)( |$)|python3 |scripts/[\w-]+( |$)")
 
 
 def shown_commands(text):
@@ -229,7 +229,7 @@ class Commands:
                 fault = "" if os.access(self.project.root / first, os.X_OK) else "cannot be started"
             else:
                 fault = {"pickleflight": self.fly, "./demo": self.demo, "./check": self.check_script, "cmake": self.cmake,
-                         "python3": self.draw}.get(first, lambda _: "is no known command")(rest)
+                         "python3": self.draw, "mpirun": self.launch}.get(first, lambda _: "is no known command")(rest)
             if fault:
                 return fault
         return ""
@@ -297,6 +297,10 @@ class Commands:
             output.seek(0)
             lines = [line for line in output.read().splitlines() if line.startswith("pickleflight: ")]
         return f"exit code {running.returncode}: {' '.join(lines)}" if running.returncode in (2, 3) else ""
+
+    def launch(self, words):
+        """What each process does; tests/cli/test_ranks.py starts several."""
+        return self.fly(words[words.index("pickleflight") + 1:]) if words else ""
 
     def demo(self, options):
         """As ./demo hands its arguments on."""
