@@ -58,9 +58,11 @@ std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build ha
 // Domains on the processor, of this process and others.
 std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ranks) {
   const unsigned num = options.domains > 0 ? static_cast<unsigned>(options.domains) : ranks.num();
+  if (num > kMaxDomains)
+    throw UserError(fmt::format("mpirun: {} processes; give at most {}", num, kMaxDomains));
   if (num % ranks.num() != 0) {
     throw UserError(fmt::format("--domains: {} is not a multiple of the {} processes of mpirun; give {}", num,
-                                ranks.num(), ranks.num() * (num / ranks.num() + 1)));
+                                ranks.num(), ranks.num() * std::max(1U, num / ranks.num())));
   }
   return make_domain_backend(ranks.carrier(), num, static_cast<unsigned>(options.settings.threads));
 }

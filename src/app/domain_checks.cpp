@@ -27,10 +27,8 @@ void check_slabs(const Physics& physics, unsigned num_domains) {
 }  // namespace
 
 void check_backend(const Settings& settings, const Physics& physics, const Backend& backend) {
-  if (settings.air == Air::parcels) {
-    if (const std::string refusal = backend.refusal_of(settings.method); !refusal.empty())
-      throw UserError(refusal);
-  }
+  if (const std::string refusal = backend.refusal_of(settings.method); !refusal.empty())
+    throw UserError(refusal);
   check_slabs(physics, backend.num_domains());
 }
 

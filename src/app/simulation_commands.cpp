@@ -94,8 +94,8 @@ void Simulation::State::restart(Settings with) {
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
   const ParcelSnapshot parcels = backend->snapshot();
+  check_room(with, 0);
   if (std::unique_ptr<Backend> fresh = backend->with_threads(static_cast<unsigned>(with.threads))) {
-    check_room(with, 0);
     fresh->reset(physics, spawner.plan(), ball);
     backend = std::move(fresh);
   } else {

@@ -41,7 +41,7 @@ struct GridArea {
 
 inline GridArea area_of(const World& world) { return {{-world.half.x, -world.half.y}, world.half}; }
 
-// num_x, num_y: 1 to 2^15 - 1, so that their product fits 32 bits.
+// num_x, num_y: at least 1; their product fits 31 bits.
 inline GridShape make_grid(const World& world, const GridArea& area, std::int32_t num_x, std::int32_t num_y) {
   const auto axis = [](std::int32_t half, std::int32_t low, std::int32_t high, std::int32_t num) {
     // Rounded down with one unit to spare, so that the largest offset, high - low, lies in cell num - 1.

@@ -70,8 +70,8 @@ PF_HD inline bool apply_boundary(std::int64_t& position, float& velocity, std::i
     return position >= -static_cast<std::int64_t>(half) && position <= half;
   } else if constexpr (kBoundary == Boundary::periodic) {
     const std::int64_t period = 2LL * half;
-    if (position >= half) position -= period;
-    if (position < -static_cast<std::int64_t>(half)) position += period;
+    while (position >= half) position -= period;  // more than once in a step through a thin world
+    while (position < -static_cast<std::int64_t>(half)) position += period;
     return true;
   } else {
     const std::int64_t limit = static_cast<std::int64_t>(half) - radius;

@@ -5,13 +5,19 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
+#include <thread>
 
 #include "core/error.hpp"
+#include "core/timing.hpp"
 #include "mpi/launcher.hpp"
 
 namespace pf {
 namespace {
+
+constexpr double kPatience_ms = 2.0;
+constexpr std::chrono::microseconds kNap{100};
 
 // MPI counts with int. Longer messages go in pieces, which stay in order.
 constexpr std::size_t kMaxPiece = std::size_t{1} << 30;
@@ -27,7 +33,8 @@ void in_pieces(std::size_t num_bytes, const Post& post) {
 class MpiCarrier final : public Carrier {
  public:
   MpiCarrier() {
-    MPI_Init(nullptr, nullptr);
+    int level = 0;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &level);
     int rank = 0, num = 0;
     MPI_Comm_rank(MPI_COMM_WORLD, &rank);
     MPI_Comm_size(MPI_COMM_WORLD, &num);
@@ -49,11 +56,10 @@ class MpiCarrier final : public Carrier {
 
   void broadcast(std::vector<std::byte>& bytes) override {
     std::uint64_t num = bytes.size();
-    MPI_Bcast(&num, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
+    broadcast_part(&num, 1, MPI_UINT64_T);
     bytes.resize(num);
-    in_pieces(num, [&](std::size_t offset, int count) {
-      MPI_Bcast(bytes.data() + offset, count, MPI_BYTE, 0, MPI_COMM_WORLD);
-    });
+    in_pieces(num,
+              [&](std::size_t offset, int count) { broadcast_part(bytes.data() + offset, count, MPI_BYTE); });
   }
 
   void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
@@ -79,6 +85,22 @@ class MpiCarrier final : public Carrier {
   }
 
  private:
+  // Ranks that wait for an order for long, as while the window is paused, leave their cores to others.
+  void broadcast_part(void* data, int count, MPI_Datatype type) const {
+    MPI_Request request = MPI_REQUEST_NULL;
+    MPI_Ibcast(data, count, type, 0, MPI_COMM_WORLD, &request);
+    if (rank_ == 0) {
+      MPI_Wait(&request, MPI_STATUS_IGNORE);
+      return;
+    }
+    const Clock::time_point start = Clock::now();
+    for (int is_there = 0;;) {
+      MPI_Test(&request, &is_there, MPI_STATUS_IGNORE);
+      if (is_there != 0) return;
+      if (milliseconds_since(start) > kPatience_ms) std::this_thread::sleep_for(kNap);
+    }
+  }
+
   unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1;
   std::vector<MPI_Request> requests_;
 };

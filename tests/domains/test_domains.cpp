@@ -1,21 +1,12 @@
-// Domains give the bits of one backend without domains: states, counts, profiles, pictures.
+// Domains give the bits of one backend without domains.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
-#include "backend/domains/domain_backend.hpp"
 #include "backend/domains/slabs.hpp"
-#include "core/error.hpp"
-#include "domains/thread_ranks.hpp"
+#include "domains/domain_pair.hpp"
 #include "support/golden_hashes.hpp"
-#include "support/snapshot_checks.hpp"
 
 namespace pf::test {
 namespace {
-
-std::unique_ptr<Backend> domains(unsigned num, unsigned num_threads = 1) {
-  return make_domain_backend(std::make_shared<LocalCarrier>(), num, num_threads);
-}
 
 // All golden scenes but those of `exact`.
 void expect_golden_states(const MakeBackend& make_backend) {
@@ -44,46 +35,6 @@ TEST(Domains, GiveTheGoldenStatesForAnyNumberOfRanks) {
     ThreadRanks ranks(num_ranks);
     expect_golden_states([&, num = num_domains] { return ranks.make_backend(num); });
   }
-}
-
-// A dense gas through which a ball flies, with what the panel changes while it does.
-struct Pair {
-  explicit Pair(const Settings& s, std::unique_ptr<Backend> with)
-      : plain(s, make_cpu_backend(1)), divided(s, std::move(with)) {}
-
-  // Returns the totals of the domains.
-  StepTotals expect_same_steps(std::uint32_t num, double dt_s) {
-    const StepReport expected = plain.advance(num, dt_s), report = divided.advance(num, dt_s);
-    EXPECT_EQ(divided.backend->state_hash(), plain.backend->state_hash());
-    EXPECT_EQ(report.ball, expected.ball);
-    EXPECT_EQ(report.totals.num_steps, expected.totals.num_steps);
-    EXPECT_EQ(report.totals.num_collisions, expected.totals.num_collisions);
-    EXPECT_EQ(report.totals.num_ball_hits, expected.totals.num_ball_hits);
-    EXPECT_EQ(report.totals.num_retired, expected.totals.num_retired);
-    EXPECT_EQ(report.totals.num_invalid, expected.totals.num_invalid);
-    EXPECT_EQ(report.totals.first_invalid_id, expected.totals.first_invalid_id);
-    EXPECT_EQ(report.totals.impulse_sum_mps, expected.totals.impulse_sum_mps);
-    EXPECT_EQ(report.totals.max_overlap_diameters, expected.totals.max_overlap_diameters);
-    return report.totals;
-  }
-  void apply(const Settings& s) {
-    for (SceneRun* run : {&plain, &divided}) {
-      run->settings = s;
-      run->physics = derive_physics(s);
-      run->backend->set_physics(run->physics);
-    }
-  }
-
-  SceneRun plain, divided;
-};
-
-Settings busy_court(Boundary boundary, std::int64_t num_parcels = 3000) {
-  Settings s = court(num_parcels, boundary);
-  s.area_fraction = 0.3;
-  s.restitution = 0.8;
-  s.ball_vx_mps = 40.0;
-  s.ball_vy_mps = 7.0;
-  return s;
 }
 
 TEST(Domains, GiveTheSameBitsWhileSettingsChange) {
@@ -125,6 +76,26 @@ TEST(Domains, GiveTheSameBitsOfParcelsThatCrossSeveralBordersInAStep) {
   }
 }
 
+// They move by more than the height of a periodic world.
+TEST(Domains, GiveTheSameBitsOfParcelsThatCrossAThinWorldInAStep) {
+  Settings s = busy_court(Boundary::periodic, 1500);
+  s.height_m = 0.8;
+  s.area_fraction = 0.2;
+  s.ball_present = false;
+  Pair pair(s, domains(8));
+  for (SceneRun* run : {&pair.plain, &pair.divided}) {
+    ParcelSnapshot state = run->backend->snapshot();
+    for (std::size_t i = 0; i < state.velocity.size(); i += 5) state.velocity[i] = {900.0F, -300.0F};
+    run->backend->restore(state);
+  }
+  EXPECT_GT(pair.expect_same_steps(25, 4e-3).num_collisions, 0U);
+  const Vec2i half = pair.plain.physics.world.half;
+  for (const Vec2i position : pair.plain.backend->snapshot().position) {
+    ASSERT_LE(std::abs(position.x), half.x);
+    ASSERT_LE(std::abs(position.y), half.y);
+  }
+}
+
 // All parcels and the ball around one border; the other domains are empty.
 TEST(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
   Pair pair(busy_court(Boundary::walls, 400), domains(8));
@@ -141,88 +112,73 @@ TEST(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
   EXPECT_GT(totals.num_ball_hits, 0U);
 }
 
-TEST(Domains, RestoreASnapshot) {
-  expect_restored_is_the_same_state(gas(900), domains(3));
-  expect_restored_goes_on_as_it_did(gas(900), domains(3));
+// Rows of two parcels around the border, 1.9 diameters apart. They meet shortly before the next sort, when
+// each has covered 0.6 diameters. The others have left the world: parcels are dense, and margins thin.
+TEST(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
+  Settings s = busy_court(Boundary::open);
+  s.ball_present = false;
+  Pair pair(s, domains(2));
+  pair.set_radius(2.0);
+  const double diameter_m = 2.0 * pair.plain.physics.parcels.radius_m;
+  const auto diameter = static_cast<std::int32_t>(diameter_m / pair.plain.physics.world.unit_m);
+  ParcelSnapshot state = pair.plain.backend->snapshot();
+  for (std::size_t i = 0; i < state.position.size(); ++i) {
+    const bool is_left = i % 2 == 0;
+    const std::int32_t y = (static_cast<std::int32_t>(i / 2) - 4) * 3 * diameter;
+    state.position[i] = i < 16 ? Vec2i{is_left ? -1 : diameter / 10 * 19, y} : Vec2i{kRetired, 0};
+    state.velocity[i] = {is_left ? 1.0F : -1.0F, 0.0F};
+  }
+  for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(state);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(pair.expect_same_steps(1, 0.2 * diameter_m).num_collisions, 0U);
+  const StepTotals totals = pair.expect_same_steps(1, 0.2 * diameter_m);
+  EXPECT_EQ(totals.num_collisions, 8U);
+  EXPECT_EQ(totals.num_sorts, 0U);
 }
 
-TEST(Domains, GoOnFromAStateOfTheOtherBackendAndBack) {
-  for (const unsigned num_ranks : {1U, 2U}) {
-    ThreadRanks ranks(num_ranks);
-    Pair pair(busy_court(Boundary::periodic), ranks.make_backend(4));
-    pair.expect_same_steps(30, 5e-4);
-    BackendState state;
-    pair.plain.backend->save(state);
-    pair.divided.backend->resume(pair.divided.physics, state);
-    pair.expect_same_steps(30, 5e-4);
-    pair.divided.backend->save(state);
-    pair.plain.backend->resume(pair.plain.physics, state);
-    pair.expect_same_steps(30, 5e-4);
+TEST(Domains, SortAgainForALargerRadius) {
+  for (const Boundary boundary : {Boundary::open, Boundary::periodic}) {
+    Settings s = busy_court(boundary);
+    s.area_fraction = 0.01;
+    s.ball_present = false;
+    Pair pair(s, domains(4));
+    EXPECT_EQ(pair.expect_same_steps(2, 1e-7).num_sorts, 1U);
+    pair.set_radius(8.0);
+    const StepTotals totals = pair.expect_same_steps(1, 1e-7);
+    EXPECT_GT(totals.num_collisions, 0U);
+    EXPECT_EQ(totals.num_sorts, 1U);
   }
 }
 
-TEST(Domains, AreCutByABudgetAndGoOn) {
-  Pair pair(busy_court(Boundary::open), domains(3));
-  StepRequest request = step_request(pair.divided.settings, pair.divided.physics, 40, 5e-4);
-  request.budget_ms = 1e-6;
-  std::uint32_t done = 0;
-  int num_requests = 0;
-  while (done < 40) {
-    StepRequest rest = request;
-    rest.num_steps = 40 - done;
-    rest.num_done = done;
-    done += static_cast<std::uint32_t>(pair.divided.backend->advance(rest).totals.num_steps);
-    ++num_requests;
+TEST(Domains, NameTheFirstInvalidParcelAndStep) {
+  Pair pair(busy_court(Boundary::walls, 400), domains(5));
+  pair.expect_same_steps(5, 1e-4);
+  for (SceneRun* run : {&pair.plain, &pair.divided}) {
+    ParcelSnapshot state = run->backend->snapshot();
+    state.velocity[300] = state.velocity[77] = {1e20F, 0.0F};
+    run->backend->restore(state);
   }
-  EXPECT_EQ(num_requests, 40);  // each makes one step at least, and no more
-  pair.plain.advance(40, 5e-4);
-  EXPECT_EQ(pair.divided.backend->state_hash(), pair.plain.backend->state_hash());
+  const StepTotals totals = pair.expect_same_steps(3, 1e-4);
+  EXPECT_EQ(totals.num_invalid, 6U);
+  EXPECT_EQ(totals.first_invalid_step, 5U);
+  EXPECT_EQ(totals.first_invalid_id, 77U);
 }
 
-// Parcels as drawn, in an order that does not depend on memory.
-std::vector<std::tuple<float, float, float>> picture_of(Backend& backend, std::size_t num) {
-  std::vector<Vec2f> position(num);
-  std::vector<float> speed(num);
-  backend.draw({position.data(), speed.data(), num});
-  std::vector<std::tuple<float, float, float>> picture;
-  for (std::size_t i = 0; i < num; ++i) picture.emplace_back(position[i].x, position[i].y, speed[i]);
-  std::sort(picture.begin(), picture.end());
-  return picture;
-}
-
-TEST(Domains, ShowWhatOneBackendShows) {
-  for (const unsigned num_ranks : {1U, 3U}) {
-    ThreadRanks ranks(num_ranks);
-    Pair pair(busy_court(Boundary::open), ranks.make_backend(6));
-    pair.expect_same_steps(50, 2e-3);  // some leave
-    Backend &plain = *pair.plain.backend, &divided = *pair.divided.backend;
-    EXPECT_EQ(picture_of(divided, 3000), picture_of(plain, 3000));
-    const ProfileShape shape = profile_shape(pair.plain.physics, ProfileAxis::x, 20);
-    EXPECT_EQ(divided.profile(shape).bins, plain.profile(shape).bins);
-    const Measures expected = plain.measure(), measures = divided.measure();
-    EXPECT_EQ(measures.num_live, expected.num_live);
-    EXPECT_LT(measures.num_live, 3000U);
-    EXPECT_NEAR(measures.energy_j() / expected.energy_j(), 1.0, 1e-12);
-    EXPECT_NEAR(measures.momentum_scale_kg_mps / expected.momentum_scale_kg_mps, 1.0, 1e-12);
-    EXPECT_GT(divided.memory_bytes(), 3000U * 40);
-    EXPECT_GT(divided.measure_copy_bandwidth(1 << 20), 0.0);
+// A stream through the periodic edge: parcels of the last cells cross it between two sorts.
+TEST(Search, FindsPartnersAcrossAPeriodicEdgeInAStream) {
+  Settings s = court(444, Boundary::periodic);
+  s.height_m = 2.45;
+  s.area_fraction = 0.6;
+  s.ball_present = false;
+  s.flow_x_mps = 20.0;
+  SceneRun grid(s, make_cpu_backend(1));
+  s.neighbors = Neighbors::all_pairs;
+  SceneRun all(s, make_cpu_backend(1));
+  const double dt_s = 0.3 * 2.0 * grid.physics.parcels.radius_m / s.flow_x_mps;
+  for (int k = 0; k < 100; ++k) {
+    grid.advance(5, dt_s);
+    all.advance(5, dt_s);
+    ASSERT_EQ(grid.backend->state_hash(), all.backend->state_hash()) << k;
   }
-}
-
-TEST(Domains, RefuseExact) {
-  Settings s = busy_court(Boundary::open, 50);
-  s.method = Method::exact;
-  SceneRun run(s, domains(2));
-  EXPECT_NE(run.backend->refusal_of(Method::exact), "");
-  EXPECT_EQ(run.backend->refusal_of(Method::spring), "");
-  EXPECT_THROW(run.advance(1, 1e-3), UserError);
-}
-
-TEST(Domains, KeepTheirNumberWithOtherThreads) {
-  const std::unique_ptr<Backend> two = domains(5)->with_threads(2);
-  EXPECT_EQ(two->num_domains(), 5U);
-  EXPECT_NE(two->device().find("5 domains"), std::string::npos) << two->device();
-  EXPECT_NE(two->device().find("2 threads"), std::string::npos) << two->device();
 }
 
 TEST(Slabs, CoverTheWorldOnce) {

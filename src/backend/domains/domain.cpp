@@ -40,27 +40,7 @@ void Domain::finish_appending() {
   parcels_.sorted = false;
 }
 
-void Domain::reset(const Slabs& slabs, const SpawnPlan& plan) {
-  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_start[plan.num_rows] : 0;
-  std::vector<std::vector<Parcel>> shares(team_.size());
-  team_.run([&](unsigned thread) {
-    const auto [begin, end] = team_.share(thread, plan.num_parcels);
-    for (std::size_t i = begin; i < end; ++i) {
-      const Parcel parcel = spawn_parcel(plan, num_sites, static_cast<std::uint32_t>(i));
-      if (slabs.owner(parcel.position.x) == index_) shares[thread].push_back(parcel);
-    }
-  });
-  take(slabs, {});
-  std::size_t num = 0;
-  for (const std::vector<Parcel>& share : shares) num += share.size();
-  start_appending(num);
-  for (std::vector<Parcel>& share : shares) {
-    adopt(share);
-    share = {};
-  }
-}
-
-void Domain::take(const Slabs& slabs, const std::vector<Parcel>& parcels) {
+void Domain::clear(const Slabs& slabs, std::size_t num) {
   slabs_ = slabs;
   borders_.assign(slabs.num, {});
   ParcelArrays& to = parcels_.current;
@@ -68,7 +48,7 @@ void Domain::take(const Slabs& slabs, const std::vector<Parcel>& parcels) {
   to.velocity.clear();
   to.id.clear();
   to.slot.clear();
-  adopt(parcels);
+  start_appending(num);
   finish_appending();
 }
 

@@ -13,7 +13,7 @@
 #include "backend/draw_buffers.hpp"
 #include "backend/profile.hpp"
 #include "backend/time_step/time_stepper.hpp"
-#include "model/spawn.hpp"
+#include "model/parcel.hpp"
 
 namespace pf {
 
@@ -30,10 +30,8 @@ class Domain {
   Domain(const Domain&) = delete;
   Domain& operator=(const Domain&) = delete;
 
-  // Spawns the parcels of the plan that lie in the slab.
-  void reset(const Slabs& slabs, const SpawnPlan& plan);
-  // Replaces all parcels by these.
-  void take(const Slabs& slabs, const std::vector<Parcel>& parcels);
+  // Removes all parcels, and makes room for `num`; adopt() takes others.
+  void clear(const Slabs& slabs, std::size_t num);
 
   // The sort of all slabs, in this order.
   // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies.

@@ -8,10 +8,10 @@
 namespace pf {
 namespace {
 
-// Width of the margin in contact distances; in a dilute gas it is the mean distance of parcels, about as wide
-// as a cell. It takes part in no result. A wider one has more parcels to copy and to send, a narrower one is
-// sorted more often.
-constexpr double kMarginWidth = 3.0;
+// Width of the margin, in contact distances; in a dilute gas, whose cells are wider, in mean distances of
+// parcels. It takes part in no result. Cells set how far parcels may move until the next sort; a margin a
+// little wider than they are never cuts that short.
+constexpr double kMarginWidth = 3.0, kDiluteMarginWidth = 0.75;
 
 // What a rank knows after a step. All ranks learn it from all.
 struct StepOutcome {
@@ -23,7 +23,8 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
   const World& world = constants.physics.world;
   const double area = 4.0 * world.half.x * static_cast<double>(world.half.y);
   const double spacing = std::sqrt(area / (num_parcels + 1.0));
-  return static_cast<std::int64_t>(std::ceil(std::fmax(kMarginWidth * constants.contact_distance, spacing)));
+  return static_cast<std::int64_t>(
+      std::ceil(std::fmax(kMarginWidth * constants.contact_distance, kDiluteMarginWidth * spacing)));
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ class DomainGroup {
   unsigned num_threads() const { return team_.size(); }
 
  private:
+  void spawn(const SpawnPlan& plan);
   void distribute(const ParcelSnapshot& parcels);
   void sum_memory();
   // work(domain, its place on this rank), one domain to a thread.

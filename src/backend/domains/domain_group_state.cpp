@@ -1,6 +1,7 @@
 // The state of all domains as others set and read it.
 #include "backend/domains/domain_group.hpp"
 #include "backend/processor.hpp"
+#include "model/spawn.hpp"
 
 namespace pf {
 
@@ -10,8 +11,32 @@ void DomainGroup::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   step_ = 0;
   is_sorted_ = false;
   slabs_.world = physics.world;
-  for (const auto& domain : domains_) domain->reset(slabs_, plan);
+  spawn(plan);
   sum_memory();
+}
+
+// Spawns all parcels, and keeps those of this rank.
+void DomainGroup::spawn(const SpawnPlan& plan) {
+  const std::uint64_t num_sites = plan.num_parcels > 0 ? plan.row_start[plan.num_rows] : 0;
+  std::vector<std::vector<std::vector<Parcel>>> shares(domains_.size());  // by domain, then thread
+  for (auto& share : shares) share.resize(team_.size());
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, plan.num_parcels);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Parcel parcel = spawn_parcel(plan, num_sites, static_cast<std::uint32_t>(i));
+      const unsigned local = slabs_.owner(parcel.position.x) - ranks_.first_local();  // wraps below the first
+      if (local < domains_.size()) shares[local][thread].push_back(parcel);
+    }
+  });
+  for (std::size_t d = 0; d < domains_.size(); ++d) {
+    std::size_t num = 0;
+    for (const std::vector<Parcel>& parcels : shares[d]) num += parcels.size();
+    domains_[d]->clear(slabs_, num);
+    for (std::vector<Parcel>& parcels : shares[d]) {
+      domains_[d]->adopt(parcels);
+      parcels = {};
+    }
+  }
 }
 
 void DomainGroup::set_physics(const Physics& physics) {
@@ -43,7 +68,10 @@ void DomainGroup::distribute(const ParcelSnapshot& parcels) {
     }
   }
   ranks_.exchange(out, in, ranks_.all_counts(out));
-  for (unsigned d = 0; d < domains_.size(); ++d) domains_[d]->take(slabs_, in[d][0]);
+  for (unsigned d = 0; d < domains_.size(); ++d) {
+    domains_[d]->clear(slabs_, in[d][0].size());
+    domains_[d]->adopt(in[d][0]);
+  }
   sum_memory();
 }
 

@@ -13,10 +13,10 @@ namespace {
 // Of ranges that cannot be tabulated, because the pair may touch across a periodic edge.
 constexpr std::uint32_t kAtEdge = UINT32_MAX;
 
-// Only parcels of the first and last cells cross a periodic edge or touch others across it: those of the next
-// cells are farther than the contact distance from whatever has crossed, as long as the grid covers the
-// search.
-bool is_at_edge(std::int32_t cell, std::int32_t num) { return cell == 0 || cell == num - 1; }
+// Only parcels of the first and the last two cells (the last one may be narrower than others) cross a
+// periodic edge or touch others across it: those of the next cells are farther than the contact distance from
+// whatever has crossed, as long as the grid covers the search.
+bool is_at_edge(std::int32_t cell, std::int32_t num) { return cell == 0 || cell >= num - 2; }
 
 }  // namespace
 
