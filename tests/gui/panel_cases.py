@@ -64,7 +64,7 @@ def ball_spin(bench):
     with bench.open() as window:
         window.drag_slider("Friction", 0.3, -0.1)
         window.type_value("Ball spin", "140")
-        window.press_key("r")
+        window.click("Reset")
         time.sleep(2 * RUN_S)
         ball = window.stop()["ball"]
     check(abs(ball["spin_radps"] - 140.0) < 1e-9 and ball["hits"] > 0,

@@ -195,6 +195,7 @@ class Window:
         for letter in text:  # a letter for each pair of frames
             self._press("key", {".": "period", "-": "minus"}.get(letter, letter))
         self.press_key("Return")
+        time.sleep(0.3)  # until the text has ended, it takes all keys
 
     def scroll(self, x, y, notches):
         """With the wheel, nearer."""
