@@ -29,40 +29,51 @@ std::optional<TableEntry> cheapest(const std::vector<TableEntry>& entries) {
                            [](const TableEntry& a, const TableEntry& b) { return a.cost < b.cost; });
 }
 
-// The longest step such that it and all shorter ones meet the error. An error that happens to cross zero at a
-// long step is no accuracy.
-std::optional<TableEntry> longest_within(const std::vector<TableEntry>& entries, double error) {
+// Of the steps up to max_displacement the longest such that it and all shorter ones meet the error. An error
+// that happens to cross zero at a long step is no accuracy.
+std::optional<TableEntry> longest_within(const std::vector<TableEntry>& entries, double error,
+                                         double max_displacement = INFINITY) {
   std::optional<TableEntry> longest;
   for (const TableEntry& entry : entries) {
-    if (entry.error > error) break;
+    if (entry.error > error || entry.displacement > max_displacement * (1.0 + 1e-9)) break;
     longest = entry;
   }
   return longest;
 }
 
+// Raises error and cost to those of a ladder at this step, or at its next longer one.
+void raise_to(TableEntry& entry, const std::vector<TableEntry>& ladder, bool with_cost) {
+  for (const TableEntry& other : ladder) {
+    if (other.displacement < entry.displacement * (1.0 - 1e-9)) continue;
+    if (other.error > entry.error) {
+      entry.error = other.error;
+      entry.is_bound = other.is_bound;
+    }
+    if (with_cost) entry.cost = std::max(entry.cost, other.cost);
+    return;
+  }
+}
+
 // The entry that a method needs in all of the cases: the shortest of their steps, with the largest error and
-// cost that any case has at that step, or at its next longer one. Method `exact` has no error due to the
-// step.
-std::optional<TableEntry> entry_for_all(const json& rows, const std::vector<TableCase>& cases, Method method,
-                                        const std::string& target, double error) {
+// cost that any case has there. layer: its errors in the layer in front of a ball, which it has to meet, too;
+// empty if there is none. Method `exact` has no error due to the step.
+std::optional<TableEntry> entry_for_all(const std::vector<std::vector<TableEntry>>& ladders,
+                                        const std::vector<TableEntry>& layer, Method method, double error) {
+  double max_displacement = INFINITY;
+  if (!layer.empty() && method != Method::exact) {
+    const auto longest = longest_within(layer, error);
+    if (!longest) return std::nullopt;
+    max_displacement = longest->displacement;
+  }
   std::optional<TableEntry> shortest;
-  for (const TableCase& at : cases) {
-    const std::vector<TableEntry> entries = entries_of(rows, at, method_name(method), target);
-    const auto entry = method == Method::exact ? cheapest(entries) : longest_within(entries, error);
+  for (const std::vector<TableEntry>& ladder : ladders) {
+    const auto entry =
+        method == Method::exact ? cheapest(ladder) : longest_within(ladder, error, max_displacement);
     if (!entry) return std::nullopt;
     if (!shortest || entry->displacement < shortest->displacement) shortest = entry;
   }
-  for (const TableCase& at : cases) {
-    for (const TableEntry& entry : entries_of(rows, at, method_name(method), target)) {
-      if (entry.displacement < shortest->displacement * (1.0 - 1e-9)) continue;
-      if (entry.error > shortest->error) {
-        shortest->error = entry.error;
-        shortest->is_bound = entry.is_bound;
-      }
-      shortest->cost = std::max(shortest->cost, entry.cost);
-      break;
-    }
-  }
+  for (const std::vector<TableEntry>& ladder : ladders) raise_to(*shortest, ladder, true);
+  if (method != Method::exact) raise_to(*shortest, layer, false);
   return shortest;
 }
 
@@ -105,7 +116,10 @@ void choose_method(const TableRows& table, const AccuracyWish& wish, AccuracyCho
   std::optional<TableEntry> best;
   for (const MethodRow& row : kMethods) {
     if (beyond && row.method != Method::exact) continue;
-    const auto entry = entry_for_all(table.rows, cases, row.method, choice.of, kMethodShare * wish.error);
+    std::vector<std::vector<TableEntry>> ladders;
+    for (const TableCase& at : cases) ladders.push_back(entries_of(table.rows, at, row.name, choice.of));
+    const std::vector<TableEntry> layer = layer_entries(table.layer, row.name, choice.of);
+    const auto entry = entry_for_all(ladders, layer, row.method, kMethodShare * wish.error);
     if (!entry || (best && best->cost <= entry->cost)) continue;
     best = entry;
     choice.settings.method = row.method;

@@ -54,6 +54,13 @@ json rows_of_series(const json& table, const std::string& target, const std::str
   return rows;
 }
 
+// Rows of the layer in front of a ball from the study that ships.
+json shipped_layer() {
+  std::ifstream in(find_asset(fs::path("lab") / "gas-dynamics.json"));
+  const json study = json::parse(in, nullptr, false);
+  return study.is_object() ? study.value("layer", json::array()) : json::array();
+}
+
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
@@ -81,15 +88,19 @@ json read_accuracy_table(const fs::path& file) {
   json table = json::parse(in, nullptr, false);
   const bool is_table = table.is_object() && table.value("study", "") == "work-precision" &&
                         table.contains("points") && table["points"].is_array();
-  if (is_table) return table;
+  if (is_table) {
+    table["layer"] = shipped_layer();
+    return table;
+  }
   throw UserError(fmt::format(
       "--accuracy: {} is not a table of the lab; delete it, or measure one: pickleflight lab work-precision",
       in_quotes(file.string())));
 }
 
 TableRows rows_with(const json& table, const std::string& target, const std::string& backend) {
-  TableRows result{rows_of_series(table, target, backend)};
-  if (result.rows.empty() && backend != "cpu") result = {rows_of_series(table, target, "cpu"), true};
+  const json layer = table.value("layer", json::array());
+  TableRows result{rows_of_series(table, target, backend), layer};
+  if (result.rows.empty() && backend != "cpu") result = {rows_of_series(table, target, "cpu"), layer, true};
   if (!result.rows.empty()) return result;
   throw UserError("--accuracy: the table has no errors of " + target +
                   "; measure one: pickleflight lab work-precision");
@@ -133,6 +144,16 @@ std::vector<TableEntry> entries_of(const json& rows, const TableCase& at, const 
   std::sort(entries.begin(), entries.end(),
             [](const TableEntry& a, const TableEntry& b) { return a.displacement < b.displacement; });
   return entries;
+}
+
+std::vector<TableEntry> layer_entries(const json& layer, const char* method, const std::string& target) {
+  json rows = json::array();
+  for (const json& row : layer) {
+    if (row.at("device") == "cpu" && has_error(row, target)) rows.push_back(row);
+  }
+  if (rows.empty()) return {};
+  const json& first = rows.front();
+  return entries_of(rows, {first.at("area_fraction"), first.at("restitution")}, method, target);
 }
 
 std::vector<TableSize> sizes_of(const json& table, const std::string& target) {

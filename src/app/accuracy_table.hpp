@@ -15,7 +15,9 @@ std::filesystem::path accuracy_table_file();
 // File of a table measured here: $XDG_CACHE_HOME/pickleflight/work-precision.json, or under ~/.cache.
 std::filesystem::path cached_table_file();
 
-// Throws UserError if the file holds no table.
+// The table of study work-precision in a file, with the rows that study gas-dynamics measured in the layer in
+// front of a ball, which ship, as "layer": errors there depend on no machine. Throws UserError if the file
+// holds no table.
 nlohmann::json read_accuracy_table(const std::filesystem::path& file);
 
 // Targets `path` and `drag` are errors of the ball's flight.
@@ -23,6 +25,7 @@ bool needs_ball(const std::string& target);
 
 struct TableRows {
   nlohmann::json rows;
+  nlohmann::json layer;          // rows of the layer in front of a ball; empty if the table has none
   bool is_other_series = false;  // the table has no series of this backend; the rows are the CPU's
 };
 // Rows with an error of `target`, from the backend's series ("cpu" or "cuda") or else from the CPU's. Throws
@@ -51,6 +54,10 @@ struct TableEntry {
 // Entries of a method in one case, shortest step first.
 std::vector<TableEntry> entries_of(const nlohmann::json& rows, const TableCase& at, const char* method,
                                    const std::string& target);
+
+// Entries of a method in the layer in front of a ball, shortest step first. Empty unless the target is drag.
+std::vector<TableEntry> layer_entries(const nlohmann::json& layer, const char* method,
+                                      const std::string& target);
 
 struct TableSize {
   double num, error;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lab/blast_fit.hpp"
+#include "lab/error_entry.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 
@@ -145,16 +146,47 @@ void add_drag(json& table, const Runs& runs) {
            runs.mean_of("stagnation_pressure"), is_steady ? kStagnationTolerance : 0.0});
 }
 
-// Other methods against `exact`.
+// The CPU's runs of a method in the layer: other devices have the same errors and only their own costs.
+const json* layer_of_cpu(const std::vector<Runs>& all, const json& method, const json& displacement) {
+  for (const Runs& runs : all) {
+    const json& row = runs.first;
+    if (row.at("group") == "layer" && row.at("device") == "cpu" && row.at("method") == method &&
+        row.at("displacement_per_step") == displacement && row.contains("drag_sigma"))
+      return &row;
+  }
+  return nullptr;
+}
+
+// A method's drag against that of `exact`, and what it costs on the device of these runs.
 void add_layer(json& table, const Runs& runs, const std::vector<Runs>& all) {
-  const auto exact = std::find_if(all.begin(), all.end(), [](const Runs& other) {
-    return other.first.at("group") == "layer" && other.first.at("method") == "exact";
-  });
-  if (exact == all.end()) return;
-  const MeanError reference = exact->mean_of("drag"), measured = runs.mean_of("drag");
-  const bool same = runs.first.at("method") == "exact";
-  const double sigma = same ? measured.sigma : std::hypot(measured.sigma, reference.sigma);
-  add_row(table, runs, {"drag coefficient", reference.mean, {measured.mean, sigma}});
+  const json* exact = layer_of_cpu(all, "exact", 0.0);
+  const json* measured = layer_of_cpu(all, runs.first.at("method"), runs.first.at("displacement_per_step"));
+  if (exact == nullptr || measured == nullptr) return;
+  const double sigma = measured->at("drag_sigma").get<double>();
+  const double both = measured == exact ? sigma : std::hypot(sigma, exact->at("drag_sigma").get<double>());
+  add_row(table, runs,
+          {"drag coefficient", exact->at("drag").get<double>(), {measured->at("drag").get<double>(), both}});
+  table.back()["seeds"] = measured->at("num_seeds");
+}
+
+// The layer as a table of `--accuracy`: rows as the ones of study work-precision, with the errors of drag.
+json layer_table(const json& table) {
+  json rows = json::array();
+  for (const json& row : table) {
+    if (row.at("group") != "layer") continue;
+    const bool is_exact = row.at("method") == "exact";
+    json error = is_exact ? yardstick() : error_of(row.at("error"), row.at("sigma"));
+    rows.push_back({{"group", "layer"},
+                    {"device", row.at("device")},
+                    {"area_fraction", 0.1},
+                    {"restitution", 1.0},
+                    {"method", row.at("method")},
+                    {"displacement_per_step", row.at("displacement_per_step")},
+                    {"ns_per_disc_time", row.at("ns_per_disc_time")},
+                    {"errors", {{"drag", std::move(error)}}}});
+  }
+  mark_front(rows, "drag");
+  return rows;
 }
 
 json table_of(const json& points, double ease) {
@@ -186,12 +218,12 @@ std::string sentence(const json& row) {
 
 // The longest step such that it and all shorter ones are within 1 % of `exact`, or as near as the runs can
 // tell.
-std::string layer_sentence(const json& table, const std::string& method) {
+std::string layer_sentence(const json& layer, const std::string& device, const std::string& method) {
   constexpr double kNear = 0.01;
   std::vector<json> rows;
   double exact_ns = NAN;
-  for (const json& row : table) {
-    if (row.at("group") != "layer" || row.at("error").is_null()) continue;
+  for (const json& row : layer) {
+    if (row.at("device") != device) continue;
     if (row.at("method") == "exact") exact_ns = row.at("ns_per_disc_time").get<double>();
     if (row.at("method") == method) rows.push_back(row);
   }
@@ -199,18 +231,18 @@ std::string layer_sentence(const json& table, const std::string& method) {
   std::sort(rows.begin(), rows.end(), [&](const json& a, const json& b) { return step_of(a) < step_of(b); });
   json longest;
   for (const json& row : rows) {
-    const double allowed = std::max(kNear, 3.0 * row.at("sigma").get<double>());
-    if (std::fabs(row.at("error").get<double>()) > allowed) break;
+    const json& error = row.at("errors").at("drag");
+    const double allowed = std::max(kNear, 3.0 * error.at("sigma").get<double>());
+    if (std::fabs(error.at("signed").get<double>()) > allowed) break;
     longest = row;
   }
   if (rows.empty()) return "";
   if (longest.is_null())
-    return fmt::format("In the layer {} is off by more than 1 % at every step tried.", method);
+    return fmt::format("{}, layer: {} is off by more than 1 % at every step tried.", device, method);
   return fmt::format(
-      "In the layer {} is within 1 % of exact, or cannot be told from it, up to {:g} diameters a step, at "
-      "{:.2g} "
-      "times its cost.",
-      method, step_of(longest), longest.at("ns_per_disc_time").get<double>() / exact_ns);
+      "{}, layer: {} is within 1 % of exact, or cannot be told from it, up to {:g} diameters a step, at "
+      "{:.2g} times its cost.",
+      device, method, step_of(longest), longest.at("ns_per_disc_time").get<double>() / exact_ns);
 }
 
 }  // namespace
@@ -229,9 +261,12 @@ void conclude_gas_dynamics(json& result) {
   }
   words.insert(words.begin(), fmt::format("{} of {} figures of exact are within the allowed error.",
                                           num_judged - static_cast<int>(failed.size()), num_judged));
-  for (const char* method : {"impulse", "spring"}) {
-    const std::string layer = layer_sentence(result["table"], method);
-    if (!layer.empty()) words.push_back(layer);
+  result["layer"] = layer_table(result["table"]);
+  for (const char* device : {"cpu", "cuda"}) {
+    for (const char* method : {"impulse", "spring"}) {
+      const std::string layer = layer_sentence(result["layer"], device, method);
+      if (!layer.empty()) words.push_back(layer);
+    }
   }
   result["words"] = words;
   result["failed"] = failed;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/portable_math.hpp"
+#include "lab/error_entry.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 #include "lab/work_precision_summary.hpp"
@@ -18,25 +19,6 @@ namespace pf {
 namespace {
 
 using nlohmann::json;
-
-std::optional<double> number(const json& row, const char* key) {
-  const auto found = row.find(key);
-  if (found == row.end() || !found->is_number()) return std::nullopt;
-  return found->get<double>();
-}
-
-json error_of(double error, double sigma) {
-  const bool bound = std::fabs(error) < 2.0 * sigma;
-  return {{"value", bound ? std::fabs(error) + 2.0 * sigma : std::fabs(error)},
-          {"signed", error},
-          {"sigma", sigma},
-          {"bound", bound}};
-}
-
-std::string case_of(const json& row) {
-  return row.at("device").get<std::string>() + "/" + row.at("group").get<std::string>() + "/" +
-         row.at("area_fraction").dump() + "/" + row.at("restitution").dump();
-}
 
 // The row of `exact` with the shortest step, by case.
 std::map<std::string, const json*> exact_rows(const json& points) {
@@ -108,12 +90,6 @@ json ball_errors(const json& row, const json& reference) {
           {"drag", error_of(drag.mean / expected_loss, drag.sigma / expected_loss)}};
 }
 
-// Errors of the flights of `exact`, the reference of the others.
-json errors_of_reference() {
-  const json none = {{"value", nullptr}, {"sigma", nullptr}, {"bound", false}, {"yardstick", true}};
-  return {{"path", none}, {"drag", none}};
-}
-
 // Flights of one number of parcels: scatter over the seeds, and distance of their mean from that of the
 // largest number. Seeds are not paired, since each number has other starts.
 json scatter_errors(const json& row, const json& points) {
@@ -162,28 +138,8 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
   if (row.at("group") != "ball" && row.at("restitution") == 1.0) return elastic_errors(row);
   if (reference == references.end()) return json::object();
   if (row.at("group") == "gas") return cooling_errors(row, *reference->second);
-  return row.at("method") == "exact" ? errors_of_reference() : ball_errors(row, *reference->second);
-}
-
-// Marks the points that no other point of their case beats in both cost and error. Upper bounds count as
-// values.
-void mark_front(json& points, const std::string& error) {
-  const auto value_of = [&](const json& row) {
-    return number(row.at("errors").value(error, json::object()), "value");
-  };
-  for (json& row : points) {
-    const std::optional<double> value = value_of(row), cost = number(row, "ns_per_disc_time");
-    if (!value || !cost) continue;
-    bool beaten = false;
-    for (const json& other : points) {
-      const std::optional<double> other_value = value_of(other),
-                                  other_cost = number(other, "ns_per_disc_time");
-      if (!other_value || !other_cost || case_of(other) != case_of(row)) continue;
-      beaten = beaten || (*other_value <= *value && *other_cost < *cost) ||
-               (*other_value < *value && *other_cost <= *cost);
-    }
-    row["errors"][error]["front"] = !beaten;
-  }
+  if (row.at("method") == "exact") return {{"path", yardstick()}, {"drag", yardstick()}};
+  return ball_errors(row, *reference->second);
 }
 
 // Least-squares slope of log error over log step, for errors of 1e-5 to 0.1 diameters. Larger errors are

@@ -215,6 +215,8 @@ def with_value(options, flag, value):
 class Commands:
     """Runs what one document shows, in its order and in one folder, with small sizes and without a window."""
 
+    started = set()  # of all documents
+
     def __init__(self, project, folder):
         self.project, self.folder = project, pathlib.Path(folder)
         (self.folder / "src").symlink_to(project.root / "src")
@@ -265,6 +267,8 @@ class Commands:
         if "--from" not in options:  # which has its parcels
             options = with_value(options, "-p", "500")
         options = with_value(options, "--size", "320x180")
+        if "--picture-size" in options:
+            options = with_value(options, "--picture-size", "640x360")
         if "--still" in options:
             options[options.index("--still") + 1] = "0.002"
         else:
@@ -284,11 +288,15 @@ class Commands:
         return self.ended(self.project.program, *options)
 
     def starts(self, options):
-        """Takes minutes: it must begin, and is then told to end (how it ends has tests of its own)."""
+        """Takes minutes: it must begin, and is then told to end (how it ends has tests of its own). What began for one
+        document begins for the next."""
+        if tuple(options) in self.started:
+            return ""
+        self.started.add(tuple(options))
         with open(self.folder / "output.txt", "w+", encoding="utf-8") as output:
             running = subprocess.Popen([self.project.program, *options], cwd=self.folder, stdout=output, stderr=output,
                                        env={**os.environ, "XDG_CACHE_HOME": str(self.folder), "LIBGL_ALWAYS_SOFTWARE": "1"})
-            for wait_s, end in ((1.5, lambda: running.send_signal(signal.SIGINT)), (5.0, running.kill), (LIMIT_S, running.kill)):
+            for wait_s, end in ((1.0, lambda: running.send_signal(signal.SIGINT)), (1.0, running.kill), (LIMIT_S, running.kill)):
                 try:
                     running.wait(wait_s)
                     break

@@ -6,6 +6,7 @@
 
 #include "lab/blast_fit.hpp"
 #include "lab/flow_case.hpp"
+#include "lab/flow_layer.hpp"
 #include "lab/gas_dynamics_summary.hpp"
 #include "lab/theory.hpp"
 
@@ -105,6 +106,50 @@ TEST(GasDynamics, VerdictsWeighTheErrorAgainstItsStandardError) {
   conclude_gas_dynamics(blunt);
   EXPECT_TRUE(blunt.at("failed").empty());
   EXPECT_NEAR(blunt.at("table")[0].at("sigma").get<double>(), 0.01, 1e-9);
+}
+
+json layer_row(const char* device, const char* method, double displacement, double drag, double cost) {
+  return {{"device", device}, {"group", "layer"},
+          {"case", "x"},      {"method", method},
+          {"seed", 9},        {"displacement_per_step", displacement},
+          {"drag", drag},     {"drag_sigma", 0.0017},
+          {"num_seeds", 9},   {"ns_per_disc_time", cost}};
+}
+
+// A GPU's few runs have no say in the error: its bits are the CPU's.
+TEST(GasDynamics, ErrorsInTheLayerAreThoseOfTheCpuAndCostsOfTheDevice) {
+  json result = {{"points",
+                  {layer_row("cpu", "exact", 0.0, 1.7, 100.0), layer_row("cpu", "impulse", 0.5, 1.7, 60.0),
+                   layer_row("cpu", "impulse", 1.0, 1.785, 40.0), layer_row("cuda", "exact", 0.0, 1.6, 10.0),
+                   layer_row("cuda", "impulse", 1.0, 1.9, 4.0)}}};
+  conclude_gas_dynamics(result);
+  const json& layer = result.at("layer");
+  ASSERT_EQ(layer.size(), 5U);
+  const json& on_gpu = layer[4].at("errors").at("drag");
+  EXPECT_NEAR(on_gpu.at("value").get<double>(), 0.05, 1e-12);
+  EXPECT_NEAR(on_gpu.at("sigma").get<double>(), std::sqrt(2.0) * 0.001, 1e-12);
+  EXPECT_EQ(layer[4].at("ns_per_disc_time"), 4.0);
+  EXPECT_TRUE(layer[1].at("errors").at("drag").at("bound").get<bool>());
+  EXPECT_NE(
+      result.at("words").dump().find("cpu, layer: impulse is within 1 % of exact, or cannot be told from "
+                                     "it, up to 0.5 diameters a step, at 0.6 times its cost."),
+      std::string::npos);
+}
+
+TEST(GasDynamics, ALayersRunsAreItsSeeds) {
+  DragCase drag;
+  drag.radius_over_path = 1.0;
+  drag.area_fraction = 0.05;
+  drag.end = 5.0;
+  const json row = measure_layer(drag, {}, 10, {"cpu", [] { return make_cpu_backend(1); }});
+  double sum = 0.0;
+  for (int seed = 1; seed <= 10; ++seed) {
+    drag.seed = seed;
+    sum += measure_drag(drag, {}, *make_cpu_backend(1)).at("drag").get<double>();
+  }
+  EXPECT_NEAR(row.at("drag").get<double>(), 0.1 * sum, 1e-12);
+  EXPECT_GT(row.at("drag_sigma").get<double>(), 0.0);
+  EXPECT_LT(row.at("drag_sigma").get<double>(), 0.1 * sum);
 }
 
 }  // namespace

@@ -110,6 +110,34 @@ TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   EXPECT_EQ(kept.settings.num_parcels, 1000);
 }
 
+json drag_row(const char* group, const char* method, double displacement, double error, double cost) {
+  json result = row(method, 0.1, displacement, 0.0, cost);
+  result["group"] = group;
+  result["errors"] = {{"drag", {{"value", error}, {"bound", false}}}};
+  return result;
+}
+
+// Flights would do with steps of 1; the layer in front of the ball needs 0.5.
+TEST(Accuracy, ABallsDragHoldsInTheLayerToo) {
+  json with = table();
+  with["points"].push_back(drag_row("ball", "impulse", 0.5, 0.01, 20.0));
+  with["points"].push_back(drag_row("ball", "impulse", 1.0, 0.02, 10.0));
+  with["points"].push_back(drag_row("ball", "exact", 0.5, 0.0, 100.0));
+  Settings court = load_scene("court");
+  court.restitution = 1.0;
+  const auto choose = [&](double error) {
+    return choose_by_accuracy(with, court, {error, "drag", true}, "cpu");
+  };
+  EXPECT_EQ(choose(0.04).settings.displacement_per_step, 1.0);
+  EXPECT_EQ(choose(0.04).expected_error, 0.02);
+  with["layer"] = {drag_row("layer", "impulse", 0.5, 0.015, 900.0),
+                   drag_row("layer", "impulse", 1.0, 0.05, 9.0)};
+  EXPECT_EQ(choose(0.04).settings.displacement_per_step, 0.5);
+  EXPECT_EQ(choose(0.04).expected_error, 0.015) << "the layer's";
+  EXPECT_EQ(choose(0.04).ns_per_disc_time, 20.0) << "the flight's";
+  EXPECT_EQ(choose(0.015).settings.method, Method::exact) << "no step of the layer is as good as 0.8 of that";
+}
+
 TEST(Accuracy, RejectsUnanswerableWishes) {
   const AccuracyWish path{0.01, "path", false};
   EXPECT_THROW(choose_by_accuracy(table(), gas_scene(0.1), path, "cpu"), UserError) << "no ball";

@@ -5,6 +5,8 @@ work-precision.py FOLDER    reads FOLDER/work-precision.json, writes work-precis
                             work-precision-order.svg/.png beside it
 work-precision.py FOLDER --panel ERROR AREA_FRACTION E FILE    draws one panel alone, larger, as FILE (.png or .svg):
                             ERROR is rate, pressure, energy, path or drag, E the restitution
+work-precision.py FOLDER --flight FILE    draws a gas at rest beside the layer in front of a flying ball, which
+                            FOLDER/gas-dynamics.json holds
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import pathlib
@@ -21,8 +23,8 @@ FLOOR = 1e-7  # smaller errors of energy are drawn here
 PALE = {"impulse": "#B3D4E8", "spring": "#F3CDB2", "exact": "#B2DDD0"}
 
 
-def rows_of(study, error, device, eta, restitution):
-    group = "ball" if error in ("path", "drag") else "gas"
+def rows_of(study, error, device, eta, restitution, group=None):
+    group = group or ("ball" if error in ("path", "drag") else "gas")
     return [row for row in study["points"] if row["group"] == group and row["device"] == device
             and row["area_fraction"] == eta and row["restitution"] == restitution and error in row.get("errors", {})]
 
@@ -58,11 +60,11 @@ def draw_front(axes, rows, error, device):
                   solid_capstyle="round", solid_joinstyle="round")
 
 
-def draw_panel(axes, study, error, eta, restitution):
+def draw_panel(axes, study, error, eta, restitution, group=None):
     axes.set_xscale("log")
     axes.set_yscale("log")
     for device in dict.fromkeys(row["device"] for row in study["points"]):
-        rows = rows_of(study, error, device, eta, restitution)
+        rows = rows_of(study, error, device, eta, restitution, group)
         for method in METHODS:
             draw_method(axes, rows, error, method, device)
         draw_front(axes, rows, error, device)
@@ -236,6 +238,40 @@ def draw_panel_alone(study, error, eta, restitution):
     return figure
 
 
+def draw_flight(study, layers):
+    """A gas at rest beside the layer in front of the ball: what is right for one may fail in the other."""
+    figure, grid = plt.subplots(1, 2, figsize=(11.2, 4.9))
+    figure.subplots_adjust(left=0.075, right=0.985, top=0.70, bottom=0.175, wspace=0.2)
+    layer = {**layers, "points": layers["layer"]}
+    at = layer["points"][0]
+    draw_panel(grid[0], study, "rate", 0.2, 1.0)
+    draw_panel(grid[1], layer, "drag", at["area_fraction"], at["restitution"], "layer")
+    grid[0].set_ylabel("error of the collision rate")
+    grid[1].set_ylabel("error of the ball's drag")
+    grid[0].set_title("A gas at rest, area fraction 0.2", loc="left")
+    grid[1].set_title(f"The layer in front of the ball, area fraction {at['area_fraction']:g}", loc="left")
+    for axes in grid:
+        share_limits([axes])
+        axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
+        axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
+    add_legend(figure, study, (0.985, 0.855))
+    figure.text(0.012, 0.97, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    figure.text(0.012, 0.893, "Lower is more accurate, left is cheaper. Grey: no other dot beats these. Arrow: upper bound. "
+                "Dotted: cost of exact, the measure of the others.", fontsize=9, color=FAINT, va="top")
+    figure.text(0.012, 0.01, f"Left: {style.machine_text(study)}\nRight: {style.machine_text(layers)}", fontsize=7, color=FAINT)
+    return figure
+
+
+def flight(folder, file):
+    where = pathlib.Path(folder)
+    layers = style.load(where, "gas-dynamics")
+    if not layers.get("layer"):
+        sys.exit(f"{folder}/gas-dynamics.json holds no layer")
+    style.prepare("work-precision-flight")
+    figure = draw_flight(style.load(where, "work-precision"), layers)
+    figure.savefig(file, dpi=120, metadata={"Software": None} if file.endswith(".png") else {"Date": None})
+
+
 def panel_alone(folder, error, eta, restitution, file):
     study = style.load(pathlib.Path(folder), "work-precision")
     if error not in dict(ERRORS) or not rows_of(study, error, "cpu", float(eta), float(restitution)):
@@ -248,6 +284,8 @@ def panel_alone(folder, error, eta, restitution, file):
 def main():
     if len(sys.argv) == 7 and sys.argv[2] == "--panel":
         return panel_alone(sys.argv[1], *sys.argv[3:])
+    if len(sys.argv) == 4 and sys.argv[2] == "--flight":
+        return flight(sys.argv[1], sys.argv[3])
     where = style.folder()
     study = style.load(where, "work-precision")
     style.prepare("work-precision")
