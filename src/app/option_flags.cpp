@@ -194,7 +194,9 @@ void add_run_flags(CLI::App& app, Typed& typed, Options& options) {
   app.add_flag_callback(
       "--no-panel", [&options] { options.show_panel = false; }, "hide the panel");
   add_record_flags(app, typed, options);
-  app.add_option("--panel-map", typed.panel_map, "write the positions of the panel's controls as JSON")
+  app.add_option(
+         "--panel-map", typed.panel_map,
+         "write the positions of the panel's controls as JSON, and the number of frames drawn to FILE.frames")
       ->type_name("FILE");
   add_picture_flags(app, typed, options);
   app.add_option("replay", typed.replay, "replay a log of inputs (written by --log, or beside a film)")

@@ -1,4 +1,6 @@
 // Effects of keys, mouse and panel on the stage.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -194,6 +196,7 @@ void Stage::follow_camera(const InputFrame& input) {
 
 void Stage::write_panel_map() {
   if (hooks_.panel_map.empty()) return;
+  write_frame_count();
   if (simulation_.view().physics->ball.exists) {
     const Vec2d start_px =
         (initial_ball(simulation_.settings()).position_m - camera_.center_m) * (1.0 / camera_.metres_per_px) +
@@ -213,6 +216,13 @@ void Stage::write_panel_map() {
   if (layout == panel_layout_) return;
   panel_layout_ = std::move(layout);
   panel_.controls().write(hooks_.panel_map);
+}
+
+// Who presses keys can tell from it that a frame took them.
+void Stage::write_frame_count() {
+  if (!frame_count_.is_open()) frame_count_.open(hooks_.panel_map.string() + ".frames");
+  frame_count_.seekp(0);
+  frame_count_ << fmt::format("{:12}\n", ++num_mapped_frames_) << std::flush;
 }
 
 }  // namespace pf

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -112,6 +113,7 @@ class Stage {
   void begin_record();
   RunClock clock() const;
   void write_panel_map();
+  void write_frame_count();
   void steer();
   double left_to_still_s() const;
   bool ended();
@@ -175,6 +177,8 @@ class Stage {
   DrawTimes drawing_;  // host: of the current frame; GL device: of one or two frames before
   double draw_air_ms_ = 0.0;
   std::string panel_layout_;
+  std::ofstream frame_count_;  // beside the panel map
+  std::int64_t num_mapped_frames_ = 0;
   std::int64_t first_frame_ = 0;  // above 0 for a run that goes on from a file
   std::int64_t num_frames_ = 0;
   std::int64_t cue_frame_ = 0;  // the first of the current cue, in a run without a window

@@ -10,8 +10,9 @@ import time
 
 SKIPPED = 77
 NEEDED = ("Xvfb", "xdotool")
-# ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more.
-HOLD_S = 0.12
+# ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more. The frame that is
+# being drawn counts as well.
+HOLD_FRAMES = 3
 LIMIT_S = 30.0  # for anything to happen
 SLIDER_END_PX = 2 + 6 / 2  # the grab's middle stops this far from a slider's end (gui.cpp, GrabMinSize)
 
@@ -71,7 +72,7 @@ class Window:
     def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None, fresh=True):
         self.folder = pathlib.Path(folder)
         self.map_file, self.report_file = self.folder / "panel.json", self.folder / "report.json"
-        for file in (self.map_file, self.report_file):
+        for file in (self.map_file, pathlib.Path(f"{self.map_file}.frames"), self.report_file):
             file.unlink(missing_ok=True)
         self.hands_off = hands_off
         self.environment = {**os.environ, "DISPLAY": screen.name, "LIBGL_ALWAYS_SOFTWARE": "1", **(environment or {})}
@@ -86,7 +87,7 @@ class Window:
         self.id = wait_for("window", self._find)
         # There is no window manager that would do it.
         self._xdotool("windowmove", self.id, "0", "0", "windowfocus", self.id)
-        time.sleep(2 * HOLD_S)
+        self.wait_frames(2 * HOLD_FRAMES)
 
     def is_running(self):
         if self.process.poll() is None:
@@ -104,7 +105,19 @@ class Window:
     def _press(self, *words):
         if not self.hands_off:
             self._xdotool(*words)
-            time.sleep(HOLD_S)
+            self.wait_frames()
+
+    def _num_frames(self):
+        text = pathlib.Path(f"{self.map_file}.frames").read_text()
+        return int(text) if text.strip() else 0
+
+    def wait_frames(self, num=HOLD_FRAMES):
+        """Until the program has drawn so many more frames, or has ended."""
+        end = self._num_frames() + num
+        limit = time.monotonic() + LIMIT_S
+        while self._num_frames() < end and self.process.poll() is None:
+            assert time.monotonic() < limit, f"no {num} frames in {LIMIT_S:.0f} s"
+            time.sleep(0.004)
 
     def controls(self):
         """Rectangles of the panel's controls by label; empty while the panel is hidden."""
@@ -183,7 +196,7 @@ class Window:
         """An item of a menu that opens."""
         self.click(label)
         self.wait_for_control(f"{label}.{item}")
-        time.sleep(HOLD_S)  # it is placed in its second frame
+        self.wait_frames()  # it is placed in its second frame
         self.click(f"{label}.{item}")
         self.wait_for_control(f"{label}.{item}", there=False)
 
