@@ -1,7 +1,7 @@
 #include "cuda/cell_sort.cuh"
 
 #include <algorithm>
-#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
 
 #include "cuda/check.cuh"
 
@@ -9,56 +9,36 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
+// Beyond the cells: the one of retired parcels, and the end of its parcels.
+constexpr std::uint32_t kExtraStarts = 2;
 
-struct CellStarts {
-  std::uint32_t* start;  // num_keys + 1 entries
-  std::uint32_t num_keys;
-};
+__global__ void count_kernel(const GridShape grid, const Vec2i* position, std::uint32_t n,
+                             const SortKeys keys) {
+  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+  count_in_cell(grid, keys, i, i < n ? position[i] : Vec2i{}, i < n);
+}
 
-__global__ void key_kernel(const GridShape grid, const Vec2i* position, std::uint32_t n,
-                           const SortKeys keys) {
+__global__ void scatter_kernel(const SortKeys keys, const std::uint32_t* cell_start,
+                               const ParcelPointers from, const ParcelPointers to, std::uint32_t n) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
-  keys.key[i] = cell_key(grid, position[i]);
-  keys.index[i] = i;
-}
-
-// Copies parcel i of the new order. The first parcel of each cell writes the start of that cell and of the
-// empty cells before it; the last parcel those of the cells after it.
-__global__ void gather_kernel(const SortKeys sorted, const ParcelPointers from, const ParcelPointers to,
-                              std::uint32_t n, const CellStarts cells) {
-  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
-  if (i >= n) return;
-  const std::uint32_t source = sorted.index[i];
-  to.position[i] = from.position[source];
-  to.velocity[i] = from.velocity[source];
-  to.id[i] = from.id[source];
-  if (from.tick != nullptr) to.tick[i] = from.tick[source];
-  if (from.last_contact_tick != nullptr) to.last_contact_tick[i] = from.last_contact_tick[source];
-  const std::uint32_t key = sorted.key[i];
-  const std::uint32_t first = i == 0 ? 0 : sorted.key[i - 1] + 1;
-  for (std::uint32_t cell = first; cell <= key; ++cell) cells.start[cell] = i;
-  if (i + 1 == n) {
-    for (std::uint32_t cell = key + 1; cell <= cells.num_keys; ++cell) cells.start[cell] = n;
-  }
-}
-
-// Bits of the largest key.
-int bits_of(std::uint32_t largest) {
-  int bits = 1;
-  while (bits < 32 && (largest >> bits) != 0) ++bits;
-  return bits;
-}
-
-std::size_t temporary_bytes(std::uint32_t n) {
-  std::size_t bytes = 0;
-  cub::DoubleBuffer<std::uint32_t> keys(nullptr, nullptr), values(nullptr, nullptr);
-  PF_CUDA(cub::DeviceRadixSort::SortPairs(nullptr, bytes, keys, values, n, 0, 32));
-  return std::max<std::size_t>(bytes, 1);
+  const std::uint32_t place = cell_start[keys.key[i]] + keys.rank[i];
+  to.position[place] = from.position[i];
+  to.velocity[place] = from.velocity[i];
+  to.id[place] = from.id[i];
+  if (from.tick != nullptr) to.tick[place] = from.tick[i];
+  if (from.last_contact_tick != nullptr) to.last_contact_tick[place] = from.last_contact_tick[i];
 }
 
 std::size_t num_cell_starts(std::uint32_t capacity) {
   return static_cast<std::size_t>(kDeviceCellsPerParcel * capacity) + 8;
+}
+
+std::size_t temporary_bytes(std::size_t num_starts) {
+  std::size_t bytes = 0;
+  std::uint32_t* none = nullptr;
+  PF_CUDA(cub::DeviceScan::ExclusiveSum(nullptr, bytes, none, none, num_starts));
+  return std::max<std::size_t>(bytes, 1);
 }
 
 unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
@@ -66,42 +46,44 @@ unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 }  // namespace
 
 DeviceCellSort::DeviceCellSort(std::uint32_t capacity)
-    : cell_start_(num_cell_starts(capacity)), temporary_(temporary_bytes(capacity)) {
-  constexpr std::uint32_t kAligned = 64;  // the second array of keys starts as well aligned as the first
+    : counts_(num_cell_starts(capacity)),
+      cell_start_(num_cell_starts(capacity)),
+      temporary_(temporary_bytes(num_cell_starts(capacity))) {
+  constexpr std::uint32_t kAligned = 64;  // ranks start as well aligned as keys
   keys_ = DeviceBuffer<std::uint64_t>((capacity + kAligned - 1) / kAligned * kAligned);
-  for (DeviceBuffer<std::uint32_t>& indices : indices_) indices = DeviceBuffer<std::uint32_t>(capacity);
 }
 
 std::size_t DeviceCellSort::bytes() const {
-  return keys_.bytes() + 2 * indices_[0].bytes() + cell_start_.bytes() + temporary_.bytes();
+  return keys_.bytes() + counts_.bytes() + cell_start_.bytes() + temporary_.bytes();
 }
 
-void DeviceCellSort::write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t n,
-                                cudaStream_t stream) {
-  key_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, keys_to_write());
-  PF_LAUNCHED("key_kernel");
+SortKeys DeviceCellSort::keys() const {
+  auto* first = reinterpret_cast<std::uint32_t*>(keys_.data());
+  return {first, first + keys_.capacity(), counts_.data()};
 }
 
-void DeviceCellSort::sort_keys(const GridShape& grid, std::uint32_t n, cudaStream_t stream) {
-  cub::DoubleBuffer<std::uint32_t> key_arrays(keys(0), keys(1));
-  cub::DoubleBuffer<std::uint32_t> indices(indices_[0].data(), indices_[1].data());
+SortKeys DeviceCellSort::begin(const GridShape& grid, cudaStream_t stream) {
+  const std::size_t num = grid.num_cells() + kExtraStarts;
+  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, num * sizeof(std::uint32_t), stream));
+  return keys();
+}
+
+void DeviceCellSort::count(const GridShape& grid, const Vec2i* position, std::uint32_t n,
+                           cudaStream_t stream) {
+  count_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, begin(grid, stream));
+  PF_LAUNCHED("count_kernel");
+}
+
+void DeviceCellSort::sum_counts(const GridShape& grid, cudaStream_t stream) {
   std::size_t bytes = temporary_.bytes();
-  PF_CUDA(cub::DeviceRadixSort::SortPairs(temporary_.data(), bytes, key_arrays, indices, n, 0,
-                                          bits_of(grid.num_cells()), stream));
-  sorted_ = key_arrays.selector;
+  PF_CUDA(cub::DeviceScan::ExclusiveSum(temporary_.data(), bytes, counts_.data(), cell_start_.data(),
+                                        grid.num_cells() + kExtraStarts, stream));
 }
 
-void DeviceCellSort::gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
-                            std::uint32_t n, cudaStream_t stream) {
-  const SortKeys sorted{keys(sorted_), indices_[sorted_].data()};
-  gather_kernel<<<blocks_for(n), kBlock, 0, stream>>>(sorted, from, to, n,
-                                                      {cell_start_.data(), grid.num_cells() + 1});
-  PF_LAUNCHED("gather_kernel");
-}
-
-double DeviceCellSort::min_bytes_per_parcel(const GridShape& grid) {
-  const int passes = (bits_of(grid.num_cells()) + 7) / 8;
-  return 8.0 + 16.0 * passes + 8.0;
+void DeviceCellSort::scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t n,
+                             cudaStream_t stream) {
+  scatter_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys(), cell_start_.data(), from, to, n);
+  PF_LAUNCHED("scatter_kernel");
 }
 
 }  // namespace pf

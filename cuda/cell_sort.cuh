@@ -1,4 +1,6 @@
-// Radix sort of the parcels by cell (CUB), the gather that reorders them, and the first parcel of each cell.
+// Sorts the parcels by cell, by counting: kernels that know the cells of the parcels count them, CUB sums the
+// counts to the starts of the cells, and a scatter puts each parcel in its place. Positions change little
+// from sort to sort, so that neighbours write near each other. The order within a cell is any.
 #pragma once
 
 #include "cuda/parcel_arrays.cuh"
@@ -6,62 +8,80 @@
 
 namespace pf {
 
-// Keys and indices of a sort, n entries each; null: none is written.
+// What a sort is told about each parcel, n entries each.
 struct SortKeys {
-  std::uint32_t* key = nullptr;
-  std::uint32_t* index = nullptr;
+  std::uint32_t* key = nullptr;   // its cell
+  std::uint32_t* rank = nullptr;  // how many of that cell were counted before it
+  std::uint32_t* num = nullptr;   // parcels counted so far, by cell
 };
+
+#if defined(__CUDACC__)
+// Counts parcel i in its cell. Whole warps call it; is_parcel is false in threads without one.
+__device__ inline void count_in_cell(const GridShape& grid, const SortKeys& keys, std::uint32_t i,
+                                     Vec2i position, bool is_parcel) {
+  // Retired parcels, of which there may be millions, share one counter.
+  const bool retired = is_parcel && is_retired(position);
+  const unsigned all_retired = __ballot_sync(0xFFFFFFFFU, retired);
+  const unsigned lane = threadIdx.x % 32;
+  std::uint32_t base = 0;
+  if (all_retired != 0) {
+    const int leader = __ffs(static_cast<int>(all_retired)) - 1;
+    if (lane == static_cast<unsigned>(leader))
+      base = atomicAdd(&keys.num[grid.num_cells()], static_cast<std::uint32_t>(__popc(all_retired)));
+    base = __shfl_sync(0xFFFFFFFFU, base, leader);
+  }
+  if (!is_parcel) return;
+  const std::uint32_t key = cell_key(grid, position);
+  keys.key[i] = key;
+  keys.rank[i] = retired ? base + static_cast<std::uint32_t>(__popc(all_retired & ((1U << lane) - 1U)))
+                         : atomicAdd(&keys.num[key], 1U);
+}
+#endif
 
 // At most so many cells a parcel; twice as many would take 4 bytes a parcel more.
 constexpr double kDeviceCellsPerParcel = 1.0;
 
 // Arrays of the sort, `capacity` entries each.
 struct SortScratch {
-  std::uint64_t* keys;  // the arrays of keys, of 32 bits each, taken as one
-  std::uint32_t* indices;
+  std::uint64_t* keys;  // keys and ranks, of 32 bits each, taken as one
+  std::uint32_t* counts;
 };
 
-// Holds two arrays of keys and two of indices for `capacity` parcels, CUB's temporary storage, and the cell
-// starts, which are valid until the next gather. Nothing is allocated in a step.
+// Holds keys, ranks and counts for `capacity` parcels, CUB's temporary storage, and the cell starts, which
+// are valid until the next sort. Nothing is allocated in a step.
 class DeviceCellSort {
  public:
   DeviceCellSort() = default;
   explicit DeviceCellSort(std::uint32_t capacity);
 
-  // Where keys and indices go before sort_keys, for a kernel that writes them itself.
-  SortKeys keys_to_write() const { return {keys(0), indices_[0].data()}; }
-  // Writes them for the cells of the positions.
-  void write_keys(const GridShape& grid, const Vec2i* position, std::uint32_t num_parcels,
-                  cudaStream_t stream);
-  // Sorts the indices by key. Stable; looks at the bits in use only.
-  void sort_keys(const GridShape& grid, std::uint32_t num_parcels, cudaStream_t stream);
-  // Copies parcels in the order of the sorted keys, retired ones last; cell_start() becomes valid. from and
-  // to must not overlap.
-  void gather(const GridShape& grid, const ParcelPointers& from, const ParcelPointers& to,
-              std::uint32_t num_parcels, cudaStream_t stream);
+  // Clears the counts of the grid's cells. The kernel that calls count_in_cell for all parcels follows.
+  SortKeys begin(const GridShape& grid, cudaStream_t stream);
+  // Begins, and counts the parcels at these positions.
+  void count(const GridShape& grid, const Vec2i* position, std::uint32_t num_parcels, cudaStream_t stream);
+  // Sums the counts: cell_start() becomes valid.
+  void sum_counts(const GridShape& grid, cudaStream_t stream);
+  // Copies parcels to their places, retired ones last. from and to must not overlap.
+  void scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
+               cudaStream_t stream);
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
-  // Bytes moved by a sort: keys and indices are written once, read and written by each pass of 8 bits, and
-  // read by the gather.
-  static double min_bytes_per_parcel(const GridShape& grid);
-  // Bytes held for each parcel: keys, indices, cell starts, and CUB's storage rounded up.
-  static constexpr double kBytesPerParcel = 16.0 + 4.0 * kDeviceCellsPerParcel + 1.0;
+  // Bytes moved by a sort beside the parcels: key and rank are written and read, the start of a cell is read;
+  // a count is cleared, added to, and summed.
+  static constexpr double kMinBytesPerParcel = 20.0, kMinBytesPerCell = 20.0;
+  // Bytes held for each parcel: keys, ranks, counts and cell starts, rounded up.
+  static constexpr double kBytesPerParcel = 8.0 + 8.0 * kDeviceCellsPerParcel + 0.5;
 
-  // Free for other use from a gather to the next keys.
-  SortScratch scratch() const { return {keys_.data(), indices_[0].data()}; }
+  // Free for other use from a scatter to the next begin().
+  SortScratch scratch() const { return {keys_.data(), counts_.data()}; }
 
  private:
-  // The first and the second array of keys.
-  std::uint32_t* keys(int which) const {
-    return reinterpret_cast<std::uint32_t*>(keys_.data()) + which * keys_.capacity();
-  }
+  SortKeys keys() const;
 
-  DeviceBuffer<std::uint64_t> keys_;
-  DeviceBuffer<std::uint32_t> indices_[2];
+  DeviceBuffer<std::uint64_t> keys_;  // keys, then ranks
+  DeviceBuffer<std::uint32_t> counts_;
   DeviceBuffer<std::uint32_t> cell_start_;
   DeviceBuffer<unsigned char> temporary_;
-  int sorted_ = 0;  // index of the arrays that hold the sorted keys and indices
 };
 
 }  // namespace pf

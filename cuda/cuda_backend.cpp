@@ -103,7 +103,6 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
   state.ball = ball;
   write_state(state);
   sorted_ = false;
-  keys_are_written_ = false;
   exact_.reset_time();
 }
 
@@ -136,7 +135,6 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   state.step = snapshot.step;
   write_state(state);
   sorted_ = false;
-  keys_are_written_ = false;
 }
 
 DrawBuffers CudaBackend::device_draw_buffers(const DrawBuffers& wanted) {
@@ -225,7 +223,8 @@ double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   constexpr double kGather = kStep + sizeof(std::uint32_t);  // ids are written too
   const double n = num_parcels_;
-  const double per_sort = n * (kGather + cell_sort_.min_bytes_per_parcel(grid_)) + 4.0 * grid_.num_cells();
+  const double per_sort = n * (kGather + DeviceCellSort::kMinBytesPerParcel) +
+                          DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }
 

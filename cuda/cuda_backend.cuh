@@ -86,7 +86,7 @@ class CudaBackend final : public Backend {
   void make_room(std::uint32_t num_parcels);
   void sort(const StepConstants& constants);
   StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
-  void step(StepLaunch& launch, LaunchStep launch_parcels, bool sort_follows);
+  void step(StepLaunch& launch, LaunchStep launch_parcels);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
@@ -117,7 +117,6 @@ class CudaBackend final : public Backend {
   std::uint32_t exact_steps_since_sort_ = 0;
   bool ball_was_set_ = false;
   bool sorted_ = false;
-  bool keys_are_written_ = false;  // of the current positions in grid_
   Submitted submitted_;
   std::int64_t expected_displacement_ = 0;  // since the sort: known up to the last request, then estimated
 };

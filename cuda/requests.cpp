@@ -37,20 +37,17 @@ void CudaBackend::sort(const StepConstants& constants) {
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::sort);
-    if (!keys_are_written_ || !(grid == grid_)) {
-      cell_sort_.write_keys(grid, current_.position.data(), num_parcels_, stream_);
-    }
-    cell_sort_.sort_keys(grid, num_parcels_, stream_);
+    cell_sort_.count(grid, current_.position.data(), num_parcels_, stream_);
+    cell_sort_.sum_counts(grid, stream_);
   }
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::grid);
-    cell_sort_.gather(grid, current_.pointers(), next_.pointers(), num_parcels_, stream_);
+    cell_sort_.scatter(current_.pointers(), next_.pointers(), num_parcels_, stream_);
   }
   timer_.mark_sort(stream_);
   grid_ = grid;
   std::swap(current_, next_);
-  keys_are_written_ = false;
   PF_CUDA(cudaMemsetAsync(&state_.data()->max_displacement, 0, sizeof(StepState::max_displacement), stream_));
   expected_displacement_ = 0;
   sorted_ = true;
@@ -75,7 +72,7 @@ void CudaBackend::submit(const StepRequest& request) {
     }
     expected_displacement_ += displacement;
     if (k + 1 == request.num_steps) launch.draw = draw;
-    step(launch, launch_step, searches && sort_is_due(constants));
+    step(launch, launch_step);
   }
   if (request.draw) copy_to_host(draw, *request.draw);
   PF_CUDA(
@@ -94,12 +91,11 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
   return launch;
 }
 
-// One step of parcels and ball. The kernel also writes the keys of a sort that follows.
-void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels, bool sort_follows) {
+// One step of parcels and ball.
+void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   launch.space.grid = grid_;
   launch.from = current_.pointers();
   launch.to = next_.pointers();
-  launch.keys = sort_follows ? cell_sort_.keys_to_write() : SortKeys{};
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_parcels(launch, stream_);
@@ -112,7 +108,6 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels, bool sort_
   }
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
-  keys_are_written_ = sort_follows;
 }
 
 StepTotals CudaBackend::collected_totals() const {

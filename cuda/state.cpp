@@ -89,7 +89,6 @@ void CudaBackend::resume_exact(const BackendState& state) {
   PF_CUDA(cudaStreamSynchronize(stream_));
   expected_displacement_ = 0;
   sorted_ = false;
-  keys_are_written_ = false;
 }
 
 }  // namespace pf

@@ -41,7 +41,7 @@ void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
 
 // The first and the last kernel of a sort: keys and indices by the parcels' positions; and, after the gather,
 // positions at the current tick. The latter also sets the displacement since the sort to 0.
-void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
+void launch_count(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream);
 // Draws the present state if the request ended before its last step.
 void launch_draw_paused(const ExactLaunch& launch, cudaStream_t stream);

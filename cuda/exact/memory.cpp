@@ -78,7 +78,7 @@ StepMemory ExactMemory::lay_out(const DeviceParcels& current, const DeviceParcel
   static_assert(sizeof(EventKey) == sizeof(*scratch.keys));
   m.events = reinterpret_cast<EventKey*>(scratch.keys);
   m.earliest = earliest_.data();
-  m.owner = scratch.indices;
+  m.owner = scratch.counts;
   m.active = {active_.data(), active_capacity_};
   m.num_slices = num_slices_;
   m.members = members_.data();

@@ -83,7 +83,7 @@ void CudaBackend::push_out(const StepRequest& request) {
     timer_.begin(stream_);
     sort(constants);
     launch_begin_request(constants, state_.data(), slots_.data(), stream_);
-    step(launch, launch_push_out, false);
+    step(launch, launch_push_out);
     overlap = read_state().totals.max_overlap;
   } while (overlap > max_overlap && ++num_sweeps < kMaxSweeps);
   StepState after = read_state();
@@ -99,7 +99,6 @@ void CudaBackend::start_exact(const StepRequest& request) {
   read_exact_state();
   expected_displacement_ = 0;
   sorted_ = false;
-  keys_are_written_ = false;
 }
 
 void CudaBackend::stop_exact() {
@@ -110,7 +109,6 @@ void CudaBackend::stop_exact() {
   PF_CUDA(cudaStreamSynchronize(stream_));
   exact_.leave();
   sorted_ = false;
-  keys_are_written_ = false;
 }
 
 const ExactState& CudaBackend::read_exact_state() {
@@ -127,13 +125,13 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::sort);
-    cuda::launch_write_keys(launch, cell_sort_.keys_to_write(), stream_);
-    cell_sort_.sort_keys(grid_, num_parcels_, stream_);
+    cuda::launch_count(launch, cell_sort_.begin(grid_, stream_), stream_);
+    cell_sort_.sum_counts(grid_, stream_);
   }
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::grid);
-    cell_sort_.gather(grid_, current_.pointers(), next_.pointers(), num_parcels_, stream_);
+    cell_sort_.scatter(current_.pointers(), next_.pointers(), num_parcels_, stream_);
     std::swap(current_, next_);
     launch.memory = lay_out_exact();
     cuda::launch_locate(launch, stream_);

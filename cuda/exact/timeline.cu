@@ -75,11 +75,11 @@ __global__ void set_speed_kernel(ExactState* state) {
   state->progress.fastest_mps = fastest_after_mps(*state);
 }
 
-__global__ void key_kernel(const __grid_constant__ ExactLaunch launch, const SortKeys keys) {
+__global__ void count_kernel(const __grid_constant__ ExactLaunch launch, const SortKeys keys) {
   const std::uint32_t i = parcel_of_thread();
-  if (i >= launch.space.num_parcels) return;
-  keys.key[i] = cell_key(launch.space.grid, launch.memory.positions[launch.state->current_buffer][i]);
-  keys.index[i] = i;
+  const bool is_parcel = i < launch.space.num_parcels;
+  const Vec2i* position = launch.memory.positions[launch.state->current_buffer];
+  count_in_cell(launch.space.grid, keys, i, is_parcel ? position[i] : Vec2i{}, is_parcel);
 }
 
 template <Boundary kBoundary>
@@ -113,9 +113,9 @@ void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream) 
   PF_LAUNCHED("begin_request_kernel");
 }
 
-void launch_write_keys(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream) {
-  key_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, keys);
-  PF_LAUNCHED("key_kernel");
+void launch_count(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream) {
+  count_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, keys);
+  PF_LAUNCHED("count_kernel");
 }
 
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream) {

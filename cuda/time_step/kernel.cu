@@ -15,32 +15,51 @@ constexpr unsigned kBlock = 256;
 // 6 limit registers to 40: 0.0481 ns per parcel-step at 10^7 on an H200, 0.0505 with 5, 0.0549 with 4.
 constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 
-// Sums the contacts of parcel i with all parcels that touch it.
+// Adds the contact of a parcel with parcel j to its sums, if they touch.
 template <class Contact, Boundary kBoundary>
-__device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
-                                    std::int32_t reach, DeviceTally& tally) {
-  ContactSums sums;
-  const auto add = [&](std::uint32_t j) {
-    const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
-    const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
-    add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
-  };
-  const SearchCircle circle{self.position, i, reach, launch.constants.filter_distance2};
-  FindList partners;
+__device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
+                      DeviceTally& tally) {
+  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
+  const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
+  add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
+}
+
+// Sums of a parcel with more partners than a FindList holds: a search that adds on the way. Not inlined: the
+// kernel would need more registers for what is rare.
+template <class Contact, Boundary kBoundary>
+__device__ __noinline__ void add_crowd(const StepLaunch& launch, const SearchCircle& circle,
+                                       const Parcel& self, ContactSums& sums, DeviceTally& tally) {
   search<kBoundary, true>(launch.space, launch.from.position, circle,
-                          [&](std::uint32_t j) { partners.push(j); });
-  if (partners.num > FindList::kMax) {  // a crowd: search again, adding on the way
-    search<kBoundary, true>(launch.space, launch.from.position, circle, add);
-    return sums;
-  }
-  while (partners.num > 0) add(partners.pop());
-  return sums;
+                          [&](std::uint32_t j) { touch<Contact, kBoundary>(launch, self, j, sums, tally); });
 }
 
 // Half side of the search box of every parcel.
 __device__ std::int32_t search_reach(const StepConstants& c, const StepState& state) {
   const long long reach = c.contact_reach + state.max_displacement;
   return static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide);
+}
+
+// Sums the contacts of parcel i with all parcels that touch it.
+template <class Contact, Boundary kBoundary>
+__device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
+                                    std::int32_t reach, DeviceTally& tally) {
+  const SearchCircle circle{self.position, i, reach, launch.constants.filter_distance2};
+  FindList partners;
+  search<kBoundary, true>(launch.space, launch.from.position, circle,
+                          [&](std::uint32_t j) { partners.push(j); });
+  if (partners.num > FindList::kMax) {
+    // Copies, since what is passed by reference cannot stay in registers.
+    const SearchCircle around = circle;
+    const Parcel crowded = self;
+    DeviceTally of_crowd{tally.block};
+    ContactSums sums;
+    add_crowd<Contact, kBoundary>(launch, around, crowded, sums, of_crowd);
+    tally = of_crowd;
+    return sums;
+  }
+  ContactSums sums;
+  while (partners.num > 0) touch<Contact, kBoundary>(launch, self, partners.pop(), sums, tally);
+  return sums;
 }
 
 // The parcel after the step.
@@ -69,10 +88,6 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally);
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
-    if (launch.keys.key != nullptr) {
-      launch.keys.key[i] = cell_key(launch.space.grid, after.position);
-      launch.keys.index[i] = i;
-    }
     if (launch.draw.position_m != nullptr)
       draw_parcel(launch.draw, launch.constants.physics.world, i, after.position, after.velocity);
   }

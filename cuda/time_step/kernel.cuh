@@ -7,7 +7,6 @@
 #pragma once
 
 #include "backend/draw_buffers.hpp"
-#include "cuda/cell_sort.cuh"
 #include "cuda/neighbour_search.cuh"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
@@ -22,7 +21,6 @@ struct StepLaunch {
   ParcelPointers to;  // id unused
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots
-  SortKeys keys;               // of the positions after the step, in the grid of `space`
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
 };
