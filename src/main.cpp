@@ -98,7 +98,7 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
                      [[maybe_unused]] StageHooks& hooks) {
 #if PF_HAVE_CUDA
   if (backend.name() == "cuda") {
-    hooks.max_parcels = 200'000'000;
+    hooks.max_parcels = 1'000'000'000;
     hooks.make_draw_target = [kind = options.draw_target](const std::string& running) {
       return running == "cuda" ? make_cuda_draw_target(kind)
                                : std::make_unique<HostDrawTarget>("CPU backend");

@@ -6,7 +6,7 @@
 namespace pf {
 namespace {
 
-constexpr double kMaxParcels = 200e6;
+constexpr double kMaxParcels = 1e9;
 constexpr double kMaxSpeed = 1e5;
 constexpr double kMaxExactInteger = 9007199254740992.0;  // 2^53: the ends of a range are doubles
 constexpr double kMaxText = 1000;

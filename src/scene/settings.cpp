@@ -119,12 +119,13 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string limit_text(double limit) {
-  constexpr double kMillion = 1e6;
   constexpr double kMaxExactInteger = 9007199254740992.0;
   if (limit == kMaxExactInteger) return "2^53";
-  const double millions = limit / kMillion;
-  const bool is_round = std::abs(millions) >= 1.0 && millions == std::round(millions);
-  return is_round ? fmt::format("{} million", millions) : fmt::format("{}", limit);
+  for (const auto& [unit, name] : {std::pair(1e9, "billion"), std::pair(1e6, "million")}) {
+    const double number = limit / unit;
+    if (std::abs(number) >= 1.0 && number == std::round(number)) return fmt::format("{} {}", number, name);
+  }
+  return fmt::format("{}", limit);
 }
 
 std::string range_text(const Field& field) {

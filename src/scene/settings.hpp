@@ -109,9 +109,9 @@ struct Field {
 
 const std::vector<Field>& fields();
 
-// A limit as people say it: 0.7, 200 million, 2^53.
+// A limit as people say it: 0.7, 20 million, 1 billion, 2^53.
 std::string limit_text(double limit);
-// The allowed range of a number without its unit, as "0 to 200 million".
+// The allowed range of a number without its unit, as "0 to 1 billion".
 std::string range_text(const Field& field);
 
 // A field's value as text, as in a scene file (strings without quotes).

@@ -7,6 +7,10 @@ namespace pf {
 namespace {
 
 constexpr std::uint32_t kGroup = 256;        // local_size_x of splat.comp
+// Parcels that a thread counts where a pixel holds kRunPerPixel or more. On an H200 a picture of 10^8 takes 2.81
+// ms with 1, 0.86 with 4, 0.87 with 8 and 3.06 with 16; one of 10^7 0.43, 0.40, 0.41 and 0.55.
+constexpr std::uint32_t kRun = 4;
+constexpr double kRunPerPixel = 4.0;
 constexpr std::uint32_t kChunk = 1U << 23U;  // parcels per dispatch: 64 MiB, which every GL can bind
 
 // Far below 8191, the most that a pixel can count: the air in front of the ball is denser than the average.
@@ -39,16 +43,19 @@ void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const 
                  SizePx size) {
   resize(size);
   const auto one_in = static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMaxPerPixel)));
+  const std::uint32_t per_thread = style.per_pixel / one_in >= kRunPerPixel ? kRun : 1;
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
   glProgramUniform1f(count_.get(), glGetUniformLocation(count_.get(), "per_color_mps"), style.per_color_mps);
   glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "one_in"), one_in);
+  glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "per_thread"), per_thread);
   for (std::uint32_t first = 0; first < num_parcels; first += kChunk) {
     const std::uint32_t num = std::min(kChunk, num_parcels - first);
     bind_chunk(0, parcels.position_buffer, parcels.position_offset, sizeof(Vec2f), first, num);
     bind_chunk(1, parcels.speed_buffer, parcels.speed_offset, sizeof(float), first, num);
     glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "num_parcels"), num);
-    glDispatchCompute((num / one_in + kGroup) / kGroup, 1, 1);
+    const std::uint32_t num_counted = num / one_in + 1, per_group = kGroup * per_thread;
+    glDispatchCompute((num_counted + per_group - 1) / per_group, 1, 1);
   }
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
   glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "alpha"), style.alpha);

@@ -107,7 +107,7 @@ TEST(Options, VersionAndHelpAreText) {
   EXPECT_FALSE(help.options.has_value());
   EXPECT_EQ(help.exit_code, 0);
   for (const char* part :
-       {"bench", "scenes", "-p N", "1 to 200 million", "default 20000 on a CPU", "--ball-spin OMEGA",
+       {"bench", "scenes", "-p N", "1 to 1 billion", "default 20000 on a CPU", "--ball-spin OMEGA",
         "[rad/s]; -100000 to 100000; default 25", "impulse, spring, exact; default impulse",
         "air.restitution = 0.9 (0 to 1)", "--cuda-no-fallback", "--record FILE", "--size WxH"}) {
     EXPECT_TRUE(contains(help.text, part)) << part;

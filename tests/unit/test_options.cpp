@@ -114,12 +114,12 @@ TEST(Options, SetOverridesSceneAndFlagsOverrideSet) {
 TEST(Options, NumParcels) {
   EXPECT_EQ(options_of({"-p", "1e6"}).settings.num_parcels, 1000000);
   EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
-  EXPECT_EQ(options_of({"-p", "200000000"}).settings.num_parcels, 200000000);
+  EXPECT_EQ(options_of({"-p", "1000000000"}).settings.num_parcels, 1000000000);
   EXPECT_EQ(
       refusal({"-p", "0"}),
-      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 200 million; for a flight "
+      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 1 billion; for a flight "
       "without parcels use --set air.kind=vacuum");
-  for (const char* text : {"-5", "1000000000000", "200000001", "1e300", "1e999"}) {
+  for (const char* text : {"-5", "1000000000000", "1000000001", "1e300", "1e999"}) {
     EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;
   }
   for (const char* text : {"nan", "inf", "-inf"}) {

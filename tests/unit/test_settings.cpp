@@ -143,7 +143,7 @@ TEST(Fields, HaveTheDocumentedRanges) {
     const Field& field = find_field(path, "test");
     return std::pair(field.min, field.max);
   };
-  EXPECT_EQ(range("air.num_parcels"), std::pair(0.0, 200e6));
+  EXPECT_EQ(range("air.num_parcels"), std::pair(0.0, 1e9));
   EXPECT_EQ(range("air.restitution"), std::pair(0.0, 1.0));
   EXPECT_EQ(range("run.time_scale"), std::pair(1e-6, 100.0));
   EXPECT_EQ(range("run.threads"), std::pair(0.0, 1024.0));
@@ -211,8 +211,9 @@ TEST(SetFromText, RejectsUnusableNumbers) {
   EXPECT_TRUE(contains(message_of("air.num_parcels", "1000000000000"), "is out of range"));
   EXPECT_EQ(limit_text(9007199254740992.0), "2^53");
   EXPECT_EQ(limit_text(-1e6), "-1 million");
+  EXPECT_EQ(limit_text(2e9), "2 billion");
   EXPECT_EQ(limit_text(1.5e6), "1500000");
-  EXPECT_TRUE(contains(message_of("air.num_parcels", "-5"), "whole number from 0 to 200 million"));
+  EXPECT_TRUE(contains(message_of("air.num_parcels", "-5"), "whole number from 0 to 1 billion"));
   EXPECT_TRUE(contains(message_of("air.num_parcels", "1.5"), "is not a whole number"));
   EXPECT_TRUE(contains(message_of("ball.magnus", "maybe"), "is neither true nor false"));
   EXPECT_TRUE(contains(message_of("scene.description", std::string(1001, 'a')), "is too long"));
