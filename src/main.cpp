@@ -20,6 +20,7 @@
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
 #include "backend/domains/domain_backend.hpp"
+#include "backend/domains/rank_threads.hpp"
 #include "core/error.hpp"
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
@@ -50,8 +51,10 @@ std::string cuda_obstacle() {
 }
 
 #if PF_HAVE_CUDA
+int num_gpus() { return std::max(1, num_cuda_devices()); }
 std::unique_ptr<Backend> cuda_backend_on(int device) { return make_cuda_backend(device); }
 #else
+int num_gpus() { return 1; }
 std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build has no CUDA backend"); }
 #endif
 
@@ -251,16 +254,24 @@ int validate(const Options& options) {
 }
 
 // Measures a series on the CPU and, if requested, one on the CUDA device.
-int lab(const Options& options) {
+// The devices of this rank: of several GPUs in a machine each rank takes one.
+LabMachine lab_machine(const Options& options, const Ranks& ranks) {
+  const unsigned num_threads = ranks.num() > 1 ? threads_of_rank(*ranks.carrier(), 0) : 0;
+  LabMachine machine{{{"cpu", [=] { return make_cpu_backend(num_threads); }}}, ranks.carrier(), num_threads};
+  const std::string obstacle = options.cuda ? cuda_obstacle() : "";
+  if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
+  if (!obstacle.empty() && ranks.leads()) announce("--cuda: " + obstacle + "; only the CPU is measured");
+  const int device = static_cast<int>(ranks.carrier()->rank_here()) % num_gpus();
+  if (options.cuda && obstacle.empty())
+    machine.devices.push_back({"cuda", [=] { return cuda_backend_on(device); }});
+  return machine;
+}
+
+int lab(const Options& options, const Ranks& ranks) {
   if (options.lab.study == "plot") return plot_lab(options.lab.out);
   if (options.lab.study == "validate" && options.lab.out.empty()) return validate(options);
   stop_gracefully();
-  std::vector<LabDevice> devices = {{"cpu", [] { return make_cpu_backend(0); }}};
-  const std::string obstacle = options.cuda ? cuda_obstacle() : "";
-  if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
-  if (!obstacle.empty()) announce("--cuda: " + obstacle + "; only the CPU is measured");
-  if (options.cuda && obstacle.empty()) devices.push_back({"cuda", [] { return cuda_backend_on(0); }});
-  return run_lab(options.lab, devices, stop_requested);
+  return run_lab(options.lab, lab_machine(options, ranks), stop_requested);
 }
 
 int list() {
@@ -296,7 +307,7 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
     case Command::scenes:
       return list();
     case Command::lab:
-      return lab(*parsed.options);
+      return lab(*parsed.options, ranks);
     default:
       return run(*parsed.options, ranks);
   }
@@ -327,7 +338,11 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
 int main(int argc, char** argv) {
   try {
     pf::Ranks ranks(argc, argv);
-    return ranks.leads() ? pf::run_all(argc, argv, ranks) : ranks.serve();
+    if (ranks.leads()) return pf::run_all(argc, argv, ranks);
+    return ranks.serve([&] {  // with the same arguments
+      const pf::Options options = *pf::parse_options(argc, argv).options;
+      pf::help_run_lab(options.lab, pf::lab_machine(options, ranks));
+    });
   } catch (const pf::UserError& error) {
     fmt::print(stderr, "pickleflight: {}\n", error.what());
     return 2;

@@ -58,12 +58,12 @@ Ranks::~Ranks() {
 }
 
 // The first rank ends a run in its own time, so the others heed no signal that the launcher hands on.
-int Ranks::serve() {
+int Ranks::serve(const std::function<void()>& other_work) {
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   std::string error;
   try {
-    serve_domains(*carrier_);
+    while (serve_domains(*carrier_) == Served::asked_to_leave) other_work();
     return 0;
   } catch (const std::bad_alloc&) {
     error = "out of memory; give fewer parcels (-p)";

@@ -1,6 +1,7 @@
 // The processes that this run consists of: one, or those that a launcher of MPI started.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "backend/domains/carrier.hpp"
@@ -21,8 +22,9 @@ class Ranks {
   // True for the one that reads the command line and shows what flies. The others only serve.
   bool leads() const { return carrier_->rank() == 0; }
   const std::shared_ptr<Carrier>& carrier() const { return carrier_; }
-  // What the others do until the first one ends. Prints errors, which end all ranks.
-  int serve();
+  // What the others do until the first one ends; other_work: when it asks for that. Prints errors, which end
+  // all ranks.
+  int serve(const std::function<void()>& other_work);
   // After an error that left the others waiting. Returns the exit code if there are none.
   int fail(int exit_code) const;
 

@@ -56,9 +56,9 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
 }
 
 std::size_t ExactMemory::bytes() const {
-  return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() + clusters_.bytes() +
-         segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() + todo_.bytes() +
-         conflicts_.bytes() + ball_segments_.bytes() + ball_hits_.bytes();
+  return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() +
+         clusters_.bytes() + segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() +
+         todo_.bytes() + conflicts_.bytes() + ball_segments_.bytes() + ball_hits_.bytes();
 }
 
 Vec2i* ExactMemory::positions(const DeviceParcels& next, std::uint32_t buffer) {

@@ -13,6 +13,7 @@
 #include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "lab/lab_ranks.hpp"
 #include "lab/machine_load.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/study_files.hpp"
@@ -143,31 +144,33 @@ void cache_table(const std::filesystem::path& folder) {
 // Measures the points that `rows` lacks. Saves the result after each point; of a study that runs in parallel
 // after each second.
 void measure_points(const Study& study, const std::vector<LabPoint>& points, const LabOptions& options,
-                    const std::atomic<bool>& stop, Rows& rows, json& result) {
+                    LabRanks& ranks, Rows& rows, json& result) {
+  Progress progress(study.name, points.size(), rows.num_done());
+  std::mutex guard;
+  Clock::time_point saved = Clock::now();
+  const auto measure_all = [&](const std::vector<std::size_t>& wanted, bool in_parallel) {
+    LabRanks::Work work{study.name, {}, in_parallel};
+    for (const std::size_t at : wanted) work.points.push_back(points[at]);
+    const auto before = [&](std::size_t k) {
+      const std::lock_guard lock(guard);
+      progress.show(rows.num_done(), work.points[k].key);
+    };
+    const auto keep = [&](std::size_t k, json measured) {
+      const std::lock_guard lock(guard);
+      rows.set(wanted[k], std::move(measured), work.points[k].key);
+      if (study.runs_in_parallel && milliseconds_since(saved) < 1000.0) return;
+      saved = Clock::now();
+      result["points"] = rows.all();
+      save_study(options.out, result);
+    };
+    ranks.measure(work, before, keep);
+  };
   std::vector<std::size_t> missing, alone;
   for (std::size_t k = 0; k < points.size(); ++k) {
     if (!rows.has(k)) (study.runs_in_parallel && points[k].is_timing ? alone : missing).push_back(k);
   }
-  Progress progress(study.name, points.size(), rows.num_done());
-  std::mutex guard;
-  Clock::time_point saved = Clock::now();
-  const auto measure = [&](std::size_t at) {
-    if (stop) return;
-    {
-      const std::lock_guard lock(guard);
-      progress.show(rows.num_done(), points[at].key);
-    }
-    json measured = points[at].measure();
-    const std::lock_guard lock(guard);
-    rows.set(at, std::move(measured), points[at].key);
-    if (study.runs_in_parallel && milliseconds_since(saved) < 1000.0) return;
-    saved = Clock::now();
-    result["points"] = rows.all();
-    save_study(options.out, result);
-  };
-  parallel_for(static_cast<int>(missing.size()), study.runs_in_parallel ? 0 : 1,
-               [&](int k) { measure(missing[static_cast<std::size_t>(k)]); });
-  for (const std::size_t at : alone) measure(at);
+  measure_all(missing, study.runs_in_parallel);
+  measure_all(alone, false);
   result["points"] = rows.all();
   progress.end(fmt::format("{} of {} points, {}", rows.num_done(), points.size(),
                            (options.out / (study.name + ".*")).string()));
@@ -187,17 +190,18 @@ bool draw(const std::string& script, const std::filesystem::path& folder) {
 }
 
 // Returns whether all points are measured and agree with their references.
-bool run_study(const Study& study, const LabContext& context, const LabOptions& options,
-               const std::atomic<bool>& stop) {
+bool run_study(const Study& study, const LabContext& context, const LabOptions& options, LabRanks& ranks) {
   json result = start_result(study, context);
+  if (ranks.num() > 1) result["machine"]["processes"] = ranks.num();
   if (options.resume) resume_study(options.out, study, result);
   const std::vector<LabPoint> points = study.plan(context);
   Rows rows(points, result["points"]);
   const std::size_t num_known = rows.num_done();
   const MachineLoad load;
-  measure_points(study, points, options, stop, rows, result);
+  measure_points(study, points, options, ranks, rows, result);
   result["complete"] = rows.num_done() == points.size();
-  if (rows.num_done() > num_known) note_load(load, result["machine"]);
+  // With several ranks much of the load of others is that of the other ranks.
+  if (rows.num_done() > num_known && ranks.num() == 1) note_load(load, result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
   if (result["complete"] && study.name == "work-precision") cache_table(options.out);
@@ -205,6 +209,11 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   print_texts(stdout, result, "words", "");
   print_texts(stderr, result, "failed", study.name + ": disagrees with its reference: ");
   return result["complete"].get<bool>() && result.value("failed", json::array()).empty();
+}
+
+LabContext context_of(const LabOptions& options, const LabMachine& machine) {
+  limit_parallel_threads(machine.num_threads);
+  return {options.quick, machine.devices, options.scene};
 }
 
 std::vector<Study> chosen(const std::string& name) {
@@ -240,16 +249,17 @@ int plot_lab(const std::filesystem::path& folder) {
   return drawn ? 0 : 1;
 }
 
-int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, const std::atomic<bool>& stop) {
+int run_lab(const LabOptions& options, const LabMachine& machine, const std::atomic<bool>& stop) {
   const std::vector<Study> wanted = chosen(options.study);
   open_results(options.out, options.resume  ? Existing::resume
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);
-  const LabContext context{options.quick, devices, options.scene};
+  const LabContext context = context_of(options, machine);
+  LabRanks ranks(machine.carrier, machine.num_threads, stop);
   bool complete = true;
   for (const Study& study : wanted) {
     if (stop) break;
-    complete = run_study(study, context, options, stop) && complete;
+    complete = run_study(study, context, options, ranks) && complete;
   }
   draw("report.py", options.out);
   if (stop) {
@@ -257,6 +267,10 @@ int run_lab(const LabOptions& options, const std::vector<LabDevice>& devices, co
                options.out.string());
   }
   return complete && !stop ? 0 : 1;
+}
+
+void help_run_lab(const LabOptions& options, const LabMachine& machine) {
+  help_lab(*machine.carrier, context_of(options, machine), machine.num_threads);
 }
 
 }  // namespace pf

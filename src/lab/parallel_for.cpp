@@ -9,8 +9,17 @@
 
 namespace pf {
 
+namespace {
+
+std::atomic<unsigned> thread_limit{0};
+
+}  // namespace
+
+void limit_parallel_threads(unsigned num_threads) { thread_limit = num_threads; }
+
 void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work) {
-  const unsigned all = std::max(1U, std::thread::hardware_concurrency());
+  const unsigned limit = thread_limit;
+  const unsigned all = limit > 0 ? limit : std::max(1U, std::thread::hardware_concurrency());
   const unsigned wanted =
       std::min(num_threads == 0 ? all : num_threads, static_cast<unsigned>(std::max(num, 0)));
   std::atomic<int> next{0};

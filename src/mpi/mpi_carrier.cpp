@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kPatience_ms = 2.0;
 constexpr std::chrono::microseconds kNap{100};
+constexpr int kLetterTag = 32767;  // the largest that every MPI has
 
 // MPI counts with int. Longer messages go in pieces, which stay in order.
 constexpr std::size_t kMaxPiece = std::size_t{1} << 30;
@@ -43,8 +44,10 @@ class MpiCarrier final : public Carrier {
     MPI_Comm here = MPI_COMM_NULL;
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
     MPI_Comm_size(here, &num);
+    MPI_Comm_rank(here, &rank);
     MPI_Comm_free(&here);
     num_ranks_here_ = static_cast<unsigned>(num);
+    rank_here_ = static_cast<unsigned>(rank);
   }
   ~MpiCarrier() override { MPI_Finalize(); }
   MpiCarrier(const MpiCarrier&) = delete;
@@ -53,6 +56,7 @@ class MpiCarrier final : public Carrier {
   unsigned rank() const override { return rank_; }
   unsigned num_ranks() const override { return num_ranks_; }
   unsigned num_ranks_here() const override { return num_ranks_here_; }
+  unsigned rank_here() const override { return rank_here_; }
 
   void broadcast(std::vector<std::byte>& bytes) override {
     std::uint64_t num = bytes.size();
@@ -84,6 +88,25 @@ class MpiCarrier final : public Carrier {
     MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
   }
 
+  // Letters are shorter than 2^31 bytes.
+  void send(unsigned rank, const std::vector<std::byte>& bytes) override {
+    MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, static_cast<int>(rank), kLetterTag,
+             MPI_COMM_WORLD);
+  }
+
+  std::optional<Letter> look() override {
+    int is_there = 0, num = 0;
+    MPI_Status status;
+    MPI_Iprobe(MPI_ANY_SOURCE, kLetterTag, MPI_COMM_WORLD, &is_there, &status);
+    if (is_there == 0) return std::nullopt;
+    MPI_Get_count(&status, MPI_BYTE, &num);
+    Letter letter{static_cast<unsigned>(status.MPI_SOURCE), {}};
+    letter.bytes.resize(static_cast<std::size_t>(num));
+    MPI_Recv(letter.bytes.data(), num, MPI_BYTE, status.MPI_SOURCE, kLetterTag, MPI_COMM_WORLD,
+             MPI_STATUS_IGNORE);
+    return letter;
+  }
+
  private:
   // Ranks that wait for an order for long, as while the window is paused, leave their cores to others.
   void broadcast_part(void* data, int count, MPI_Datatype type) const {
@@ -101,7 +124,7 @@ class MpiCarrier final : public Carrier {
     }
   }
 
-  unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1;
+  unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1, rank_here_ = 0;
   std::vector<MPI_Request> requests_;
 };
 

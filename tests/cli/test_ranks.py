@@ -72,6 +72,31 @@ def same_bits(bench):
         check("6 domains, 3 processes" in report["device"], report["device"])
 
 
+def lab(bench):
+    """A study's points are shared out; the table is that of one process. Of that one only two points are measured
+    again, which takes less time."""
+    words = ("lab", "gas-dynamics", "--quick", "--out")
+    bench.run(2, *words, "two")
+    file = bench.folder / "two" / "gas-dynamics.json"
+    two = json.loads(file.read_text())
+    check(two["complete"] and two["machine"]["processes"] == 2, f"{len(two['points'])} points by 2 processes")
+    again = ("cpu/drag/R / path 0.1/exact/2", "cpu/layer/impulse/0.25")
+    shutil.copytree(bench.folder / "two", bench.folder / "one")
+    kept = [row for row in two["points"] if row["key"] not in again]
+    check(len(kept) == len(two["points"]) - len(again), "two points are left out")
+    (bench.folder / "one" / "gas-dynamics.json").write_text(json.dumps({**two, "points": kept, "complete": False}))
+    bench.run(0, *words, "one", "--resume")
+    one = json.loads((bench.folder / "one" / "gas-dynamics.json").read_text())
+
+    def without_times(value):
+        if isinstance(value, dict):
+            return {key: without_times(entry) for key, entry in value.items() if key not in ("ns_per_disc_time", "front")}
+        return [without_times(entry) for entry in value] if isinstance(value, list) else value
+
+    for key in ("points", "table", "layer"):
+        check(without_times(one[key]) == without_times(two[key]), f"the same {key} but for times")
+
+
 def picture_and_files(bench):
     """The first process draws and writes what one alone would."""
     words = (*COURT, "--seconds", "0.3", "--picture")
@@ -162,7 +187,7 @@ def stopped(bench):
     check(not children(launcher.pid), "no process stays")
 
 
-CASES = {function.__name__: function for function in (same_bits, picture_and_files, refusals, killed, stopped)}
+CASES = {function.__name__: function for function in (same_bits, picture_and_files, lab, refusals, killed, stopped)}
 
 
 def main():

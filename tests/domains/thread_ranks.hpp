@@ -33,10 +33,23 @@ class Mail {
     return bytes;
   }
 
+  void post(unsigned to, Letter letter) {
+    const std::lock_guard lock(mutex_);
+    letters_[to].push_back(std::move(letter));
+  }
+  std::optional<Letter> look(unsigned to) {
+    const std::lock_guard lock(mutex_);
+    if (letters_[to].empty()) return std::nullopt;
+    Letter letter = std::move(letters_[to].front());
+    letters_[to].pop_front();
+    return letter;
+  }
+
  private:
   std::mutex mutex_;
   std::condition_variable arrived_;
   std::map<std::tuple<unsigned, unsigned, int>, std::deque<Bytes>> boxes_;
+  std::map<unsigned, std::deque<Letter>> letters_;  // by receiver
 };
 
 class ThreadCarrier final : public Carrier {
@@ -47,6 +60,7 @@ class ThreadCarrier final : public Carrier {
   unsigned rank() const override { return rank_; }
   unsigned num_ranks() const override { return num_ranks_; }
   unsigned num_ranks_here() const override { return num_ranks_; }
+  unsigned rank_here() const override { return rank_; }
   void broadcast(std::vector<std::byte>& bytes) override {
     if (rank_ != 0) {
       bytes = mail_->receive(0, rank_, kBroadcast);
@@ -73,6 +87,9 @@ class ThreadCarrier final : public Carrier {
       std::memcpy(message.data, bytes.data(), bytes.size());
     }
   }
+
+  void send(unsigned to, const std::vector<std::byte>& bytes) override { mail_->post(to, {rank_, bytes}); }
+  std::optional<Letter> look() override { return mail_->look(rank_); }
 
  private:
   static constexpr int kBroadcast = -1, kGather = -2;

@@ -108,8 +108,9 @@ class Window:
             self.wait_frames()
 
     def _num_frames(self):
-        text = pathlib.Path(f"{self.map_file}.frames").read_text()
-        return int(text) if text.strip() else 0
+        file = pathlib.Path(f"{self.map_file}.frames")
+        text = file.read_text().strip() if file.exists() else ""
+        return int(text) if text else 0
 
     def wait_frames(self, num=HOLD_FRAMES):
         """Until the program has drawn so many more frames, or has ended."""

@@ -31,7 +31,7 @@ MAY_INCLUDE = {
     "mpi": {"core", "backend/domains"},
     "app": {"core", "model", "scene", "backend"},
     "data": {"core", "model", "scene", "backend", "app"},
-    "lab": {"core", "model", "scene", "backend", "app"},
+    "lab": {"core", "model", "scene", "backend", "backend/domains", "app"},
     "view": {"core", "model", "scene", "backend", "app", "data"},
     "cuda": {"core", "model", "model/exact", "backend", "backend/exact", "cuda/time_step", "cuda/exact"},
     "cuda/time_step": {"core", "model", "backend", "cuda"},

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <vector>
 
 namespace pf {
@@ -22,7 +23,13 @@ struct Incoming {
   std::size_t num_bytes;
 };
 
-// All ranks call the same functions in the same order. Errors end the process.
+// Bytes of any number from a rank.
+struct Letter {
+  unsigned rank;
+  std::vector<std::byte> bytes;
+};
+
+// All ranks call the same functions in the same order, but for letters. Errors end the process.
 class Carrier {
  public:
   virtual ~Carrier() = default;
@@ -31,12 +38,16 @@ class Carrier {
   virtual unsigned num_ranks() const = 0;
   // Ranks on this machine, this one included.
   virtual unsigned num_ranks_here() const = 0;
+  virtual unsigned rank_here() const = 0;  // among them
   // Every rank gets the bytes of rank 0.
   virtual void broadcast(std::vector<std::byte>& bytes) = 0;
   // all: num_bytes of each rank, in order.
   virtual void all_gather(const void* mine, std::size_t num_bytes, void* all) = 0;
   // Sends and receives. Both sides know the sizes.
   virtual void exchange(const std::vector<Outgoing>& out, const std::vector<Incoming>& in) = 0;
+  // Letters, for work that ranks do apart. A letter may have to wait until its receiver looks.
+  virtual void send(unsigned rank, const std::vector<std::byte>& bytes) = 0;
+  virtual std::optional<Letter> look() = 0;  // the next one, if there is any
 };
 
 // One process holds all domains.
@@ -45,11 +56,14 @@ class LocalCarrier final : public Carrier {
   unsigned rank() const override { return 0; }
   unsigned num_ranks() const override { return 1; }
   unsigned num_ranks_here() const override { return 1; }
+  unsigned rank_here() const override { return 0; }
   void broadcast(std::vector<std::byte>&) override {}
   void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
     std::memcpy(all, mine, num_bytes);
   }
   void exchange(const std::vector<Outgoing>&, const std::vector<Incoming>&) override {}
+  void send(unsigned, const std::vector<std::byte>&) override {}
+  std::optional<Letter> look() override { return std::nullopt; }
 };
 
 }  // namespace pf

@@ -149,4 +149,6 @@ std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, u
 
 void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }
 
+void leave_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::leave).bytes()); }
+
 }  // namespace pf

@@ -13,10 +13,12 @@ namespace pf {
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
                                              unsigned num_threads);
 
-// On every rank but the first: does what rank 0 orders until end_domains().
-void serve_domains(Carrier& carrier);
+enum class Served { ended, asked_to_leave };
+// On every rank but the first: does what rank 0 orders until end_domains() or leave_domains().
+Served serve_domains(Carrier& carrier);
 
 // On rank 0.
 void end_domains(Carrier& carrier);
+void leave_domains(Carrier& carrier);
 
 }  // namespace pf

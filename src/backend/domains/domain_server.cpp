@@ -68,6 +68,7 @@ void obey(Order order, Message& message, DomainGroup& group) {
     case Order::measure_copy_bandwidth:
       return void(group.measure_copy_bandwidth(message.get<std::size_t>()));
     case Order::open:
+    case Order::leave:
     case Order::close:
       return;
   }
@@ -75,14 +76,15 @@ void obey(Order order, Message& message, DomainGroup& group) {
 
 }  // namespace
 
-void serve_domains(Carrier& carrier) {
+Served serve_domains(Carrier& carrier) {
   std::optional<DomainGroup> group;
   while (true) {
     std::vector<std::byte> bytes;
     carrier.broadcast(bytes);
     Message message(std::move(bytes));
     const auto order = message.get<Order>();
-    if (order == Order::close) return;
+    if (order == Order::close) return Served::ended;
+    if (order == Order::leave) return Served::asked_to_leave;
     if (order == Order::open) {
       open(carrier, message, group);
     } else {

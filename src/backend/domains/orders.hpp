@@ -11,7 +11,7 @@
 
 namespace pf {
 
-// All but `open` and `close` name a function of DomainGroup.
+// All but `open`, `leave` and `close` name a function of DomainGroup.
 enum class Order : std::uint8_t {
   open,  // a new group: number of domains, threads of a rank (0: all of the machine, shared by its ranks)
   reset,
@@ -26,7 +26,8 @@ enum class Order : std::uint8_t {
   profile,
   state_hash,
   measure_copy_bandwidth,
-  close  // the ranks end
+  leave,  // the ranks do other work, and serve again after it
+  close   // the ranks end
 };
 
 // Plain values one after the other. All ranks run the same program on processors of one kind.
