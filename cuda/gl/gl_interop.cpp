@@ -13,7 +13,8 @@
 namespace pf {
 namespace {
 
-std::size_t with_slack(std::size_t num_parcels) { return (num_parcels + num_parcels / 8 + 63) / 64 * 64; }
+// At least 64: GL has no empty buffers.
+std::size_t with_slack(std::size_t num_parcels) { return (num_parcels + num_parcels / 8 + 64) / 64 * 64; }
 
 GlBuffer make_storage(std::size_t bytes, GLbitfield access) {
   GlBuffer buffer = make_buffer();
