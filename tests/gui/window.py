@@ -39,9 +39,10 @@ class Screen:
     connection = None  # to it, once it is needed
 
     def __enter__(self):
-        # The server itself looks for a free number and writes it.
-        self.server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-                                       stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        # The server itself looks for a free number and writes it. Without -noreset it begins anew when a window closes, and
+        # a program that starts just then finds no display.
+        self.server = subprocess.Popen(["Xvfb", "-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp",
+                                        "-noreset"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         number = self.server.stdout.readline().strip()
         if not number:
             raise AssertionError("Xvfb did not start")
