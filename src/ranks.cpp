@@ -45,12 +45,11 @@ Ranks::Ranks(int argc, const char* const* argv) : carrier_(join()) {
   for (int k = 1; k < argc; ++k) mine = hash_of(argv[k], mine);
   std::vector<std::uint64_t> all(num());
   carrier_->all_gather(&mine, sizeof(mine), all.data());
-  for (const std::uint64_t other : all) {
-    if (other != all[0])
-      throw UserError(
-          "mpirun: its processes differ in version or arguments; start the same program with the "
-          "same arguments everywhere");
-  }
+  for (const std::uint64_t other : all) are_alike_ = are_alike_ && other == all[0];
+  if (!are_alike_ && leads())
+    throw UserError(
+        "mpirun: its processes differ in version or arguments; start the same program with the same "
+        "arguments everywhere");
 }
 
 Ranks::~Ranks() {
@@ -59,6 +58,7 @@ Ranks::~Ranks() {
 
 // The first rank ends a run in its own time, so the others heed no signal that the launcher hands on.
 int Ranks::serve(const std::function<void()>& other_work) {
+  if (!are_alike_) return 0;  // the first rank says so
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   std::string error;

@@ -11,7 +11,7 @@ namespace pf {
 class Ranks {
  public:
   // Joins the processes of the launcher, if one started this process. Throws UserError if that is not
-  // possible, or if they differ in version or arguments.
+  // possible; in the first process also if they differ in version or arguments.
   Ranks(int argc, const char* const* argv);
   // Lets the others end.
   ~Ranks();
@@ -30,6 +30,7 @@ class Ranks {
 
  private:
   std::shared_ptr<Carrier> carrier_;
+  bool are_alike_ = true;  // in version and arguments
 };
 
 }  // namespace pf
