@@ -125,9 +125,10 @@ def refusals(bench):
     refused(("leave out mpirun",), 2, "bench", "--sweep")
     refused(("is not a scene",), 2, "run", "--scene", "cour")
 
-    text = subprocess.run(["mpirun", "-n", "1", bench.program, "scenes", ":", "-n", "1", bench.program, "scenes", "x"],
-                          env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT_S,
-                          check=False)
+    # By a shell: with two programs (':') Open MPI 5.0.7 crashes in a root without /sys.
+    words = f"exec '{bench.program}' scenes ${{OMPI_COMM_WORLD_RANK#0}}"
+    text = subprocess.run(["mpirun", "-n", "2", "sh", "-c", words], env=ENVIRONMENT, text=True,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
     check(text.returncode == 2 and text.stdout.count("differ in version or arguments") == 1,
           f"different arguments are refused, by one of the processes: {text.returncode} {text.stdout[-500:]}")
 
