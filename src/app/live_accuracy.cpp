@@ -13,7 +13,10 @@ namespace {
 
 constexpr double kPeriod_ms = 250.0;
 
-// The settings without those that affect neither state nor error. Their changes do not restart the figures.
+double length(Vec2d v) { return std::sqrt(dot(v, v)); }
+
+}  // namespace
+
 Settings relevant_settings(Settings s) {
   const Settings plain;
   s.time_scale = plain.time_scale;
@@ -26,10 +29,6 @@ Settings relevant_settings(Settings s) {
   s.ball_vy_mps = plain.ball_vy_mps;
   return s;
 }
-
-double length(Vec2d v) { return std::sqrt(dot(v, v)); }
-
-}  // namespace
 
 void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
   const Settings settings = relevant_settings(*view.settings);

@@ -26,6 +26,9 @@ struct AccuracyReadout {
   std::uint64_t num_retried_steps = 0;  // of method exact
 };
 
+// The settings without those that affect neither state nor error: changes of these restart no figures.
+Settings relevant_settings(Settings settings);
+
 // Measures four times a second, since a measurement is a pass over all parcels, and only while the figures
 // are shown.
 class LiveAccuracy {

@@ -7,6 +7,7 @@
 #include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
 #include "app/step_request.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
@@ -126,6 +127,7 @@ void Simulation::State::end_frame() {
   }
   profile_is_due = true;
   pause_if_invalid(ended.totals);
+  pause_if_blown_up(ended.totals);
   shown_s += 1.0 / settings.frame_rate_hz;
   history.pass_frame({view.simulated_s - launched_at_s, ended.num_done, ended.totals.num_ball_hits});
   flight.dt_s = plan.dt_s;
@@ -146,6 +148,17 @@ void Simulation::State::pause_if_invalid(const StepTotals& totals) {
       "Paused: {} parcels left the range of numbers in step {}, the first with id {}. Shorten the step "
       "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
       totals.num_invalid, totals.first_invalid_step, totals.first_invalid_id);
+}
+
+void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
+  const double growth = energy_watch.follow(view, totals, *backend);
+  if (growth == 0.0) return;
+  view.paused = true;
+  view.message = fmt::format(
+      "Paused: the energy has grown {:.0f}-fold, which only the steps of method {} do in this crowd. Take "
+      "method "
+      "exact, a shorter run.dt_s or a lower air.area_fraction, then reset.",
+      growth, method_name(settings.method));
 }
 
 // Draws the current state without a step.

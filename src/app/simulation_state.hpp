@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/checkpoints.hpp"
+#include "app/energy_watch.hpp"
 #include "app/simulation.hpp"
 #include "core/error.hpp"
 
@@ -54,6 +55,7 @@ struct Simulation::State {
   std::optional<FrameSteps> frame;    // begun and not ended
   bool in_flight = false;             // steps of it are submitted
   PhaseTimes mapping;                 // of the picture
+  EnergyWatch energy_watch;
   Profile profile;
   bool profile_is_due = false;           // the state has changed since
   double budget_share = 0.0;             // of run.frame_budget_ms; 0: off
@@ -112,6 +114,7 @@ struct Simulation::State {
   void collect_steps();
   void end_frame();
   void pause_if_invalid(const StepTotals& totals);
+  void pause_if_blown_up(const StepTotals& totals);
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
   void follow_ball();

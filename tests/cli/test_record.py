@@ -158,7 +158,7 @@ def real_time(bench):
     """The film lasts as long as the clock, for any number of drawn frames."""
     skip_without("ffmpeg", "ffprobe")
     for kind, words in (("fast", ("--size", "160x90", "-p", "100", "--seconds", "6")),
-                        ("slow", ("--size", "640x360", "-p", "60000", "--seconds", "0.4"))):
+                        ("slow", ("--size", "640x360", "-p", "300000", "--seconds", "0.2"))):
         report = bench.run(*words, "--record", "a.mkv", "--record-time", "real")
         film, drawn = report["record"], round(60 * float(words[-1]))
         check(film["frames"] == drawn - film["surplus"] - film["dropped"] + film["duplicated"],

@@ -1,0 +1,36 @@
+// Notices a gas that blows up. Where parcels are crowded, a time-stepped method pushes them out of each other
+// into others and so heats the gas, the faster the longer its steps are. In the end parcels cross the world
+// in a step, lie in the cells at its walls, and a step takes as long as all pairs.
+#pragma once
+
+#include <optional>
+
+#include "app/simulation.hpp"
+
+namespace pf {
+
+class EnergyWatch {
+ public:
+  static constexpr double kBlownUp =
+      10.0;  // times the energy: nothing in a scene does that but too long steps
+
+  // Call at the end of each frame, with its totals. Returns by what factor the energy of parcels and ball has
+  // grown since parcels overlapped deeply for the first time, if that is more than kBlownUp; otherwise 0. It
+  // tells so once, until the flight or its settings change. Looks at all parcels in every 30th frame with
+  // deep overlaps.
+  double follow(const FrameView& view, const StepTotals& frame, Backend& backend);
+
+ private:
+  struct Start {
+    Settings settings;  // relevant ones
+    std::int64_t num_flights = 0;
+    std::int64_t num_scenes = 0;
+    double energy_j = 0.0;
+    bool has_told = false;
+    int num_frames = 0;  // with deep overlaps
+  };
+
+  std::optional<Start> start_;
+};
+
+}  // namespace pf

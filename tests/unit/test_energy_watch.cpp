@@ -1,0 +1,66 @@
+// A gas that blows up is noticed, and nothing else is taken for one.
+#include "app/energy_watch.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/scene_support.hpp"
+
+namespace pf::test {
+namespace {
+
+// Flies until the flight pauses by itself, for at most that many frames of one step each.
+struct Watched {
+  Simulation simulation;
+
+  explicit Watched(const Settings& settings) : simulation(settings, make_cpu_backend(1)) {}
+  bool pauses_within(int num_frames) {
+    for (int k = 0; k < num_frames && !view().paused; ++k) simulation.advance_frame({}, nullptr);
+    return view().paused;
+  }
+  const FrameView& view() { return simulation.view(); }
+};
+
+// Elastic, and denser than `impulse` stands with steps of 0.035 d/c.
+TEST(EnergyWatch, PausesAGasThatBlowsUpOnce) {
+  Watched run(gas(2000, 0.6));
+  const double before_j = run.simulation.backend().measure().energy_j();
+  ASSERT_TRUE(run.pauses_within(1000));
+  EXPECT_GT(run.simulation.backend().measure().energy_j(), EnergyWatch::kBlownUp * before_j);
+  EXPECT_NE(run.view().message.find("energy has grown"), std::string::npos) << run.view().message;
+  EXPECT_NE(run.view().message.find("method impulse"), std::string::npos) << run.view().message;
+
+  Commands onward;
+  onward.toggle_pause = true;
+  run.simulation.advance_frame(onward, nullptr);
+  EXPECT_FALSE(run.pauses_within(30)) << "it has told so: " << run.view().message;
+}
+
+// After a reset it starts anew: there is no less reason to stop than before.
+TEST(EnergyWatch, StartsAnewWithAFlight) {
+  Watched run(gas(2000, 0.65));
+  ASSERT_TRUE(run.pauses_within(300));
+  Commands reset;
+  reset.reset = true;
+  reset.toggle_pause = true;
+  run.simulation.advance_frame(reset, nullptr);
+  ASSERT_FALSE(run.view().paused);
+  EXPECT_EQ(run.view().message, "");
+  EXPECT_TRUE(run.pauses_within(300));
+  EXPECT_NE(run.view().message.find("energy has grown"), std::string::npos) << run.view().message;
+}
+
+// `exact` at that density, `impulse` with losses, and deep overlaps of long steps in a thin gas.
+TEST(EnergyWatch, LeavesOtherGasesAlone) {
+  Settings exact = gas(2000, 0.65);
+  exact.method = Method::exact;
+  EXPECT_FALSE(Watched(exact).pauses_within(200));
+  Settings lossy = gas(2000, 0.65);
+  lossy.restitution = 0.9;
+  EXPECT_FALSE(Watched(lossy).pauses_within(300));
+  Settings thin = gas(2000, 0.2);
+  thin.dt_s = 0.2;
+  EXPECT_FALSE(Watched(thin).pauses_within(300));
+}
+
+}  // namespace
+}  // namespace pf::test
