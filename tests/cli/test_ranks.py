@@ -192,12 +192,16 @@ def stopped(bench):
 CASES = {function.__name__: function for function in (same_bits, picture_and_files, lab, refusals, killed, stopped)}
 
 
-def main():
-    program = str(pathlib.Path(sys.argv[1]).resolve())
+def skip_without_mpi(program):
     has_mpi = "MPI: yes" in subprocess.run([program, "--version"], text=True, stdout=subprocess.PIPE, check=True).stdout
     if not has_mpi or shutil.which("mpirun") is None:
         print("SKIPPED: no mpirun, or a program without MPI")
         sys.exit(SKIPPED)
+
+
+def main():
+    program = str(pathlib.Path(sys.argv[1]).resolve())
+    skip_without_mpi(program)
     with tempfile.TemporaryDirectory() as folder:
         CASES[sys.argv[2]](Bench(program, folder))
 

@@ -68,9 +68,10 @@ class Screen:
 
 
 class Window:
-    """The program, running. hands_off: no key or button is pressed, to see that the tests notice."""
+    """The program, running. hands_off: no key or button is pressed, to see that the tests notice. launcher: words that
+    start it, as several processes."""
 
-    def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None, fresh=True):
+    def __init__(self, program, screen, folder, words=(), hands_off=False, environment=None, fresh=True, launcher=()):
         self.folder = pathlib.Path(folder)
         self.map_file, self.report_file = self.folder / "panel.json", self.folder / "report.json"
         for file in (self.map_file, pathlib.Path(f"{self.map_file}.frames"), self.report_file):
@@ -82,8 +83,9 @@ class Window:
         defaults = [("--size", "800x700")] + [("-p", "2000")] * fresh  # a run that goes on has its parcels
         usual = [part for flag, value in defaults if flag not in words
                  for part in (flag, value)]
-        command = [program, "run", *usual, "--panel-map", str(self.map_file), "--report", str(self.report_file), *words]
+        command = [*launcher, program, "run", *usual, "--panel-map", str(self.map_file), "--report", str(self.report_file), *words]
         self.process = subprocess.Popen(command, env=self.environment)
+        self.search = ("--name", ".") if launcher else ("--pid", str(self.process.pid))
         wait_for("panel map", lambda: self.is_running() and self.map_file.exists())
         self.id = wait_for("window", self._find)
         # There is no window manager that would do it.
@@ -96,7 +98,7 @@ class Window:
         raise AssertionError(f"the program ended by itself with exit code {self.process.returncode}")
 
     def _find(self):
-        words = ["xdotool", "search", "--onlyvisible", "--pid", str(self.process.pid)]
+        words = ["xdotool", "search", "--onlyvisible", *self.search]
         done = subprocess.run(words, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         return done.stdout.split()[0] if done.stdout.split() else None
 
