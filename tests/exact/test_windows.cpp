@@ -7,6 +7,7 @@
 #include <random>
 
 #include "backend/exact/timeline.hpp"
+#include "backend/exact/window_length.hpp"
 #include "exact/exact_support.hpp"
 
 namespace pf::test {
@@ -161,6 +162,32 @@ INSTANTIATE_TEST_SUITE_P(
         WindowCase{"layer_with_clock", with_default_clock(layer(3000, 0.4, 0.0)), 150, 4e-4},
         WindowCase{"bullet", layer(3000, 0.1, 0.5, 300.0), 40, 2e-4}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
+
+// Events in the last of 60 windows of a gas of 100,000 parcels with an event in each tick. times_solved: how
+// often each event is solved on the way.
+double events_learnt(std::uint32_t largest_cluster, double times_solved) {
+  WindowLength rule;
+  rule.reset(100'000);
+  std::uint32_t length = 0;
+  for (int k = 0; k < 60; ++k) {
+    length = rule.choose(1'000'000'000);
+    WindowOutcome outcome;
+    outcome.result.num_events = length;
+    outcome.num_solved = static_cast<std::uint64_t>(times_solved * length);
+    outcome.largest_cluster = largest_cluster;
+    rule.learn(length, false, outcome);
+  }
+  return length;
+}
+
+// A tenth of the parcels have an event in a window, and a few are solved again. Where more than half are, or
+// one cluster has many events, windows stay short: then they cost more than they save.
+TEST(WindowLength, FollowsWhatWindowsCost) {
+  EXPECT_NEAR(events_learnt(3, 1.0), 10'064.0, 20.0);
+  EXPECT_NEAR(events_learnt(6, 1.1), 10'064.0, 20.0);
+  EXPECT_LT(events_learnt(3, 2.0), 500.0);
+  EXPECT_LT(events_learnt(1'000, 1.0), 500.0);
+}
 
 }  // namespace
 }  // namespace pf::test

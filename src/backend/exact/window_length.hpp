@@ -42,7 +42,8 @@ class WindowLength {
     const auto events = static_cast<double>(outcome.result.num_events);
     const double largest = std::max(kClusterEvents, kClusterShare * events);
     const double crowded = outcome.largest_cluster / largest;
-    const double wasted = static_cast<double>(outcome.num_solved) / (kWaste * events + kClusterEvents);
+    const double wasted =
+        (static_cast<double>(outcome.num_solved) - events) / (kWaste * events + kClusterEvents);
     const double too_long = std::max(crowded, wasted);
     double longer = wanted_events_ / (events + 1.0);
     if (too_long > 1.0)
@@ -68,7 +69,7 @@ class WindowLength {
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
   static constexpr std::uint32_t kMostClusterEvents = 128;
   static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0;
-  static constexpr double kWaste = 1.5, kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
+  static constexpr double kWaste = 0.5, kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
 
   double wanted_events_ = 1.0;
   double ticks_ = 1.0;
