@@ -94,57 +94,58 @@ __device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, co
   return {first, starts[(second ? box.x.second_last : box.x.last) + 1] - first};
 }
 
-// The candidates of a box, one after the other. Each half of a warp has a box of its own, or one without
-// ranges; its lanes share the candidates. Whole warps call the functions. kAhead: candidates of a lane at a
-// time, to wait for memory once.
-template <unsigned kAhead>
-class HalfWarpCursor {
+// The candidates of a box, one after the other. kThreads consecutive threads share them: half a warp, or some
+// warps. Each half of a warp may have a box of its own, or one without ranges. Whole warps call the
+// functions. kAhead: candidates of a thread at a time, to wait for memory once.
+template <unsigned kThreads, unsigned kAhead>
+class CandidateCursor {
  public:
-  __device__ __forceinline__ HalfWarpCursor(const DeviceSearch& space, const SearchBox& box)
+  __device__ __forceinline__ CandidateCursor(const DeviceSearch& space, const SearchBox& box)
       : space_(space), box_(box), max_ranges_(warp_max(box.num_ranges)) {
     if (max_ranges_ > 0) load_ranges();
   }
 
-  // The same in all lanes.
+  // The same in all threads.
   __device__ __forceinline__ bool has_more() const {
-    return next_ < num_candidates_ || base_range_ + kHalfWarp < max_ranges_;
+    return next_ < num_candidates_ || base_range_ + kLanes < max_ranges_;
   }
 
-  // Each lane gets kInvalidIndex where it has no candidate left.
+  // Each thread gets kInvalidIndex where it has no candidate left.
   __device__ __forceinline__ void next(std::uint32_t (&j)[kAhead]) {
     if (next_ >= num_candidates_) {
-      base_range_ += kHalfWarp;
+      base_range_ += kLanes;
       load_ranges();
     }
     for (std::uint32_t& index : j) index = kInvalidIndex;
-    const unsigned num_ranges = min(max_ranges_ - base_range_, kHalfWarp);
+    const unsigned num_ranges = min(max_ranges_ - base_range_, kLanes);
     for (unsigned r = 0; r < num_ranges; ++r) {
-      const std::uint32_t r_end = from_half(end_, r), r_count = from_half(range_.count, r);
-      const std::uint32_t r_first = from_half(range_.first, r);
+      const std::uint32_t r_end = from_lane(end_, r), r_count = from_lane(range_.count, r);
+      const std::uint32_t r_first = from_lane(range_.first, r);
       for (unsigned u = 0; u < kAhead; ++u) {
-        const std::uint32_t k = next_ + u * kHalfWarp + threadIdx.x % kHalfWarp;
+        const std::uint32_t k = next_ + u * kThreads + threadIdx.x % kThreads;
         if (k < r_end && k + r_count >= r_end) j[u] = r_first + (k + r_count - r_end);
       }
     }
-    next_ += kAhead * kHalfWarp;
+    next_ += kAhead * kThreads;
   }
 
  private:
   static constexpr unsigned kWarp = 0xFFFFFFFFU;
+  static constexpr unsigned kLanes = kThreads < 32 ? kThreads : 32;  // that hold the ranges
 
-  static __device__ __forceinline__ std::uint32_t from_half(std::uint32_t value, unsigned lane) {
-    return __shfl_sync(kWarp, value, lane, kHalfWarp);
+  static __device__ __forceinline__ std::uint32_t from_lane(std::uint32_t value, unsigned lane) {
+    return __shfl_sync(kWarp, value, lane, kLanes);
   }
 
   // Each lane loads a range.
   __device__ __forceinline__ void load_ranges() {
-    range_ = range_of(space_, box_, base_range_ + threadIdx.x % kHalfWarp);
+    range_ = range_of(space_, box_, base_range_ + threadIdx.x % kLanes);
     end_ = range_.count;
-    for (unsigned offset = 1; offset < kHalfWarp; offset *= 2) {
-      const std::uint32_t before = __shfl_up_sync(kWarp, end_, offset, kHalfWarp);
-      if (threadIdx.x % kHalfWarp >= offset) end_ += before;
+    for (unsigned offset = 1; offset < kLanes; offset *= 2) {
+      const std::uint32_t before = __shfl_up_sync(kWarp, end_, offset, kLanes);
+      if (threadIdx.x % kLanes >= offset) end_ += before;
     }
-    num_candidates_ = warp_max(from_half(end_, kHalfWarp - 1));
+    num_candidates_ = warp_max(from_lane(end_, kLanes - 1));
     next_ = 0;
   }
 
@@ -153,7 +154,7 @@ class HalfWarpCursor {
   unsigned max_ranges_;
   unsigned base_range_ = 0;
   CandidateRange range_{};
-  std::uint32_t end_ = 0;  // of the lane's range, if those of the half are laid end to end
+  std::uint32_t end_ = 0;  // of the lane's range, if those of all lanes are laid end to end
   std::uint32_t num_candidates_ = 0, next_ = 0;
 };
 

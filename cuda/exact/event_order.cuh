@@ -18,24 +18,43 @@ __device__ __forceinline__ bool comes_before(const OrderedEvent& p, const Ordere
   return p.high_id != q.high_id ? p.high_id < q.high_id : p.place < q.place;
 }
 
-// First of the threads' events, in all of them. space: of each warp, in the block's shared memory.
-__device__ __forceinline__ OrderedEvent first_of_block(OrderedEvent best,
-                                                       OrderedEvent (&space)[kExactBlock / 32]) {
-  const auto of_lane = [](std::uint32_t value, unsigned offset) {
-    return __shfl_xor_sync(kWholeWarp, value, offset);
-  };
-  for (unsigned offset = 16; offset > 0; offset /= 2) {
-    const OrderedEvent other{of_lane(best.tick, offset), of_lane(best.generation, offset),
-                             of_lane(best.low_id, offset), of_lane(best.high_id, offset),
-                             of_lane(best.place, offset)};
-    if (comes_before(other, best)) best = other;
+// First of the events of a warp's lanes, in all of them. Mostly one has it, or the two partners of one event.
+__device__ __forceinline__ OrderedEvent first_of_warp(const OrderedEvent& event) {
+  const std::uint32_t tick = warp_min(event.tick);
+  if (tick == kNoTick) return {};
+  bool among = event.tick == tick;
+  const auto of = [](std::uint32_t value, unsigned lane) { return __shfl_sync(kWholeWarp, value, lane); };
+  const auto first_among = [&] { return __ffs(__ballot_sync(kWholeWarp, among)) - 1; };
+  // All lanes take part in each exchange, so none of them stands behind a condition.
+  unsigned first = first_among();
+  const std::uint32_t first_generation = of(event.generation, first);
+  const std::uint32_t first_low = of(event.low_id, first), first_high = of(event.high_id, first);
+  const bool differs =
+      event.generation != first_generation || event.low_id != first_low || event.high_id != first_high;
+  if (__any_sync(kWholeWarp, among && differs)) {
+    const auto keep_lowest = [&](std::uint32_t value) {
+      const std::uint32_t lowest = warp_min(among ? value : kNoTick);
+      among = among && value == lowest;
+    };
+    keep_lowest(event.generation);
+    keep_lowest(event.low_id);
+    keep_lowest(event.high_id);
+    first = first_among();
   }
+  return {tick, of(event.generation, first), of(event.low_id, first), of(event.high_id, first),
+          of(event.place, first)};
+}
+
+// First of the events of a block's threads, in all of them. space: of each warp, in the block's shared
+// memory; it may be written again after the next barrier.
+__device__ __forceinline__ OrderedEvent first_of_block(const OrderedEvent& event,
+                                                       OrderedEvent (&space)[kExactBlock / 32]) {
+  OrderedEvent best = first_of_warp(event);
   if (threadIdx.x % 32 == 0) space[threadIdx.x / 32] = best;
   __syncthreads();
   for (const OrderedEvent& other : space) {
     if (comes_before(other, best)) best = other;
   }
-  __syncthreads();
   return best;
 }
 

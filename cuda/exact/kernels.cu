@@ -100,6 +100,7 @@ struct SolveSpace {
   PairSpace pairs;
   NearList<kBlock>::Space near;
 };
+static_assert(sizeof(SolveSpace) <= 48 * 1024);  // of shared memory, on any architecture
 
 // State SOLVE. Returns whether the window is solved.
 template <Boundary kBoundary>

@@ -65,7 +65,6 @@ __device__ void find_conflicts(const StepContext& step, const StepTeam& team, Bl
   if (team.rank() == 0) {
     state.num_todo = 0;
     state.serial_events += state.round_events;
-    state.largest_cluster = max(state.largest_cluster, state.round_events);
     state.round_events = 0;
   }
   find_parcel_conflicts<kBoundary>(step, counts);

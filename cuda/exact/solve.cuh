@@ -30,57 +30,76 @@ struct StepTeam {
   __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }
 };
 
-__device__ inline bool needs_block(const StepContext& step, std::uint32_t cluster) {
-  return cluster_of(step, cluster).needs_block != 0;
-}
+// The clusters to solve: in the first round those that were formed, later those that were merged.
+struct ClustersToSolve {
+  const StepContext& step;
+  bool is_first;
+  std::uint32_t num;
+  bool are_few;  // a block for each
 
-// Solves the clusters in `todo` that take a block each.
+  __device__ __forceinline__ ClustersToSolve(const StepContext& context, const StepTeam& team, bool first)
+      : step(context),
+        is_first(first),
+        num(load_fresh(first ? &context.state.num_representatives : &context.state.num_todo)),
+        are_few(num <= team.num_blocks()) {}
+
+  __device__ __forceinline__ std::uint32_t operator[](std::uint32_t k) const {
+    return is_first ? step.memory.representatives.items[k] : step.memory.todo.items[k];
+  }
+  __device__ __forceinline__ std::uint32_t list_of(std::uint32_t cluster) const {
+    return is_first ? step.memory.list_head[cluster] : cluster_of(step, cluster).merged;
+  }
+  __device__ __forceinline__ bool takes_block(std::uint32_t cluster) const {
+    return are_few || (!is_first && cluster_of(step, cluster).needs_block != 0);
+  }
+};
+
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const StepTeam& team,
-                                                BlockSpace& space, BlockCounts& counts) {
+                                                const ClustersToSolve& clusters, BlockSpace& space,
+                                                BlockCounts& counts) {
   BlockSolver<kBoundary> solver(step, space, counts);
-  const std::uint32_t num = load_fresh(&step.state.num_todo);
-  for (std::uint32_t k = team.block(); k < num; k += team.num_blocks()) {
-    const std::uint32_t cluster = step.memory.todo.items[k];
-    if (needs_block(step, cluster)) solver.solve(cluster, cluster_of(step, cluster).merged);
+  for (std::uint32_t k = team.block(); k < clusters.num; k += team.num_blocks()) {
+    const std::uint32_t cluster = clusters[k];
+    if (clusters.takes_block(cluster)) solver.solve(cluster, clusters.list_of(cluster));
   }
 }
 
-// Solves the other clusters: in the first round those that were formed, later those that were merged.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_warps(const StepContext& step, const StepTeam& team,
-                                               WarpSpace& space, BlockCounts& counts, bool is_first) {
+                                               const ClustersToSolve& clusters, WarpSpace& space,
+                                               BlockCounts& counts) {
   constexpr unsigned kWarps = kExactBlock / 32;
-  ExactState& state = step.state;
-  const StepMemory& memory = step.memory;
   WarpSolver<kBoundary> solver(step, space, counts);
   const std::uint32_t num_warps = team.num_blocks() * kWarps;
-  const std::uint32_t num = load_fresh(is_first ? &state.num_representatives : &state.num_todo);
   const auto after = [&](std::uint32_t k) {
-    if (!is_first || num <= num_warps) return k + num_warps;
+    if (!clusters.is_first || clusters.num <= num_warps) return k + num_warps;
     std::uint32_t number = 0;
-    if (threadIdx.x % 32 == 0) number = atomicAdd(&state.num_taken, 1U);
+    if (threadIdx.x % 32 == 0) number = atomicAdd(&step.state.num_taken, 1U);
     return num_warps + __shfl_sync(kWholeWarp, number, 0);
   };
-  for (std::uint32_t k = team.block() + team.num_blocks() * (threadIdx.x / 32); k < num; k = after(k)) {
-    const std::uint32_t cluster = is_first ? memory.representatives.items[k] : memory.todo.items[k];
-    if (is_first || !needs_block(step, cluster))
-      solver.solve(cluster, is_first ? memory.list_head[cluster] : cluster_of(step, cluster).merged);
+  for (std::uint32_t k = team.block() + team.num_blocks() * (threadIdx.x / 32); k < clusters.num;
+       k = after(k)) {
+    const std::uint32_t cluster = clusters[k];
+    if (!clusters.takes_block(cluster)) solver.solve(cluster, clusters.list_of(cluster));
   }
 }
 
 // Shared memory of a block.
 struct ClusterSpace {
   BlockSpace block;
-  WarpSpace warps;
+  // In the same place: warps solve clusters after the block.
+  __device__ __forceinline__ WarpSpace& warps() { return reinterpret_cast<WarpSpace&>(block.table); }
 };
+static_assert(sizeof(WarpSpace) <= sizeof(BlockSpace::table));
 
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, ClusterSpace& space,
                                       BlockCounts& counts, bool is_first) {
-  if (!is_first) solve_by_blocks<kBoundary>(step, team, space.block, counts);
+  const ClustersToSolve clusters(step, team, is_first);
+  if (clusters.are_few || !is_first) solve_by_blocks<kBoundary>(step, team, clusters, space.block, counts);
   __syncthreads();
-  solve_by_warps<kBoundary>(step, team, space.warps, counts, is_first);
+  if (!clusters.are_few) solve_by_warps<kBoundary>(step, team, clusters, space.warps(), counts);
 }
 
 }  // namespace pf::cuda

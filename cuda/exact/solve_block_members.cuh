@@ -6,118 +6,159 @@
 
 namespace pf::cuda {
 
-// Shared memory of the block.
+// Parcels outside a cluster that a member of it may meet in the window, in an array that a team of threads or
+// a member has. Indices, with these bits.
+constexpr std::uint32_t kForeign = 1U << 31U;  // belonged to another cluster when the list was made
+constexpr std::uint32_t kNoted = 1U << 30U;    // noted as a pair of neighbours
+constexpr std::uint32_t kIndexBits = kNoted - 1;
+
+// Result of a comparison with a member.
+struct ToldEvent {
+  std::uint32_t tick, generation;
+};
+
+// Shared memory of the block. A place is an index into the table.
 struct BlockSpace {
   static constexpr unsigned kCapacity = 3072;
-  std::uint32_t table[kCapacity];    // slots of the members
-  std::uint32_t flagged[kCapacity];  // slots of members to predict
+  static constexpr unsigned kHot = 64;      // members that lie here; the others lie in their slots
+  static constexpr unsigned kMaxNear = 24;  // parcels in the list of one of them
+  static constexpr unsigned kTeam = 64;     // threads that predict one member
+  static constexpr unsigned kTeams = kExactBlock / kTeam;
+  static constexpr unsigned kMaxPiece = 2 * kTeam;
+  static constexpr unsigned kWarps = kExactBlock / 32;
+  static constexpr std::uint16_t kNotListed = 0xFFFF;
+
+  std::uint32_t table[kCapacity];        // slots of the members
+  std::uint16_t flagged[kCapacity + 2];  // places of members to predict; the first two are those of the event
+  Member hot[kHot];
+  std::uint32_t near[kHot][kMaxNear];
+  float listed_mps[kHot];        // the lists hold for speeds up to that
+  std::uint16_t num_near[kHot];  // or kNotListed
   std::uint32_t num_members, num_flagged;
-  std::uint32_t other;   // cluster that stopped this one
-  std::uint32_t joined;  // slot of the parcel that joined last, or kInvalidIndex
-  OrderedEvent first_of_warps[kExactBlock / 32];
+  std::uint32_t other;    // cluster that stopped this one
+  std::uint32_t joined;   // place of the parcel that joined last, or kInvalidIndex
+  std::uint32_t partner;  // place of the event's partner, or kInvalidIndex
+  unsigned long long event_hash;
+  OrderedEvent first_of_warps[kWarps];
+  // Of the teams.
+  std::uint32_t piece[kTeams][kMaxPiece];
+  std::uint32_t num_in_piece[kTeams];
+  ToldEvent told[2][kTeam];
+  Event best[kWarps], at_ball[kWarps];  // of each warp
+  std::uint32_t knows_hit[kWarps];
 };
 
 // All threads of the block call the functions of this struct together, unless noted; the first one writes.
 struct BlockMembers {
   static constexpr unsigned kCapacity = BlockSpace::kCapacity;
+  static constexpr unsigned kHot = BlockSpace::kHot;
 
   const StepContext& step;
   const StepMemory& memory;
   BlockCounts& counts;
   BlockSpace& space;
   std::uint32_t cluster = 0;
-  ClusterTally tally;
+  std::uint32_t attempt = 0;
+  std::uint32_t num_segments = 0,
+                num_neighbour_pairs = 0;  // in the block's slices before; of the first thread
+  std::uint32_t num_events_before = 0;    // in the attempts before
+  ClusterTally tally;  // of the first warp's lanes: hits, and the largest speed; the rest of the first thread
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
   __device__ __forceinline__ std::uint32_t num() const { return space.num_members; }
-  __device__ __forceinline__ Member& operator[](std::uint32_t slot) const { return memory.members[slot]; }
+  __device__ __forceinline__ Member& operator[](std::uint32_t place) const {
+    return place < kHot ? space.hot[place] : memory.members[space.table[place]];
+  }
 
-  __device__ __forceinline__ void start(std::uint32_t name) {
+  // Lists the members: slots from `list` on. Returns whether there is room for all.
+  __device__ __forceinline__ bool start(std::uint32_t name, std::uint32_t list) {
     cluster = name;
+    attempt = counts.round * kMaxAttemptsInRound;
     tally = {};
+    num_events_before = 0;
     if (leads()) {
+      num_segments = counts.segments;
+      num_neighbour_pairs = counts.neighbour_pairs;
       space.num_members = 0;
-      space.num_flagged = 0;
-      space.other = kInvalidIndex;
+      add_list(list);
     }
     __syncthreads();
+    return num() <= kCapacity;
   }
 
-  // Loads the members of a list of slots, at the step's start. Returns whether there is room for all.
+  // Puts all members on their start trajectories, and drops what an attempt before has left in the slices.
   template <Boundary kBoundary>
-  __device__ __forceinline__ bool load(std::uint32_t list) {
+  __device__ __forceinline__ void load() {
+    num_events_before += tally.num_events;
+    tally = {};
+    ++attempt;
     if (leads()) {
-      std::uint32_t num_listed = 0;
-      for (std::uint32_t m = list; m != kInvalidIndex && num_listed < kCapacity + 1; m = (*this)[m].next) {
-        if (num_listed < kCapacity) space.table[num_listed] = m;
-        ++num_listed;
-      }
-      space.num_members = num_listed;
+      counts.segments = num_segments;
+      counts.neighbour_pairs = num_neighbour_pairs;
+      space.other = kInvalidIndex;
+      space.event_hash = 0;
     }
-    __syncthreads();
-    if (num() > kCapacity) return false;
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
-      Member& member = (*this)[space.table[k]];
-      member = member_at_start<kBoundary>(step, member.index);
+      (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index);
+      forget_list(k);
     }
     __syncthreads();
-    return true;
   }
 
-  // The slot of parcel i, which joins the cluster if it is free. Otherwise kInvalidIndex; space.other is then
-  // the cluster that owns it, or this one if there is no room.
-  template <Boundary kBoundary>
+  // The place of parcel i, which joins the cluster if it is free, without an event. Otherwise kInvalidIndex;
+  // space.other is then the cluster that owns it, or this one if there is no room.
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
-    if (leads()) space.joined = find_or_add<kBoundary>(i);
+    if (leads()) space.joined = add(i);
     __syncthreads();
-    const std::uint32_t slot = space.joined;
+    const std::uint32_t place = space.joined;
+    constexpr unsigned kEntries = kHot * BlockSpace::kMaxNear;
+    std::uint32_t* entries = &space.near[0][0];
+    for (unsigned e = threadIdx.x; e < kEntries; e += kExactBlock) {
+      if ((entries[e] & kIndexBits) == i) entries[e] = kInvalidIndex;
+    }
     __syncthreads();
-    return slot;
+    return place;
   }
 
-  // Called by the first thread.
-  template <Boundary kBoundary>
-  __device__ __forceinline__ std::uint32_t find_or_add(std::uint32_t i) {
-    if (step.owner_of(i) == cluster) return memory.member_slot[i];
-    if (num() == kCapacity) {
-      space.other = cluster;
-      return kInvalidIndex;
+  // After a conflict: takes over the members of the other cluster, if that was solved as a pair and little is
+  // lost by beginning anew. Returns whether it did; all members must be loaded again then.
+  __device__ __forceinline__ bool absorb() {
+    constexpr std::uint32_t kMaxEvents = 64;  // in all attempts
+    if (num_events_before + tally.num_events > kMaxEvents || attempt % kMaxAttemptsInRound > kMaxEvents)
+      return false;
+    if (leads()) {
+      space.joined = kInvalidIndex;
+      if (space.other != cluster && num() + 2 <= kCapacity)
+        space.joined = absorb_pair(step, space.other, cluster);
+      if (space.joined != kInvalidIndex) add_list(space.joined);
+      __threadfence();
     }
-    const std::uint32_t owner = claim(step, i, cluster);
-    if (owner != kInvalidIndex) {
-      space.other = owner;
-      return kInvalidIndex;
-    }
-    const std::uint32_t slot = new_member_slot(step, counts, i);
-    (*this)[slot] = member_at_start<kBoundary>(step, i);
-    space.table[space.num_members++] = slot;
-    return slot;
+    __syncthreads();
+    return space.joined != kInvalidIndex;
   }
 
-  __device__ __forceinline__ OrderedEvent first_of_block(const OrderedEvent& event) {
-    return cuda::first_of_block(event, space.first_of_warps);
-  }
-  __device__ __forceinline__ Event earliest(const Event& best) {
-    const OrderedEvent first =
-        first_of_block({best.tick, best.generation, best.partner_id, best.partner_id, best.partner});
-    return {first.tick, first.place, first.low_id, first.generation};
-  }
-
-  // Called by the first thread: stores the list of members and the outcome for the other blocks.
-  // list: that the cluster was started with.
+  // Stores the members and the outcome for the other blocks. list: that the cluster was started with.
   __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
-    Cluster& record = cluster_of(step, cluster);
     const std::uint32_t num_stored = fits ? num() : 0U;
-    for (std::uint32_t k = 0; k < num_stored; ++k)
-      (*this)[space.table[k]].next = k + 1 < num_stored ? space.table[k + 1] : kInvalidIndex;
+    for (std::uint32_t k = threadIdx.x; k < num_stored; k += kExactBlock) {
+      Member& member = (*this)[k];
+      member.next = k + 1 < num_stored ? space.table[k + 1] : kInvalidIndex;
+      if (k < kHot) memory.members[space.table[k]] = member;
+    }
+    if (threadIdx.x >= 32) return;
+    const float fastest2 = __uint_as_float(warp_max(__float_as_uint(tally.fastest2)));
+    if (!leads()) return;
+    Cluster& record = cluster_of(step, cluster);
+    tally.fastest2 = fastest2;
+    tally.event_hash = space.event_hash;
     record.members = fits ? (num_stored > 0 ? space.table[0] : kInvalidIndex) : list;
     record.merged = kInvalidIndex;
     record.solution = solved ? kSolved : kUnsolved;
-    record.attempt = counts.round * kMaxAttemptsInRound;
+    record.attempt = attempt;
     record.tally = tally;
-    note_solved(step, tally.num_events);
+    note_solved(step, tally.num_events, num_events_before + tally.num_events);
     if (solved) {
-      if (tally.fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(tally.fastest2));
+      if (fastest2 > 0.0F) atomicMax(&step.state.fastest_after_bits, __float_as_uint(fastest2));
       return;
     }
     const std::uint32_t other = fits ? space.other : cluster;
@@ -126,6 +167,42 @@ struct BlockMembers {
       step.state.solve_failed = 1;
     }
     add_conflict(step, counts, cluster, other);
+  }
+
+ private:
+  // Called by the first thread. num_members may become larger than the capacity by one.
+  __device__ __forceinline__ void add_list(std::uint32_t list) {
+    for (std::uint32_t m = list; m != kInvalidIndex && space.num_members <= kCapacity;
+         m = memory.members[m].next) {
+      if (space.num_members < kCapacity) space.table[space.num_members] = m;
+      ++space.num_members;
+    }
+  }
+
+  // Called by the first thread. Loads the parcel while it waits for its claim.
+  __device__ __forceinline__ std::uint32_t add(std::uint32_t i) {
+    const std::uint32_t place = num();
+    if (place == kCapacity) {
+      space.other = cluster;
+      return kInvalidIndex;
+    }
+    const Member member = member_without_event(step, i);
+    const std::uint32_t owner = claim(step, i, cluster);
+    if (owner != kInvalidIndex) {
+      space.other = owner;
+      return kInvalidIndex;
+    }
+    const std::uint32_t slot = new_member_slot(step, counts, i);
+    space.table[place] = slot;
+    memory.members[slot].index = i;
+    (*this)[place] = member;
+    forget_list(place);
+    space.num_members = place + 1;
+    return place;
+  }
+
+  __device__ __forceinline__ void forget_list(std::uint32_t place) const {
+    if (place < kHot) space.num_near[place] = BlockSpace::kNotListed;
   }
 };
 

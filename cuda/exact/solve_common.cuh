@@ -2,6 +2,7 @@
 #pragma once
 
 #include "cuda/exact/ball_path.cuh"
+#include "cuda/exact/clusters.cuh"
 
 namespace pf::cuda {
 
@@ -38,6 +39,30 @@ __device__ __forceinline__ void add_neighbour_pair(const StepContext& step, Bloc
   } else {
     step.state.solve_failed = 1;
   }
+}
+
+// Takes over the members of a cluster that was solved as a pair, as most are, so that both are solved at
+// once, without another round. Returns the slot of the first one, or kInvalidIndex if it was not a pair, or
+// no longer. Called by one thread.
+__device__ inline std::uint32_t absorb_pair(const StepContext& step, std::uint32_t pair, std::uint32_t into) {
+  const StepMemory& memory = step.memory;
+  Cluster& absorbed = cluster_of(step, pair);
+  if (atomicCAS(&absorbed.solution, kSolvedAsPair, kUnsolved) != kSolvedAsPair) return kInvalidIndex;
+  const std::uint32_t first = absorbed.members;
+  absorbed.members = kInvalidIndex;
+  absorbed.parent = into;
+  std::uint32_t m = first;
+  for (unsigned k = 0; k < 2 && m != kInvalidIndex; ++k, m = memory.members[m].next)
+    memory.owner[memory.members[m].index] = into;
+  return first;
+}
+
+// A trajectory of another lane.
+__device__ __forceinline__ Trajectory of_lane(const Trajectory& trajectory, unsigned lane) {
+  const auto from = [&](auto value) { return __shfl_sync(kWholeWarp, value, lane); };
+  return {{from(trajectory.anchor.x), from(trajectory.anchor.y)},
+          {from(trajectory.velocity.x), from(trajectory.velocity.y)},
+          from(trajectory.tick)};
 }
 
 // A parcel before the window's events, without its next event.
@@ -80,10 +105,13 @@ __device__ __forceinline__ Member member_at_start(const StepContext& step, std::
   return member;
 }
 
-// Called by one thread of a solver at its end.
-__device__ inline void note_solved(const StepContext& step, std::uint32_t num_events) {
-  atomicMax(&step.state.round_events, num_events);
-  atomicAdd(&step.state.num_events_solved, static_cast<unsigned long long>(num_events));
+// Called by one thread of a solver at its end. num_events: of the cluster. num_tried: in all attempts.
+__device__ inline void note_solved(const StepContext& step, std::uint32_t num_events,
+                                   std::uint32_t num_tried) {
+  ExactState& state = step.state;
+  if (num_events > state.largest_cluster) atomicMax(&state.largest_cluster, num_events);
+  atomicMax(&state.round_events, num_tried);
+  atomicAdd(&state.num_events_solved, static_cast<unsigned long long>(num_tried));
 }
 
 // Called by one thread of a solver whose cluster has too many events before that tick.

@@ -33,9 +33,7 @@ class WarpMembers {
     return {from(value.x, lane), from(value.y, lane)};
   }
   static __device__ __forceinline__ Trajectory from(const Trajectory& trajectory, unsigned lane) {
-    return {from(trajectory.anchor, lane),
-            {from(trajectory.velocity.x, lane), from(trajectory.velocity.y, lane)},
-            from(trajectory.tick, lane)};
+    return of_lane(trajectory, lane);
   }
   static __device__ __forceinline__ Event from(const Event& event, unsigned lane) {
     return {from(event.tick, lane), from(event.partner, lane), from(event.partner_id, lane),
@@ -103,17 +101,7 @@ class WarpMembers {
   // clusters are: then both are solved at once, without another round. Returns whether it did.
   __device__ __forceinline__ bool absorb(std::uint32_t& list) {
     std::uint32_t absorbed = kInvalidIndex;
-    if (lane_ == 0 && other_ != cluster_) {
-      Cluster& other = cluster_of(step_, other_);
-      if (atomicCAS(&other.solution, kSolvedAsPair, kUnsolved) == kSolvedAsPair) {
-        absorbed = other.members;
-        other.members = kInvalidIndex;
-        other.parent = cluster_;
-        std::uint32_t m = absorbed;
-        for (unsigned k = 0; k < 2 && m != kInvalidIndex; ++k, m = memory_.members[m].next)
-          memory_.owner[memory_.members[m].index] = cluster_;
-      }
-    }
+    if (lane_ == 0 && other_ != cluster_) absorbed = absorb_pair(step_, other_, cluster_);
     absorbed = from(absorbed, 0);
     if (absorbed == kInvalidIndex) return false;
     write_members(absorbed);
@@ -139,7 +127,7 @@ class WarpMembers {
       cluster.solution = solved ? kSolved : kUnsolved;
       cluster.attempt = attempt_;
       cluster.tally = tally_;
-      note_solved(step_, tally_.num_events);
+      note_solved(step_, tally_.num_events, tally_.num_events);
       if (solved) {
         if (tally_.fastest2 > 0.0F)
           atomicMax(&step_.state.fastest_after_bits, __float_as_uint(tally_.fastest2));

@@ -33,7 +33,7 @@ class WarpPredictions : protected WarpMembers {
         MemberSearch::around<kBoundary>(step_, subject.here, subject.body.trajectory, subject.fastest_mps);
     SearchBox box = box_around<kBoundary>(step_.launch.space, subject.here, near.reach);
     if (!subject.is_there || num_members == 0) box.num_ranges = 0;
-    HalfWarpCursor<kAhead> cursor(step_.launch.space, box);
+    CandidateCursor<kHalfWarp, kAhead> cursor(step_.launch.space, box);
     bool is_at_ball =
         subject.is_there && c_.plan.ball != BallRole::absent && step_.is_near_ball<kBoundary>(subject.here);
     bool may_meet_ball = false, is_stale = false;
@@ -114,7 +114,7 @@ class WarpPredictions : protected WarpMembers {
   // Lists the next candidates of the cursor that may collide with the subject.
   template <Boundary kBoundary>
   __device__ __forceinline__ void list_near(const MemberSearch& near, const Subject& subject,
-                                            HalfWarpCursor<kAhead>& cursor, unsigned& num_near) {
+                                            CandidateCursor<kHalfWarp, kAhead>& cursor, unsigned& num_near) {
     std::uint32_t candidates[kAhead], owner[kAhead];
     Vec2i there[kAhead];
     Vec2f velocity[kAhead];

@@ -213,7 +213,7 @@ struct ExactState {
   std::uint32_t stopped_at = 0;     // the first tick at which a cluster had too many
   std::uint32_t too_fast_bits = 0;  // speed of the ball's surface above the assumed bound, float, m/s
   std::uint32_t fastest_after_bits = 0;      // square of the parcels' largest speed after an event, float
-  std::uint32_t round_events = 0;            // events of the largest cluster in the round
+  std::uint32_t round_events = 0;            // of the cluster with the most in the round, in all attempts
   std::uint32_t serial_events = 0;           // the same, summed over rounds
   unsigned long long num_events_before = 0;  // num_events at the window's start
   std::uint32_t num_representatives = 0;
