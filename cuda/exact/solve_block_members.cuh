@@ -59,9 +59,8 @@ struct BlockMembers {
   BlockSpace& space;
   std::uint32_t cluster = 0;
   std::uint32_t attempt = 0;
-  std::uint32_t num_segments = 0,
-                num_neighbour_pairs = 0;  // in the block's slices before; of the first thread
-  std::uint32_t num_events_before = 0;    // in the attempts before
+  std::uint32_t num_segments = 0, num_neighbour_pairs = 0;  // in the slices at the start; of the first thread
+  std::uint32_t num_events_before = 0;                      // in the attempts before
   ClusterTally tally;  // of the first warp's lanes: hits, and the largest speed; the rest of the first thread
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
@@ -123,8 +122,8 @@ struct BlockMembers {
   // After a conflict: takes over the members of the other cluster, if that was solved as a pair and little is
   // lost by beginning anew. Returns whether it did; all members must be loaded again then.
   __device__ __forceinline__ bool absorb() {
-    constexpr std::uint32_t kMaxEvents = 64;  // in all attempts
-    if (num_events_before + tally.num_events > kMaxEvents || attempt % kMaxAttemptsInRound > kMaxEvents)
+    constexpr std::uint32_t kMaxEvents = 64, kMaxAttempts = 64;  // of the round; an attempt may have no event
+    if (num_events_before + tally.num_events > kMaxEvents || attempt % kMaxAttemptsInRound > kMaxAttempts)
       return false;
     if (leads()) {
       space.joined = kInvalidIndex;

@@ -16,7 +16,6 @@ class BlockPredictions {
  protected:
   __device__ __forceinline__ BlockPredictions(const StepContext& step, BlockSpace& space, BlockCounts& counts)
       : step_(step),
-        memory_(step.memory),
         c_(step.c),
         state_(step.state),
         space_(space),
@@ -297,7 +296,6 @@ class BlockPredictions {
 
  protected:
   const StepContext& step_;
-  const StepMemory& memory_;
   const ExactConstants& c_;
   ExactState& state_;
   BlockSpace& space_;

@@ -1,7 +1,5 @@
 #include "app/energy_watch.hpp"
 
-#include "app/live_accuracy.hpp"
-
 namespace pf {
 
 double EnergyWatch::follow(const FrameView& view, const StepTotals& frame, Backend& backend) {
@@ -9,10 +7,9 @@ double EnergyWatch::follow(const FrameView& view, const StepTotals& frame, Backe
   constexpr int kFrames = 30;                                                 // from one look to the next
   const bool is_held = view.physics->ball.exists && view.physics->ball.held;  // it may drive the gas
   if (frame.max_overlap_diameters < kDeep || is_held || view.mid_step) return 0.0;
-  const Settings settings = relevant_settings(*view.settings);
-  if (!start_ || start_->num_flights != view.num_flights || start_->num_scenes != view.num_scenes ||
-      start_->settings != settings) {
-    start_ = {settings, view.num_flights, view.num_scenes, backend.measure().energy_j(), false, 0};
+  const FlightKey key = key_of(view);
+  if (!start_ || start_->key != key) {
+    start_ = {key, backend.measure().energy_j()};
     return 0.0;
   }
   if (start_->has_told || ++start_->num_frames % kFrames != 0) return 0.0;

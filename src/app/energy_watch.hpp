@@ -5,7 +5,7 @@
 
 #include <optional>
 
-#include "app/simulation.hpp"
+#include "app/live_accuracy.hpp"
 
 namespace pf {
 
@@ -22,9 +22,7 @@ class EnergyWatch {
 
  private:
   struct Start {
-    Settings settings;  // relevant ones
-    std::int64_t num_flights = 0;
-    std::int64_t num_scenes = 0;
+    FlightKey key;
     double energy_j = 0.0;
     bool has_told = false;
     int num_frames = 0;  // with deep overlaps

@@ -13,10 +13,7 @@ namespace {
 
 constexpr double kPeriod_ms = 250.0;
 
-double length(Vec2d v) { return std::sqrt(dot(v, v)); }
-
-}  // namespace
-
+// The settings without those that affect neither state nor error.
 Settings relevant_settings(Settings s) {
   const Settings plain;
   s.time_scale = plain.time_scale;
@@ -30,12 +27,18 @@ Settings relevant_settings(Settings s) {
   return s;
 }
 
+double length(Vec2d v) { return std::sqrt(dot(v, v)); }
+
+}  // namespace
+
+FlightKey key_of(const FrameView& view) {
+  return {relevant_settings(*view.settings), view.num_flights, view.num_scenes};
+}
+
 void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
-  const Settings settings = relevant_settings(*view.settings);
-  const bool continues = start_ && start_->num_flights == view.num_flights &&
-                         start_->num_scenes == view.num_scenes && start_->settings == settings;
-  if (!continues) {
-    start_ = {settings, view.num_flights, view.num_scenes, backend.measure(), view.simulated_s, view.totals};
+  const FlightKey key = key_of(view);
+  if (!start_ || start_->key != key) {
+    start_ = {key, backend.measure(), view.simulated_s, view.totals};
     readout_ = {};
     measured_ = Clock::now();
     measured_at_s_ = view.simulated_s;

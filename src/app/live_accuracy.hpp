@@ -26,8 +26,14 @@ struct AccuracyReadout {
   std::uint64_t num_retried_steps = 0;  // of method exact
 };
 
-// The settings without those that affect neither state nor error: changes of these restart no figures.
-Settings relevant_settings(Settings settings);
+// A flight in which nothing was changed that affects state or error. Another one restarts figures.
+struct FlightKey {
+  Settings settings;  // relevant ones
+  std::int64_t num_flights = 0;
+  std::int64_t num_scenes = 0;
+  bool operator==(const FlightKey&) const = default;
+};
+FlightKey key_of(const FrameView& view);
 
 // Measures four times a second, since a measurement is a pass over all parcels, and only while the figures
 // are shown.
@@ -41,9 +47,7 @@ class LiveAccuracy {
 
  private:
   struct Start {
-    Settings settings;  // relevant ones
-    std::int64_t num_flights = 0;
-    std::int64_t num_scenes = 0;
+    FlightKey key;
     Measures measures;
     double simulated_s = 0.0;
     StepTotals totals;

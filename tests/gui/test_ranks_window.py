@@ -11,14 +11,10 @@ import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
 from test_ranks import ENVIRONMENT, skip_without_mpi  # noqa: E402
+from bench import check  # noqa: E402
 from window import Screen, Window, skip_if_missing  # noqa: E402
 
 LIMIT_S = 60
-
-
-def check(holds, text):
-    print(("ok: " if holds else "NOT: ") + text)
-    assert holds, text
 
 
 def fly_by_hand(program, screen, folder):

@@ -83,7 +83,8 @@ class Window:
         defaults = [("--size", "800x700")] + [("-p", "2000")] * fresh  # a run that goes on has its parcels
         usual = [part for flag, value in defaults if flag not in words
                  for part in (flag, value)]
-        command = [*launcher, program, "run", *usual, "--panel-map", str(self.map_file), "--report", str(self.report_file), *words]
+        files = ["--panel-map", str(self.map_file), "--report", str(self.report_file)]
+        command = [*launcher, program, "run", *usual, *files, *words]
         self.process = subprocess.Popen(command, env=self.environment)
         self.search = ("--name", ".") if launcher else ("--pid", str(self.process.pid))
         wait_for("panel map", lambda: self.is_running() and self.map_file.exists())
