@@ -22,12 +22,20 @@ __global__ void scatter_kernel(const SortKeys keys, const std::uint32_t* cell_st
                                const ParcelPointers from, const ParcelPointers to, std::uint32_t n) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   if (i >= n) return;
-  const std::uint32_t place = cell_start[keys.key[i]] + keys.rank[i];
+  const std::uint32_t key = keys.key[i];
+  if (key == kNoCell) return;
+  const std::uint32_t place = cell_start[key] + keys.rank[i];
   to.position[place] = from.position[i];
   to.velocity[place] = from.velocity[i];
   to.id[place] = from.id[i];
   if (from.tick != nullptr) to.tick[place] = from.tick[i];
   if (from.last_contact_tick != nullptr) to.last_contact_tick[place] = from.last_contact_tick[i];
+}
+
+__global__ void update_indices_kernel(const SortKeys keys, const std::uint32_t* cell_start,
+                                      std::uint32_t* index, std::uint32_t num) {
+  const std::uint32_t k = blockIdx.x * kBlock + threadIdx.x;
+  if (k < num) index[k] = cell_start[keys.key[index[k]]] + keys.rank[index[k]];
 }
 
 std::size_t num_cell_starts(std::uint32_t capacity) {
@@ -82,8 +90,15 @@ void DeviceCellSort::sum_counts(const GridShape& grid, cudaStream_t stream) {
 
 void DeviceCellSort::scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t n,
                              cudaStream_t stream) {
+  if (n == 0) return;
   scatter_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys(), cell_start_.data(), from, to, n);
   PF_LAUNCHED("scatter_kernel");
+}
+
+void DeviceCellSort::update_indices(std::uint32_t* index, std::uint32_t num, cudaStream_t stream) const {
+  if (num == 0) return;
+  update_indices_kernel<<<blocks_for(num), kBlock, 0, stream>>>(keys(), cell_start_.data(), index, num);
+  PF_LAUNCHED("update_indices_kernel");
 }
 
 }  // namespace pf

@@ -8,9 +8,12 @@
 
 namespace pf {
 
+// Key of parcels that a sort leaves out.
+constexpr std::uint32_t kNoCell = UINT32_MAX;
+
 // What a sort is told about each parcel, n entries each.
 struct SortKeys {
-  std::uint32_t* key = nullptr;   // its cell
+  std::uint32_t* key = nullptr;   // its cell, or kNoCell
   std::uint32_t* rank = nullptr;  // how many of that cell were counted before it
   std::uint32_t* num = nullptr;   // parcels counted so far, by cell
 };
@@ -63,6 +66,9 @@ class DeviceCellSort {
   // Copies parcels to their places, retired ones last. from and to must not overlap.
   void scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
                cudaStream_t stream);
+  // Turns indices of before the scatter, `num` in device memory, into those after it. Before the next
+  // begin().
+  void update_indices(std::uint32_t* index, std::uint32_t num, cudaStream_t stream) const;
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;

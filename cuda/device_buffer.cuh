@@ -36,6 +36,33 @@ class DeviceBuffer {
   std::size_t count_ = 0;
 };
 
+// Uninitialised page-locked array of capacity() elements on the host; move-only.
+template <class T>
+class PinnedBuffer {
+ public:
+  PinnedBuffer() = default;
+  explicit PinnedBuffer(std::size_t count) : count_(count) {
+    if (count > 0) PF_CUDA(cudaMallocHost(&data_, count * sizeof(T)));
+  }
+  ~PinnedBuffer() { cudaFreeHost(data_); }
+  PinnedBuffer(PinnedBuffer&& o) noexcept { swap(o); }
+  PinnedBuffer& operator=(PinnedBuffer&& o) noexcept {
+    swap(o);
+    return *this;
+  }
+
+  T* data() const { return data_; }
+  std::size_t capacity() const { return count_; }
+  void swap(PinnedBuffer& o) noexcept {
+    std::swap(data_, o.data_);
+    std::swap(count_, o.count_);
+  }
+
+ private:
+  T* data_ = nullptr;
+  std::size_t count_ = 0;
+};
+
 // One page-locked T on the host.
 template <class T>
 class PinnedValue {

@@ -8,6 +8,10 @@
 
 namespace pf {
 
+// Bit of an id that marks the copy of a parcel of another domain (cuda/domains): it touches, but does not
+// move.
+constexpr std::uint32_t kCopyBit = 1U << 31;
+
 // Parcels in memory order, n entries each; by value to kernels.
 struct ParcelPointers {
   Vec2i* position = nullptr;

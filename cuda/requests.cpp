@@ -8,12 +8,6 @@
 namespace pf {
 namespace {
 
-// Width of the cells, and widest reach of the search box before parcels are sorted again, in contact
-// distances. Measured on an H200, area fraction 0.2, ns per parcel-step at 10^7: width 1.4 and reach 2.0
-// 0.057, 2.0 and 2.5 0.052, 2.5 and 2.5 0.051, 3.0 and 2.5 0.053.
-constexpr double kCellWidth = 2.5;
-constexpr double kWidestReach = 2.5;
-
 // Expected displacement in a step, position units: a tenth more than the largest one in the last step; at
 // first that of a parcel at 4.5 standard deviations of the speed.
 std::int64_t displacement_in_step(const StepConstants& constants, const StepState& state) {
@@ -28,12 +22,12 @@ std::int64_t displacement_in_step(const StepConstants& constants, const StepStat
 // decides on speed only, since the kernel searches as far as parcels have really moved.
 bool CudaBackend::sort_is_due(const StepConstants& constants) const {
   return !sorted_ || static_cast<double>(constants.contact_reach + expected_displacement_) >
-                         kWidestReach * constants.contact_distance;
+                         kWidestStepReach * constants.contact_distance;
 }
 
 void CudaBackend::sort(const StepConstants& constants) {
   const GridShape grid = choose_grid(physics_.world, num_parcels_,
-                                     {kCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
+                                     {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::sort);

@@ -19,8 +19,8 @@
 #include "app/report.hpp"
 #include "app/simulation.hpp"
 #include "app/sweep.hpp"
-#include "backend/domains/domain_backend.hpp"
 #include "backend/domains/rank_threads.hpp"
+#include "backends.hpp"
 #include "core/error.hpp"
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
@@ -29,8 +29,6 @@
 #include "scene/scene_file.hpp"
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
-#include "cuda/cuda_backend.hpp"
-#include "cuda/cuda_devices.hpp"
 #include "cuda/gl/gl_interop.hpp"
 #include "view/host_draw_target.hpp"
 #endif
@@ -39,55 +37,6 @@ namespace pf {
 namespace {
 
 void announce(const std::string& line) { fmt::print(stderr, "{}\n", line); }
-
-// Reason why there is no CUDA device, or "".
-std::string cuda_obstacle() {
-#if PF_HAVE_CUDA
-  std::string why;
-  return num_cuda_devices(&why) > 0 ? "" : "no CUDA device (" + (why.empty() ? "none found" : why) + ")";
-#else
-  return "this build has no CUDA backend";
-#endif
-}
-
-#if PF_HAVE_CUDA
-int num_gpus() { return std::max(1, num_cuda_devices()); }
-std::unique_ptr<Backend> cuda_backend_on(int device) { return make_cuda_backend(device); }
-#else
-int num_gpus() { return 1; }
-std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build has no CUDA backend"); }
-#endif
-
-// Domains on the processor, of this process and others.
-std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ranks) {
-  const unsigned num = options.domains > 0 ? static_cast<unsigned>(options.domains) : ranks.num();
-  if (num > kMaxDomains)
-    throw UserError(fmt::format("mpirun: {} processes; give at most {}", num, kMaxDomains));
-  if (num % ranks.num() != 0) {
-    throw UserError(fmt::format("--domains: {} is not a multiple of the {} processes of mpirun; give {}", num,
-                                ranks.num(), ranks.num() * std::max(1U, num / ranks.num())));
-  }
-  return make_domain_backend(ranks.carrier(), num, static_cast<unsigned>(options.settings.threads));
-}
-
-std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks) {
-  if (options.cuda && ranks.num() > 1)
-    throw UserError("mpirun: its processes compute on processors only; leave out --cuda or mpirun");
-  if (ranks.num() > 1 || options.domains > 1) return domain_backend(options, ranks);
-  if (options.cuda) {
-    std::string obstacle = cuda_obstacle();
-    try {
-      if (obstacle.empty()) return cuda_backend_on(cuda_device);
-    } catch (const DeviceError& error) {
-      obstacle = error.what();
-    }
-    if (options.cuda_no_fallback) {
-      throw DeviceError("--cuda-no-fallback: " + obstacle + "; leave it out to fall back to the CPU");
-    }
-    announce("--cuda: " + obstacle + "; falling back to the CPU");
-  }
-  return make_cpu_backend(static_cast<unsigned>(options.settings.threads));
-}
 
 // The device on which GL draws, so that buffers can be shared. 0 if unknown.
 int device_for(const GlContextInfo& info) {
@@ -100,7 +49,7 @@ int device_for(const GlContextInfo& info) {
 void set_draw_target(const Options& options, [[maybe_unused]] const Backend& backend,
                      [[maybe_unused]] StageHooks& hooks) {
 #if PF_HAVE_CUDA
-  if (backend.name() == "cuda") {
+  if (backend.name() == "cuda" && backend.num_domains() == 1) {
     hooks.max_parcels = 1'000'000'000;
     hooks.make_draw_target = [kind = options.draw_target](const std::string& running) {
       return running == "cuda" ? make_cuda_draw_target(kind)
@@ -151,7 +100,7 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   std::unique_ptr<Backend> backend = choose_backend(options, device, ranks);
   set_draw_target(options, *backend, hooks);
   const std::string device_name = backend->device();
-  const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback;
+  const bool may_fall_back = backend->name() != "cpu" && !options.cuda_no_fallback && ranks.num() == 1;
   const RunState* start = options.data.start.get();
   Simulation simulation =
       start ? Simulation(*start, std::move(backend)) : Simulation(options.settings, std::move(backend));
@@ -322,7 +271,7 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
     return 2;
   } catch (const DeviceError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
-    return 3;
+    return ranks.fail(3);
   } catch (const std::bad_alloc&) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
@@ -339,10 +288,12 @@ int main(int argc, char** argv) {
   try {
     pf::Ranks ranks(argc, argv);
     if (ranks.leads()) return pf::run_all(argc, argv, ranks);
-    return ranks.serve([&] {  // with the same arguments
-      const pf::Options options = *pf::parse_options(argc, argv).options;
-      pf::help_run_lab(options.lab, pf::lab_machine(options, ranks));
-    });
+    return ranks.serve(
+        [&] {  // with the same arguments
+          const pf::Options options = *pf::parse_options(argc, argv).options;
+          pf::help_run_lab(options.lab, pf::lab_machine(options, ranks));
+        },
+        pf::find_domain_gpus);
   } catch (const pf::UserError& error) {
     fmt::print(stderr, "pickleflight: {}\n", error.what());
     return 2;

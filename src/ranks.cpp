@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "mpi/launcher.hpp"
@@ -57,13 +56,13 @@ Ranks::~Ranks() {
 }
 
 // The first rank ends a run in its own time, so the others heed no signal that the launcher hands on.
-int Ranks::serve(const std::function<void()>& other_work) {
+int Ranks::serve(const std::function<void()>& other_work, const FindDomainGpus& find_gpus) {
   if (!are_alike_) return 0;  // the first rank says so
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
   std::string error;
   try {
-    while (serve_domains(*carrier_) == Served::asked_to_leave) other_work();
+    while (serve_domains(*carrier_, find_gpus) == Served::asked_to_leave) other_work();
     return 0;
   } catch (const std::bad_alloc&) {
     error = "out of memory; give fewer parcels (-p)";

@@ -19,7 +19,7 @@ constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 template <class Contact, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
                       DeviceTally& tally) {
-  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
+  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j] & ~kCopyBit};
   const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
   add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
 }
@@ -66,7 +66,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
 template <class Contact, bool kBall, Boundary kBoundary>
 __device__ Parcel step_parcel(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
                               DeviceTally& tally) {
-  if (is_retired(self.position)) return self;
+  if (is_retired(self.position) || (self.id & kCopyBit) != 0) return self;
   const StepConstants& c = launch.constants;
   const StepState& state = *launch.state;
   ContactSums sums;

@@ -14,6 +14,12 @@
 
 namespace pf {
 
+// Width of the cells, and widest reach of the search box before a sort pays off, in contact distances.
+// Measured on an H200, area fraction 0.2, ns per parcel-step at 10^7: width 1.4 and reach 2.0 0.057, 2.0 and
+// 2.5 0.052, 2.5 and 2.5 0.051, 3.0 and 2.5 0.053.
+constexpr double kStepCellWidth = 2.5;
+constexpr double kWidestStepReach = 2.5;
+
 struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;

@@ -211,8 +211,6 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
   check_sweep(typed, options);
   if (typed.domains) options.domains = whole_number("--domains", *typed.domains, 1, kMaxDomains);
-  if (options.domains > 1 && options.cuda)
-    throw UserError("--domains: domains are on processors only; leave out --domains or --cuda");
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
   options.accuracy = accuracy_wish(typed);

@@ -117,11 +117,9 @@ def refusals(bench):
             check(part in lines[0], f"   names {part!r}")
 
     refused(("run.method: exact", "impulse or spring"), 2, *COURT, "--method", "exact")
-    refused(("leave out --cuda",), 2, *COURT, "--cuda")
     refused(("not a multiple of the 2", "give 2"), 2, *COURT, "--domains", "3")
     refused(("64 slabs", "give at most"), 0, *COURT, "--domains", "64")
     refused(("1 to 64",), 0, *COURT, "--domains", "65")
-    refused(("leave out --domains or --cuda",), 0, *COURT, "--domains", "2", "--cuda")
     refused(("leave out mpirun",), 2, "bench", "--sweep")
     refused(("is not a scene",), 2, "run", "--scene", "cour")
 

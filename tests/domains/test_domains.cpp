@@ -192,13 +192,14 @@ TEST(Slabs, CoverTheWorldOnce) {
         const auto last = static_cast<std::int32_t>(slabs.edge(k + 1) - 1);
         EXPECT_EQ(slabs.owner(first), k);
         EXPECT_EQ(slabs.owner(last), k);
-        EXPECT_EQ(slabs.distance(first, k), 0);
+        EXPECT_EQ(slabs.distance(first, slabs.span(k)), 0);
         if (k > 0) {
-          EXPECT_EQ(slabs.distance(first - 10, k), 10);
+          EXPECT_EQ(slabs.distance(first - 10, slabs.span(k)), 10);
         }
       }
       const bool wraps = boundary == Boundary::periodic && num > 1;
-      EXPECT_EQ(slabs.distance(-kHalfSide, num - 1), wraps || num == 1 ? 0 : slabs.edge(num - 1) + kHalfSide);
+      EXPECT_EQ(slabs.distance(-kHalfSide, slabs.span(num - 1)),
+                wraps || num == 1 ? 0 : slabs.edge(num - 1) + kHalfSide);
     }
   }
 }

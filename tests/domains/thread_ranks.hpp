@@ -98,16 +98,17 @@ class ThreadCarrier final : public Carrier {
   unsigned rank_, num_ranks_;
 };
 
-// Ranks 1 to num_ranks - 1 serve until the end of this object. Its backends must end before it.
+// Ranks 1 to num_ranks - 1 serve until the end of this object. Its backends must end before it. find_gpus: of
+// each rank; none for processors.
 class ThreadRanks {
  public:
-  explicit ThreadRanks(unsigned num_ranks) {
+  explicit ThreadRanks(unsigned num_ranks, const FindDomainGpus& find_gpus = {}) : find_gpus_(find_gpus) {
     const auto mail = std::make_shared<Mail>();
     first_ = std::make_shared<ThreadCarrier>(mail, 0, num_ranks);
     for (unsigned rank = 1; rank < num_ranks; ++rank) {
       others_.emplace_back([=] {
         ThreadCarrier carrier(mail, rank, num_ranks);
-        serve_domains(carrier);
+        serve_domains(carrier, find_gpus);
       });
     }
   }
@@ -116,10 +117,11 @@ class ThreadRanks {
   ~ThreadRanks() { end_domains(*first_); }
 
   std::unique_ptr<Backend> make_backend(unsigned num_domains) {
-    return make_domain_backend(first_, num_domains, 1);
+    return make_domain_backend(first_, num_domains, 1, find_gpus_ ? find_gpus_() : nullptr);
   }
 
  private:
+  FindDomainGpus find_gpus_;
   std::shared_ptr<Carrier> first_;
   std::vector<std::jthread> others_;
 };

@@ -35,9 +35,11 @@ MAY_INCLUDE = {
     "view": {"core", "model", "scene", "backend", "app", "data"},
     "cuda": {"core", "model", "model/exact", "backend", "backend/exact", "cuda/time_step", "cuda/exact"},
     "cuda/time_step": {"core", "model", "backend", "cuda"},
+    "cuda/domains": {"core", "model", "backend", "backend/domains", "backend/time_step", "cuda", "cuda/time_step"},
     "cuda/exact": {"core", "model", "model/exact", "backend", "backend/exact", "cuda", "cuda/time_step"},
     "cuda/gl": {"core", "backend", "cuda", "view"},
-    ".": {"core", "scene", "backend", "app", "data", "lab", "view", "cuda", "cuda/gl", "backend/domains", "mpi"},
+    ".": {"core", "scene", "backend", "app", "data", "lab", "view", "cuda", "cuda/gl", "cuda/domains", "backend/domains",
+          "mpi"},
 }
 
 MAX_FILE_LINES = 350

@@ -1,4 +1,4 @@
-// One slab of the world and its parcels, on the CPU.
+// One slab of the world and its parcels, on a processor or a GPU.
 //
 // Parcels of other slabs that lie within a margin of this one are copied into it when all slabs are sorted,
 // and their motion is brought up to date before every step. A parcel's step then reads all its partners here.
@@ -7,12 +7,15 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "backend/cpu_tally.hpp"
 #include "backend/domains/slabs.hpp"
-#include "backend/draw_buffers.hpp"
-#include "backend/profile.hpp"
 #include "backend/time_step/time_stepper.hpp"
+#include "core/timing.hpp"
 #include "model/parcel.hpp"
 
 namespace pf {
@@ -25,64 +28,53 @@ struct ParcelMotion {
 
 class Domain {
  public:
-  // index: of the slab. team must outlive it.
-  Domain(unsigned index, ThreadTeam& team);
-  Domain(const Domain&) = delete;
-  Domain& operator=(const Domain&) = delete;
+  virtual ~Domain() = default;
 
   // Removes all parcels, and makes room for `num`; adopt() takes others.
-  void clear(const Slabs& slabs, std::size_t num);
+  virtual void clear(const Slabs& slabs, std::size_t num) = 0;
 
   // The sort of all slabs, in this order.
   // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies.
-  void release(std::vector<std::vector<Parcel>>& out);
+  virtual void release(std::vector<std::vector<Parcel>>& out) = 0;
   // 2. Takes over those of other slabs.
-  void adopt(const std::vector<Parcel>& parcels);
+  virtual void adopt(const std::vector<Parcel>& parcels) = 0;
   // 3. Copies parcels within `margin` of another slab, position units, to out[slab].
-  void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out);
+  virtual void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) = 0;
   // 4. Takes the copies of another slab's parcels; slabs in order.
-  void add_copies(unsigned slab, const std::vector<Parcel>& parcels);
-  // 5. Uses all threads of the team, which the other functions leave alone.
-  void sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times);
+  virtual void add_copies(unsigned slab, const std::vector<Parcel>& parcels) = 0;
+  // 5. Sorts parcels and copies by cell. Of all functions only this one and start() may use all threads of
+  // the process. Returns the displacement along an axis, position units, from which on a sort pays off.
+  virtual std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) = 0;
   // 6. Drops what was let go, and notes where the copies, and the parcels that others copied, are now.
-  void find_borders();
+  virtual void find_borders() = 0;
 
-  // Motion of the parcels that another slab has copies of, in the order of copy_margins.
-  void pack(unsigned slab, std::vector<ParcelMotion>& out) const;
-  void unpack(unsigned slab, const std::vector<ParcelMotion>& in);
+  // Motion of the parcels that another slab has copies of, in the order of copy_margins. After a step.
+  virtual void pack(unsigned slab, std::vector<ParcelMotion>& out) const = 0;
+  virtual void unpack(unsigned slab, const std::vector<ParcelMotion>& in) = 0;
 
-  TimeStepper& stepper() { return stepper_; }
+  // One step of all own parcels. A GPU works on it until finish(), which must come before anything else.
+  virtual void start(const TimeStep& step) = 0;
+  virtual CpuTally finish() = 0;
+  // Notes that a parcel of any slab may have moved so far along an axis in the last step, position units.
+  virtual void add_displacement(std::int32_t units) = 0;
 
-  // Own parcels only. Order: that of memory.
-  template <class Visit>
-  void visit(const Visit& see) const {
-    for (std::size_t i = 0; i < parcels_.size(); ++i) {
-      if (!parcels_.is_copy(i))
-        see(Parcel{parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.id[i]});
-    }
-  }
-  std::uint64_t memory_bytes() const;
+  // Own parcels only, in any order.
+  virtual void visit(const std::function<void(const Parcel&)>& see) const = 0;
+  virtual std::uint64_t memory_bytes() const = 0;
+};
 
- private:
-  // With one other slab. Before the sort the lists hold slots, after it places in memory.
-  struct Border {
-    std::vector<std::uint32_t> sent;    // own parcels
-    std::vector<std::uint32_t> copies;  // the other slab's
-  };
+// The GPUs of this machine, for domains.
+class DomainGpus {
+ public:
+  virtual ~DomainGpus() = default;
 
-  void start_appending(std::size_t num);
-  void append(const Parcel& parcel, std::uint32_t slot);
-  void finish_appending();
-  void drop();
-
-  unsigned index_;
-  Slabs slabs_;
-  ThreadTeam& team_;
-  SortedParcels parcels_;
-  TimeStepper stepper_{team_, parcels_};
-  std::vector<Border> borders_;       // one for each slab
-  std::uint32_t num_slots_ = 0;       // counted from 1
-  std::vector<std::uint32_t> place_;  // of each slot after the sort; [0] is not used
+  virtual std::string name() const = 0;  // for the report
+  // Throws UserError if so many parcels of this process do not fit. held_bytes: what its domains hold now.
+  virtual void check_room(std::size_t num_parcels, std::uint64_t held_bytes) const = 0;
+  // Domain of slab `index`. place: its number among the domains of this machine, which take the GPUs in turn.
+  virtual std::unique_ptr<Domain> make(unsigned index, unsigned place) = 0;
+  // See Backend; of all GPUs that have domains of this process.
+  virtual double measure_copy_bandwidth(std::size_t num_bytes) = 0;
 };
 
 }  // namespace pf

@@ -13,14 +13,20 @@ namespace {
 
 class DomainBackend final : public Backend {
  public:
-  DomainBackend(std::shared_ptr<Carrier> carrier, unsigned num_domains, unsigned num_threads)
+  DomainBackend(std::shared_ptr<Carrier> carrier, unsigned num_domains, unsigned num_threads,
+                std::shared_ptr<DomainGpus> gpus)
       : carrier_(std::move(carrier)),
         num_domains_(num_domains),
-        group_(*carrier_, num_domains, threads_of_rank(*carrier_, num_threads)) {
-    order(Message().put(Order::open).put(num_domains).put(num_threads));
+        gpus_(std::move(gpus)),
+        group_(*carrier_, num_domains, threads_of_rank(*carrier_, num_threads), gpus_.get()) {
+    order(Message()
+              .put(Order::open)
+              .put(num_domains)
+              .put(num_threads)
+              .put<std::uint8_t>(gpus_ != nullptr ? 1 : 0));
   }
 
-  std::string name() const override { return "cpu"; }
+  std::string name() const override { return gpus_ != nullptr ? "cuda" : "cpu"; }
   std::string device() const override;
   unsigned num_domains() const override { return num_domains_; }
   double share_here() const override {
@@ -32,7 +38,8 @@ class DomainBackend final : public Backend {
            "impulse or spring, or leave out --domains and mpirun";
   }
   std::unique_ptr<Backend> with_threads(unsigned num_threads) const override {
-    return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads);
+    if (gpus_ != nullptr) return nullptr;
+    return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads, nullptr);
   }
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
@@ -84,6 +91,12 @@ class DomainBackend final : public Backend {
   }
 
  private:
+  // By the GPUs of this rank, before the other ranks hear of anything.
+  void check_room(std::size_t num_parcels) const {
+    if (gpus_ == nullptr) return;
+    const unsigned num_ranks = carrier_->num_ranks();
+    gpus_->check_room(num_parcels / num_ranks, group_.memory_bytes() / num_ranks);
+  }
   void order(Message& message) { carrier_->broadcast(message.bytes()); }
   void order(Message&& message) { order(message); }
   void take_snapshot(ParcelSnapshot& to) {
@@ -93,6 +106,7 @@ class DomainBackend final : public Backend {
 
   std::shared_ptr<Carrier> carrier_;
   unsigned num_domains_;
+  std::shared_ptr<DomainGpus> gpus_;  // null: on processors
   DomainGroup group_;
   Physics physics_;
   double exact_s_ = 0.0;  // of a state that was resumed
@@ -102,10 +116,12 @@ class DomainBackend final : public Backend {
 std::string DomainBackend::device() const {
   const unsigned num_ranks = carrier_->num_ranks();
   const std::string ranks = num_ranks > 1 ? fmt::format("{} processes of ", num_ranks) : "";
-  return fmt::format("{} domains, {}{}", num_domains_, ranks, processor_with_threads(group_.num_threads()));
+  const std::string device = gpus_ != nullptr ? gpus_->name() : processor_with_threads(group_.num_threads());
+  return fmt::format("{} domains, {}{}", num_domains_, ranks, device);
 }
 
 void DomainBackend::reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) {
+  check_room(plan.num_parcels);
   physics_ = physics;
   exact_s_ = 0.0;
   Message message;
@@ -134,6 +150,7 @@ void DomainBackend::save(BackendState& state) {
 }
 
 void DomainBackend::resume(const Physics& physics, const BackendState& state) {
+  check_room(state.parcels.position.size());
   physics_ = physics;
   exact_s_ = state.exact_s;
   order(Message().put(Order::resume).put(physics).put(state.ball).put(state.parcels.step));
@@ -143,8 +160,8 @@ void DomainBackend::resume(const Physics& physics, const BackendState& state) {
 }  // namespace
 
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
-                                             unsigned num_threads) {
-  return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads);
+                                             unsigned num_threads, std::shared_ptr<DomainGpus> gpus) {
+  return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads, std::move(gpus));
 }
 
 void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }

@@ -5,17 +5,24 @@
 
 #include "backend/backend.hpp"
 #include "backend/domains/carrier.hpp"
+#include "backend/domains/domain.hpp"
 
 namespace pf {
 
 // num_domains: a multiple of the number of ranks. num_threads: of each rank; 0 means all of the machine,
-// shared by its ranks. At a time only one such backend works: another one takes the ranks over.
+// shared by its ranks. gpus: those of this rank, and the others then use theirs; null for processors. At a
+// time only one such backend works: another one takes the ranks over.
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
-                                             unsigned num_threads);
+                                             unsigned num_threads,
+                                             std::shared_ptr<DomainGpus> gpus = nullptr);
+
+// The GPUs of this rank, or null.
+using FindDomainGpus = std::function<std::shared_ptr<DomainGpus>()>;
 
 enum class Served { ended, asked_to_leave };
-// On every rank but the first: does what rank 0 orders until end_domains() or leave_domains().
-Served serve_domains(Carrier& carrier);
+// On every rank but the first: does what rank 0 orders until end_domains() or leave_domains(). find_gpus:
+// called when rank 0 works on GPUs. Throws DeviceError if this rank has none then.
+Served serve_domains(Carrier& carrier, const FindDomainGpus& find_gpus = {});
 
 // On rank 0.
 void end_domains(Carrier& carrier);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backend/domains/cpu_domain.hpp"
 #include "model/time_step.hpp"
 
 namespace pf {
@@ -29,11 +30,17 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
 
 }  // namespace
 
-DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads)
-    : ranks_(carrier, num_domains), team_(num_threads) {
+DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus)
+    : ranks_(carrier, num_domains), team_(num_threads), gpus_(gpus) {
   slabs_.num = num_domains;
-  for (unsigned d = 0; d < ranks_.num_local(); ++d)
-    domains_.push_back(std::make_unique<Domain>(ranks_.first_local() + d, team_));
+  for (unsigned d = 0; d < ranks_.num_local(); ++d) {
+    const unsigned index = ranks_.first_local() + d, place = carrier.rank_here() * ranks_.num_local() + d;
+    if (gpus != nullptr) {
+      domains_.push_back(gpus->make(index, place));
+    } else {
+      domains_.push_back(std::make_unique<CpuDomain>(index, team_));
+    }
+  }
 }
 
 StepReport DomainGroup::advance(const StepRequest& request) {
@@ -77,10 +84,8 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
     });
   }
   std::int64_t covered = (margin_ - constants.contact_reach) / 2;
-  for (const auto& domain : domains_) {
-    domain->sort(constants, margin_, report.times);
-    covered = std::min(covered, domain->stepper().covered_displacement(constants));
-  }
+  for (const auto& domain : domains_)
+    covered = std::min(covered, domain->sort(constants, margin_, report.times));
   {
     ScopedPhase timing(report.times, Phase::sort);
     side_by_side([](Domain& domain, std::size_t) { domain.find_borders(); });
@@ -114,7 +119,8 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
     for (const auto& domain : domains_)
-      mine.tally.add(domain->stepper().advance({constants, request.method, request.neighbors, motion, key}));
+      domain->start({constants, request.method, request.neighbors, motion, key});
+    for (const auto& domain : domains_) mine.tally.add(domain->finish());
   }
   ScopedPhase timing(report.times, Phase::ball);
   mine.is_time_up = ranks_.is_first() && deadline.has_passed();
@@ -124,7 +130,7 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
     is_time_up_ = is_time_up_ || outcome.is_time_up;
   }
   displacement_ += sum.max_displacement;
-  for (const auto& domain : domains_) domain->stepper().add_displacement(sum.max_displacement);
+  for (const auto& domain : domains_) domain->add_displacement(sum.max_displacement);
   if (physics_.ball.exists)
     advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
   StepTotals totals = totals_of(constants, sum);

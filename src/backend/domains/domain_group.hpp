@@ -13,9 +13,9 @@ namespace pf {
 
 class DomainGroup {
  public:
-  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. carrier must outlive
-  // it.
-  DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads);
+  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. gpus: null if domains
+  // are on processors. carrier and gpus must outlive it.
+  DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus);
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball);
   void set_physics(const Physics& physics);
@@ -45,9 +45,14 @@ class DomainGroup {
   void spawn(const SpawnPlan& plan);
   void distribute(const ParcelSnapshot& parcels);
   void sum_memory();
-  // work(domain, its place on this rank), one domain to a thread.
+  // work(domain, its place on this rank), one domain to a thread; those on GPUs one after the other, since
+  // errors must not end a thread.
   template <class Work>
   void side_by_side(const Work& work) {
+    if (gpus_ != nullptr) {
+      for (std::size_t d = 0; d < domains_.size(); ++d) work(*domains_[d], d);
+      return;
+    }
     team_.run([&](unsigned thread) {
       const auto [begin, end] = team_.share(thread, domains_.size());
       for (std::size_t d = begin; d < end; ++d) work(*domains_[d], d);
@@ -60,6 +65,7 @@ class DomainGroup {
 
   DomainRanks ranks_;
   ThreadTeam team_;
+  DomainGpus* gpus_;
   Slabs slabs_;
   std::vector<std::unique_ptr<Domain>> domains_;
   Physics physics_;

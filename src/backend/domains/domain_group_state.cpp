@@ -153,9 +153,10 @@ void DomainGroup::sum_memory() {
 }
 
 double DomainGroup::measure_copy_bandwidth(std::size_t num_bytes) {
+  const double mine = gpus_ != nullptr ? gpus_->measure_copy_bandwidth(num_bytes)
+                                       : pf::measure_copy_bandwidth(team_, num_bytes);
   double total = 0.0;
-  for (const double bandwidth : ranks_.all_of(pf::measure_copy_bandwidth(team_, num_bytes)))
-    total += bandwidth;
+  for (const double bandwidth : ranks_.all_of(mine)) total += bandwidth;
   return total;
 }
 

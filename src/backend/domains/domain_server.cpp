@@ -5,14 +5,24 @@
 #include "backend/domains/domain_group.hpp"
 #include "backend/domains/orders.hpp"
 #include "backend/domains/rank_threads.hpp"
+#include "core/error.hpp"
 
 namespace pf {
 namespace {
 
-void open(Carrier& carrier, Message& message, std::optional<DomainGroup>& group) {
+struct OpenGroup {
+  std::shared_ptr<DomainGpus> gpus;  // null: on processors
+  std::optional<DomainGroup> group;
+};
+
+void open(Carrier& carrier, Message& message, const FindDomainGpus& find_gpus, OpenGroup& open) {
   const auto num_domains = message.get<unsigned>();
   const auto num_threads = message.get<unsigned>();
-  group.emplace(carrier, num_domains, threads_of_rank(carrier, num_threads));
+  const bool on_gpus = message.get<std::uint8_t>() != 0;
+  open.group.reset();
+  open.gpus = on_gpus && find_gpus ? find_gpus() : nullptr;
+  if (on_gpus && open.gpus == nullptr) throw DeviceError("--cuda: this process has no CUDA device");
+  open.group.emplace(carrier, num_domains, threads_of_rank(carrier, num_threads), open.gpus.get());
 }
 
 void reset(Message& message, DomainGroup& group) {
@@ -76,8 +86,8 @@ void obey(Order order, Message& message, DomainGroup& group) {
 
 }  // namespace
 
-Served serve_domains(Carrier& carrier) {
-  std::optional<DomainGroup> group;
+Served serve_domains(Carrier& carrier, const FindDomainGpus& find_gpus) {
+  OpenGroup served;
   while (true) {
     std::vector<std::byte> bytes;
     carrier.broadcast(bytes);
@@ -86,9 +96,9 @@ Served serve_domains(Carrier& carrier) {
     if (order == Order::close) return Served::ended;
     if (order == Order::leave) return Served::asked_to_leave;
     if (order == Order::open) {
-      open(carrier, message, group);
+      open(carrier, message, find_gpus, served);
     } else {
-      obey(order, message, *group);
+      obey(order, message, *served.group);
     }
   }
 }

@@ -13,7 +13,9 @@ namespace pf {
 
 // All but `open`, `leave` and `close` name a function of DomainGroup.
 enum class Order : std::uint8_t {
-  open,  // a new group: number of domains, threads of a rank (0: all of the machine, shared by its ranks)
+  // A new group: number of domains; threads of a rank (0: all of the machine, shared by its ranks); whether
+  // it works on GPUs.
+  open,
   reset,
   set_physics,
   set_ball,

@@ -23,10 +23,16 @@ struct Slabs {
     return k;
   }
 
-  // From a coordinate to slab k, position units; to the nearest image in a periodic world.
-  std::int64_t distance(std::int32_t x, unsigned k) const {
+  // The edges of a slab. They cost divisions.
+  struct Span {
+    std::int64_t low, high;
+  };
+  Span span(unsigned k) const { return {edge(k), edge(k + 1)}; }
+
+  // From a coordinate to a slab, position units; to the nearest image in a periodic world.
+  std::int64_t distance(std::int32_t x, const Span& slab) const {
     const auto to = [&](std::int64_t coordinate) {
-      return std::max({edge(k) - coordinate, coordinate - edge(k + 1), std::int64_t{0}});
+      return std::max({slab.low - coordinate, coordinate - slab.high, std::int64_t{0}});
     };
     if (world.boundary != Boundary::periodic) return to(x);
     return std::min({to(x), to(x - extent()), to(x + extent())});

@@ -1,4 +1,4 @@
-#include "backend/domains/domain.hpp"
+#include "backend/domains/cpu_domain.hpp"
 
 #include "core/resize.hpp"
 
@@ -10,10 +10,10 @@ constexpr std::uint32_t kDropped = UINT32_MAX;
 
 }  // namespace
 
-Domain::Domain(unsigned index, ThreadTeam& team) : index_(index), team_(team) {}
+CpuDomain::CpuDomain(unsigned index, ThreadTeam& team) : index_(index), team_(team) {}
 
 // Arrays are padded again by finish_appending().
-void Domain::append(const Parcel& parcel, std::uint32_t slot) {
+void CpuDomain::append(const Parcel& parcel, std::uint32_t slot) {
   ParcelArrays& to = parcels_.current;
   to.position.push_back(parcel.position);
   to.velocity.push_back(parcel.velocity);
@@ -21,7 +21,7 @@ void Domain::append(const Parcel& parcel, std::uint32_t slot) {
   to.slot.push_back(slot);
 }
 
-void Domain::start_appending(std::size_t num) {
+void CpuDomain::start_appending(std::size_t num) {
   ParcelArrays& to = parcels_.current;
   const std::size_t total = to.id.size() + num;
   reserve_tightly(to.position, total + kSearchPadding);
@@ -32,7 +32,7 @@ void Domain::start_appending(std::size_t num) {
   to.velocity.resize(to.id.size());
 }
 
-void Domain::finish_appending() {
+void CpuDomain::finish_appending() {
   const std::size_t num = parcels_.current.id.size();
   parcels_.current.position.resize(num + kSearchPadding);
   parcels_.current.velocity.resize(num + kSearchPadding);
@@ -40,7 +40,7 @@ void Domain::finish_appending() {
   parcels_.sorted = false;
 }
 
-void Domain::clear(const Slabs& slabs, std::size_t num) {
+void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
   slabs_ = slabs;
   borders_.assign(slabs.num, {});
   ParcelArrays& to = parcels_.current;
@@ -52,7 +52,7 @@ void Domain::clear(const Slabs& slabs, std::size_t num) {
   finish_appending();
 }
 
-void Domain::release(std::vector<std::vector<Parcel>>& out) {
+void CpuDomain::release(std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
   const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),
                      end = index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1);
@@ -67,23 +67,25 @@ void Domain::release(std::vector<std::vector<Parcel>>& out) {
   }
 }
 
-void Domain::adopt(const std::vector<Parcel>& parcels) {
+void CpuDomain::adopt(const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
   start_appending(parcels.size());
   for (const Parcel& parcel : parcels) append(parcel, 0);
   finish_appending();
 }
 
-void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
+void CpuDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& own = parcels_.current;
   const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
+  std::vector<Slabs::Span> spans;
+  for (unsigned k = 0; k < slabs_.num; ++k) spans.push_back(slabs_.span(k));
   for (Border& border : borders_) border = {};
   num_slots_ = 0;
   for (std::size_t i = 0; i < own.id.size(); ++i) {
     const Vec2i position = own.position[i];
     if ((position.x > low && position.x < high) || is_retired(position)) continue;
     for (unsigned k = 0; k < slabs_.num; ++k) {
-      if (k == index_ || slabs_.distance(position.x, k) > margin) continue;
+      if (k == index_ || slabs_.distance(position.x, spans[k]) > margin) continue;
       if (own.slot[i] == 0) own.slot[i] = ++num_slots_;
       borders_[k].sent.push_back(own.slot[i]);
       out[k].push_back({position, own.velocity[i], own.id[i]});
@@ -92,7 +94,7 @@ void Domain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>&
   parcels_.last_own_slot = num_slots_;
 }
 
-void Domain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
+void CpuDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
   start_appending(parcels.size());
   for (const Parcel& parcel : parcels) {
@@ -102,12 +104,13 @@ void Domain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
   finish_appending();
 }
 
-void Domain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
+std::int64_t CpuDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
   stepper_.sort(constants, slabs_.area(index_, margin), times);
+  return stepper_.covered_displacement(constants);
 }
 
 // Dropped parcels count as retired, which the sort puts last.
-void Domain::drop() {
+void CpuDomain::drop() {
   ParcelArrays& all = parcels_.current;
   std::size_t kept = parcels_.cell_start[parcels_.grid.num_cells()];
   for (std::size_t i = kept; i < all.id.size(); ++i) {
@@ -125,7 +128,7 @@ void Domain::drop() {
   parcels_.cell_start.back() = static_cast<std::uint32_t>(kept);
 }
 
-void Domain::find_borders() {
+void CpuDomain::find_borders() {
   drop();
   place_.resize(num_slots_ + 1);
   const std::vector<std::uint32_t>& slot = parcels_.current.slot;
@@ -136,13 +139,13 @@ void Domain::find_borders() {
   }
 }
 
-void Domain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
+void CpuDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
   out.clear();
   for (const std::uint32_t i : borders_[slab].sent)
     out.push_back({parcels_.current.position[i], parcels_.current.velocity[i]});
 }
 
-void Domain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
+void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   const std::vector<std::uint32_t>& copies = borders_[slab].copies;
   for (std::size_t k = 0; k < copies.size(); ++k) {
     parcels_.current.position[copies[k]] = in[k].position;
@@ -150,7 +153,14 @@ void Domain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   }
 }
 
-std::uint64_t Domain::memory_bytes() const {
+void CpuDomain::visit(const std::function<void(const Parcel&)>& see) const {
+  for (std::size_t i = 0; i < parcels_.size(); ++i) {
+    if (!parcels_.is_copy(i))
+      see({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.id[i]});
+  }
+}
+
+std::uint64_t CpuDomain::memory_bytes() const {
   std::uint64_t num = place_.capacity();
   for (const Border& border : borders_) num += border.sent.capacity() + border.copies.capacity();
   return parcels_.memory_bytes() + stepper_.memory_bytes() + sizeof(std::uint32_t) * num;

@@ -1,0 +1,279 @@
+#include "cuda/domains/cuda_domain.cuh"
+
+#include <algorithm>
+#include <bit>
+
+namespace pf {
+namespace {
+
+// Room beyond kSlack, for few parcels.
+constexpr std::size_t kMinSlack = 4096;
+constexpr std::size_t kMaxAppended = 1U << 20;  // at a time
+
+template <class T>
+void to_device(T* device, const T* host, std::size_t num, cudaStream_t stream) {
+  if (num > 0) PF_CUDA(cudaMemcpyAsync(device, host, num * sizeof(T), cudaMemcpyHostToDevice, stream));
+}
+
+template <class T>
+void to_host(T* host, const T* device, std::size_t num, cudaStream_t stream) {
+  if (num > 0) PF_CUDA(cudaMemcpyAsync(host, device, num * sizeof(T), cudaMemcpyDeviceToHost, stream));
+}
+
+CpuTally tally_of(const TallySlot* slots) {
+  CpuTally sum;
+  for (unsigned k = 0; k < kNumSlots; ++k) {
+    const TallySlot& slot = slots[k];
+    CpuTally part;
+    part.num_collisions = slot.num_collisions;
+    part.num_ball_hits = slot.num_hits;
+    part.num_retired = slot.num_retired;
+    part.num_invalid = slot.num_invalid;
+    part.first_invalid_id = ~slot.first_invalid_id;
+    part.impulse_sum = static_cast<std::int64_t>(slot.impulse_sum);
+    part.max_overlap = std::bit_cast<float>(slot.max_overlap_bits);
+    part.max_speed2 = std::bit_cast<float>(slot.max_speed2_bits);
+    part.max_displacement = static_cast<std::int32_t>(slot.max_displacement);
+    part.ball = {static_cast<std::int64_t>(slot.ball_x), static_cast<std::int64_t>(slot.ball_y),
+                 static_cast<std::int64_t>(slot.ball_torque)};
+    sum.add(part);
+  }
+  return sum;
+}
+
+}  // namespace
+
+std::pair<std::size_t, std::size_t> CudaDomain::Margin::range(unsigned slab) const {
+  if (end_[slab] == 0) return {0, 0};
+  std::size_t begin = 0;
+  for (unsigned k = 0; k < slab; ++k) begin = std::max(begin, end_[k]);
+  return {begin, end_[slab]};
+}
+
+void CudaDomain::Margin::upload(cudaStream_t stream) {
+  if (index_.size() > on_device.capacity()) {
+    const std::size_t capacity = index_.size() + index_.size() / 4;
+    on_device = DeviceBuffer<std::uint32_t>(capacity);
+    motion = DeviceBuffer<ParcelMotion>(capacity);
+    host_motion = PinnedBuffer<ParcelMotion>(capacity);
+  }
+  to_device(on_device.data(), index_.data(), index_.size(), stream);
+}
+
+CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
+  PF_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+}
+
+CudaDomain::~CudaDomain() {
+  cudaStreamSynchronize(stream_);
+  cudaStreamDestroy(stream_);
+}
+
+// Keeps the parcels.
+void CudaDomain::reserve(std::size_t num) {
+  if (num <= capacity_) return;
+  const std::size_t capacity = static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack;
+  next_ = {};
+  cell_sort_ = {};
+  DeviceParcels larger(capacity);
+  const auto copy = [&](auto* to, const auto* from) {
+    if (num_ > 0) PF_CUDA(cudaMemcpyAsync(to, from, num_ * sizeof(*to), cudaMemcpyDeviceToDevice, stream_));
+  };
+  copy(larger.position.data(), current_.position.data());
+  copy(larger.velocity.data(), current_.velocity.data());
+  copy(larger.id.data(), current_.id.data());
+  synchronize();
+  current_ = std::move(larger);
+  next_ = DeviceParcels(capacity);
+  cell_sort_ = DeviceCellSort(static_cast<std::uint32_t>(capacity));
+  capacity_ = static_cast<std::uint32_t>(capacity);
+}
+
+void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
+  device_.set();
+  synchronize();
+  slabs_ = slabs;
+  num_ = num_copies_ = num_dropped_ = 0;
+  has_new_motion_ = false;
+  sent_.clear(slabs.num);
+  copies_.clear(slabs.num);
+  if (capacity_ / 4 > num + kMinSlack) {
+    current_ = {};
+    next_ = {};
+    cell_sort_ = {};
+    capacity_ = 0;
+  }
+  reserve(std::max<std::size_t>(num, 1));
+}
+
+void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bits) {
+  if (parcels.empty()) return;
+  device_.set();
+  reserve(num_ + parcels.size());
+  const std::size_t num_at_once = std::min(parcels.size(), kMaxAppended);
+  if (appended_.capacity() < num_at_once) appended_ = DeviceBuffer<Parcel>(num_at_once);
+  for (std::size_t begin = 0; begin < parcels.size(); begin += num_at_once) {
+    const auto num = static_cast<std::uint32_t>(std::min(num_at_once, parcels.size() - begin));
+    to_device(appended_.data(), parcels.data() + begin, num, stream_);
+    launch_append(appended_.data(), num, id_bits, num_, current_.pointers(), stream_);
+    num_ += num;
+  }
+  synchronize();  // the caller's memory
+}
+
+ParcelList CudaDomain::scratch_list() const {
+  return {next_.pointers(), reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys), count_.data()};
+}
+
+std::vector<Parcel> CudaDomain::download_list(std::vector<std::uint32_t>* index) {
+  to_host(host_count_.get(), count_.data(), 1, stream_);
+  synchronize();
+  const std::uint32_t num = *host_count_;
+  std::vector<Vec2i> position(num);
+  std::vector<Vec2f> velocity(num);
+  std::vector<std::uint32_t> id(num);
+  const ParcelList list = scratch_list();
+  to_host(position.data(), list.parcels.position, num, stream_);
+  to_host(velocity.data(), list.parcels.velocity, num, stream_);
+  to_host(id.data(), list.parcels.id, num, stream_);
+  if (index != nullptr) {
+    index->resize(num);
+    to_host(index->data(), list.index, num, stream_);
+  }
+  synchronize();
+  std::vector<Parcel> parcels(num);
+  for (std::uint32_t k = 0; k < num; ++k) parcels[k] = {position[k], velocity[k], id[k]};
+  return parcels;
+}
+
+void CudaDomain::release(std::vector<std::vector<Parcel>>& out) {
+  device_.set();
+  const SlabRange slab{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
+                       index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1)};
+  ParcelList left = scratch_list();
+  left.index = nullptr;
+  launch_release(current_.pointers(), num_, slab, left, stream_);
+  const std::vector<Parcel> parcels = download_list(nullptr);
+  for (const Parcel& parcel : parcels) out[slabs_.owner(parcel.position.x)].push_back(parcel);
+  num_dropped_ = num_copies_ + static_cast<std::uint32_t>(parcels.size());
+  num_copies_ = 0;
+  has_new_motion_ = false;
+}
+
+void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
+  device_.set();
+  const SlabRange inner{slabs_.edge(index_) + margin, slabs_.edge(index_ + 1) - margin};
+  launch_find_margins(current_.pointers(), num_, inner, scratch_list(), stream_);
+  std::vector<std::uint32_t> index;
+  const std::vector<Parcel> near = download_list(&index);
+  sent_.clear(slabs_.num);
+  copies_.clear(slabs_.num);
+  for (unsigned k = 0; k < slabs_.num; ++k) {
+    if (k == index_) continue;
+    const Slabs::Span span = slabs_.span(k);
+    for (std::size_t n = 0; n < near.size(); ++n) {
+      if (slabs_.distance(near[n].position.x, span) > margin) continue;
+      sent_.add(k, index[n]);
+      out[k].push_back(near[n]);
+    }
+  }
+}
+
+void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
+  for (std::size_t k = 0; k < parcels.size(); ++k) copies_.add(slab, num_ + static_cast<std::uint32_t>(k));
+  append(parcels, kCopyBit);
+  num_copies_ += static_cast<std::uint32_t>(parcels.size());
+}
+
+std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
+  const ScopedPhase timing(times, Phase::sort);
+  device_.set();
+  const std::uint32_t num_kept = num_ - num_dropped_;
+  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_kept,
+                      {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
+  launch_count_kept(grid_, current_.pointers(), num_, cell_sort_.begin(grid_, stream_), stream_);
+  cell_sort_.sum_counts(grid_, stream_);
+  cell_sort_.scatter(current_.pointers(), next_.pointers(), num_, stream_);
+  std::swap(current_, next_);
+  num_ = num_kept;
+  num_dropped_ = 0;
+  displacement_ = 0;
+  return static_cast<std::int64_t>(kWidestStepReach * constants.contact_distance) - constants.contact_reach;
+}
+
+void CudaDomain::find_borders() {
+  device_.set();
+  for (Margin* margin : {&sent_, &copies_}) {
+    margin->upload(stream_);
+    cell_sort_.update_indices(margin->on_device.data(), margin->size(), stream_);
+  }
+  synchronize();
+}
+
+void CudaDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
+  const auto [begin, end] = sent_.range(slab);
+  out.assign(sent_.host_motion.data() + begin, sent_.host_motion.data() + end);
+}
+
+void CudaDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
+  if (in.empty()) return;
+  std::copy(in.begin(), in.end(), copies_.host_motion.data() + copies_.range(slab).first);
+  has_new_motion_ = true;
+}
+
+void CudaDomain::start(const TimeStep& step) {
+  device_.set();
+  if (has_new_motion_) {
+    to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), stream_);
+    launch_unpack(copies_.motion.data(), copies_.on_device.data(), copies_.size(), current_.pointers(),
+                  stream_);
+    has_new_motion_ = false;
+  }
+  *host_state_ = {};
+  host_state_->motion = step.ball;
+  host_state_->rounding_key = step.key;
+  host_state_->max_displacement = displacement_;
+  to_device(state_.data(), host_state_.get(), 1, stream_);
+  PF_CUDA(cudaMemsetAsync(slots_.data(), 0, kNumSlots * sizeof(TallySlot), stream_));
+  StepLaunch launch;
+  launch.constants = step.constants;
+  launch.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_, step.neighbors == Neighbors::all_pairs};
+  launch.from = current_.pointers();
+  launch.to = next_.pointers();
+  launch.state = state_.data();
+  launch.slots = slots_.data();
+  launch.method = step.method;
+  launch_step(launch, stream_);
+  std::swap(current_.position, next_.position);
+  std::swap(current_.velocity, next_.velocity);
+  launch_pack(current_.pointers(), sent_.on_device.data(), sent_.size(), sent_.motion.data(), stream_);
+  to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
+  to_host(host_slots_.data(), slots_.data(), kNumSlots, stream_);
+}
+
+CpuTally CudaDomain::finish() {
+  device_.set();
+  synchronize();
+  return tally_of(host_slots_.data());
+}
+
+void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
+  device_.set();
+  std::vector<Vec2i> position(num_);
+  std::vector<Vec2f> velocity(num_);
+  std::vector<std::uint32_t> id(num_);
+  to_host(position.data(), current_.position.data(), num_, stream_);
+  to_host(velocity.data(), current_.velocity.data(), num_, stream_);
+  to_host(id.data(), current_.id.data(), num_, stream_);
+  synchronize();
+  for (std::uint32_t i = 0; i < num_; ++i) {
+    if ((id[i] & kCopyBit) == 0) see({position[i], velocity[i], id[i]});
+  }
+}
+
+std::uint64_t CudaDomain::memory_bytes() const {
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + appended_.bytes() + sent_.bytes() +
+         copies_.bytes();
+}
+
+}  // namespace pf

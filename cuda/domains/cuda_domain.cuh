@@ -1,0 +1,112 @@
+// A slab on a GPU. Its parcels and the copies of others lie in the same arrays; ids of copies have kCopyBit.
+#pragma once
+
+#include <vector>
+
+#include "cuda/cell_sort.cuh"
+#include "cuda/device_buffer.cuh"
+#include "cuda/domains/kernels.cuh"
+#include "cuda/time_step/kernel.cuh"
+
+namespace pf {
+
+class CudaDomain final : public Domain {
+ public:
+  // Held for each parcel, with room for those that come in and for copies.
+  static constexpr double kSlack = 1.05;
+  static constexpr double kBytesPerParcel =
+      kSlack *
+      (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + DeviceCellSort::kBytesPerParcel);
+
+  // index: of the slab.
+  CudaDomain(unsigned index, int device);
+  ~CudaDomain() override;
+  CudaDomain(const CudaDomain&) = delete;
+  CudaDomain& operator=(const CudaDomain&) = delete;
+
+  void clear(const Slabs& slabs, std::size_t num) override;
+  void release(std::vector<std::vector<Parcel>>& out) override;
+  void adopt(const std::vector<Parcel>& parcels) override { append(parcels, 0); }
+  void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
+  void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
+  std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) override;
+  void find_borders() override;
+  void pack(unsigned slab, std::vector<ParcelMotion>& out) const override;
+  void unpack(unsigned slab, const std::vector<ParcelMotion>& in) override;
+  void start(const TimeStep& step) override;
+  CpuTally finish() override;
+  void add_displacement(std::int32_t units) override { displacement_ += units; }
+  void visit(const std::function<void(const Parcel&)>& see) const override;
+  std::uint64_t memory_bytes() const override;
+
+ private:
+  // The device of all calls of CUDA in this thread from here on.
+  class CurrentDevice {
+   public:
+    explicit CurrentDevice(int device) : device_(device) { set(); }
+    void set() const { PF_CUDA(cudaSetDevice(device_)); }
+
+   private:
+    int device_;
+  };
+
+  // Parcels near other slabs, one list after the other: indices before the sort, then those after it, and
+  // their motion on its way.
+  class Margin {
+   public:
+    void clear(unsigned num_slabs) {
+      index_.clear();
+      end_.assign(num_slabs, 0);
+    }
+    // To the list of a slab, the slabs in order.
+    void add(unsigned slab, std::uint32_t index) {
+      index_.push_back(index);
+      end_[slab] = index_.size();
+    }
+    std::uint32_t size() const { return static_cast<std::uint32_t>(index_.size()); }
+    // [begin, end) of a slab's list.
+    std::pair<std::size_t, std::size_t> range(unsigned slab) const;
+    void upload(cudaStream_t stream);
+    std::uint64_t bytes() const { return on_device.bytes() + motion.bytes(); }
+
+    DeviceBuffer<std::uint32_t> on_device;
+    DeviceBuffer<ParcelMotion> motion;
+    PinnedBuffer<ParcelMotion> host_motion;
+
+   private:
+    std::vector<std::uint32_t> index_;
+    std::vector<std::size_t> end_;  // of each slab's list; 0: it is empty
+  };
+
+  void reserve(std::size_t num);
+  void append(const std::vector<Parcel>& parcels, std::uint32_t id_bits);
+  ParcelList scratch_list() const;
+  // The parcels of scratch_list(). index: receives where they lie; null: not wanted.
+  std::vector<Parcel> download_list(std::vector<std::uint32_t>* index);
+  void synchronize() const { PF_CUDA(cudaStreamSynchronize(stream_)); }
+
+  unsigned index_;
+  CurrentDevice device_;
+  cudaStream_t stream_{};
+  Slabs slabs_;
+  std::uint32_t num_ = 0;          // in the arrays: own parcels, copies, and dropped ones until the sort
+  std::uint32_t num_copies_ = 0;   // of these
+  std::uint32_t num_dropped_ = 0;  // of these
+  std::uint32_t capacity_ = 0;
+  DeviceParcels current_;  // in the order of the last sort
+  DeviceParcels next_;     // where a step writes and a sort gathers to; free for lists before a sort
+  DeviceCellSort cell_sort_;
+  DeviceBuffer<Parcel> appended_;
+  GridShape grid_;
+  std::int64_t displacement_ = 0;  // bound on displacements along an axis since the sort, position units
+  Margin sent_, copies_;           // own parcels that others copied; copies of others'
+  bool has_new_motion_ = false;    // in copies_.host_motion
+  DeviceBuffer<std::uint32_t> count_{1};
+  PinnedValue<std::uint32_t> host_count_;
+  DeviceBuffer<StepState> state_{1};
+  PinnedValue<StepState> host_state_;
+  DeviceBuffer<TallySlot> slots_{kNumSlots};
+  PinnedBuffer<TallySlot> host_slots_{kNumSlots};
+};
+
+}  // namespace pf

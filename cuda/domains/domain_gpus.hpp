@@ -1,0 +1,13 @@
+// The GPUs of this machine, for the domains of this process.
+#pragma once
+
+#include <memory>
+
+#include "backend/domains/domain.hpp"
+
+namespace pf {
+
+// Throws DeviceError with the reason if one of the devices cannot be used.
+std::unique_ptr<DomainGpus> make_domain_gpus();
+
+}  // namespace pf

@@ -1,0 +1,27 @@
+// Chooses what computes: processors or GPUs, in one domain or several.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "app/options.hpp"
+#include "backend/backend.hpp"
+#include "ranks.hpp"
+
+namespace pf {
+
+// Reason why there is no CUDA device, or "".
+std::string cuda_obstacle();
+// At least 1.
+int num_gpus();
+// Throws DeviceError if the device cannot be used, or the program has no CUDA backend.
+std::unique_ptr<Backend> cuda_backend_on(int device);
+
+// What the options ask for. cuda_device: for a backend of one domain. Announces a fall back to processors on
+// stderr. Throws UserError and DeviceError.
+std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks);
+
+// The GPUs of this process, for the domains of ranks that serve; null without any.
+std::shared_ptr<DomainGpus> find_domain_gpus();
+
+}  // namespace pf
