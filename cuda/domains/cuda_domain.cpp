@@ -43,21 +43,12 @@ CpuTally tally_of(const TallySlot* slots) {
 
 }  // namespace
 
-std::pair<std::size_t, std::size_t> CudaDomain::Margin::range(unsigned slab) const {
-  if (end_[slab] == 0) return {0, 0};
-  std::size_t begin = 0;
-  for (unsigned k = 0; k < slab; ++k) begin = std::max(begin, end_[k]);
-  return {begin, end_[slab]};
-}
-
-void CudaDomain::Margin::upload(cudaStream_t stream) {
-  if (index_.size() > on_device.capacity()) {
-    const std::size_t capacity = index_.size() + index_.size() / 4;
-    on_device = DeviceBuffer<std::uint32_t>(capacity);
-    motion = DeviceBuffer<ParcelMotion>(capacity);
-    host_motion = PinnedBuffer<ParcelMotion>(capacity);
-  }
-  to_device(on_device.data(), index_.data(), index_.size(), stream);
+void CudaDomain::Margin::make_room() {
+  if (size() <= index.capacity()) return;
+  const std::size_t capacity = size() + size() / 4;
+  index = DeviceBuffer<std::uint32_t>(capacity);
+  motion = DeviceBuffer<ParcelMotion>(capacity);
+  host_motion = PinnedBuffer<ParcelMotion>(capacity);
 }
 
 CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
@@ -111,76 +102,85 @@ void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bit
   device_.set();
   reserve(num_ + parcels.size());
   const std::size_t num_at_once = std::min(parcels.size(), kMaxAppended);
-  if (appended_.capacity() < num_at_once) appended_ = DeviceBuffer<Parcel>(num_at_once);
+  if (traffic_.capacity() < num_at_once) traffic_ = DeviceBuffer<Parcel>(num_at_once);
   for (std::size_t begin = 0; begin < parcels.size(); begin += num_at_once) {
     const auto num = static_cast<std::uint32_t>(std::min(num_at_once, parcels.size() - begin));
-    to_device(appended_.data(), parcels.data() + begin, num, stream_);
-    launch_append(appended_.data(), num, id_bits, num_, current_.pointers(), stream_);
+    to_device(traffic_.data(), parcels.data() + begin, num, stream_);
+    launch_append(traffic_.data(), num, id_bits, num_, current_.pointers(), stream_);
     num_ += num;
   }
   synchronize();  // the caller's memory
 }
 
-ParcelList CudaDomain::scratch_list() const {
-  return {next_.pointers(), reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys), count_.data()};
+IndexList CudaDomain::scratch_list() const {
+  return {reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys), counts_.data()};
 }
 
-std::vector<Parcel> CudaDomain::download_list(std::vector<std::uint32_t>* index) {
-  to_host(host_count_.get(), count_.data(), 1, stream_);
+void CudaDomain::download_counts() {
+  to_host(host_counts_.data(), counts_.data(), 1 + slabs_.num, stream_);
   synchronize();
-  const std::uint32_t num = *host_count_;
-  std::vector<Vec2i> position(num);
-  std::vector<Vec2f> velocity(num);
-  std::vector<std::uint32_t> id(num);
-  const ParcelList list = scratch_list();
-  to_host(position.data(), list.parcels.position, num, stream_);
-  to_host(velocity.data(), list.parcels.velocity, num, stream_);
-  to_host(id.data(), list.parcels.id, num, stream_);
-  if (index != nullptr) {
-    index->resize(num);
-    to_host(index->data(), list.index, num, stream_);
-  }
+}
+
+const Parcel* CudaDomain::download(const std::uint32_t* index, std::size_t num) {
+  if (traffic_.capacity() < num) traffic_ = DeviceBuffer<Parcel>(num + num / 4);
+  if (host_traffic_.capacity() < num) host_traffic_ = PinnedBuffer<Parcel>(num + num / 4);
+  launch_gather(current_.pointers(), index, static_cast<std::uint32_t>(num), traffic_.data(), stream_);
+  to_host(host_traffic_.data(), traffic_.data(), num, stream_);
   synchronize();
-  std::vector<Parcel> parcels(num);
-  for (std::uint32_t k = 0; k < num; ++k) parcels[k] = {position[k], velocity[k], id[k]};
-  return parcels;
+  return host_traffic_.data();
 }
 
 void CudaDomain::release(std::vector<std::vector<Parcel>>& out) {
   device_.set();
-  const SlabRange slab{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
-                       index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1)};
-  ParcelList left = scratch_list();
-  left.index = nullptr;
+  const Slabs::Span slab{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
+                         index_ + 1 == slabs_.num ? INT64_MAX : slabs_.edge(index_ + 1)};
+  const IndexList left = scratch_list();
   launch_release(current_.pointers(), num_, slab, left, stream_);
-  const std::vector<Parcel> parcels = download_list(nullptr);
-  for (const Parcel& parcel : parcels) out[slabs_.owner(parcel.position.x)].push_back(parcel);
-  num_dropped_ = num_copies_ + static_cast<std::uint32_t>(parcels.size());
+  download_counts();
+  const std::uint32_t num = host_counts_.data()[0];
+  const Parcel* parcels = download(left.index, num);
+  launch_drop(current_.pointers(), left.index, num, stream_);
+  for (std::uint32_t k = 0; k < num; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
+  num_dropped_ = num_copies_ + num;
   num_copies_ = 0;
   has_new_motion_ = false;
 }
 
+SlabMargins CudaDomain::margins(std::int64_t margin) const {
+  SlabMargins margins{};
+  for (unsigned k = 0; k < slabs_.num; ++k) margins.slab[k] = slabs_.span(k);
+  margins.num = slabs_.num;
+  margins.own = index_;
+  margins.margin = margin;
+  margins.extent = slabs_.world.boundary == Boundary::periodic ? slabs_.extent() : 0;
+  return margins;
+}
+
 void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   device_.set();
-  const SlabRange inner{slabs_.edge(index_) + margin, slabs_.edge(index_ + 1) - margin};
-  launch_find_margins(current_.pointers(), num_, inner, scratch_list(), stream_);
-  std::vector<std::uint32_t> index;
-  const std::vector<Parcel> near = download_list(&index);
+  const SlabMargins slabs = margins(margin);
+  const IndexList near = scratch_list();
+  std::uint32_t* by_slab = counts_.data() + 1;
+  launch_find_near(current_.pointers(), num_, slabs, near, by_slab, stream_);
+  download_counts();
   sent_.clear(slabs_.num);
   copies_.clear(slabs_.num);
+  const std::uint32_t num_near = host_counts_.data()[0];
+  std::uint32_t* next = host_counts_.data() + 1;
   for (unsigned k = 0; k < slabs_.num; ++k) {
-    if (k == index_) continue;
-    const Slabs::Span span = slabs_.span(k);
-    for (std::size_t n = 0; n < near.size(); ++n) {
-      if (slabs_.distance(near[n].position.x, span) > margin) continue;
-      sent_.add(k, index[n]);
-      out[k].push_back(near[n]);
-    }
+    sent_.set_size(k, next[k]);
+    next[k] = static_cast<std::uint32_t>(sent_.begin(k));
   }
+  sent_.make_room();
+  to_device(by_slab, next, slabs_.num, stream_);
+  launch_divide_by_slab(current_.pointers(), near.index, num_near, slabs, by_slab, sent_.index.data(),
+                        stream_);
+  const Parcel* parcels = download(sent_.index.data(), sent_.size());
+  for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
 }
 
 void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
-  for (std::size_t k = 0; k < parcels.size(); ++k) copies_.add(slab, num_ + static_cast<std::uint32_t>(k));
+  copies_.set_size(slab, parcels.size());
   append(parcels, kCopyBit);
   num_copies_ += static_cast<std::uint32_t>(parcels.size());
 }
@@ -188,6 +188,8 @@ void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
 std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
   const ScopedPhase timing(times, Phase::sort);
   device_.set();
+  copies_.make_room();
+  launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
   const std::uint32_t num_kept = num_ - num_dropped_;
   grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_kept,
                       {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
@@ -203,21 +205,19 @@ std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margi
 
 void CudaDomain::find_borders() {
   device_.set();
-  for (Margin* margin : {&sent_, &copies_}) {
-    margin->upload(stream_);
-    cell_sort_.update_indices(margin->on_device.data(), margin->size(), stream_);
-  }
+  cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
+  cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
   synchronize();
 }
 
 void CudaDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
-  const auto [begin, end] = sent_.range(slab);
-  out.assign(sent_.host_motion.data() + begin, sent_.host_motion.data() + end);
+  const ParcelMotion* motion = sent_.host_motion.data();
+  out.assign(motion + sent_.begin(slab), motion + sent_.end(slab));
 }
 
 void CudaDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   if (in.empty()) return;
-  std::copy(in.begin(), in.end(), copies_.host_motion.data() + copies_.range(slab).first);
+  std::copy(in.begin(), in.end(), copies_.host_motion.data() + copies_.begin(slab));
   has_new_motion_ = true;
 }
 
@@ -225,8 +225,7 @@ void CudaDomain::start(const TimeStep& step) {
   device_.set();
   if (has_new_motion_) {
     to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), stream_);
-    launch_unpack(copies_.motion.data(), copies_.on_device.data(), copies_.size(), current_.pointers(),
-                  stream_);
+    launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
     has_new_motion_ = false;
   }
   *host_state_ = {};
@@ -246,7 +245,7 @@ void CudaDomain::start(const TimeStep& step) {
   launch_step(launch, stream_);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
-  launch_pack(current_.pointers(), sent_.on_device.data(), sent_.size(), sent_.motion.data(), stream_);
+  launch_pack(current_.pointers(), sent_.index.data(), sent_.size(), sent_.motion.data(), stream_);
   to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
   to_host(host_slots_.data(), slots_.data(), kNumSlots, stream_);
 }
@@ -272,7 +271,7 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
 }
 
 std::uint64_t CudaDomain::memory_bytes() const {
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + appended_.bytes() + sent_.bytes() +
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + sent_.bytes() +
          copies_.bytes();
 }
 

@@ -1,6 +1,7 @@
 // A slab on a GPU. Its parcels and the copies of others lie in the same arrays; ids of copies have kCopyBit.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "cuda/cell_sort.cuh"
@@ -54,35 +55,30 @@ class CudaDomain final : public Domain {
   // their motion on its way.
   class Margin {
    public:
-    void clear(unsigned num_slabs) {
-      index_.clear();
-      end_.assign(num_slabs, 0);
-    }
-    // To the list of a slab, the slabs in order.
-    void add(unsigned slab, std::uint32_t index) {
-      index_.push_back(index);
-      end_[slab] = index_.size();
-    }
-    std::uint32_t size() const { return static_cast<std::uint32_t>(index_.size()); }
-    // [begin, end) of a slab's list.
-    std::pair<std::size_t, std::size_t> range(unsigned slab) const;
-    void upload(cudaStream_t stream);
-    std::uint64_t bytes() const { return on_device.bytes() + motion.bytes(); }
+    void clear(unsigned num_slabs) { end_.assign(num_slabs + 1, 0); }
+    // Slabs in order.
+    void set_size(unsigned slab, std::size_t num) { end_[slab + 1] = end_[slab] + num; }
+    std::size_t begin(unsigned slab) const { return end_[slab]; }
+    std::size_t end(unsigned slab) const { return end_[slab + 1]; }
+    std::uint32_t size() const { return static_cast<std::uint32_t>(end_.back()); }
+    void make_room();
+    std::uint64_t bytes() const { return index.bytes() + motion.bytes(); }
 
-    DeviceBuffer<std::uint32_t> on_device;
+    DeviceBuffer<std::uint32_t> index;
     DeviceBuffer<ParcelMotion> motion;
     PinnedBuffer<ParcelMotion> host_motion;
 
    private:
-    std::vector<std::uint32_t> index_;
-    std::vector<std::size_t> end_;  // of each slab's list; 0: it is empty
+    std::vector<std::size_t> end_{0};  // after a first 0: of each slab's list
   };
 
   void reserve(std::size_t num);
   void append(const std::vector<Parcel>& parcels, std::uint32_t id_bits);
-  ParcelList scratch_list() const;
-  // The parcels of scratch_list(). index: receives where they lie; null: not wanted.
-  std::vector<Parcel> download_list(std::vector<std::uint32_t>* index);
+  IndexList scratch_list() const;
+  void download_counts();
+  // Parcels index[k], in page-locked memory until the next call.
+  const Parcel* download(const std::uint32_t* index, std::size_t num);
+  SlabMargins margins(std::int64_t margin) const;
   void synchronize() const { PF_CUDA(cudaStreamSynchronize(stream_)); }
 
   unsigned index_;
@@ -94,15 +90,16 @@ class CudaDomain final : public Domain {
   std::uint32_t num_dropped_ = 0;  // of these
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
-  DeviceParcels next_;     // where a step writes and a sort gathers to; free for lists before a sort
+  DeviceParcels next_;     // where a step writes and a sort gathers to
   DeviceCellSort cell_sort_;
-  DeviceBuffer<Parcel> appended_;
+  DeviceBuffer<Parcel> traffic_;  // parcels that come or go
+  PinnedBuffer<Parcel> host_traffic_;
   GridShape grid_;
   std::int64_t displacement_ = 0;  // bound on displacements along an axis since the sort, position units
   Margin sent_, copies_;           // own parcels that others copied; copies of others'
   bool has_new_motion_ = false;    // in copies_.host_motion
-  DeviceBuffer<std::uint32_t> count_{1};
-  PinnedValue<std::uint32_t> host_count_;
+  DeviceBuffer<std::uint32_t> counts_{1 + kMaxDomains};  // of scratch_list(), then of each slab's list
+  PinnedBuffer<std::uint32_t> host_counts_{1 + kMaxDomains};
   DeviceBuffer<StepState> state_{1};
   PinnedValue<StepState> host_state_;
   DeviceBuffer<TallySlot> slots_{kNumSlots};

@@ -6,37 +6,77 @@ namespace {
 
 constexpr unsigned kBlock = 256;
 
-unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
-
 __device__ std::uint32_t thread_index() { return blockIdx.x * kBlock + threadIdx.x; }
 
-__device__ void add_to(const ParcelList& list, const ParcelPointers& parcels, std::uint32_t i) {
-  const std::uint32_t k = atomicAdd(list.count, 1U);
-  list.parcels.position[k] = parcels.position[i];
-  list.parcels.velocity[k] = parcels.velocity[i];
-  list.parcels.id[k] = parcels.id[i];
-  if (list.index != nullptr) list.index[k] = i;
+// One thread for each of n items.
+template <class... Parameters, class... Arguments>
+void launch(const char* name, void (*kernel)(Parameters...), std::uint32_t n, cudaStream_t stream,
+            const Arguments&... arguments) {
+  if (n == 0) return;
+  kernel<<<(n + kBlock - 1) / kBlock, kBlock, 0, stream>>>(arguments...);
+  check_cuda(cudaGetLastError(), name, __FILE__, __LINE__);
 }
 
-__global__ void release_kernel(const ParcelPointers parcels, std::uint32_t n, const SlabRange slab,
-                               const ParcelList left) {
+__global__ void release_kernel(const ParcelPointers parcels, std::uint32_t n, const Slabs::Span slab,
+                               const IndexList left) {
   const std::uint32_t i = thread_index();
   if (i >= n) return;
-  if ((parcels.id[i] & kCopyBit) == 0) {
-    const Vec2i position = parcels.position[i];
-    if (is_retired(position) || (position.x >= slab.first && position.x < slab.end)) return;
-    add_to(left, parcels, i);
+  if ((parcels.id[i] & kCopyBit) != 0) {
+    parcels.id[i] = kDroppedId;
+    return;
   }
-  parcels.id[i] = kDroppedId;
+  const Vec2i position = parcels.position[i];
+  if (is_retired(position) || (position.x >= slab.low && position.x < slab.high)) return;
+  left.index[atomicAdd(left.count, 1U)] = i;
 }
 
-__global__ void find_margins_kernel(const ParcelPointers parcels, std::uint32_t n, const SlabRange inner,
-                                    const ParcelList near) {
+__global__ void drop_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n) {
+  const std::uint32_t k = thread_index();
+  if (k < n) parcels.id[index[k]] = kDroppedId;
+}
+
+__device__ std::int64_t outside_by(std::int64_t x, const Slabs::Span& slab) {
+  return max(slab.low - x, x - slab.high);
+}
+
+// As Slabs::distance.
+__device__ bool is_near(const SlabMargins& slabs, std::int32_t x, unsigned k) {
+  if (k == slabs.own) return false;
+  const Slabs::Span& slab = slabs.slab[k];
+  return min(outside_by(x, slab),
+             min(outside_by(x - slabs.extent, slab), outside_by(x + slabs.extent, slab))) <= slabs.margin;
+}
+
+__global__ void find_near_kernel(const ParcelPointers parcels, std::uint32_t n,
+                                 const __grid_constant__ SlabMargins slabs, const IndexList near,
+                                 std::uint32_t* num_near) {
   const std::uint32_t i = thread_index();
   if (i >= n || parcels.id[i] == kDroppedId) return;
   const Vec2i position = parcels.position[i];
-  if ((position.x > inner.first && position.x < inner.end) || is_retired(position)) return;
-  add_to(near, parcels, i);
+  const Slabs::Span& own = slabs.slab[slabs.own];
+  if (position.x > own.low + slabs.margin && position.x < own.high - slabs.margin) return;
+  if (is_retired(position)) return;
+  near.index[atomicAdd(near.count, 1U)] = i;
+  for (unsigned k = 0; k < slabs.num; ++k) {
+    if (is_near(slabs, position.x, k)) atomicAdd(&num_near[k], 1U);
+  }
+}
+
+__global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::uint32_t* near,
+                                      std::uint32_t n, const __grid_constant__ SlabMargins slabs,
+                                      std::uint32_t* next, std::uint32_t* index) {
+  const std::uint32_t j = thread_index();
+  if (j >= n) return;
+  const std::uint32_t i = near[j];
+  for (unsigned k = 0; k < slabs.num; ++k) {
+    if (is_near(slabs, parcels.position[i].x, k)) index[atomicAdd(&next[k], 1U)] = i;
+  }
+}
+
+__global__ void gather_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n,
+                              Parcel* to) {
+  const std::uint32_t k = thread_index();
+  if (k < n) to[k] = {parcels.position[index[k]], parcels.velocity[index[k]], parcels.id[index[k]]};
 }
 
 __global__ void append_kernel(const Parcel* parcels, std::uint32_t n, std::uint32_t id_bits,
@@ -46,6 +86,11 @@ __global__ void append_kernel(const Parcel* parcels, std::uint32_t n, std::uint3
   to.position[first + i] = parcels[i].position;
   to.velocity[first + i] = parcels[i].velocity;
   to.id[first + i] = parcels[i].id | id_bits;
+}
+
+__global__ void count_up_kernel(std::uint32_t first, std::uint32_t n, std::uint32_t* index) {
+  const std::uint32_t k = thread_index();
+  if (k < n) index[k] = first + k;
 }
 
 __global__ void count_kept_kernel(const GridShape grid, const ParcelPointers parcels, std::uint32_t n,
@@ -72,48 +117,57 @@ __global__ void unpack_kernel(const ParcelMotion* motion, const std::uint32_t* i
 
 }  // namespace
 
-void launch_release(const ParcelPointers& parcels, std::uint32_t n, const SlabRange& slab,
-                    const ParcelList& left, cudaStream_t stream) {
+void launch_release(const ParcelPointers& parcels, std::uint32_t n, const Slabs::Span& slab,
+                    const IndexList& left, cudaStream_t stream) {
   PF_CUDA(cudaMemsetAsync(left.count, 0, sizeof(std::uint32_t), stream));
-  if (n == 0) return;
-  release_kernel<<<blocks_for(n), kBlock, 0, stream>>>(parcels, n, slab, left);
-  PF_LAUNCHED("release_kernel");
+  launch("release_kernel", release_kernel, n, stream, parcels, n, slab, left);
 }
 
-void launch_find_margins(const ParcelPointers& parcels, std::uint32_t n, const SlabRange& inner,
-                         const ParcelList& near, cudaStream_t stream) {
+void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
+                 cudaStream_t stream) {
+  launch("drop_kernel", drop_kernel, n, stream, parcels, index, n);
+}
+
+void launch_find_near(const ParcelPointers& parcels, std::uint32_t n, const SlabMargins& slabs,
+                      const IndexList& near, std::uint32_t* num_near, cudaStream_t stream) {
   PF_CUDA(cudaMemsetAsync(near.count, 0, sizeof(std::uint32_t), stream));
-  if (n == 0) return;
-  find_margins_kernel<<<blocks_for(n), kBlock, 0, stream>>>(parcels, n, inner, near);
-  PF_LAUNCHED("find_margins_kernel");
+  PF_CUDA(cudaMemsetAsync(num_near, 0, slabs.num * sizeof(std::uint32_t), stream));
+  launch("find_near_kernel", find_near_kernel, n, stream, parcels, n, slabs, near, num_near);
+}
+
+void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,
+                           const SlabMargins& slabs, std::uint32_t* next, std::uint32_t* index,
+                           cudaStream_t stream) {
+  launch("divide_by_slab_kernel", divide_by_slab_kernel, n, stream, parcels, near, n, slabs, next, index);
+}
+
+void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n, Parcel* to,
+                   cudaStream_t stream) {
+  launch("gather_kernel", gather_kernel, n, stream, parcels, index, n, to);
 }
 
 void launch_append(const Parcel* parcels, std::uint32_t n, std::uint32_t id_bits, std::uint32_t first,
                    const ParcelPointers& to, cudaStream_t stream) {
-  if (n == 0) return;
-  append_kernel<<<blocks_for(n), kBlock, 0, stream>>>(parcels, n, id_bits, first, to);
-  PF_LAUNCHED("append_kernel");
+  launch("append_kernel", append_kernel, n, stream, parcels, n, id_bits, first, to);
+}
+
+void launch_count_up(std::uint32_t first, std::uint32_t n, std::uint32_t* index, cudaStream_t stream) {
+  launch("count_up_kernel", count_up_kernel, n, stream, first, n, index);
 }
 
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t n,
                        const SortKeys& keys, cudaStream_t stream) {
-  if (n == 0) return;
-  count_kept_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, parcels, n, keys);
-  PF_LAUNCHED("count_kept_kernel");
+  launch("count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, n, keys);
 }
 
 void launch_pack(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
                  ParcelMotion* motion, cudaStream_t stream) {
-  if (n == 0) return;
-  pack_kernel<<<blocks_for(n), kBlock, 0, stream>>>(parcels, index, n, motion);
-  PF_LAUNCHED("pack_kernel");
+  launch("pack_kernel", pack_kernel, n, stream, parcels, index, n, motion);
 }
 
 void launch_unpack(const ParcelMotion* motion, const std::uint32_t* index, std::uint32_t n,
                    const ParcelPointers& parcels, cudaStream_t stream) {
-  if (n == 0) return;
-  unpack_kernel<<<blocks_for(n), kBlock, 0, stream>>>(motion, index, n, parcels);
-  PF_LAUNCHED("unpack_kernel");
+  launch("unpack_kernel", unpack_kernel, n, stream, motion, index, n, parcels);
 }
 
 }  // namespace pf

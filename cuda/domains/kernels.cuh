@@ -1,6 +1,7 @@
 // Kernels of a domain on a GPU, beside those of steps and sorts. Lists are filled in any order.
 #pragma once
 
+#include "backend/backend.hpp"
 #include "backend/domains/domain.hpp"
 #include "cuda/cell_sort.cuh"
 
@@ -9,29 +10,43 @@ namespace pf {
 // Id of a parcel that the next sort drops: it has left the slab, or is a copy of before.
 constexpr std::uint32_t kDroppedId = UINT32_MAX;
 
-// Parcels and where they lie; count: how many so far.
-struct ParcelList {
-  ParcelPointers parcels;
-  std::uint32_t* index = nullptr;  // null: not wanted
+// Indices of parcels; count: how many so far.
+struct IndexList {
+  std::uint32_t* index = nullptr;
   std::uint32_t* count = nullptr;
 };
 
-// A parcel is inside if first <= x < end, position units.
-struct SlabRange {
-  std::int64_t first, end;
+// Drops all copies, and lists own parcels that are outside: not first <= x < end, position units.
+void launch_release(const ParcelPointers& parcels, std::uint32_t num, const Slabs::Span& slab,
+                    const IndexList& left, cudaStream_t stream);
+// Drops the parcels of a list.
+void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
+                 cudaStream_t stream);
+
+// What lies within a margin of slabs.
+struct SlabMargins {
+  Slabs::Span slab[kMaxDomains];
+  unsigned num, own;    // slabs, and the one that all parcels are in
+  std::int64_t margin;  // position units
+  std::int64_t extent;  // along x, of a periodic world; else 0
 };
+// Lists parcels of the world that are not dropped and within the margin of another slab, or nearly so.
+// num_near[k]: of those the ones within the margin of slab k.
+void launch_find_near(const ParcelPointers& parcels, std::uint32_t num, const SlabMargins& slabs,
+                      const IndexList& near, std::uint32_t* num_near, cudaStream_t stream);
+// Writes the index of each one within the margin of slab k to index[next[k]++].
+void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t num,
+                           const SlabMargins& slabs, std::uint32_t* next, std::uint32_t* index,
+                           cudaStream_t stream);
 
-// Lists own parcels that are outside, and drops these and all copies.
-void launch_release(const ParcelPointers& parcels, std::uint32_t num, const SlabRange& slab,
-                    const ParcelList& left, cudaStream_t stream);
-
-// Lists parcels of the world that are neither dropped nor strictly between inner.first and inner.end.
-void launch_find_margins(const ParcelPointers& parcels, std::uint32_t num, const SlabRange& inner,
-                         const ParcelList& near, cudaStream_t stream);
-
-// Writes parcels, `num` in device memory, to places `first` and following. id_bits: added to their ids.
+// to[k]: parcel index[k].
+void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num, Parcel* to,
+                   cudaStream_t stream);
+// Writes parcels to places `first` and following. id_bits: added to their ids.
 void launch_append(const Parcel* parcels, std::uint32_t num, std::uint32_t id_bits, std::uint32_t first,
                    const ParcelPointers& to, cudaStream_t stream);
+// index[k] = first + k.
+void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* index, cudaStream_t stream);
 
 // Counts the parcels that are not dropped. The others get no cell.
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t num,

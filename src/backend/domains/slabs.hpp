@@ -46,8 +46,9 @@ struct Slabs {
     return {{clamped(edge(k) - margin), -world.half.y}, {clamped(edge(k + 1) + margin), world.half.y}};
   }
 
+  std::int64_t extent() const { return 2LL * world.half.x; }  // along x, position units
+
  private:
-  std::int64_t extent() const { return 2LL * world.half.x; }
   std::int64_t offset(unsigned k) const { return extent() * k / num; }
 };
 
