@@ -8,9 +8,9 @@
 
 namespace pf {
 
-// Bit of an id that marks the copy of a parcel of another domain (cuda/domains): it touches, but does not
-// move.
-constexpr std::uint32_t kCopyBit = 1U << 31;
+// Bits of an id in a domain (cuda/domains). A copy of another domain's parcel touches, but does not move; a
+// parcel near another domain is moved after the others, when the copies are up to date.
+constexpr std::uint32_t kCopyBit = 1U << 31, kBorderBit = 1U << 30, kIdBits = kBorderBit - 1;
 
 // Parcels in memory order, n entries each; by value to kernels.
 struct ParcelPointers {

@@ -82,6 +82,7 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
   launch.state = state_.data();
   launch.slots = slots_.data();
   launch.method = request.method;
+  launch.num = num_parcels_;
   return launch;
 }
 

@@ -20,6 +20,11 @@ void to_host(T* host, const T* device, std::size_t num, cudaStream_t stream) {
   if (num > 0) PF_CUDA(cudaMemcpyAsync(host, device, num * sizeof(T), cudaMemcpyDeviceToHost, stream));
 }
 
+template <class T>
+void copy_on_device(T* to, const T* from, std::size_t num, cudaStream_t stream) {
+  if (num > 0) PF_CUDA(cudaMemcpyAsync(to, from, num * sizeof(T), cudaMemcpyDeviceToDevice, stream));
+}
+
 CpuTally tally_of(const TallySlot* slots) {
   CpuTally sum;
   for (unsigned k = 0; k < kNumSlots; ++k) {
@@ -53,11 +58,15 @@ void CudaDomain::Margin::make_room() {
 
 CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
   PF_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+  PF_CUDA(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking));
+  PF_CUDA(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming));
 }
 
 CudaDomain::~CudaDomain() {
   cudaStreamSynchronize(stream_);
   cudaStreamDestroy(stream_);
+  cudaStreamDestroy(copy_stream_);
+  cudaEventDestroy(copied_);
 }
 
 // Keeps the parcels.
@@ -67,12 +76,9 @@ void CudaDomain::reserve(std::size_t num) {
   next_ = {};
   cell_sort_ = {};
   DeviceParcels larger(capacity);
-  const auto copy = [&](auto* to, const auto* from) {
-    if (num_ > 0) PF_CUDA(cudaMemcpyAsync(to, from, num_ * sizeof(*to), cudaMemcpyDeviceToDevice, stream_));
-  };
-  copy(larger.position.data(), current_.position.data());
-  copy(larger.velocity.data(), current_.velocity.data());
-  copy(larger.id.data(), current_.id.data());
+  copy_on_device(larger.position.data(), current_.position.data(), num_, stream_);
+  copy_on_device(larger.velocity.data(), current_.velocity.data(), num_, stream_);
+  copy_on_device(larger.id.data(), current_.id.data(), num_, stream_);
   synchronize();
   current_ = std::move(larger);
   next_ = DeviceParcels(capacity);
@@ -84,7 +90,7 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
   device_.set();
   synchronize();
   slabs_ = slabs;
-  num_ = num_copies_ = num_dropped_ = 0;
+  num_ = num_copies_ = num_dropped_ = num_near_ = 0;
   has_new_motion_ = false;
   sent_.clear(slabs.num);
   copies_.clear(slabs.num);
@@ -112,12 +118,8 @@ void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bit
   synchronize();  // the caller's memory
 }
 
-IndexList CudaDomain::scratch_list() const {
-  return {reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys), counts_.data()};
-}
-
 void CudaDomain::download_counts() {
-  to_host(host_counts_.data(), counts_.data(), 1 + slabs_.num, stream_);
+  to_host(host_counts_.data(), counts_.data(), kNumCounts, stream_);
   synchronize();
 }
 
@@ -130,19 +132,31 @@ const Parcel* CudaDomain::download(const std::uint32_t* index, std::size_t num) 
   return host_traffic_.data();
 }
 
-void CudaDomain::release(std::vector<std::vector<Parcel>>& out) {
+// counts_: of the parcels that have left, of those near a border, and of those near each slab.
+BorderLists CudaDomain::border_lists(std::uint32_t* left, std::uint32_t* near) const {
+  const Slabs::Span inside{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
+                           index_ + 1 == slabs_.num ? INT64_MAX : slabs_.edge(index_ + 1)};
+  return {inside, {left, counts_.data()}, {near, counts_.data() + 1}, counts_.data() + 2};
+}
+
+void CudaDomain::release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   device_.set();
-  const Slabs::Span slab{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
-                         index_ + 1 == slabs_.num ? INT64_MAX : slabs_.edge(index_ + 1)};
-  const IndexList left = scratch_list();
-  launch_release(current_.pointers(), num_, slab, left, stream_);
+  auto* left = reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys);
+  std::uint32_t* near = left + capacity_;
+  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, kNumCounts * sizeof(std::uint32_t), stream_));
+  launch_find_borders(current_.pointers(), 0, num_, margins(margin), border_lists(left, near), stream_);
   download_counts();
-  const std::uint32_t num = host_counts_.data()[0];
-  const Parcel* parcels = download(left.index, num);
-  launch_drop(current_.pointers(), left.index, num, stream_);
-  for (std::uint32_t k = 0; k < num; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
-  num_dropped_ = num_copies_ + num;
+  const std::uint32_t num_left = host_counts_.data()[0];
+  num_near_ = host_counts_.data()[1];
+  const Parcel* parcels = download(left, num_left);
+  launch_drop(current_.pointers(), left, num_left, stream_);
+  for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
+  // Parcels that come in may take the scratch memory away.
+  if (near_.capacity() < num_near_) near_ = DeviceBuffer<std::uint32_t>(num_near_ + num_near_ / 4);
+  copy_on_device(near_.data(), near, num_near_, stream_);
+  num_dropped_ = num_copies_ + num_left;
   num_copies_ = 0;
+  first_adopted_ = num_;
   has_new_motion_ = false;
 }
 
@@ -156,24 +170,36 @@ SlabMargins CudaDomain::margins(std::int64_t margin) const {
   return margins;
 }
 
+// Adds those that came in to the lists of parcels near a border.
+void CudaDomain::find_near_adopted(const SlabMargins& slabs) {
+  const std::uint32_t num_adopted = num_ - first_adopted_;
+  if (near_.capacity() < num_near_ + num_adopted) {
+    DeviceBuffer<std::uint32_t> larger(num_near_ + num_adopted + num_near_ / 4);
+    copy_on_device(larger.data(), near_.data(), num_near_, stream_);
+    synchronize();
+    near_ = std::move(larger);
+  }
+  const BorderLists lists = border_lists(nullptr, near_.data());  // none of them has left
+  launch_find_borders(current_.pointers(), first_adopted_, num_adopted, slabs, lists, stream_);
+  download_counts();
+  num_near_ = host_counts_.data()[1];
+}
+
 void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   device_.set();
   const SlabMargins slabs = margins(margin);
-  const IndexList near = scratch_list();
-  std::uint32_t* by_slab = counts_.data() + 1;
-  launch_find_near(current_.pointers(), num_, slabs, near, by_slab, stream_);
-  download_counts();
+  find_near_adopted(slabs);
   sent_.clear(slabs_.num);
   copies_.clear(slabs_.num);
-  const std::uint32_t num_near = host_counts_.data()[0];
-  std::uint32_t* next = host_counts_.data() + 1;
+  std::uint32_t* next = host_counts_.data() + 2;
   for (unsigned k = 0; k < slabs_.num; ++k) {
     sent_.set_size(k, next[k]);
     next[k] = static_cast<std::uint32_t>(sent_.begin(k));
   }
   sent_.make_room();
+  std::uint32_t* by_slab = counts_.data() + 2;
   to_device(by_slab, next, slabs_.num, stream_);
-  launch_divide_by_slab(current_.pointers(), near.index, num_near, slabs, by_slab, sent_.index.data(),
+  launch_divide_by_slab(current_.pointers(), near_.data(), num_near_, slabs, by_slab, sent_.index.data(),
                         stream_);
   const Parcel* parcels = download(sent_.index.data(), sent_.size());
   for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
@@ -207,6 +233,8 @@ void CudaDomain::find_borders() {
   device_.set();
   cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
   cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
+  cell_sort_.update_indices(near_.data(), num_near_, stream_);
+  launch_mark(current_.pointers(), near_.data(), num_near_, stream_);
   synchronize();
 }
 
@@ -223,26 +251,40 @@ void CudaDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
 
 void CudaDomain::start(const TimeStep& step) {
   device_.set();
-  if (has_new_motion_) {
-    to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), stream_);
-    launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
-    has_new_motion_ = false;
-  }
   *host_state_ = {};
   host_state_->motion = step.ball;
   host_state_->rounding_key = step.key;
   host_state_->max_displacement = displacement_;
   to_device(state_.data(), host_state_.get(), 1, stream_);
   PF_CUDA(cudaMemsetAsync(slots_.data(), 0, kNumSlots * sizeof(TallySlot), stream_));
-  StepLaunch launch;
-  launch.constants = step.constants;
-  launch.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_, step.neighbors == Neighbors::all_pairs};
-  launch.from = current_.pointers();
-  launch.to = next_.pointers();
-  launch.state = state_.data();
-  launch.slots = slots_.data();
-  launch.method = step.method;
-  launch_step(launch, stream_);
+  launch_ = {};
+  launch_.constants = step.constants;
+  launch_.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_,
+                   step.neighbors == Neighbors::all_pairs};
+  launch_.from = current_.pointers();
+  launch_.to = next_.pointers();
+  launch_.state = state_.data();
+  launch_.slots = slots_.data();
+  launch_.method = step.method;
+  launch_.num = num_;
+  launch_.skipped_bits = kCopyBit | kBorderBit;
+  launch_step(launch_, stream_);
+}
+
+// The copies' motion reaches the device while it still works on what start() launched.
+void CudaDomain::step_borders() {
+  device_.set();
+  if (has_new_motion_) {
+    to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), copy_stream_);
+    PF_CUDA(cudaEventRecord(copied_, copy_stream_));
+    PF_CUDA(cudaStreamWaitEvent(stream_, copied_, 0));
+    launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
+    has_new_motion_ = false;
+  }
+  launch_.index = near_.data();
+  launch_.num = num_near_;
+  launch_.skipped_bits = 0;
+  launch_step(launch_, stream_);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
   launch_pack(current_.pointers(), sent_.index.data(), sent_.size(), sent_.motion.data(), stream_);
@@ -266,13 +308,13 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   to_host(id.data(), current_.id.data(), num_, stream_);
   synchronize();
   for (std::uint32_t i = 0; i < num_; ++i) {
-    if ((id[i] & kCopyBit) == 0) see({position[i], velocity[i], id[i]});
+    if ((id[i] & kCopyBit) == 0) see({position[i], velocity[i], id[i] & kIdBits});
   }
 }
 
 std::uint64_t CudaDomain::memory_bytes() const {
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + sent_.bytes() +
-         copies_.bytes();
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + near_.bytes() +
+         sent_.bytes() + copies_.bytes();
 }
 
 }  // namespace pf

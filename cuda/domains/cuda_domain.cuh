@@ -26,7 +26,7 @@ class CudaDomain final : public Domain {
   CudaDomain& operator=(const CudaDomain&) = delete;
 
   void clear(const Slabs& slabs, std::size_t num) override;
-  void release(std::vector<std::vector<Parcel>>& out) override;
+  void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override { append(parcels, 0); }
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
@@ -35,6 +35,7 @@ class CudaDomain final : public Domain {
   void pack(unsigned slab, std::vector<ParcelMotion>& out) const override;
   void unpack(unsigned slab, const std::vector<ParcelMotion>& in) override;
   void start(const TimeStep& step) override;
+  void step_borders() override;
   CpuTally finish() override;
   void add_displacement(std::int32_t units) override { displacement_ += units; }
   void visit(const std::function<void(const Parcel&)>& see) const override;
@@ -74,7 +75,8 @@ class CudaDomain final : public Domain {
 
   void reserve(std::size_t num);
   void append(const std::vector<Parcel>& parcels, std::uint32_t id_bits);
-  IndexList scratch_list() const;
+  BorderLists border_lists(std::uint32_t* left, std::uint32_t* near) const;
+  void find_near_adopted(const SlabMargins& slabs);
   void download_counts();
   // Parcels index[k], in page-locked memory until the next call.
   const Parcel* download(const std::uint32_t* index, std::size_t num);
@@ -84,10 +86,14 @@ class CudaDomain final : public Domain {
   unsigned index_;
   CurrentDevice device_;
   cudaStream_t stream_{};
+  cudaStream_t copy_stream_{};
+  cudaEvent_t copied_{};
   Slabs slabs_;
-  std::uint32_t num_ = 0;          // in the arrays: own parcels, copies, and dropped ones until the sort
-  std::uint32_t num_copies_ = 0;   // of these
-  std::uint32_t num_dropped_ = 0;  // of these
+  std::uint32_t num_ = 0;            // in the arrays: own parcels, copies, and dropped ones until the sort
+  std::uint32_t num_copies_ = 0;     // of these
+  std::uint32_t num_dropped_ = 0;    // of these
+  std::uint32_t first_adopted_ = 0;  // since release()
+  std::uint32_t num_near_ = 0;       // own parcels near other slabs, whose ids have kBorderBit after the sort
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
   DeviceParcels next_;     // where a step writes and a sort gathers to
@@ -95,11 +101,14 @@ class CudaDomain final : public Domain {
   DeviceBuffer<Parcel> traffic_;  // parcels that come or go
   PinnedBuffer<Parcel> host_traffic_;
   GridShape grid_;
-  std::int64_t displacement_ = 0;  // bound on displacements along an axis since the sort, position units
-  Margin sent_, copies_;           // own parcels that others copied; copies of others'
-  bool has_new_motion_ = false;    // in copies_.host_motion
-  DeviceBuffer<std::uint32_t> counts_{1 + kMaxDomains};  // of scratch_list(), then of each slab's list
-  PinnedBuffer<std::uint32_t> host_counts_{1 + kMaxDomains};
+  std::int64_t displacement_ = 0;     // bound on displacements along an axis since the sort, position units
+  Margin sent_, copies_;              // own parcels that others copied; copies of others'
+  DeviceBuffer<std::uint32_t> near_;  // indices of own parcels near other slabs, as in sent_, but each once
+  bool has_new_motion_ = false;       // in copies_.host_motion
+  static constexpr unsigned kNumCounts = 2 + kMaxDomains;
+  DeviceBuffer<std::uint32_t> counts_{kNumCounts};  // see border_lists()
+  PinnedBuffer<std::uint32_t> host_counts_{kNumCounts};
+  StepLaunch launch_;  // of the present step
   DeviceBuffer<StepState> state_{1};
   PinnedValue<StepState> host_state_;
   DeviceBuffer<TallySlot> slots_{kNumSlots};

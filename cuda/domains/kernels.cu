@@ -17,19 +17,6 @@ void launch(const char* name, void (*kernel)(Parameters...), std::uint32_t n, cu
   check_cuda(cudaGetLastError(), name, __FILE__, __LINE__);
 }
 
-__global__ void release_kernel(const ParcelPointers parcels, std::uint32_t n, const Slabs::Span slab,
-                               const IndexList left) {
-  const std::uint32_t i = thread_index();
-  if (i >= n) return;
-  if ((parcels.id[i] & kCopyBit) != 0) {
-    parcels.id[i] = kDroppedId;
-    return;
-  }
-  const Vec2i position = parcels.position[i];
-  if (is_retired(position) || (position.x >= slab.low && position.x < slab.high)) return;
-  left.index[atomicAdd(left.count, 1U)] = i;
-}
-
 __global__ void drop_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n) {
   const std::uint32_t k = thread_index();
   if (k < n) parcels.id[index[k]] = kDroppedId;
@@ -47,19 +34,38 @@ __device__ bool is_near(const SlabMargins& slabs, std::int32_t x, unsigned k) {
              min(outside_by(x - slabs.extent, slab), outside_by(x + slabs.extent, slab))) <= slabs.margin;
 }
 
-__global__ void find_near_kernel(const ParcelPointers parcels, std::uint32_t n,
-                                 const __grid_constant__ SlabMargins slabs, const IndexList near,
-                                 std::uint32_t* num_near) {
-  const std::uint32_t i = thread_index();
-  if (i >= n || parcels.id[i] == kDroppedId) return;
-  const Vec2i position = parcels.position[i];
+__device__ void list_near(const SlabMargins& slabs, const BorderLists& lists, std::int32_t x,
+                          std::uint32_t i) {
   const Slabs::Span& own = slabs.slab[slabs.own];
-  if (position.x > own.low + slabs.margin && position.x < own.high - slabs.margin) return;
-  if (is_retired(position)) return;
-  near.index[atomicAdd(near.count, 1U)] = i;
+  if (x > own.low + slabs.margin && x < own.high - slabs.margin) return;
+  lists.near.index[atomicAdd(lists.near.count, 1U)] = i;
   for (unsigned k = 0; k < slabs.num; ++k) {
-    if (is_near(slabs, position.x, k)) atomicAdd(&num_near[k], 1U);
+    if (is_near(slabs, x, k)) atomicAdd(&lists.num_near[k], 1U);
   }
+}
+
+__global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t first, std::uint32_t n,
+                                    const __grid_constant__ SlabMargins slabs, const BorderLists lists) {
+  const std::uint32_t k = thread_index();
+  if (k >= n) return;
+  const std::uint32_t i = first + k, id = parcels.id[i];
+  if ((id & kCopyBit) != 0) {
+    parcels.id[i] = kDroppedId;
+    return;
+  }
+  if ((id & kBorderBit) != 0) parcels.id[i] = id & kIdBits;
+  const Vec2i position = parcels.position[i];
+  if (is_retired(position)) return;
+  if (position.x >= lists.inside.low && position.x < lists.inside.high) {
+    list_near(slabs, lists, position.x, i);
+  } else {
+    lists.left.index[atomicAdd(lists.left.count, 1U)] = i;
+  }
+}
+
+__global__ void mark_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n) {
+  const std::uint32_t k = thread_index();
+  if (k < n) parcels.id[index[k]] |= kBorderBit;
 }
 
 __global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::uint32_t* near,
@@ -76,7 +82,7 @@ __global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::u
 __global__ void gather_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n,
                               Parcel* to) {
   const std::uint32_t k = thread_index();
-  if (k < n) to[k] = {parcels.position[index[k]], parcels.velocity[index[k]], parcels.id[index[k]]};
+  if (k < n) to[k] = {parcels.position[index[k]], parcels.velocity[index[k]], parcels.id[index[k]] & kIdBits};
 }
 
 __global__ void append_kernel(const Parcel* parcels, std::uint32_t n, std::uint32_t id_bits,
@@ -117,22 +123,19 @@ __global__ void unpack_kernel(const ParcelMotion* motion, const std::uint32_t* i
 
 }  // namespace
 
-void launch_release(const ParcelPointers& parcels, std::uint32_t n, const Slabs::Span& slab,
-                    const IndexList& left, cudaStream_t stream) {
-  PF_CUDA(cudaMemsetAsync(left.count, 0, sizeof(std::uint32_t), stream));
-  launch("release_kernel", release_kernel, n, stream, parcels, n, slab, left);
-}
-
 void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
                  cudaStream_t stream) {
   launch("drop_kernel", drop_kernel, n, stream, parcels, index, n);
 }
 
-void launch_find_near(const ParcelPointers& parcels, std::uint32_t n, const SlabMargins& slabs,
-                      const IndexList& near, std::uint32_t* num_near, cudaStream_t stream) {
-  PF_CUDA(cudaMemsetAsync(near.count, 0, sizeof(std::uint32_t), stream));
-  PF_CUDA(cudaMemsetAsync(num_near, 0, slabs.num * sizeof(std::uint32_t), stream));
-  launch("find_near_kernel", find_near_kernel, n, stream, parcels, n, slabs, near, num_near);
+void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t n,
+                         const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream) {
+  launch("find_borders_kernel", find_borders_kernel, n, stream, parcels, first, n, slabs, lists);
+}
+
+void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
+                 cudaStream_t stream) {
+  launch("mark_kernel", mark_kernel, n, stream, parcels, index, n);
 }
 
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,

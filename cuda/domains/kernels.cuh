@@ -16,13 +16,6 @@ struct IndexList {
   std::uint32_t* count = nullptr;
 };
 
-// Drops all copies, and lists own parcels that are outside: not first <= x < end, position units.
-void launch_release(const ParcelPointers& parcels, std::uint32_t num, const Slabs::Span& slab,
-                    const IndexList& left, cudaStream_t stream);
-// Drops the parcels of a list.
-void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
-                 cudaStream_t stream);
-
 // What lies within a margin of slabs.
 struct SlabMargins {
   Slabs::Span slab[kMaxDomains];
@@ -30,21 +23,34 @@ struct SlabMargins {
   std::int64_t margin;  // position units
   std::int64_t extent;  // along x, of a periodic world; else 0
 };
-// Lists parcels of the world that are not dropped and within the margin of another slab, or nearly so.
-// num_near[k]: of those the ones within the margin of slab k.
-void launch_find_near(const ParcelPointers& parcels, std::uint32_t num, const SlabMargins& slabs,
-                      const IndexList& near, std::uint32_t* num_near, cudaStream_t stream);
+// Lists of the parcels of the world: own ones that are not inside (low <= x < high), and those that are
+// within the margin of another slab, or nearly so. num_near[k]: of the latter those within the margin of slab
+// k.
+struct BorderLists {
+  Slabs::Span inside;
+  IndexList left, near;
+  std::uint32_t* num_near;
+};
+// Adds parcels from `first` on to the lists. Drops copies. Ids lose kBorderBit.
+void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t num,
+                         const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream);
+// Drops the parcels of a list.
+void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
+                 cudaStream_t stream);
 // Writes the index of each one within the margin of slab k to index[next[k]++].
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t num,
                            const SlabMargins& slabs, std::uint32_t* next, std::uint32_t* index,
                            cudaStream_t stream);
 
-// to[k]: parcel index[k].
+// to[k]: parcel index[k], without bits in its id.
 void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num, Parcel* to,
                    cudaStream_t stream);
 // Writes parcels to places `first` and following. id_bits: added to their ids.
 void launch_append(const Parcel* parcels, std::uint32_t num, std::uint32_t id_bits, std::uint32_t first,
                    const ParcelPointers& to, cudaStream_t stream);
+// Gives ids kBorderBit.
+void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
+                 cudaStream_t stream);
 // index[k] = first + k.
 void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* index, cudaStream_t stream);
 

@@ -19,7 +19,7 @@ constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 template <class Contact, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
                       DeviceTally& tally) {
-  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j] & ~kCopyBit};
+  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j] & kIdBits};
   const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
   add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
 }
@@ -66,7 +66,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
 template <class Contact, bool kBall, Boundary kBoundary>
 __device__ Parcel step_parcel(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
                               DeviceTally& tally) {
-  if (is_retired(self.position) || (self.id & kCopyBit) != 0) return self;
+  if (is_retired(self.position)) return self;
   const StepConstants& c = launch.constants;
   const StepState& state = *launch.state;
   ContactSums sums;
@@ -81,11 +81,14 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
-  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+  const std::uint32_t k = blockIdx.x * kBlock + threadIdx.x;
   DeviceTally tally{&block_tally};
-  if (i < launch.space.num_parcels) {
-    const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
-    const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally);
+  if (k < launch.num) {
+    const std::uint32_t i = launch.index == nullptr ? k : launch.index[k];
+    const std::uint32_t id = launch.from.id[i];
+    const Parcel self{launch.from.position[i], launch.from.velocity[i], id & kIdBits};
+    const bool moves = (id & launch.skipped_bits) == 0;
+    const Parcel after = moves ? step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally) : self;
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
     if (launch.draw.position_m != nullptr)
@@ -130,8 +133,8 @@ __global__ void __launch_bounds__(kNumSlots)
 }
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
-  if (launch.space.num_parcels == 0) return;
-  const unsigned blocks = (launch.space.num_parcels + kBlock - 1) / kBlock;
+  if (launch.num == 0) return;
+  const unsigned blocks = (launch.num + kBlock - 1) / kBlock;
   kernel<<<blocks, kBlock, 0, stream>>>(launch);
   PF_LAUNCHED("step_kernel");
 }

@@ -29,9 +29,12 @@ struct StepLaunch {
   TallySlot* slots = nullptr;  // kNumSlots
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
+  const std::uint32_t* index = nullptr;  // of the parcels that are to move, `num`; null: the first ones
+  std::uint32_t num = 0;
+  std::uint32_t skipped_bits = 0;  // a parcel with one of them in its id does not move
 };
 
-// One step of all parcels; the ball moves in launch_ball.
+// One step of the parcels; the ball moves in launch_ball.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 // Moves overlapping parcels apart, and nothing else; dt_s = 0.
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream);

@@ -52,7 +52,7 @@ void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
   finish_appending();
 }
 
-void CpuDomain::release(std::vector<std::vector<Parcel>>& out) {
+void CpuDomain::release(std::int64_t, std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
   const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),
                      end = index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1);

@@ -18,7 +18,7 @@ class CpuDomain final : public Domain {
   CpuDomain& operator=(const CpuDomain&) = delete;
 
   void clear(const Slabs& slabs, std::size_t num) override;
-  void release(std::vector<std::vector<Parcel>>& out) override;
+  void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override;
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
@@ -26,7 +26,8 @@ class CpuDomain final : public Domain {
   void find_borders() override;
   void pack(unsigned slab, std::vector<ParcelMotion>& out) const override;
   void unpack(unsigned slab, const std::vector<ParcelMotion>& in) override;
-  void start(const TimeStep& step) override { tally_ = stepper_.advance(step); }
+  void start(const TimeStep& step) override { step_ = &step; }
+  void step_borders() override { tally_ = stepper_.advance(*step_); }
   CpuTally finish() override { return tally_; }
   void add_displacement(std::int32_t units) override { stepper_.add_displacement(units); }
   void visit(const std::function<void(const Parcel&)>& see) const override;
@@ -49,6 +50,7 @@ class CpuDomain final : public Domain {
   ThreadTeam& team_;
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};
+  const TimeStep* step_ = nullptr;    // the present one
   CpuTally tally_;                    // of the last step
   std::vector<Border> borders_;       // one for each slab
   std::uint32_t num_slots_ = 0;       // counted from 1

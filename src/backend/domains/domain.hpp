@@ -34,26 +34,31 @@ class Domain {
   virtual void clear(const Slabs& slabs, std::size_t num) = 0;
 
   // The sort of all slabs, in this order.
-  // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies.
-  virtual void release(std::vector<std::vector<Parcel>>& out) = 0;
+  // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies. margin: that of 3.
+  virtual void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) = 0;
   // 2. Takes over those of other slabs.
   virtual void adopt(const std::vector<Parcel>& parcels) = 0;
   // 3. Copies parcels within `margin` of another slab, position units, to out[slab].
   virtual void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) = 0;
   // 4. Takes the copies of another slab's parcels; slabs in order.
   virtual void add_copies(unsigned slab, const std::vector<Parcel>& parcels) = 0;
-  // 5. Sorts parcels and copies by cell. Of all functions only this one and start() may use all threads of
-  // the process. Returns the displacement along an axis, position units, from which on a sort pays off.
+  // 5. Sorts parcels and copies by cell. Of all functions only this one and step_borders() may use all
+  // threads of the process. Returns the displacement along an axis, position units, from which on a sort pays
+  // off.
   virtual std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) = 0;
   // 6. Drops what was let go, and notes where the copies, and the parcels that others copied, are now.
   virtual void find_borders() = 0;
 
-  // Motion of the parcels that another slab has copies of, in the order of copy_margins. After a step.
+  // A step of all own parcels, in this order. step: valid until its end.
+  // 1. Begins with the parcels that are far from other slabs. A GPU works on while the caller continues.
+  virtual void start(const TimeStep& step) = 0;
+  // 2. Unless the copies are as of the sort: motion, before this step, of the parcels that another slab has
+  // copies of, in the order of copy_margins.
   virtual void pack(unsigned slab, std::vector<ParcelMotion>& out) const = 0;
   virtual void unpack(unsigned slab, const std::vector<ParcelMotion>& in) = 0;
-
-  // One step of all own parcels. A GPU works on it until finish(), which must come before anything else.
-  virtual void start(const TimeStep& step) = 0;
+  // 3. Goes on with the others.
+  virtual void step_borders() = 0;
+  // 4. Waits for the end.
   virtual CpuTally finish() = 0;
   // Notes that a parcel of any slab may have moved so far along an axis in the last step, position units.
   virtual void add_displacement(std::int32_t units) = 0;

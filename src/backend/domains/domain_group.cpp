@@ -49,13 +49,8 @@ StepReport DomainGroup::advance(const StepRequest& request) {
   const Deadline deadline(request.budget_ms);
   is_time_up_ = false;
   for (std::uint32_t k = 0; k < request.num_steps && !is_time_up_; ++k) {
-    if (physics_.parcels.contacts) {
-      if (!is_sorted_ || displacement_ > max_displacement_) {
-        sort(constants, report);
-      } else if (!are_copies_current_) {
-        ScopedPhase timing(report.times, Phase::grid);
-        update_copies();
-      }
+    if (physics_.parcels.contacts && (!is_sorted_ || displacement_ > max_displacement_)) {
+      sort(constants, report);
       are_copies_current_ = true;
     }
     step(constants, request, deadline, report);
@@ -68,12 +63,12 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
   {
     ScopedPhase timing(report.times, Phase::sort);
     Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
-    side_by_side([&](Domain& domain, std::size_t d) { domain.release(out[d]); });
+    margin_ = margin_of(constants, physics_.parcels.num);
+    side_by_side([&](Domain& domain, std::size_t d) { domain.release(margin_, out[d]); });
     ranks_.exchange(out, in, ranks_.all_counts(out));
     side_by_side([&](Domain& domain, std::size_t d) {
       for (const std::vector<Parcel>& parcels : in[d]) domain.adopt(parcels);
     });
-    margin_ = margin_of(constants, physics_.parcels.num);
     out = ranks_.empty_traffic<Parcel>();
     in = ranks_.empty_traffic<Parcel>();
     side_by_side([&](Domain& domain, std::size_t d) { domain.copy_margins(margin_, out[d]); });
@@ -115,11 +110,19 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
   const BallMotion motion =
       ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
   const std::uint32_t key = rounding_key(physics_.seed, step_);
+  const TimeStep time_step{constants, request.method, request.neighbors, motion, key};
   StepOutcome mine;
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
-    for (const auto& domain : domains_)
-      domain->start({constants, request.method, request.neighbors, motion, key});
+    for (const auto& domain : domains_) domain->start(time_step);
+  }
+  if (physics_.parcels.contacts && !are_copies_current_) {
+    ScopedPhase timing(report.times, Phase::grid);
+    update_copies();
+  }
+  {
+    ScopedPhase timing(report.times, Phase::collide_integrate);
+    for (const auto& domain : domains_) domain->step_borders();
     for (const auto& domain : domains_) mine.tally.add(domain->finish());
   }
   ScopedPhase timing(report.times, Phase::ball);
