@@ -2,7 +2,7 @@
 // other, and merging them.
 #pragma once
 
-#include "cuda/exact/ball_trace.cuh"
+#include "cuda/exact/ball_retrace.cuh"
 #include "cuda/exact/solve.cuh"
 
 namespace pf::cuda {
@@ -242,7 +242,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    trace_ball_path<kBoundary>(step, space,
+    trace_ball_path<kBoundary>(step, space, state.num_ball_segments,
                                [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
     if (threadIdx.x == 0) {
       if (round > kMaxRounds) state.solve_failed = 1;
