@@ -2,9 +2,9 @@
 //
 // A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against
 // an assumed path, at first that through the hits that parcels expect at the window's start. The hits that
-// the clusters have, in their order, give the path anew. Clusters that hit the ball are solved again against
-// that, until the path no longer changes in any bit. Then every hit happened on the ball's true trajectory:
-// the solution is that of the serial program.
+// the clusters have, in their order, give the path anew. Clusters that hit the ball where the path has
+// changed are solved again against that, until no bit of it changes. Then every hit happened on the ball's
+// true trajectory: the solution is that of the serial program.
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
