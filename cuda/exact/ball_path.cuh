@@ -2,9 +2,9 @@
 //
 // A hit changes the ball's velocity by some millionth of itself. So clusters are solved side by side against
 // an assumed path, at first that through the hits that parcels expect at the window's start. The hits that
-// the clusters have, in their order, give the path anew. Clusters that hit the ball are solved again against
-// that, until the path no longer changes in any bit. Then every hit happened on the ball's true trajectory:
-// the solution is that of the serial program.
+// the clusters have, in their order, give the path anew. Clusters that hit the ball where the path has
+// changed are solved again against that, until no bit of it changes. Then every hit happened on the ball's
+// true trajectory: the solution is that of the serial program.
 #pragma once
 
 #include "cuda/exact/clusters.cuh"
@@ -84,6 +84,24 @@ __device__ bool meets_straight_path(const StepContext& step, const BallSegment* 
   return tick != kNoTick;
 }
 
+// The first hit of a parcel from a segment of the path on.
+template <Boundary kBoundary>
+__device__ PathHit hit_from_segment(const StepContext& step, const ParcelNearBall& parcel,
+                                    std::uint32_t first) {
+  const BallSegment* path = ball_path(step);
+  const std::uint32_t num = step.state.num_ball_segments;
+  if (step.state.path_is_straight != 0 && num > 1) {
+    std::uint32_t tick = 0;
+    if (!meets_straight_path<kBoundary>(step, path, parcel, tick)) return {};
+    first = max(first, segment_before(path, num, {tick, 0, 0}));
+  }
+  for (std::uint32_t s = first; s < num; ++s) {
+    const PathHit hit = hit_on_segment<kBoundary>(step, path, s, parcel);
+    if (hit.tick != kNoTick) return hit;
+  }
+  return {};
+}
+
 // The next hit of a parcel. After a hit it meets the ball as that left it; if the path does not have the hit
 // yet, the next one cannot be told, and does not matter: the cluster will be solved again.
 template <Boundary kBoundary>
@@ -93,17 +111,7 @@ __device__ PathHit hit_on_path(const StepContext& step, const ParcelNearBall& pa
   bool is_known = !parcel.just_hit || !step.has_participant();
   for (std::uint32_t s = 1; !is_known && s < num; ++s) is_known = begins_with_hit_of(step, path[s], parcel);
   if (!is_known) return {};
-  std::uint32_t first = 0;
-  if (step.state.path_is_straight != 0 && num > 1) {
-    std::uint32_t tick = 0;
-    if (!meets_straight_path<kBoundary>(step, path, parcel, tick)) return {};
-    first = segment_before(path, num, {tick, 0, 0});
-  }
-  for (std::uint32_t s = first; s < num; ++s) {
-    const PathHit hit = hit_on_segment<kBoundary>(step, path, s, parcel);
-    if (hit.tick != kNoTick) return hit;
-  }
-  return {};
+  return hit_from_segment<kBoundary>(step, parcel, 0);
 }
 
 // The same by the lanes of half a warp for a parcel that they have in common. Whole warps call it; a half

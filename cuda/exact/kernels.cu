@@ -61,15 +61,20 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
   predict<kBoundary, true>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
 }
 
+// Lies in the same place: nothing searches for neighbours while the ball's path is traced.
+__device__ __forceinline__ PathHits& path_hits(NearList<kBlock>::Space& near) {
+  static_assert(sizeof(PathHits) <= sizeof(near));
+  return reinterpret_cast<PathHits&>(near);
+}
+
 template <Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
     pair_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ PairSpace pairs;
-  __shared__ NearList<kBlock>::Space near_space;
-  __shared__ PathHits hits;
+  __shared__ alignas(PathHits) NearList<kBlock>::Space near_space;
   if (is_over(launch)) return;
   const ExactConstants c = constants_of_window(launch);
-  if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, hits);
+  if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, path_hits(near_space));
   solve_pairs<kBoundary, true, kLanesOfPair>({launch, c}, part_of_block(), pairs, near_space);
 }
 
@@ -95,10 +100,9 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 struct SolveSpace {
   TallySlot tally;
   ClusterSpace clusters;
-  PathHits hits;
   BlockCounts counts;
   PairSpace pairs;
-  NearList<kBlock>::Space near;
+  alignas(PathHits) NearList<kBlock>::Space near;
 };
 static_assert(sizeof(SolveSpace) <= 48 * 1024);  // of shared memory, on any architecture
 
@@ -113,7 +117,7 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
   }
   __syncthreads();
   const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
-  if (can_start) solve_all<kBoundary>(step, space.clusters, space.hits, space.counts);
+  if (can_start) solve_all<kBoundary>(step, space.clusters, path_hits(space.near), space.counts);
   return is_solved(step.state);
 }
 
@@ -199,7 +203,7 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
   }
   cg::this_grid().sync();
   const ExactConstants c = constants_of_window(launch);
-  if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, space.hits);
+  if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, path_hits(space.near));
   solve_pairs<kBoundary, false, kLanesOfPair>({launch, c}, {blockIdx.x}, space.pairs, space.near);
   cg::this_grid().sync();
 }

@@ -51,6 +51,7 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
   todo_ = DeviceBuffer<std::uint32_t>(common);
   conflicts_ = DeviceBuffer<uint2>(common);
   ball_segments_ = DeviceBuffer<BallSegment>(2 * kMaxBallSegments);
+  segment_causes_ = DeviceBuffer<SegmentCause>(2 * kMaxBallSegments);
   ball_hits_ = DeviceBuffer<BallHit>(kMaxBallHits);
   reserved_ = num_parcels;
 }
@@ -58,7 +59,8 @@ void ExactMemory::reserve(std::uint32_t num_parcels) {
 std::size_t ExactMemory::bytes() const {
   return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() +
          clusters_.bytes() + segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() +
-         todo_.bytes() + conflicts_.bytes() + ball_segments_.bytes() + ball_hits_.bytes();
+         todo_.bytes() + conflicts_.bytes() + ball_segments_.bytes() + segment_causes_.bytes() +
+         ball_hits_.bytes();
 }
 
 Vec2i* ExactMemory::positions(const DeviceParcels& next, std::uint32_t buffer) {
@@ -96,6 +98,8 @@ StepMemory ExactMemory::lay_out(const DeviceParcels& current, const DeviceParcel
   m.conflict_capacity = static_cast<std::uint32_t>(conflicts_.capacity());
   m.ball_paths[0] = ball_segments_.data();
   m.ball_paths[1] = ball_segments_.data() + kMaxBallSegments;
+  m.segment_causes[0] = segment_causes_.data();
+  m.segment_causes[1] = segment_causes_.data() + kMaxBallSegments;
   m.ball_hits = ball_hits_.data();
   m.ball_hit_capacity = kMaxBallHits;
   return m;

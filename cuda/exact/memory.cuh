@@ -65,6 +65,7 @@ class ExactMemory {
   DeviceBuffer<TrajectorySegment> segments_;
   DeviceBuffer<uint2> neighbour_pairs_, conflicts_;
   DeviceBuffer<BallSegment> ball_segments_;
+  DeviceBuffer<SegmentCause> segment_causes_;
   DeviceBuffer<BallHit> ball_hits_;
   DeviceBuffer<ExactState> state_{1};
 };

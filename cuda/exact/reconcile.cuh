@@ -2,14 +2,15 @@
 // other, and merging them.
 #pragma once
 
-#include "cuda/exact/ball_trace.cuh"
+#include "cuda/exact/ball_retrace.cuh"
 #include "cuda/exact/solve.cuh"
 
 namespace pf::cuda {
 
 // With at most so many conflicts left, one block solves the rest alone: its barrier costs a tenth of the
-// grid's.
-constexpr std::uint32_t kMaxConflictsAlone = 8;
+// grid's. It solves the clusters of several conflicts one after the other, so more is no gain: with 8 the
+// worst frame of the court of 10^7 takes 183 ms instead of 177.
+constexpr std::uint32_t kMaxConflictsAlone = 1;
 // Beyond it the window is retried, shorter.
 constexpr std::uint32_t kMaxRounds = 200;
 
@@ -165,24 +166,50 @@ __device__ inline bool belongs_to_solution(const StepContext& step, const BallHi
   return cluster.parent == hit.cluster && cluster.solution != kUnsolved && cluster.attempt == hit.attempt;
 }
 
-// Returns whether a trajectory of parcel i in the window hits the ball on its path.
-template <Boundary kBoundary>
-__device__ bool hits_path(const StepContext& step, std::uint32_t i) {
-  const std::uint32_t id = step.id(i);
-  const auto hits = [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = hit_on_path<kBoundary>(step, {trajectory, id}).tick;
-    return tick != kNoTick && tick <= end;
-  };
+// Calls visit(trajectory, end) for parcel i's trajectories in the window, the start trajectory last, until it
+// returns true. Returns whether it did. end: tick of the step.
+template <class Visit>
+__device__ bool any_trajectory(const StepContext& step, std::uint32_t i, Visit visit) {
   const Trajectory start = step.start_trajectory(i);
   if (is_retired(start.anchor)) return false;
   std::uint32_t start_end = step.c.plan.length;
   if (step.owner_of(i) != kInvalidIndex &&
       any_segment(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
         start_end = static_cast<std::uint32_t>(anchor_time(step.c.plan, trajectory));
-        return hits(trajectory, end);
+        return visit(trajectory, end);
       }))
     return true;
-  return hits(start, start_end);
+  return visit(start, start_end);
+}
+
+// Returns whether a trajectory of parcel i in the window hits the ball on its path, from a segment on.
+template <Boundary kBoundary>
+__device__ bool hits_path(const StepContext& step, std::uint32_t i, std::uint32_t first_segment) {
+  const std::uint32_t id = step.id(i);
+  return any_trajectory(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
+    const std::uint32_t tick = hit_from_segment<kBoundary>(step, {trajectory, id}, first_segment).tick;
+    return tick != kNoTick && tick <= end;
+  });
+}
+
+// Returns whether parcel i hits the ball on its start trajectory, and the path does not have that hit. The
+// solver does not see it if the parcel joined its cluster only after that.
+template <Boundary kBoundary>
+__device__ bool has_unseen_hit(const StepContext& step, std::uint32_t i) {
+  const std::uint32_t id = step.id(i);
+  bool is_there = false;
+  Trajectory start{};
+  std::uint32_t start_end = 0;
+  any_trajectory(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
+    is_there = true;
+    start = trajectory;
+    start_end = end;
+    return false;
+  });
+  if (!is_there) return false;
+  const PathHit hit = hit_on_path<kBoundary>(step, {start, id});
+  return hit.tick != kNoTick && hit.tick <= start_end &&
+         !has_hit(step, step.state.num_ball_segments, {hit.tick, id, 0, 0, start, 0, hit.segment});
 }
 
 // Makes parcel i, which belongs to no cluster, one that is solved next.
@@ -205,28 +232,42 @@ __device__ inline void add_cluster(const StepContext& step, BlockCounts& counts,
   }
 }
 
-// Lists the clusters to be solved next: if the path has changed, those that hit the ball, or would; and
-// parcels outside clusters that would.
+// Lists the clusters to be solved next: if the path has changed, those that it concerns; and parcels outside
+// clusters that would hit the ball.
+//
+// The path may have changed from the end of its last `same` segment on. A change does not concern a cluster
+// whose hits all begin one of the same segments, and of whose trajectories none would hit the ball on the
+// last of these or later. Its solver would find on the new path what it has found on the old one: a hit that
+// begins one of the same segments lies on a segment whose end is the same, too. Any other hit on a segment
+// with the same end came too late for a trajectory on the old path, and still does. On the last of the same
+// segments, whose end has changed, and on later ones there is none. So the cluster is as if it had been
+// solved against the new path, and its hits as if they had been found there.
+//
+// That holds for trajectories that a solver has compared with the path. It does not compare the start
+// trajectory of a parcel that joins its cluster. No such trajectory hits a path that is checked. If the path
+// is not, start trajectories are compared here.
 template <Boundary kBoundary>
 __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& counts, bool has_changed,
-                                      std::uint32_t round) {
+                                      bool is_checked, std::uint32_t round) {
   const StepMemory& memory = step.memory;
   ExactState& state = step.state;
   const StepTeam team;
+  const std::uint32_t num_same = load_fresh(&state.num_same_segments);
   const std::uint32_t num_logged = has_changed ? min(state.num_ball_hits, memory.ball_hit_capacity) : 0U;
   for (std::uint32_t k = team.rank(); k < num_logged; k += team.num_threads()) {
     const BallHit& hit = memory.ball_hits[k];
     const Cluster& cluster = cluster_of(step, hit.cluster);
-    if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt)
+    if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt && !has_hit(step, num_same, hit))
       reassign_members(step, hit.cluster, round);
   }
   const std::uint32_t num_near = min(state.num_near_ball, memory.near_ball.capacity);
   for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
     const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
     if (owner == kInvalidIndex) {
-      if (hits_path<kBoundary>(step, i)) add_cluster(step, counts, i, round);
-    } else if (has_changed && load_fresh(&cluster_of(step, owner).reassigned) != round &&
-               hits_path<kBoundary>(step, i)) {
+      if (hits_path<kBoundary>(step, i, 0)) add_cluster(step, counts, i, round);
+    } else if (load_fresh(&cluster_of(step, owner).reassigned) != round &&
+               ((has_changed && hits_path<kBoundary>(step, i, num_same - 1)) ||
+                (!is_checked && has_unseen_hit<kBoundary>(step, i)))) {
       reassign_members(step, owner, round);
     }
   }
@@ -241,7 +282,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    trace_ball_path<kBoundary>(step, space,
+    trace_ball_path<kBoundary>(step, space, state.num_ball_segments,
                                [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
     if (threadIdx.x == 0) {
       if (round > kMaxRounds) state.solve_failed = 1;
@@ -255,7 +296,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
   const bool has_changed = load_fresh(&state.path_has_changed) != 0;
   const bool is_checked = load_fresh(&state.path_is_checked) != 0;
   if (!has_changed && is_checked) return false;
-  find_clusters_at_ball<kBoundary>(step, counts, has_changed, round);
+  find_clusters_at_ball<kBoundary>(step, counts, has_changed, is_checked, round);
   ++round;
   grid.sync();
   if (blockIdx.x == 0 && threadIdx.x == 0) state.path_is_checked = 1;

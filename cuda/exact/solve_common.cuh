@@ -230,15 +230,16 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
   keep_hit(hit_on_path<kBoundary>(step, it), best);
 }
 
-// Collides a member with the ball. now: its trajectory, anchored at the tick of its event.
+// Collides a member with the ball. now: its trajectory, anchored at the tick of its event. hit.segment is set
+// here.
 template <Boundary kBoundary>
-__device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, const BallHit& hit,
+__device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, BallHit hit,
                                          Trajectory& now, ClusterTally& tally) {
-  if (step.has_participant()) add_ball_hit(step, hit);
   const BallSegment* path = ball_path(step);
-  const std::uint32_t segment =
+  hit.segment =
       segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, member.event.generation});
-  collide_with_ball<kBoundary>(step.c, path[segment].trajectory, hit.tick, now, tally);
+  if (step.has_participant()) add_ball_hit(step, hit);
+  collide_with_ball<kBoundary>(step.c, path[hit.segment].trajectory, hit.tick, now, tally);
 }
 
 }  // namespace pf::cuda

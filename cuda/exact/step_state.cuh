@@ -66,12 +66,20 @@ struct BallSegment {
   std::uint32_t next_generation;  // see generation_at
 };
 
+// What only the tracing of the path needs to know of a segment.
+struct SegmentCause {
+  Vec2d end_velocity_mps;           // the ball's, as in ExactBall, after the event
+  Trajectory before;                // if the event is a hit, of the parcel
+  std::uint32_t parcel_generation;  // of the parcel on that, as BallHit::next_generation
+};
+
 // A hit that a solution has, or that is expected before there is one.
 struct BallHit {
   std::uint32_t tick, id;
   std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
   Trajectory before;               // of the parcel
   std::uint32_t next_generation;   // of the parcel on that; see generation_at
+  std::uint32_t segment = 0;       // of a solution: that of the path, as it was assumed, on which the hit is
 };
 
 // Sums over a cluster's events.
@@ -163,7 +171,8 @@ struct StepMemory {
   CommonList todo;             // clusters to solve again
   uint2* conflicts = nullptr;  // pairs of clusters
   std::uint32_t conflict_capacity = 0;
-  BallSegment* ball_paths[2] = {};  // kMaxBallSegments each; ExactState::ball_path: the one that holds
+  BallSegment* ball_paths[2] = {};       // kMaxBallSegments each; ExactState::ball_path: the one that holds
+  SegmentCause* segment_causes[2] = {};  // of these segments
   BallHit* ball_hits = nullptr;
   std::uint32_t ball_hit_capacity = 0;
 };
@@ -226,7 +235,8 @@ struct ExactState {
   std::uint32_t num_ball_segments = 0;
   std::uint32_t path_is_straight = 0;  // 1 if it stays within kPathMargin of its first segment
   std::uint32_t path_has_changed = 0;
-  std::uint32_t path_is_checked = 0;  // 1 if parcels outside clusters do not hit the ball on the path
+  std::uint32_t num_same_segments = 0;  // leading ones that were on the path before, too
+  std::uint32_t path_is_checked = 0;    // 1 if parcels outside clusters do not hit the ball on the path
   std::uint32_t round = 0;
   std::uint32_t num_ball_hits = 0;    // of all solutions in the window
   std::uint32_t num_wall_events = 0;  // of the ball
