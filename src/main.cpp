@@ -27,6 +27,7 @@
 #include "lab/validate.hpp"
 #include "ranks.hpp"
 #include "scene/scene_file.hpp"
+#include "view/domain_draw_target.hpp"
 #include "view/stage.hpp"
 #if PF_HAVE_CUDA
 #include "cuda/gl/gl_interop.hpp"
@@ -51,13 +52,26 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
 #if PF_HAVE_CUDA
   if (backend.name() == "cuda" && backend.num_domains() == 1) {
     hooks.max_parcels = 1'000'000'000;
-    hooks.make_draw_target = [kind = options.draw_target](const std::string& running) {
-      return running == "cuda" ? make_cuda_draw_target(kind)
-                               : std::make_unique<HostDrawTarget>("CPU backend");
+    hooks.make_draw_target = [kind = options.draw_target](Backend& running) -> std::unique_ptr<GlDrawTarget> {
+      if (running.name() == "cuda") return make_cuda_draw_target(kind);
+      return std::make_unique<HostDrawTarget>("CPU backend");
     };
     return;
   }
 #endif
+  if (backend.num_domains() > 1) {
+    using Use = DomainDrawTarget::Use;
+    const Use use = options.draw_target == "images" ? Use::images
+                    : options.draw_target == "host" ? Use::host
+                                                    : Use::by_number;
+    hooks.max_parcels = 1'000'000'000;
+    hooks.make_draw_target = [use](Backend& running) -> std::unique_ptr<GlDrawTarget> {
+      if (running.images() != nullptr) return std::make_unique<DomainDrawTarget>(*running.images(), use);
+      return std::make_unique<HostDrawTarget>("CPU backend");
+    };
+  } else if (options.draw_target == "images") {
+    throw UserError("--draw-target: images needs several domains (--domains, mpirun); leave it out");
+  }
   if (options.draw_target == "interop" || options.draw_target == "staged") {
     throw UserError("--draw-target: " + options.draw_target +
                     " needs the CUDA backend (--cuda); the CPU backend draws through: host");

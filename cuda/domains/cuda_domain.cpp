@@ -312,6 +312,31 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   }
 }
 
+void CudaDomain::count(const PixelGrid& grid, const CountStyle& style,
+                       std::vector<std::uint32_t>& pixels) const {
+  device_.set();
+  const DeviceBuffer<std::uint32_t> counts(pixels.size());
+  to_device(counts.data(), pixels.data(), pixels.size(), stream_);
+  launch_count_pixels(current_.pointers(), num_, slabs_.world, grid, style, counts.data(), stream_);
+  to_host(pixels.data(), counts.data(), pixels.size(), stream_);
+  synchronize();
+}
+
+void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const {
+  device_.set();
+  const DeviceBuffer<std::uint32_t> seen(num_);
+  launch_find_seen(current_.pointers(), num_, slabs_.world, grid, {seen.data(), counts_.data()}, stream_);
+  std::uint32_t num = 0;
+  to_host(&num, counts_.data(), 1, stream_);
+  synchronize();
+  const DeviceBuffer<Parcel> parcels(num);
+  std::vector<Parcel> gathered(num);
+  launch_gather(current_.pointers(), seen.data(), num, parcels.data(), stream_);
+  to_host(gathered.data(), parcels.data(), num, stream_);
+  synchronize();
+  for (const Parcel& parcel : gathered) to.push_back(drawn_parcel(slabs_.world, parcel));
+}
+
 std::uint64_t CudaDomain::memory_bytes() const {
   return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + near_.bytes() +
          sent_.bytes() + copies_.bytes();

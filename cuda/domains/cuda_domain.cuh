@@ -39,6 +39,9 @@ class CudaDomain final : public Domain {
   CpuTally finish() override;
   void add_displacement(std::int32_t units) override { displacement_ += units; }
   void visit(const std::function<void(const Parcel&)>& see) const override;
+  void count(const PixelGrid& grid, const CountStyle& style,
+             std::vector<std::uint32_t>& pixels) const override;
+  void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const override;
   std::uint64_t memory_bytes() const override;
 
  private:
@@ -88,7 +91,6 @@ class CudaDomain final : public Domain {
   cudaStream_t stream_{};
   cudaStream_t copy_stream_{};
   cudaEvent_t copied_{};
-  Slabs slabs_;
   std::uint32_t num_ = 0;            // in the arrays: own parcels, copies, and dropped ones until the sort
   std::uint32_t num_copies_ = 0;     // of these
   std::uint32_t num_dropped_ = 0;    // of these

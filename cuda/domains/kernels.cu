@@ -1,5 +1,6 @@
 #include "cuda/check.cuh"
 #include "cuda/domains/kernels.cuh"
+#include "cuda/draw_parcel.cuh"
 
 namespace pf {
 namespace {
@@ -107,6 +108,27 @@ __global__ void count_kept_kernel(const GridShape grid, const ParcelPointers par
   if (i < n && !is_kept) keys.key[i] = kNoCell;
 }
 
+__global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
+                                    const PixelGrid grid, const CountStyle style, std::uint32_t* pixels) {
+  const std::uint32_t i = thread_index();
+  if (i >= n) return;
+  const std::uint32_t id = parcels.id[i];
+  if ((id & kCopyBit) != 0 || (id & kIdBits) % style.one_in != 0) return;
+  DrawnParcel drawn;
+  draw_parcel({&drawn.position_m, &drawn.speed_mps, 1, true}, world, 0, parcels.position[i],
+              parcels.velocity[i]);
+  const std::uint32_t pixel = pixel_of(grid, drawn.position_m);
+  if (pixel != kNoPixel) atomicAdd(&pixels[pixel], pixel_share(style, drawn.speed_mps));
+}
+
+__global__ void find_seen_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
+                                 const PixelGrid grid, const IndexList seen) {
+  const std::uint32_t i = thread_index();
+  if (i >= n || (parcels.id[i] & kCopyBit) != 0 || is_retired(parcels.position[i])) return;
+  if (pixel_of(grid, to_float(to_metres(world, parcels.position[i]))) == kNoPixel) return;
+  seen.index[atomicAdd(seen.count, 1U)] = i;
+}
+
 __global__ void pack_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n,
                             ParcelMotion* motion) {
   const std::uint32_t k = thread_index();
@@ -161,6 +183,18 @@ void launch_count_up(std::uint32_t first, std::uint32_t n, std::uint32_t* index,
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t n,
                        const SortKeys& keys, cudaStream_t stream) {
   launch("count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, n, keys);
+}
+
+void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t n, const World& world,
+                         const PixelGrid& grid, const CountStyle& style, std::uint32_t* pixels,
+                         cudaStream_t stream) {
+  launch("count_pixels_kernel", count_pixels_kernel, n, stream, parcels, n, world, grid, style, pixels);
+}
+
+void launch_find_seen(const ParcelPointers& parcels, std::uint32_t n, const World& world,
+                      const PixelGrid& grid, const IndexList& seen, cudaStream_t stream) {
+  PF_CUDA(cudaMemsetAsync(seen.count, 0, sizeof(std::uint32_t), stream));
+  launch("find_seen_kernel", find_seen_kernel, n, stream, parcels, n, world, grid, seen);
 }
 
 void launch_pack(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,

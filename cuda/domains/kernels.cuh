@@ -58,6 +58,14 @@ void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* inde
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t num,
                        const SortKeys& keys, cudaStream_t stream);
 
+// Adds the shares of own parcels, every one_in-th id, to pixels of the grid.
+void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t num, const World& world,
+                         const PixelGrid& grid, const CountStyle& style, std::uint32_t* pixels,
+                         cudaStream_t stream);
+// Lists own parcels in the picture.
+void launch_find_seen(const ParcelPointers& parcels, std::uint32_t num, const World& world,
+                      const PixelGrid& grid, const IndexList& seen, cudaStream_t stream);
+
 // motion[k] of parcel index[k], and the reverse.
 void launch_pack(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
                  ParcelMotion* motion, cudaStream_t stream);

@@ -76,7 +76,7 @@ struct Options {
   std::filesystem::path still;
   std::filesystem::path report;      // --report FILE.json
   std::filesystem::path picture;     // --picture FILE.png: the last frame
-  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host
+  std::string draw_target = "auto";  // --draw-target auto|interop|staged|host|images
   std::filesystem::path panel_map;   // --panel-map FILE: positions of controls, for tests and scripts
   int picture_width_px = 0;          // --picture-size WxH; 0: the window's
   int picture_height_px = 0;

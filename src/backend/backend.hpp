@@ -10,6 +10,7 @@
 
 #include "backend/draw_buffers.hpp"
 #include "backend/exact/event_record.hpp"
+#include "backend/parcel_images.hpp"
 #include "backend/profile.hpp"
 #include "core/timing.hpp"
 #include "model/exact/trajectory.hpp"
@@ -112,6 +113,8 @@ class Backend {
   }
   // Writes the current state into the buffers without a step.
   virtual void draw(const DrawBuffers& buffers) = 0;
+  // Another way to draw, for parcels in several memories; null: this backend has them in one.
+  virtual ParcelImages* images() { return nullptr; }
 
   virtual ParcelSnapshot snapshot() = 0;
   // Stores the state into `state`, whose memory is used again. Not while a step is unfinished (mid_step).

@@ -17,9 +17,9 @@ struct DrawBuffers {
 
 constexpr float kOutOfSight_m = 1e9F;
 
-enum class DrawTargetKind { interop, staged, host };
+enum class DrawTargetKind { interop, staged, host, images };
 
-constexpr const char* kDrawTargetNames[] = {"interop", "staged", "host"};
+constexpr const char* kDrawTargetNames[] = {"interop", "staged", "host", "images"};
 
 // Owner of draw memory on the view's side. map() returns memory that is safe to write until unmap(). After
 // unmap() the renderer may draw from it.
@@ -27,8 +27,9 @@ class DrawTarget {
  public:
   virtual ~DrawTarget() = default;
   virtual DrawTargetKind kind() const = 0;
-  // Provides room for num_parcels. Existing memory is kept if it suffices.
+  // Provides room for num_parcels. Existing memory is kept if it suffices. Called before map().
   virtual void reserve(std::size_t num_parcels) = 0;
+  // Null pointers: nothing is to be written.
   virtual DrawBuffers map() = 0;
   virtual void unmap() = 0;
 };

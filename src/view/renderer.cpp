@@ -68,6 +68,17 @@ double grid_step(double side_m) {
   return 10.0 * step;
 }
 
+// The viewport's pixels and those within reach_px of them.
+PixelGrid pixel_grid(const Camera& camera, const Viewport& viewport, double reach_px) {
+  const int reach = static_cast<int>(std::ceil(reach_px));
+  const Vec2i origin = viewport.origin_px - Vec2i{reach, reach};
+  PixelGrid grid{to_float(camera.center_m), to_float(camera.anchor_px), to_float(to_double(origin))};
+  grid.m_per_px = static_cast<float>(camera.metres_per_px);
+  grid.width = static_cast<std::uint32_t>(viewport.size.width + 2 * reach);
+  grid.height = static_cast<std::uint32_t>(viewport.size.height + 2 * reach);
+  return grid;
+}
+
 }  // namespace
 
 Renderer::Renderer()
@@ -101,7 +112,7 @@ void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, co
   set_view(camera, viewport);
   draw_floor(frame, camera, viewport);
   bind_for_blending(viewport);
-  if (parcels == nullptr || parcels->position_buffer == 0 || frame.num_parcels == 0) return;
+  if (parcels == nullptr || parcels->is_empty() || frame.num_parcels == 0) return;
   const double reach_m = 0.5 * parcel_diameter_px(frame, camera, viewport.scale) * camera.metres_per_px;
   for (const Camera& image :
        image_cameras(camera, frame.physics->world, viewport.origin_px, viewport.size, reach_m)) {
@@ -192,16 +203,33 @@ double Renderer::parcel_diameter_px(const FrameView& frame, const Camera& camera
 
 void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                             const Viewport& viewport) {
+  if (parcels.images != nullptr) return draw_images(frame, *parcels.images, camera, viewport);
   const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
-  if (diameter_px >= kFirstDisc_px) return draw_discs(frame, parcels, diameter_px);
+  if (diameter_px >= kFirstDisc_px) return draw_discs(frame, parcels, frame.num_parcels, diameter_px);
+  splat_.draw(parcels, frame.num_parcels, splat_style(frame, camera, diameter_px), viewport.size);
+}
+
+void Renderer::draw_images(const FrameView& frame, ParcelImages& images, const Camera& camera,
+                           const Viewport& viewport) {
+  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
+  if (diameter_px >= kFirstDisc_px) {
+    const std::vector<DrawnParcel> seen = images.gather(pixel_grid(camera, viewport, 0.5 * diameter_px));
+    return draw_discs(frame, gathered_.upload(seen), static_cast<std::uint32_t>(seen.size()), diameter_px);
+  }
+  const SplatStyle style = splat_style(frame, camera, diameter_px);
+  const CountStyle counted = {style.per_color_mps, Splat::one_in(style)};
+  splat_.draw(images.count(pixel_grid(camera, viewport, 0.0), counted), counted.one_in, style, viewport.size);
+}
+
+SplatStyle Renderer::splat_style(const FrameView& frame, const Camera& camera, double diameter_px) const {
   const Vec2d half_px =
       to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
   const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
-  splat_.draw(parcels, frame.num_parcels,
-              {per_color_mps(*frame.settings), counted_alpha(diameter_px), per_pixel}, viewport.size);
+  return {per_color_mps(*frame.settings), counted_alpha(diameter_px), per_pixel};
 }
 
-void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, double diameter_px) {
+void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, std::uint32_t num_parcels,
+                          double diameter_px) {
   const bool squares = parcel_look_.as_squares;
   set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);
   set_uniform(discs_, "radius_px", static_cast<float>(0.5 * diameter_px));
@@ -217,7 +245,7 @@ void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, 
   glEnable(GL_PROGRAM_POINT_SIZE);
   glUseProgram(discs_.get());
   glBindVertexArray(parcel_array_.get());
-  const auto num = static_cast<GLsizei>(frame.num_parcels);
+  const auto num = static_cast<GLsizei>(num_parcels);
   if (squares) {
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, num);
   } else {

@@ -7,6 +7,7 @@
 #include "app/simulation.hpp"
 #include "view/camera.hpp"
 #include "view/context.hpp"
+#include "view/gathered_parcels.hpp"
 #include "view/gl.hpp"
 #include "view/look.hpp"
 #include "view/parcel_buffers.hpp"
@@ -80,7 +81,11 @@ class Renderer {
   void paint_floor(const FloorKey& key);
   void bind_for_blending(const Viewport& viewport);
   double parcel_diameter_px(const FrameView& frame, const Camera& camera, float scale) const;
-  void draw_discs(const FrameView& frame, const ParcelBuffers& parcels, double diameter_px);
+  void draw_discs(const FrameView& frame, const ParcelBuffers& parcels, std::uint32_t num,
+                  double diameter_px);
+  void draw_images(const FrameView& frame, ParcelImages& images, const Camera& camera,
+                   const Viewport& viewport);
+  SplatStyle splat_style(const FrameView& frame, const Camera& camera, double diameter_px) const;
   void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
                     const Viewport& viewport);
   void draw_paths(const FrameView& frame, const Camera& camera, float scale);
@@ -91,6 +96,7 @@ class Renderer {
 
   GlProgram court_, box_, discs_, path_, ball_;
   Splat splat_;
+  GatheredParcels gathered_;
   GlBuffer view_buffer_, path_buffer_;
   GlVertexArray empty_array_, parcel_array_, path_array_;
   ColorTarget floor_;

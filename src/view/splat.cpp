@@ -34,15 +34,19 @@ void Splat::resize(SizePx size) {
   size_ = size;
   pixels_ = make_buffer();
   const GLsizeiptr bytes = 4LL * size.width * size.height;
-  glNamedBufferStorage(pixels_.get(), bytes, nullptr, 0);
+  glNamedBufferStorage(pixels_.get(), bytes, nullptr, GL_DYNAMIC_STORAGE_BIT);
   const GLuint zero = 0;
   glClearNamedBufferData(pixels_.get(), GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
+}
+
+std::uint32_t Splat::one_in(const SplatStyle& style) {
+  return static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMaxPerPixel)));
 }
 
 void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style,
                  SizePx size) {
   resize(size);
-  const auto one_in = static_cast<std::uint32_t>(std::max(1.0, std::ceil(style.per_pixel / kMaxPerPixel)));
+  const std::uint32_t one_in = Splat::one_in(style);
   const std::uint32_t per_thread = style.per_pixel / one_in >= kRunPerPixel ? kRun : 1;
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
@@ -58,6 +62,19 @@ void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const 
     glDispatchCompute((num_counted + per_group - 1) / per_group, 1, 1);
   }
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+  resolve(style, one_in);
+}
+
+void Splat::draw(const std::vector<std::uint32_t>& pixels, std::uint32_t one_in, const SplatStyle& style,
+                 SizePx size) {
+  resize(size);
+  glNamedBufferSubData(pixels_.get(), 0, static_cast<GLsizeiptr>(pixels.size() * sizeof(pixels[0])),
+                       pixels.data());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
+  resolve(style, one_in);
+}
+
+void Splat::resolve(const SplatStyle& style, std::uint32_t one_in) {
   glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "alpha"), style.alpha);
   glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "one_in"),
                      static_cast<float>(one_in));

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "view/context.hpp"
 #include "view/gl.hpp"
@@ -22,9 +23,16 @@ class Splat {
 
   // Blends num_parcels parcels into the bound framebuffer of `size`. The View block must be bound.
   void draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style, SizePx size);
+  // The same for parcels that were counted elsewhere, one_in of them. pixels: see splat.frag.
+  void draw(const std::vector<std::uint32_t>& pixels, std::uint32_t one_in, const SplatStyle& style,
+            SizePx size);
+
+  // One of so many parcels is counted.
+  static std::uint32_t one_in(const SplatStyle& style);
 
  private:
   void resize(SizePx size);
+  void resolve(const SplatStyle& style, std::uint32_t one_in);
 
   GlProgram count_, resolve_;
   GlBuffer pixels_;  // height x width x uint32, see splat.frag; all zero between frames

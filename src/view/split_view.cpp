@@ -60,9 +60,9 @@ void SplitView::take_divider(InputFrame& input, Gui& gui, float scale) {
 
 DrawTarget* SplitView::target() {
   if (!is_on()) return nullptr;
-  const std::string backend = pair_.second()->backend().name();
-  if (!target_ || backend != target_backend_) target_ = make_(backend);
-  target_backend_ = backend;
+  Backend& backend = pair_.second()->backend();
+  if (!target_ || backend.name() != target_backend_) target_ = make_(backend);
+  target_backend_ = backend.name();
   return target_.get();
 }
 

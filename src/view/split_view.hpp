@@ -15,7 +15,7 @@ namespace pf {
 
 class SplitView {
  public:
-  using MakeTarget = std::function<std::unique_ptr<GlDrawTarget>(const std::string& backend)>;
+  using MakeTarget = std::function<std::unique_ptr<GlDrawTarget>(Backend& backend)>;
 
   // mode: of a second flight that a log begins.
   SplitView(FlightPair& pair, SplitMode mode, MakeTarget make)

@@ -17,7 +17,7 @@ namespace {
 constexpr double kLongestFilm_s = 60.0;  // of a headless run without an end or a ball that leaves
 constexpr double kAfterFlight_s = 0.5;
 
-std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, const std::string& backend) {
+std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, Backend& backend) {
   if (hooks.make_draw_target) return hooks.make_draw_target(backend);
   return std::make_unique<HostDrawTarget>("CPU backend");
 }
@@ -74,8 +74,8 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       hooks_(hooks),
       pair_(simulation, backend_of_second(options, hooks)),
       split_(pair_, split_mode(options),
-             [&hooks](const std::string& backend) { return make_draw_target(hooks, backend); }),
-      target_(make_draw_target(hooks, simulation.backend().name())),
+             [&hooks](Backend& backend) { return make_draw_target(hooks, backend); }),
+      target_(make_draw_target(hooks, simulation.backend())),
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
       panel_(hooks.max_parcels, describe(*target_)),
@@ -283,7 +283,7 @@ void Stage::begin_record() {
 RunClock Stage::clock() const { return {record_.initial(), num_frames_, frames_after_flight_}; }
 
 void Stage::follow_fallback() {
-  target_ = make_draw_target(hooks_, simulation_.backend().name());
+  target_ = make_draw_target(hooks_, simulation_.backend());
   overlay_.set_draw_target(describe(*target_));
   panel_.set_draw_target(describe(*target_));
   measure_copy_bandwidth();

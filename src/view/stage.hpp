@@ -25,7 +25,7 @@ static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set 
 struct StageHooks {
   // Makes the draw target for the backend of that name; null: the host target. Called with the context
   // current, at the start and again after a change of backend.
-  std::function<std::unique_ptr<GlDrawTarget>(const std::string& backend)> make_draw_target;
+  std::function<std::unique_ptr<GlDrawTarget>(Backend& backend)> make_draw_target;
   // Makes a backend beside the run's, of that name, on the same device: the terms of the model are timed on
   // it. threads: as in the settings. Null: they are not timed.
   TermCosts::MakeBackend make_backend;

@@ -107,7 +107,7 @@ PictureScene Stage::large_picture_scene() {
   const bool has_window = context_.window() != nullptr;
   PictureScene scene;
   scene.frame = &simulation_.view();
-  if (num_frames_ > 0 || parcels_.position_buffer != 0) scene.parcels = &parcels_;
+  if (num_frames_ > 0 || !parcels_.is_empty()) scene.parcels = &parcels_;
   scene.window = &camera_;
   scene.seen = free_region();
   scene.scale = has_window ? film_scale(size_) : scale_;

@@ -102,7 +102,9 @@ def picture_and_files(bench):
     words = (*COURT, "--seconds", "0.3", "--picture")
     bench.run(0, *words, "alone.png", "--checkpoint", "alone.state")
     bench.run(2, *words, "two.png", "--checkpoint", "two.state", "--domains", "4")
-    check((bench.folder / "alone.png").read_bytes() == (bench.folder / "two.png").read_bytes(), "the picture is the same")
+    bench.run(2, *words, "images.png", "--draw-target", "images")
+    alone, *others = ((bench.folder / f"{name}.png").read_bytes() for name in ("alone", "two", "images"))
+    check(all(other == alone for other in others), "the picture is the same, of parcels and of their counts")
     goes_on = [bench.report(*how, *COURT[:6], "--seconds", "0.5", "--from", name)["state_hash"]
                for how, name in (((0,), "alone.state"), ((0,), "two.state"), ((2,), "alone.state"))]
     check(len(set(goes_on)) == 1, f"either checkpoint goes on to the same state, by one process or two: {goes_on}")
@@ -117,11 +119,24 @@ def refusals(bench):
             check(part in lines[0], f"   names {part!r}")
 
     refused(("run.method: exact", "impulse or spring"), 2, *COURT, "--method", "exact")
+    refused(("images needs several domains",), 0, *COURT, "--draw-target", "images")
     refused(("not a multiple of the 2", "give 2"), 2, *COURT, "--domains", "3")
     refused(("64 slabs", "give at most"), 0, *COURT, "--domains", "64")
     refused(("1 to 64",), 0, *COURT, "--domains", "65")
     refused(("leave out mpirun",), 2, "bench", "--sweep")
     refused(("is not a scene",), 2, "run", "--scene", "cour")
+
+    hidden = {**ENVIRONMENT, "CUDA_VISIBLE_DEVICES": ""}
+    for num_ranks in (0, 2):
+        words = [*(["mpirun", "-n", "2"] if num_ranks else []), bench.program, *COURT, "--domains", "2", "--seconds", "0.02"]
+        text = subprocess.run([*words, "--cuda"], env=hidden, text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
+        check(text.returncode == 0 and text.stdout.count("falling back to the CPU") == 1,
+              f"without a GPU domains fall back to processors, and say so once: {text.returncode} {text.stdout[-500:]}")
+        text = subprocess.run([*words, "--cuda-no-fallback"], env=hidden, text=True, stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
+        check(text.returncode == 3 and text.stdout.count("pickleflight: --cuda-no-fallback: ") == 1,
+              f"or refuse: {text.returncode} {text.stdout[-500:]}")
 
     # By a shell: with two programs (':') Open MPI 5.0.7 crashes in a root without /sys.
     words = f"exec '{bench.program}' scenes ${{OMPI_COMM_WORLD_RANK#0}}"

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "domains/domain_pair.hpp"
+#include "domains/picture_checks.hpp"
 #include "support/snapshot_checks.hpp"
 
 namespace pf::test {
@@ -134,6 +135,15 @@ TEST(Domains, ShowWhatOneBackendShows) {
     EXPECT_NEAR(measures.momentum_scale_kg_mps / expected.momentum_scale_kg_mps, 1.0, 1e-12);
     EXPECT_GT(divided.memory_bytes(), 3000U * 40);
     EXPECT_GT(divided.measure_copy_bandwidth(1 << 20), 0.0);
+  }
+}
+
+TEST(Domains, CountAndGatherPictures) {
+  for (const unsigned num_ranks : {1U, 3U}) {
+    ThreadRanks ranks(num_ranks);
+    Pair pair(busy_court(Boundary::open), ranks.make_backend(3));
+    pair.expect_same_steps(50, 2e-3);  // some leave
+    expect_same_pictures(*pair.plain.backend, *pair.divided.backend, 3000);
   }
 }
 

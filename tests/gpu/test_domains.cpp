@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "cuda/domains/domain_gpus.hpp"
 #include "domains/domain_pair.hpp"
+#include "domains/picture_checks.hpp"
 #include "gpu/gpu_scenes.hpp"
 #include "support/golden_hashes.hpp"
 
@@ -108,7 +109,7 @@ TEST_F(GpuDomains, NameTheFirstInvalidParcelAndStep) {
   EXPECT_EQ(totals.first_invalid_id, 77U);
 }
 
-// Energy is summed in another order; a profile and a checkpoint are the same.
+// Energy is summed in another order; pictures and checkpoints are the same.
 TEST_F(GpuDomains, MeasureWhatOneBackendMeasures) {
   const Settings s = busy_court(Boundary::walls);
   Pair pair(s, gpu_domains(3));
@@ -116,6 +117,7 @@ TEST_F(GpuDomains, MeasureWhatOneBackendMeasures) {
   const Measures plain = pair.plain.backend->measure(), divided = pair.divided.backend->measure();
   EXPECT_NEAR(divided.parcel_energy_j, plain.parcel_energy_j, 1e-12 * plain.parcel_energy_j);
   EXPECT_EQ(divided.num_live, plain.num_live);
+  expect_same_pictures(*pair.plain.backend, *pair.divided.backend, 3000);
   BackendState state;
   pair.divided.backend->save(state);
   SceneRun other(s, make_cuda_backend(0));

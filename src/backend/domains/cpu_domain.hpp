@@ -46,7 +46,6 @@ class CpuDomain final : public Domain {
   void drop();
 
   unsigned index_;
-  Slabs slabs_;
   ThreadTeam& team_;
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};

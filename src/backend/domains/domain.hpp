@@ -14,6 +14,7 @@
 
 #include "backend/cpu_tally.hpp"
 #include "backend/domains/slabs.hpp"
+#include "backend/parcel_images.hpp"
 #include "backend/time_step/time_stepper.hpp"
 #include "core/timing.hpp"
 #include "model/parcel.hpp"
@@ -25,6 +26,8 @@ struct ParcelMotion {
   Vec2i position;
   Vec2f velocity;
 };
+
+DrawnParcel drawn_parcel(const World& world, const Parcel& parcel);
 
 class Domain {
  public:
@@ -65,7 +68,14 @@ class Domain {
 
   // Own parcels only, in any order.
   virtual void visit(const std::function<void(const Parcel&)>& see) const = 0;
+  // Own parcels: adds the shares of every one_in-th id to pixels; appends those in the picture.
+  virtual void count(const PixelGrid& grid, const CountStyle& style,
+                     std::vector<std::uint32_t>& pixels) const;
+  virtual void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const;
   virtual std::uint64_t memory_bytes() const = 0;
+
+ protected:
+  Slabs slabs_;  // of the last clear()
 };
 
 // The GPUs of this machine, for domains.

@@ -11,7 +11,7 @@
 namespace pf {
 namespace {
 
-class DomainBackend final : public Backend {
+class DomainBackend final : public Backend, public ParcelImages {
  public:
   DomainBackend(std::shared_ptr<Carrier> carrier, unsigned num_domains, unsigned num_threads,
                 std::shared_ptr<DomainGpus> gpus)
@@ -59,8 +59,18 @@ class DomainBackend final : public Backend {
   void submit(const StepRequest& request) override;
   StepReport collect() override { return report_; }
   void draw(const DrawBuffers& buffers) override {
+    if (buffers.position_m == nullptr) return;
     order(Message().put(Order::draw));
     group_.draw(buffers);
+  }
+  ParcelImages* images() override { return this; }
+  std::vector<std::uint32_t> count(const PixelGrid& grid, const CountStyle& style) override {
+    order(Message().put(Order::count).put(grid).put(style));
+    return group_.count(grid, style);
+  }
+  std::vector<DrawnParcel> gather(const PixelGrid& grid) override {
+    order(Message().put(Order::gather_in).put(grid));
+    return group_.gather_in(grid);
   }
   ParcelSnapshot snapshot() override {
     ParcelSnapshot snapshot;

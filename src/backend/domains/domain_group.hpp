@@ -31,6 +31,9 @@ class DomainGroup {
   void gather(ParcelSnapshot& parcels);
   // buffers: of rank 0.
   void draw(const DrawBuffers& buffers);
+  // See ParcelImages. Result on rank 0 only.
+  std::vector<std::uint32_t> count(const PixelGrid& grid, const CountStyle& style);
+  std::vector<DrawnParcel> gather_in(const PixelGrid& grid);
   Measures measure();
   Profile profile(const ProfileShape& shape);
   std::uint64_t state_hash();

@@ -89,11 +89,7 @@ void DomainGroup::gather(ParcelSnapshot& parcels) {
 }
 
 void DomainGroup::draw(const DrawBuffers& buffers) {
-  struct Drawn {
-    Vec2f position_m;
-    float speed_mps;
-  };
-  std::vector<Drawn> mine;
+  std::vector<DrawnParcel> mine;
   std::size_t num = 0;
   for (const auto& domain : domains_) {
     domain->visit([&](const Parcel& parcel) {
@@ -101,15 +97,38 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
         draw_parcel(buffers, physics_.world, num++, parcel.position, parcel.velocity);
         return;
       }
-      Drawn& drawn = mine.emplace_back();
+      DrawnParcel& drawn = mine.emplace_back();
       const DrawBuffers one = {&drawn.position_m, &drawn.speed_mps, 1};
       draw_parcel(one, physics_.world, 0, parcel.position, parcel.velocity);
     });
   }
-  for (const Drawn& drawn : ranks_.gather(mine)) {
+  for (const DrawnParcel& drawn : ranks_.gather(mine)) {
     buffers.position_m[num] = drawn.position_m;
     buffers.speed_mps[num++] = drawn.speed_mps;
   }
+}
+
+std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const CountStyle& style) {
+  const std::size_t num = std::size_t{grid.width} * grid.height;
+  std::vector<std::vector<std::uint32_t>> images(domains_.size());
+  side_by_side([&](const Domain& domain, std::size_t d) {
+    images[d].resize(num);
+    domain.count(grid, style, images[d]);
+  });
+  std::vector<std::uint32_t> sum = std::move(images[0]);
+  const auto add = [&](const std::uint32_t* pixels) {
+    for (std::size_t k = 0; k < num; ++k) sum[k] += pixels[k];
+  };
+  for (std::size_t d = 1; d < images.size(); ++d) add(images[d].data());
+  const std::vector<std::uint32_t> all = ranks_.gather(sum);
+  for (std::size_t first = num; first < all.size(); first += num) add(all.data() + first);
+  return sum;
+}
+
+std::vector<DrawnParcel> DomainGroup::gather_in(const PixelGrid& grid) {
+  std::vector<DrawnParcel> mine;
+  for (const auto& domain : domains_) domain->gather(grid, mine);
+  return ranks_.gather(mine);
 }
 
 // Summed in the order of domains: with other numbers of domains the sums may differ in their last bits.

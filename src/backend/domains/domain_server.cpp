@@ -51,6 +51,12 @@ void gather(DomainGroup& group) {
   group.gather(none);
 }
 
+void count(Message& message, DomainGroup& group) {
+  const auto grid = message.get<PixelGrid>();
+  const auto style = message.get<CountStyle>();
+  group.count(grid, style);
+}
+
 void obey(Order order, Message& message, DomainGroup& group) {
   switch (order) {
     case Order::reset:
@@ -69,6 +75,10 @@ void obey(Order order, Message& message, DomainGroup& group) {
       return gather(group);
     case Order::draw:
       return group.draw({});
+    case Order::count:
+      return count(message, group);
+    case Order::gather_in:
+      return void(group.gather_in(message.get<PixelGrid>()));
     case Order::measure:
       return void(group.measure());
     case Order::profile:

@@ -24,6 +24,8 @@ enum class Order : std::uint8_t {
   advance,
   gather,
   draw,
+  count,
+  gather_in,
   measure,
   profile,
   state_hash,

@@ -1,0 +1,48 @@
+// Draw target for a backend whose parcels lie in several memories: few of them are written to host memory,
+// of many each picture asks for what it shows.
+#pragma once
+
+#include "view/host_draw_target.hpp"
+
+namespace pf {
+
+class DomainDrawTarget final : public GlDrawTarget {
+ public:
+  enum class Use { by_number, host, images };
+
+  // images must outlive it.
+  DomainDrawTarget(ParcelImages& images, Use use)
+      : images_(images), use_(use), asks_images_(use == Use::images) {}
+
+  DrawTargetKind kind() const override {
+    return asks_images_ ? DrawTargetKind::images : DrawTargetKind::host;
+  }
+  std::string reason() const override { return "domains"; }
+  void reserve(std::size_t num_parcels) override {
+    asks_images_ = use_ == Use::images || (use_ == Use::by_number && num_parcels > kMaxWritten);
+    if (!asks_images_) host_.reserve(num_parcels);
+  }
+  DrawBuffers map() override { return asks_images_ ? DrawBuffers{} : host_.map(); }
+  void unmap() override {
+    if (!asks_images_) host_.unmap();
+    has_content_ = true;
+  }
+  ParcelBuffers buffers() const override {
+    if (!has_content_) return {};
+    return asks_images_ ? ParcelBuffers{0, 0, 0, 0, &images_} : host_.buffers();
+  }
+  void frame_drawn() override {
+    if (!asks_images_) host_.frame_drawn();
+  }
+
+ private:
+  // Beyond it a full picture of counts is fewer bytes than the parcels.
+  static constexpr std::size_t kMaxWritten = 1'000'000;
+
+  HostDrawTarget host_{"domains"};
+  ParcelImages& images_;
+  Use use_;
+  bool asks_images_, has_content_ = false;
+};
+
+}  // namespace pf
