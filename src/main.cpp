@@ -65,14 +65,18 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
                     : options.draw_target == "host" ? Use::host
                                                     : Use::by_number;
     hooks.max_parcels = 1'000'000'000;
-    hooks.make_draw_target = [use](Backend& running) -> std::unique_ptr<GlDrawTarget> {
-      if (running.images() != nullptr) return std::make_unique<DomainDrawTarget>(*running.images(), use);
+    const auto num = static_cast<std::size_t>(resolve_num_parcels(options.settings, backend.name()));
+    hooks.make_draw_target = [use, num](Backend& running) -> std::unique_ptr<GlDrawTarget> {
+      if (running.images() != nullptr) return std::make_unique<DomainDrawTarget>(*running.images(), use, num);
       return std::make_unique<HostDrawTarget>("CPU backend");
     };
   } else if (options.draw_target == "images") {
     throw UserError("--draw-target: images needs several domains (--domains, mpirun); leave it out");
   }
   if (options.draw_target == "interop" || options.draw_target == "staged") {
+    if (backend.name() == "cuda")
+      throw UserError("--draw-target: " + options.draw_target +
+                      " works in one domain only; leave it out, or leave out --domains and mpirun");
     throw UserError("--draw-target: " + options.draw_target +
                     " needs the CUDA backend (--cuda); the CPU backend draws through: host");
   }

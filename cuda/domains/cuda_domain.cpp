@@ -64,6 +64,7 @@ CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(devi
 
 CudaDomain::~CudaDomain() {
   cudaStreamSynchronize(stream_);
+  cudaStreamSynchronize(copy_stream_);
   cudaStreamDestroy(stream_);
   cudaStreamDestroy(copy_stream_);
   cudaEventDestroy(copied_);
@@ -72,6 +73,7 @@ CudaDomain::~CudaDomain() {
 // Keeps the parcels.
 void CudaDomain::reserve(std::size_t num) {
   if (num <= capacity_) return;
+  synchronize();  // kernels may still read what is freed here
   const std::size_t capacity = static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack;
   next_ = {};
   cell_sort_ = {};
@@ -87,25 +89,30 @@ void CudaDomain::reserve(std::size_t num) {
 }
 
 void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
-  device_.set();
+  const DeviceScope scope(device_);
   synchronize();
   slabs_ = slabs;
   num_ = num_copies_ = num_dropped_ = num_near_ = 0;
   has_new_motion_ = false;
-  sent_.clear(slabs.num);
-  copies_.clear(slabs.num);
   if (capacity_ / 4 > num + kMinSlack) {
     current_ = {};
     next_ = {};
     cell_sort_ = {};
+    traffic_ = {};
+    host_traffic_ = {};
+    near_ = {};
+    sent_ = {};
+    copies_ = {};
     capacity_ = 0;
   }
+  sent_.clear(slabs.num);
+  copies_.clear(slabs.num);
   reserve(std::max<std::size_t>(num, 1));
 }
 
 void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bits) {
   if (parcels.empty()) return;
-  device_.set();
+  const DeviceScope scope(device_);
   reserve(num_ + parcels.size());
   const std::size_t num_at_once = std::min(parcels.size(), kMaxAppended);
   if (traffic_.capacity() < num_at_once) traffic_ = DeviceBuffer<Parcel>(num_at_once);
@@ -140,7 +147,7 @@ BorderLists CudaDomain::border_lists(std::uint32_t* left, std::uint32_t* near) c
 }
 
 void CudaDomain::release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
-  device_.set();
+  const DeviceScope scope(device_);
   auto* left = reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys);
   std::uint32_t* near = left + capacity_;
   PF_CUDA(cudaMemsetAsync(counts_.data(), 0, kNumCounts * sizeof(std::uint32_t), stream_));
@@ -186,7 +193,7 @@ void CudaDomain::find_near_adopted(const SlabMargins& slabs) {
 }
 
 void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
-  device_.set();
+  const DeviceScope scope(device_);
   const SlabMargins slabs = margins(margin);
   find_near_adopted(slabs);
   sent_.clear(slabs_.num);
@@ -199,7 +206,7 @@ void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parce
   sent_.make_room();
   std::uint32_t* by_slab = counts_.data() + 2;
   to_device(by_slab, next, slabs_.num, stream_);
-  launch_divide_by_slab(current_.pointers(), near_.data(), num_near_, slabs, by_slab, sent_.index.data(),
+  launch_divide_by_slab(current_.pointers(), near_.data(), num_near_, slabs, {by_slab, sent_.index.data()},
                         stream_);
   const Parcel* parcels = download(sent_.index.data(), sent_.size());
   for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
@@ -213,7 +220,7 @@ void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
 
 std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
   const ScopedPhase timing(times, Phase::sort);
-  device_.set();
+  const DeviceScope scope(device_);
   copies_.make_room();
   launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
   const std::uint32_t num_kept = num_ - num_dropped_;
@@ -230,7 +237,7 @@ std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margi
 }
 
 void CudaDomain::find_borders() {
-  device_.set();
+  const DeviceScope scope(device_);
   cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
   cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
   cell_sort_.update_indices(near_.data(), num_near_, stream_);
@@ -250,7 +257,7 @@ void CudaDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
 }
 
 void CudaDomain::start(const TimeStep& step) {
-  device_.set();
+  const DeviceScope scope(device_);
   *host_state_ = {};
   host_state_->motion = step.ball;
   host_state_->rounding_key = step.key;
@@ -273,7 +280,7 @@ void CudaDomain::start(const TimeStep& step) {
 
 // The copies' motion reaches the device while it still works on what start() launched.
 void CudaDomain::step_borders() {
-  device_.set();
+  const DeviceScope scope(device_);
   if (has_new_motion_) {
     to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), copy_stream_);
     PF_CUDA(cudaEventRecord(copied_, copy_stream_));
@@ -293,13 +300,13 @@ void CudaDomain::step_borders() {
 }
 
 CpuTally CudaDomain::finish() {
-  device_.set();
+  const DeviceScope scope(device_);
   synchronize();
   return tally_of(host_slots_.data());
 }
 
 void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
-  device_.set();
+  const DeviceScope scope(device_);
   std::vector<Vec2i> position(num_);
   std::vector<Vec2f> velocity(num_);
   std::vector<std::uint32_t> id(num_);
@@ -312,18 +319,22 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   }
 }
 
-void CudaDomain::count(const PixelGrid& grid, const CountStyle& style,
-                       std::vector<std::uint32_t>& pixels) const {
-  device_.set();
-  const DeviceBuffer<std::uint32_t> counts(pixels.size());
-  to_device(counts.data(), pixels.data(), pixels.size(), stream_);
-  launch_count_pixels(current_.pointers(), num_, slabs_.world, grid, style, counts.data(), stream_);
-  to_host(pixels.data(), counts.data(), pixels.size(), stream_);
+void CudaDomain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {
+  const DeviceScope scope(device_);
+  const std::size_t num = pixels.size();
+  if (pixels_.capacity() < num) {
+    pixels_ = DeviceBuffer<std::uint32_t>(num);
+    host_pixels_ = PinnedBuffer<std::uint32_t>(num);
+  }
+  PF_CUDA(cudaMemsetAsync(pixels_.data(), 0, num * sizeof(std::uint32_t), stream_));
+  launch_count_pixels(current_.pointers(), num_, slabs_.world, {grid, style, pixels_.data()}, stream_);
+  to_host(host_pixels_.data(), pixels_.data(), num, stream_);
   synchronize();
+  for (std::size_t k = 0; k < num; ++k) pixels[k] += host_pixels_.data()[k];
 }
 
 void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const {
-  device_.set();
+  const DeviceScope scope(device_);
   const DeviceBuffer<std::uint32_t> seen(num_);
   launch_find_seen(current_.pointers(), num_, slabs_.world, grid, {seen.data(), counts_.data()}, stream_);
   std::uint32_t num = 0;

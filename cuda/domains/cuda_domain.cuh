@@ -6,6 +6,7 @@
 
 #include "cuda/cell_sort.cuh"
 #include "cuda/device_buffer.cuh"
+#include "cuda/device_scope.cuh"
 #include "cuda/domains/kernels.cuh"
 #include "cuda/time_step/kernel.cuh"
 
@@ -13,13 +14,14 @@ namespace pf {
 
 class CudaDomain final : public Domain {
  public:
-  // Held for each parcel, with room for those that come in and for copies.
+  // Held for each parcel, with room for those that come in and for copies. Slabs that are narrow against
+  // their margins need more.
   static constexpr double kSlack = 1.05;
   static constexpr double kBytesPerParcel =
       kSlack *
       (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + DeviceCellSort::kBytesPerParcel);
 
-  // index: of the slab.
+  // index: of the slab. device: the current one.
   CudaDomain(unsigned index, int device);
   ~CudaDomain() override;
   CudaDomain(const CudaDomain&) = delete;
@@ -39,22 +41,11 @@ class CudaDomain final : public Domain {
   CpuTally finish() override;
   void add_displacement(std::int32_t units) override { displacement_ += units; }
   void visit(const std::function<void(const Parcel&)>& see) const override;
-  void count(const PixelGrid& grid, const CountStyle& style,
-             std::vector<std::uint32_t>& pixels) const override;
+  void count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) override;
   void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const override;
   std::uint64_t memory_bytes() const override;
 
  private:
-  // The device of all calls of CUDA in this thread from here on.
-  class CurrentDevice {
-   public:
-    explicit CurrentDevice(int device) : device_(device) { set(); }
-    void set() const { PF_CUDA(cudaSetDevice(device_)); }
-
-   private:
-    int device_;
-  };
-
   // Parcels near other slabs, one list after the other: indices before the sort, then those after it, and
   // their motion on its way.
   class Margin {
@@ -87,7 +78,7 @@ class CudaDomain final : public Domain {
   void synchronize() const { PF_CUDA(cudaStreamSynchronize(stream_)); }
 
   unsigned index_;
-  CurrentDevice device_;
+  int device_;  // current while a function works, and while this is made
   cudaStream_t stream_{};
   cudaStream_t copy_stream_{};
   cudaEvent_t copied_{};
@@ -110,7 +101,9 @@ class CudaDomain final : public Domain {
   static constexpr unsigned kNumCounts = 2 + kMaxDomains;
   DeviceBuffer<std::uint32_t> counts_{kNumCounts};  // see border_lists()
   PinnedBuffer<std::uint32_t> host_counts_{kNumCounts};
-  StepLaunch launch_;  // of the present step
+  StepLaunch launch_;                   // of the present step
+  DeviceBuffer<std::uint32_t> pixels_;  // of count()
+  PinnedBuffer<std::uint32_t> host_pixels_;
   DeviceBuffer<StepState> state_{1};
   PinnedValue<StepState> host_state_;
   DeviceBuffer<TallySlot> slots_{kNumSlots};

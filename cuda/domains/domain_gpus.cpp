@@ -39,48 +39,60 @@ class CudaDomainGpus final : public DomainGpus {
  public:
   CudaDomainGpus() : num_(num_cuda_devices()) {
     if (num_ == 0) throw DeviceError("no CUDA device");
-    for (int device = 0; device < num_; ++device) {
-      const std::string obstacle = cuda_device_obstacle(device);
-      if (!obstacle.empty()) throw DeviceError(obstacle);
-    }
   }
 
   std::string name() const override {
     cudaDeviceProp properties{};
     PF_CUDA(cudaGetDeviceProperties(&properties, used_.empty() ? 0 : *used_.begin()));
-    return properties.name;
+    return used_.size() > 1 ? fmt::format("{} {}", used_.size(), properties.name) : properties.name;
   }
-  void check_room(std::size_t num_parcels, std::uint64_t held_bytes) const override {
-    const double num_used = static_cast<double>(std::max<std::size_t>(used_.size(), 1));
-    double available = static_cast<double>(held_bytes);
+
+  void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const override {
     for (const int device : used_) {
-      PF_CUDA(cudaSetDevice(device));
-      available += static_cast<double>(usable_memory_bytes());
+      const DeviceScope scope(device);
+      const unsigned here = num_on(device, all.num_here);
+      const double share = static_cast<double>(here) / all.num_domains;
+      const double needed = CudaDomain::kBytesPerParcel * share * static_cast<double>(num_parcels);
+      const double available =
+          kUsable * (static_cast<double>(usable_memory_bytes()) + static_cast<double>(here * held_bytes));
+      if (needed <= available) continue;
+      throw UserError(
+          fmt::format("air.num_parcels: {} of the {} domains share a GPU, and their parcels need {:.2f} GB "
+                      "of its memory, "
+                      "{:.2f} GB are free; at most about {:.0f} parcels fit",
+                      here, all.num_domains, needed * 1e-9, available * 1e-9,
+                      static_cast<double>(num_parcels) * available / needed));
     }
-    const double needed = CudaDomain::kBytesPerParcel * static_cast<double>(num_parcels);
-    if (needed <= kUsable * available) return;
-    throw UserError(
-        fmt::format("air.num_parcels: {} parcels on {} GPUs of this machine need {:.2f} GB of their memory, "
-                    "{:.2f} GB are "
-                    "free; at most about {:.0f} fit",
-                    num_parcels, num_used, needed * 1e-9, available * 1e-9,
-                    static_cast<double>(num_parcels) * kUsable * available / needed));
   }
+
+  // A device is looked at when it is needed: other processes may have the others to themselves.
   std::unique_ptr<Domain> make(unsigned index, unsigned place) override {
     const int device = static_cast<int>(place % static_cast<unsigned>(num_));
-    used_.insert(device);
+    const DeviceScope scope(device);
+    if (used_.count(device) == 0) {
+      const std::string obstacle = cuda_device_obstacle(device);
+      if (!obstacle.empty()) throw DeviceError(obstacle);
+      used_.insert(device);
+    }
     return std::make_unique<CudaDomain>(index, device);
   }
+
   double measure_copy_bandwidth(std::size_t num_bytes) override {
     double total = 0.0;
     for (const int device : used_) {
-      PF_CUDA(cudaSetDevice(device));
+      const DeviceScope scope(device);
       total += copy_bandwidth(num_bytes);
     }
     return total;
   }
 
  private:
+  // Domains of this machine that are on the device.
+  unsigned num_on(int device, unsigned num_here) const {
+    const auto first = static_cast<unsigned>(device), num = static_cast<unsigned>(num_);
+    return num_here > first ? (num_here - first - 1) / num + 1 : 0;
+  }
+
   int num_;
   std::set<int> used_;
 };

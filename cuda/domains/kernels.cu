@@ -1,6 +1,5 @@
 #include "cuda/check.cuh"
 #include "cuda/domains/kernels.cuh"
-#include "cuda/draw_parcel.cuh"
 
 namespace pf {
 namespace {
@@ -39,10 +38,13 @@ __device__ void list_near(const SlabMargins& slabs, const BorderLists& lists, st
                           std::uint32_t i) {
   const Slabs::Span& own = slabs.slab[slabs.own];
   if (x > own.low + slabs.margin && x < own.high - slabs.margin) return;
-  lists.near.index[atomicAdd(lists.near.count, 1U)] = i;
+  bool is_near_any = false;
   for (unsigned k = 0; k < slabs.num; ++k) {
-    if (is_near(slabs, x, k)) atomicAdd(&lists.num_near[k], 1U);
+    if (!is_near(slabs, x, k)) continue;
+    atomicAdd(&lists.num_near[k], 1U);
+    is_near_any = true;
   }
+  if (is_near_any) lists.near.index[atomicAdd(lists.near.count, 1U)] = i;
 }
 
 __global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t first, std::uint32_t n,
@@ -71,12 +73,12 @@ __global__ void mark_kernel(const ParcelPointers parcels, const std::uint32_t* i
 
 __global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::uint32_t* near,
                                       std::uint32_t n, const __grid_constant__ SlabMargins slabs,
-                                      std::uint32_t* next, std::uint32_t* index) {
+                                      const DividedList divided) {
   const std::uint32_t j = thread_index();
   if (j >= n) return;
   const std::uint32_t i = near[j];
   for (unsigned k = 0; k < slabs.num; ++k) {
-    if (is_near(slabs, parcels.position[i].x, k)) index[atomicAdd(&next[k], 1U)] = i;
+    if (is_near(slabs, parcels.position[i].x, k)) divided.index[atomicAdd(&divided.next[k], 1U)] = i;
   }
 }
 
@@ -109,16 +111,17 @@ __global__ void count_kept_kernel(const GridShape grid, const ParcelPointers par
 }
 
 __global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
-                                    const PixelGrid grid, const CountStyle style, std::uint32_t* pixels) {
+                                    const CountedPicture picture) {
   const std::uint32_t i = thread_index();
   if (i >= n) return;
   const std::uint32_t id = parcels.id[i];
-  if ((id & kCopyBit) != 0 || (id & kIdBits) % style.one_in != 0) return;
-  DrawnParcel drawn;
-  draw_parcel({&drawn.position_m, &drawn.speed_mps, 1, true}, world, 0, parcels.position[i],
-              parcels.velocity[i]);
-  const std::uint32_t pixel = pixel_of(grid, drawn.position_m);
-  if (pixel != kNoPixel) atomicAdd(&pixels[pixel], pixel_share(style, drawn.speed_mps));
+  if ((id & kCopyBit) != 0 || (id & kIdBits) % picture.style.one_in != 0) return;
+  const Vec2i position = parcels.position[i];
+  if (is_retired(position)) return;
+  const Vec2f velocity = parcels.velocity[i];
+  const float speed_mps = sqrtf(velocity.x * velocity.x + velocity.y * velocity.y);
+  const std::uint32_t pixel = pixel_of(picture.grid, to_float(to_metres(world, position)));
+  if (pixel != kNoPixel) atomicAdd(&picture.pixels[pixel], pixel_share(picture.style, speed_mps));
 }
 
 __global__ void find_seen_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
@@ -161,9 +164,8 @@ void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std:
 }
 
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,
-                           const SlabMargins& slabs, std::uint32_t* next, std::uint32_t* index,
-                           cudaStream_t stream) {
-  launch("divide_by_slab_kernel", divide_by_slab_kernel, n, stream, parcels, near, n, slabs, next, index);
+                           const SlabMargins& slabs, const DividedList& divided, cudaStream_t stream) {
+  launch("divide_by_slab_kernel", divide_by_slab_kernel, n, stream, parcels, near, n, slabs, divided);
 }
 
 void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n, Parcel* to,
@@ -186,9 +188,8 @@ void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std
 }
 
 void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t n, const World& world,
-                         const PixelGrid& grid, const CountStyle& style, std::uint32_t* pixels,
-                         cudaStream_t stream) {
-  launch("count_pixels_kernel", count_pixels_kernel, n, stream, parcels, n, world, grid, style, pixels);
+                         const CountedPicture& picture, cudaStream_t stream) {
+  launch("count_pixels_kernel", count_pixels_kernel, n, stream, parcels, n, world, picture);
 }
 
 void launch_find_seen(const ParcelPointers& parcels, std::uint32_t n, const World& world,

@@ -23,8 +23,8 @@ struct SlabMargins {
   std::int64_t margin;  // position units
   std::int64_t extent;  // along x, of a periodic world; else 0
 };
-// Lists of the parcels of the world: own ones that are not inside (low <= x < high), and those that are
-// within the margin of another slab, or nearly so. num_near[k]: of the latter those within the margin of slab
+// Lists of the parcels of the world: own ones that are not inside (low <= x < high), and the others that are
+// within the margin of another slab. num_near[k]: of the latter those within the margin of slab
 // k.
 struct BorderLists {
   Slabs::Span inside;
@@ -37,10 +37,13 @@ void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std
 // Drops the parcels of a list.
 void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
                  cudaStream_t stream);
-// Writes the index of each one within the margin of slab k to index[next[k]++].
+// Of the near ones those within the margin of slab k: each index goes to index[next[k]++].
+struct DividedList {
+  std::uint32_t* next;
+  std::uint32_t* index;
+};
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t num,
-                           const SlabMargins& slabs, std::uint32_t* next, std::uint32_t* index,
-                           cudaStream_t stream);
+                           const SlabMargins& slabs, const DividedList& divided, cudaStream_t stream);
 
 // to[k]: parcel index[k], without bits in its id.
 void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num, Parcel* to,
@@ -58,10 +61,14 @@ void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* inde
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t num,
                        const SortKeys& keys, cudaStream_t stream);
 
-// Adds the shares of own parcels, every one_in-th id, to pixels of the grid.
+// Adds the shares of own parcels, every one_in-th id, to the pixels of a picture.
+struct CountedPicture {
+  PixelGrid grid;
+  CountStyle style;
+  std::uint32_t* pixels;
+};
 void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t num, const World& world,
-                         const PixelGrid& grid, const CountStyle& style, std::uint32_t* pixels,
-                         cudaStream_t stream);
+                         const CountedPicture& picture, cudaStream_t stream);
 // Lists own parcels in the picture.
 void launch_find_seen(const ParcelPointers& parcels, std::uint32_t num, const World& world,
                       const PixelGrid& grid, const IndexList& seen, cudaStream_t stream);

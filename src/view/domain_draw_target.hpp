@@ -10,16 +10,16 @@ class DomainDrawTarget final : public GlDrawTarget {
  public:
   enum class Use { by_number, host, images };
 
-  // images must outlive it.
-  DomainDrawTarget(ParcelImages& images, Use use)
-      : images_(images), use_(use), asks_images_(use == Use::images) {}
+  // images must outlive it. num_parcels: at first.
+  DomainDrawTarget(ParcelImages& images, Use use, std::size_t num_parcels)
+      : images_(images), use_(use), asks_images_(wants_images(num_parcels)) {}
 
   DrawTargetKind kind() const override {
     return asks_images_ ? DrawTargetKind::images : DrawTargetKind::host;
   }
   std::string reason() const override { return "domains"; }
   void reserve(std::size_t num_parcels) override {
-    asks_images_ = use_ == Use::images || (use_ == Use::by_number && num_parcels > kMaxWritten);
+    asks_images_ = wants_images(num_parcels);
     if (!asks_images_) host_.reserve(num_parcels);
   }
   DrawBuffers map() override { return asks_images_ ? DrawBuffers{} : host_.map(); }
@@ -36,8 +36,12 @@ class DomainDrawTarget final : public GlDrawTarget {
   }
 
  private:
-  // Beyond it a full picture of counts is fewer bytes than the parcels.
-  static constexpr std::size_t kMaxWritten = 1'000'000;
+  // A picture of counts takes an H200 and its host 10 ms, 10^6 written parcels 13 ms.
+  static constexpr std::size_t kMaxWritten = 300'000;
+
+  bool wants_images(std::size_t num_parcels) const {
+    return use_ == Use::images || (use_ == Use::by_number && num_parcels > kMaxWritten);
+  }
 
   HostDrawTarget host_{"domains"};
   ParcelImages& images_;

@@ -10,8 +10,16 @@
 namespace pf::test {
 
 inline std::unique_ptr<Backend> domains(unsigned num, unsigned num_threads = 1) {
-  return make_domain_backend(std::make_shared<LocalCarrier>(), num, num_threads);
+  return make_domain_backend(std::make_shared<LocalCarrier>(), num, num_threads, domain_gpus());
 }
+
+// On GPUs the tests are skipped where there is none.
+class Domains : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (are_domains_on_gpus() && domain_gpus() == nullptr) GTEST_SKIP() << "no CUDA device";
+  }
+};
 
 // A dense gas through which a ball flies, with what the panel changes while it does.
 struct Pair {

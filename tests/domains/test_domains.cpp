@@ -20,7 +20,7 @@ void expect_golden_states(const MakeBackend& make_backend) {
   EXPECT_GT(num_scenes, 20);
 }
 
-class NumDomains : public testing::TestWithParam<unsigned> {};
+class NumDomains : public Domains, public testing::WithParamInterface<unsigned> {};
 
 TEST_P(NumDomains, GivesTheGoldenStates) {
   expect_golden_states([] { return domains(GetParam()); });
@@ -29,7 +29,7 @@ TEST_P(NumDomains, GivesTheGoldenStates) {
 INSTANTIATE_TEST_SUITE_P(Domains, NumDomains, testing::Values(1U, 2U, 3U, 4U, 8U, 13U),
                          testing::PrintToStringParamName());
 
-TEST(Domains, GiveTheGoldenStatesForAnyNumberOfRanks) {
+TEST_F(Domains, GiveTheGoldenStatesForAnyNumberOfRanks) {
   for (const auto& [num_ranks, num_domains] : {std::pair(2U, 2U), std::pair(2U, 6U), std::pair(3U, 3U)}) {
     SCOPED_TRACE(testing::Message() << num_ranks << " ranks, " << num_domains << " domains");
     ThreadRanks ranks(num_ranks);
@@ -37,7 +37,7 @@ TEST(Domains, GiveTheGoldenStatesForAnyNumberOfRanks) {
   }
 }
 
-TEST(Domains, GiveTheSameBitsWhileSettingsChange) {
+TEST_F(Domains, GiveTheSameBitsWhileSettingsChange) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     for (const unsigned num : {2U, 5U}) {
       SCOPED_TRACE(testing::Message() << "boundary " << static_cast<int>(boundary) << ", " << num);
@@ -64,7 +64,7 @@ TEST(Domains, GiveTheSameBitsWhileSettingsChange) {
 }
 
 // Eight slabs of a metre or less: a parcel crosses several in a step, and every step sorts.
-TEST(Domains, GiveTheSameBitsOfParcelsThatCrossSeveralBordersInAStep) {
+TEST_F(Domains, GiveTheSameBitsOfParcelsThatCrossSeveralBordersInAStep) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     Pair pair(busy_court(boundary, 1500), domains(8));
     for (SceneRun* run : {&pair.plain, &pair.divided}) {
@@ -77,7 +77,7 @@ TEST(Domains, GiveTheSameBitsOfParcelsThatCrossSeveralBordersInAStep) {
 }
 
 // They move by more than the height of a periodic world.
-TEST(Domains, GiveTheSameBitsOfParcelsThatCrossAThinWorldInAStep) {
+TEST_F(Domains, GiveTheSameBitsOfParcelsThatCrossAThinWorldInAStep) {
   Settings s = busy_court(Boundary::periodic, 1500);
   s.height_m = 0.8;
   s.area_fraction = 0.2;
@@ -97,7 +97,7 @@ TEST(Domains, GiveTheSameBitsOfParcelsThatCrossAThinWorldInAStep) {
 }
 
 // All parcels and the ball around one border; the other domains are empty.
-TEST(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
+TEST_F(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
   Pair pair(busy_court(Boundary::walls, 400), domains(8));
   for (SceneRun* run : {&pair.plain, &pair.divided}) {
     ParcelSnapshot state = run->backend->snapshot();
@@ -114,7 +114,7 @@ TEST(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
 
 // Rows of two parcels around the border, 1.9 diameters apart. They meet shortly before the next sort, when
 // each has covered 0.6 diameters. The others have left the world: parcels are dense, and margins thin.
-TEST(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
+TEST_F(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
   Settings s = busy_court(Boundary::open);
   s.ball_present = false;
   Pair pair(s, domains(2));
@@ -135,7 +135,7 @@ TEST(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
   EXPECT_EQ(totals.num_sorts, 0U);
 }
 
-TEST(Domains, SortAgainForALargerRadius) {
+TEST_F(Domains, SortAgainForALargerRadius) {
   for (const Boundary boundary : {Boundary::open, Boundary::periodic}) {
     Settings s = busy_court(boundary);
     s.area_fraction = 0.01;
@@ -149,7 +149,7 @@ TEST(Domains, SortAgainForALargerRadius) {
   }
 }
 
-TEST(Domains, NameTheFirstInvalidParcelAndStep) {
+TEST_F(Domains, NameTheFirstInvalidParcelAndStep) {
   Pair pair(busy_court(Boundary::walls, 400), domains(5));
   pair.expect_same_steps(5, 1e-4);
   for (SceneRun* run : {&pair.plain, &pair.divided}) {

@@ -98,17 +98,21 @@ class ThreadCarrier final : public Carrier {
   unsigned rank_, num_ranks_;
 };
 
-// Ranks 1 to num_ranks - 1 serve until the end of this object. Its backends must end before it. find_gpus: of
-// each rank; none for processors.
+// The tests of domains are built twice: gpu_tests has their domains on GPUs (gpu/domain_gpus.cpp).
+bool are_domains_on_gpus();
+// Null for processors, or without a GPU.
+std::shared_ptr<DomainGpus> domain_gpus();
+
+// Ranks 1 to num_ranks - 1 serve until the end of this object. Its backends must end before it.
 class ThreadRanks {
  public:
-  explicit ThreadRanks(unsigned num_ranks, const FindDomainGpus& find_gpus = {}) : find_gpus_(find_gpus) {
+  explicit ThreadRanks(unsigned num_ranks) {
     const auto mail = std::make_shared<Mail>();
     first_ = std::make_shared<ThreadCarrier>(mail, 0, num_ranks);
     for (unsigned rank = 1; rank < num_ranks; ++rank) {
       others_.emplace_back([=] {
         ThreadCarrier carrier(mail, rank, num_ranks);
-        serve_domains(carrier, find_gpus);
+        serve_domains(carrier, domain_gpus);
       });
     }
   }
@@ -117,11 +121,10 @@ class ThreadRanks {
   ~ThreadRanks() { end_domains(*first_); }
 
   std::unique_ptr<Backend> make_backend(unsigned num_domains) {
-    return make_domain_backend(first_, num_domains, 1, find_gpus_ ? find_gpus_() : nullptr);
+    return make_domain_backend(first_, num_domains, 1, domain_gpus());
   }
 
  private:
-  FindDomainGpus find_gpus_;
   std::shared_ptr<Carrier> first_;
   std::vector<std::jthread> others_;
 };

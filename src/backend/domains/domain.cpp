@@ -10,7 +10,7 @@ DrawnParcel drawn_parcel(const World& world, const Parcel& parcel) {
   return drawn;
 }
 
-void Domain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) const {
+void Domain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {
   visit([&](const Parcel& parcel) {
     if (parcel.id % style.one_in != 0) return;
     const DrawnParcel one = drawn_parcel(slabs_.world, parcel);

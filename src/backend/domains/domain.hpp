@@ -69,13 +69,17 @@ class Domain {
   // Own parcels only, in any order.
   virtual void visit(const std::function<void(const Parcel&)>& see) const = 0;
   // Own parcels: adds the shares of every one_in-th id to pixels; appends those in the picture.
-  virtual void count(const PixelGrid& grid, const CountStyle& style,
-                     std::vector<std::uint32_t>& pixels) const;
+  virtual void count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels);
   virtual void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const;
   virtual std::uint64_t memory_bytes() const = 0;
 
  protected:
   Slabs slabs_;  // of the last clear()
+};
+
+// How many domains there are in the world, and on this machine.
+struct Placement {
+  unsigned num_domains, num_here;
 };
 
 // The GPUs of this machine, for domains.
@@ -84,8 +88,9 @@ class DomainGpus {
   virtual ~DomainGpus() = default;
 
   virtual std::string name() const = 0;  // for the report
-  // Throws UserError if so many parcels of this process do not fit. held_bytes: what its domains hold now.
-  virtual void check_room(std::size_t num_parcels, std::uint64_t held_bytes) const = 0;
+  // Throws UserError if so many parcels of the world do not fit, if domains share them equally. held_bytes:
+  // what a domain holds now.
+  virtual void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const = 0;
   // Domain of slab `index`. place: its number among the domains of this machine, which take the GPUs in turn.
   virtual std::unique_ptr<Domain> make(unsigned index, unsigned place) = 0;
   // See Backend; of all GPUs that have domains of this process.

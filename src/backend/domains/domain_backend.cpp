@@ -97,15 +97,17 @@ class DomainBackend final : public Backend, public ParcelImages {
   }
   double measure_copy_bandwidth(std::size_t num_bytes) override {
     order(Message().put(Order::measure_copy_bandwidth).put(num_bytes));
-    return group_.measure_copy_bandwidth(num_bytes);
+    const double bandwidth = group_.measure_copy_bandwidth(num_bytes);
+    if (bandwidth == 0.0) throw DeviceError("no memory to measure the copy bandwidth");
+    return bandwidth;
   }
 
  private:
   // By the GPUs of this rank, before the other ranks hear of anything.
   void check_room(std::size_t num_parcels) const {
     if (gpus_ == nullptr) return;
-    const unsigned num_ranks = carrier_->num_ranks();
-    gpus_->check_room(num_parcels / num_ranks, group_.memory_bytes() / num_ranks);
+    const Placement all = {num_domains_, num_domains_ / carrier_->num_ranks() * carrier_->num_ranks_here()};
+    gpus_->check_room(num_parcels, all, group_.memory_bytes() / num_domains_);
   }
   void order(Message& message) { carrier_->broadcast(message.bytes()); }
   void order(Message&& message) { order(message); }

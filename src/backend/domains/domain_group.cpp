@@ -9,10 +9,10 @@
 namespace pf {
 namespace {
 
-// Width of the margin, in contact distances; in a dilute gas, whose cells are wider, in mean distances of
-// parcels. It takes part in no result. Cells set how far parcels may move until the next sort; a margin a
-// little wider than they are never cuts that short.
-constexpr double kMarginWidth = 3.0, kDiluteMarginWidth = 0.75;
+// Width of the margin, in contact distances, on processors and on GPUs; in a dilute gas, whose cells are
+// wider, in mean distances of parcels. It takes part in no result. Cells set how far parcels may move until
+// the next sort; these margins hardly cut that short.
+constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.0, kDiluteMarginWidth = 0.75;
 
 // What a rank knows after a step. All ranks learn it from all.
 struct StepOutcome {
@@ -20,12 +20,12 @@ struct StepOutcome {
   bool is_time_up = false;
 };
 
-std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels) {
+std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels, double width) {
   const World& world = constants.physics.world;
   const double area = 4.0 * world.half.x * static_cast<double>(world.half.y);
   const double spacing = std::sqrt(area / (num_parcels + 1.0));
   return static_cast<std::int64_t>(
-      std::ceil(std::fmax(kMarginWidth * constants.contact_distance, kDiluteMarginWidth * spacing)));
+      std::ceil(std::fmax(width * constants.contact_distance, kDiluteMarginWidth * spacing)));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
   {
     ScopedPhase timing(report.times, Phase::sort);
     Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
-    margin_ = margin_of(constants, physics_.parcels.num);
+    margin_ = margin_of(constants, physics_.parcels.num, gpus_ != nullptr ? kGpuMarginWidth : kMarginWidth);
     side_by_side([&](Domain& domain, std::size_t d) { domain.release(margin_, out[d]); });
     ranks_.exchange(out, in, ranks_.all_counts(out));
     side_by_side([&](Domain& domain, std::size_t d) {

@@ -39,6 +39,7 @@ class DomainGroup {
   std::uint64_t state_hash();
   // Of all ranks.
   std::uint64_t memory_bytes() const { return memory_bytes_; }
+  // 0: a rank has no memory for it.
   double measure_copy_bandwidth(std::size_t num_bytes);
 
   const BallState& ball() const { return ball_; }

@@ -1,4 +1,6 @@
 // The state of all domains as others set and read it.
+#include <exception>
+
 #include "backend/domains/domain_group.hpp"
 #include "backend/processor.hpp"
 #include "model/spawn.hpp"
@@ -111,15 +113,18 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
 std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const CountStyle& style) {
   const std::size_t num = std::size_t{grid.width} * grid.height;
   std::vector<std::vector<std::uint32_t>> images(domains_.size());
-  side_by_side([&](const Domain& domain, std::size_t d) {
-    images[d].resize(num);
-    domain.count(grid, style, images[d]);
+  side_by_side([&](Domain& domain, std::size_t d) {
+    std::vector<std::uint32_t>& image = images[gpus_ != nullptr ? 0 : d];  // those on GPUs take turns
+    image.resize(num);
+    domain.count(grid, style, image);
   });
   std::vector<std::uint32_t> sum = std::move(images[0]);
   const auto add = [&](const std::uint32_t* pixels) {
     for (std::size_t k = 0; k < num; ++k) sum[k] += pixels[k];
   };
-  for (std::size_t d = 1; d < images.size(); ++d) add(images[d].data());
+  for (std::size_t d = 1; d < images.size(); ++d) {
+    if (!images[d].empty()) add(images[d].data());
+  }
   const std::vector<std::uint32_t> all = ranks_.gather(sum);
   for (std::size_t first = num; first < all.size(); first += num) add(all.data() + first);
   return sum;
@@ -172,10 +177,17 @@ void DomainGroup::sum_memory() {
 }
 
 double DomainGroup::measure_copy_bandwidth(std::size_t num_bytes) {
-  const double mine = gpus_ != nullptr ? gpus_->measure_copy_bandwidth(num_bytes)
-                                       : pf::measure_copy_bandwidth(team_, num_bytes);
+  double mine = 0.0;
+  try {
+    mine = gpus_ != nullptr ? gpus_->measure_copy_bandwidth(num_bytes)
+                            : pf::measure_copy_bandwidth(team_, num_bytes);
+  } catch (const std::exception&) {  // no memory for the copy; the other ranks wait for this one
+  }
   double total = 0.0;
-  for (const double bandwidth : ranks_.all_of(mine)) total += bandwidth;
+  for (const double bandwidth : ranks_.all_of(mine)) {
+    if (bandwidth == 0.0) return 0.0;
+    total += bandwidth;
+  }
   return total;
 }
 
