@@ -201,7 +201,7 @@ int bench(const Options& options, const Ranks& ranks) {
   if (backend->name() == "cpu") {
     Settings settings = options.settings;
     settings.num_parcels = resolve_num_parcels(settings, backend->name());
-    check_memory(settings.num_parcels, cpu_bytes_here(*backend, settings), available_memory_bytes());
+    check_memory(settings.num_parcels, host_bytes_here(*backend, settings), available_memory_bytes());
   }
   run_bench(options, *backend);
   return 0;

@@ -3,27 +3,14 @@
 #include <algorithm>
 #include <bit>
 
+#include "cuda/domains/transfer.cuh"
+
 namespace pf {
 namespace {
 
 // Room beyond kSlack, for few parcels.
 constexpr std::size_t kMinSlack = 4096;
 constexpr std::size_t kMaxAppended = 1U << 20;  // at a time
-
-template <class T>
-void to_device(T* device, const T* host, std::size_t num, cudaStream_t stream) {
-  if (num > 0) PF_CUDA(cudaMemcpyAsync(device, host, num * sizeof(T), cudaMemcpyHostToDevice, stream));
-}
-
-template <class T>
-void to_host(T* host, const T* device, std::size_t num, cudaStream_t stream) {
-  if (num > 0) PF_CUDA(cudaMemcpyAsync(host, device, num * sizeof(T), cudaMemcpyDeviceToHost, stream));
-}
-
-template <class T>
-void copy_on_device(T* to, const T* from, std::size_t num, cudaStream_t stream) {
-  if (num > 0) PF_CUDA(cudaMemcpyAsync(to, from, num * sizeof(T), cudaMemcpyDeviceToDevice, stream));
-}
 
 CpuTally tally_of(const TallySlot* slots) {
   CpuTally sum;
@@ -303,54 +290,6 @@ CpuTally CudaDomain::finish() {
   const DeviceScope scope(device_);
   synchronize();
   return tally_of(host_slots_.data());
-}
-
-void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
-  const DeviceScope scope(device_);
-  std::vector<Vec2i> position(num_);
-  std::vector<Vec2f> velocity(num_);
-  std::vector<std::uint32_t> id(num_);
-  to_host(position.data(), current_.position.data(), num_, stream_);
-  to_host(velocity.data(), current_.velocity.data(), num_, stream_);
-  to_host(id.data(), current_.id.data(), num_, stream_);
-  synchronize();
-  for (std::uint32_t i = 0; i < num_; ++i) {
-    if ((id[i] & kCopyBit) == 0) see({position[i], velocity[i], id[i] & kIdBits});
-  }
-}
-
-void CudaDomain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {
-  const DeviceScope scope(device_);
-  const std::size_t num = pixels.size();
-  if (pixels_.capacity() < num) {
-    pixels_ = DeviceBuffer<std::uint32_t>(num);
-    host_pixels_ = PinnedBuffer<std::uint32_t>(num);
-  }
-  PF_CUDA(cudaMemsetAsync(pixels_.data(), 0, num * sizeof(std::uint32_t), stream_));
-  launch_count_pixels(current_.pointers(), num_, slabs_.world, {grid, style, pixels_.data()}, stream_);
-  to_host(host_pixels_.data(), pixels_.data(), num, stream_);
-  synchronize();
-  for (std::size_t k = 0; k < num; ++k) pixels[k] += host_pixels_.data()[k];
-}
-
-void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const {
-  const DeviceScope scope(device_);
-  const DeviceBuffer<std::uint32_t> seen(num_);
-  launch_find_seen(current_.pointers(), num_, slabs_.world, grid, {seen.data(), counts_.data()}, stream_);
-  std::uint32_t num = 0;
-  to_host(&num, counts_.data(), 1, stream_);
-  synchronize();
-  const DeviceBuffer<Parcel> parcels(num);
-  std::vector<Parcel> gathered(num);
-  launch_gather(current_.pointers(), seen.data(), num, parcels.data(), stream_);
-  to_host(gathered.data(), parcels.data(), num, stream_);
-  synchronize();
-  for (const Parcel& parcel : gathered) to.push_back(drawn_parcel(slabs_.world, parcel));
-}
-
-std::uint64_t CudaDomain::memory_bytes() const {
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + near_.bytes() +
-         sent_.bytes() + copies_.bytes();
 }
 
 }  // namespace pf

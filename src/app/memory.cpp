@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.hpp"
+#include "model/parcel.hpp"
 
 namespace pf {
 namespace {
@@ -49,7 +50,11 @@ std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threa
   return n * (2 * 20 + 4 + 12 + 4 + of_method) + num_cells * 4 * (1 + std::min(threads, kMaxSlices));
 }
 
-std::uint64_t cpu_bytes_here(const Backend& backend, const Settings& settings) {
+std::uint64_t host_bytes_here(const Backend& backend, const Settings& settings) {
+  constexpr double kSpawned = 2.0 * sizeof(Parcel);  // in vectors that have grown, on their way to GPUs
+  if (backend.name() != "cpu")
+    return static_cast<std::uint64_t>(kSpawned * backend.share_here() *
+                                      static_cast<double>(settings.num_parcels));
   constexpr double kOfDomains = 1.5;  // 1.0 to 1.4 measured: copies of neighbours' parcels, and room to grow
   const std::uint64_t all = cpu_backend_bytes(settings.num_parcels, settings.threads, settings.method);
   if (backend.num_domains() == 1) return all;

@@ -17,8 +17,8 @@ namespace pf {
 // the backup for a retried step: a trajectory, an index and a tick. num_threads: 0 means all of the machine.
 std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threads, Method method);
 
-// The same for what a CPU backend, which may be divided into domains, holds on this machine.
-std::uint64_t cpu_bytes_here(const Backend& backend, const Settings& settings);
+// The same for what a backend that is on processors or divided into domains holds in this machine's memory.
+std::uint64_t host_bytes_here(const Backend& backend, const Settings& settings);
 
 // Bytes of the draw memory that the CPU backend writes to: three regions, each 1.5 N entries of a position
 // and a speed, 12 bytes.

@@ -174,8 +174,10 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
       ->allow_extra_args(false);
   app.add_flag("--force", typed.force,
                "allow steps of method spring beyond its stability bound: run.allow_unstable = true");
-  app.add_flag("--cuda", options.cuda,
-               "compute on the CUDA device; if there is none, on the CPU after a message");
+  app.add_flag(
+      "--cuda", options.cuda,
+      "compute on the CUDA device, with --domains or mpirun on all of them; if there is none, on the CPU "
+      "after a message");
   app.add_flag("--cuda-no-fallback", options.cuda_no_fallback, "as --cuda, but fail without a CUDA device");
   add_text(
       app, "--domains", typed.domains, "K",

@@ -21,12 +21,14 @@ void Simulation::State::resolve(Settings& with) const {
   if (with.air == Air::parcels) with.num_parcels = resolve_num_parcels(with, backend->name());
 }
 
-// Throws UserError if memory does not suffice for the CPU backend. held_bytes: released by it before.
+// Throws UserError if the host's memory does not suffice. held_bytes: released by the backend before.
 void Simulation::State::check_room(const Settings& with, std::uint64_t held_bytes) const {
-  if (backend->name() != "cpu" || with.air != Air::parcels) return;
+  const bool is_on_host = backend->name() == "cpu" || backend->num_domains() > 1;
+  if (!is_on_host || with.air != Air::parcels) return;
   constexpr std::uint64_t kOtherBytes = 256ULL << 20;  // GL, text, a film: 190 MiB measured with llvmpipe
-  const std::uint64_t needed =
-      cpu_bytes_here(*backend, with) + host_draw_bytes(with.num_parcels) + kOtherBytes;
+  // Domains draw many parcels without a copy of all.
+  const std::uint64_t drawn = backend->images() == nullptr ? host_draw_bytes(with.num_parcels) : 0;
+  const std::uint64_t needed = host_bytes_here(*backend, with) + drawn + kOtherBytes;
   const std::uint64_t available = available_memory_bytes();
   check_memory(with.num_parcels, needed, available > ~held_bytes ? available : available + held_bytes);
 }
