@@ -221,19 +221,20 @@ __device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::u
   set_earliest<kBoundary>(step, i, tick_of(event), is_active);
 }
 
-// Lists all active parcels, and predicts due events that are stale anew. The grid calls it.
+// Lists all active parcels, and predicts due events that are stale anew. Tiles that lie side by side, as
+// those before the ball do, go to different warps. The grid calls it.
 template <Boundary kBoundary>
 __device__ void refresh(const StepContext& step, std::uint32_t slice,
                         NearList<kExactBlock>::Space& near_space) {
   const std::uint32_t num_tiles = (step.launch.space.num_parcels + kTile - 1) / kTile;
   const std::uint32_t window_end = step.state.window_end;
   constexpr std::uint32_t kWarps = kExactBlock / 32;
-  const std::uint32_t warp = blockIdx.x + gridDim.x * (threadIdx.x / 32);
-  for (std::uint32_t base = warp * 32; base < num_tiles; base += gridDim.x * kWarps * 32) {
-    const std::uint32_t mine = base + threadIdx.x % 32;
+  const std::uint32_t warp = blockIdx.x + gridDim.x * (threadIdx.x / 32), num_warps = gridDim.x * kWarps;
+  for (std::uint32_t base = warp; base < num_tiles; base += num_warps * 32) {
+    const std::uint32_t mine = base + threadIdx.x % 32 * num_warps;
     const bool is_due = mine < num_tiles && step.memory.earliest[mine] < window_end;
     for (unsigned due = __ballot_sync(kWholeWarp, is_due); due != 0; due &= due - 1)
-      refresh_tile<kBoundary>(step, base + (__ffs(due) - 1), slice, near_space);
+      refresh_tile<kBoundary>(step, base + (__ffs(due) - 1) * num_warps, slice, near_space);
   }
 }
 
