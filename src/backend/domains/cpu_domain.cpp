@@ -52,19 +52,28 @@ void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
   finish_appending();
 }
 
-void CpuDomain::release(std::int64_t, std::vector<std::vector<Parcel>>& out) {
+// One pass over all parcels also lists those that copy_margins will look at.
+void CpuDomain::release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
+  const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
   const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),
                      end = index_ + 1 == slabs_.num ? INT32_MAX : slabs_.edge(index_ + 1);
-  for (std::size_t i = 0; i < from.id.size(); ++i) {
+  near_.clear();
+  for (std::uint32_t i = 0; i < from.id.size(); ++i) {
     const std::int32_t x = from.position[i].x;
+    if (from.slot[i] == 0 && x > low && x < high) continue;
     const bool is_copy = from.slot[i] > parcels_.last_own_slot, is_inside = x >= first && x < end;
     from.slot[i] = 0;
-    if (!is_copy && (is_inside || is_retired(from.position[i]))) continue;
+    if (!is_copy && is_retired(from.position[i])) continue;
+    if (!is_copy && is_inside) {
+      near_.push_back(i);
+      continue;
+    }
     if (!is_copy) out[slabs_.owner(x)].push_back({from.position[i], from.velocity[i], from.id[i]});
     from.position[i] = {kRetired, 0};
     from.slot[i] = kDropped;
   }
+  first_adopted_ = static_cast<std::uint32_t>(from.id.size());
 }
 
 void CpuDomain::adopt(const std::vector<Parcel>& parcels) {
@@ -76,14 +85,13 @@ void CpuDomain::adopt(const std::vector<Parcel>& parcels) {
 
 void CpuDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& own = parcels_.current;
-  const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
+  for (std::uint32_t i = first_adopted_; i < own.id.size(); ++i) near_.push_back(i);
   std::vector<Slabs::Span> spans;
   for (unsigned k = 0; k < slabs_.num; ++k) spans.push_back(slabs_.span(k));
   for (Border& border : borders_) border = {};
   num_slots_ = 0;
-  for (std::size_t i = 0; i < own.id.size(); ++i) {
+  for (const std::uint32_t i : near_) {
     const Vec2i position = own.position[i];
-    if ((position.x > low && position.x < high) || is_retired(position)) continue;
     for (unsigned k = 0; k < slabs_.num; ++k) {
       if (k == index_ || slabs_.distance(position.x, spans[k]) > margin) continue;
       if (own.slot[i] == 0) own.slot[i] = ++num_slots_;
@@ -161,7 +169,7 @@ void CpuDomain::visit(const std::function<void(const Parcel&)>& see) const {
 }
 
 std::uint64_t CpuDomain::memory_bytes() const {
-  std::uint64_t num = place_.capacity();
+  std::uint64_t num = place_.capacity() + near_.capacity();
   for (const Border& border : borders_) num += border.sent.capacity() + border.copies.capacity();
   return parcels_.memory_bytes() + stepper_.memory_bytes() + sizeof(std::uint32_t) * num;
 }

@@ -49,9 +49,12 @@ class CpuDomain final : public Domain {
   ThreadTeam& team_;
   SortedParcels parcels_;
   TimeStepper stepper_{team_, parcels_};
-  const TimeStep* step_ = nullptr;    // the present one
-  CpuTally tally_;                    // of the last step
-  std::vector<Border> borders_;       // one for each slab
+  const TimeStep* step_ = nullptr;  // the present one
+  CpuTally tally_;                  // of the last step
+  std::vector<Border> borders_;     // one for each slab
+  // Between release() and copy_margins(): parcels that may be within the margin of another slab.
+  std::vector<std::uint32_t> near_;
+  std::uint32_t first_adopted_ = 0;   // since release()
   std::uint32_t num_slots_ = 0;       // counted from 1
   std::vector<std::uint32_t> place_;  // of each slot after the sort; [0] is not used
 };
