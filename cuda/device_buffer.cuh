@@ -8,17 +8,35 @@
 
 namespace pf {
 
-// Uninitialised array of capacity() elements on the current device; move-only.
-template <class T>
-class DeviceBuffer {
- public:
-  DeviceBuffer() = default;
-  explicit DeviceBuffer(std::size_t count) : count_(count) {
-    if (count > 0) PF_CUDA(cudaMalloc(&data_, count * sizeof(T)));
+struct DeviceMemory {
+  static void* allocate(std::size_t num_bytes) {
+    void* memory = nullptr;
+    PF_CUDA(cudaMalloc(&memory, num_bytes));
+    return memory;
   }
-  ~DeviceBuffer() { cudaFree(data_); }
-  DeviceBuffer(DeviceBuffer&& o) noexcept { swap(o); }
-  DeviceBuffer& operator=(DeviceBuffer&& o) noexcept {
+  static void release(void* memory) { cudaFree(memory); }
+};
+
+struct PinnedMemory {
+  static void* allocate(std::size_t num_bytes) {
+    void* memory = nullptr;
+    PF_CUDA(cudaMallocHost(&memory, num_bytes));
+    return memory;
+  }
+  static void release(void* memory) { cudaFreeHost(memory); }
+};
+
+// Uninitialised array of capacity() elements; move-only.
+template <class T, class Memory>
+class OwnedArray {
+ public:
+  OwnedArray() = default;
+  explicit OwnedArray(std::size_t count) : count_(count) {
+    if (count > 0) data_ = static_cast<T*>(Memory::allocate(count * sizeof(T)));
+  }
+  ~OwnedArray() { Memory::release(data_); }
+  OwnedArray(OwnedArray&& o) noexcept { swap(o); }
+  OwnedArray& operator=(OwnedArray&& o) noexcept {
     swap(o);
     return *this;
   }
@@ -26,7 +44,7 @@ class DeviceBuffer {
   T* data() const { return data_; }
   std::size_t capacity() const { return count_; }
   std::size_t bytes() const { return count_ * sizeof(T); }
-  void swap(DeviceBuffer& o) noexcept {
+  void swap(OwnedArray& o) noexcept {
     std::swap(data_, o.data_);
     std::swap(count_, o.count_);
   }
@@ -36,32 +54,12 @@ class DeviceBuffer {
   std::size_t count_ = 0;
 };
 
-// Uninitialised page-locked array of capacity() elements on the host; move-only.
+// On the current device.
 template <class T>
-class PinnedBuffer {
- public:
-  PinnedBuffer() = default;
-  explicit PinnedBuffer(std::size_t count) : count_(count) {
-    if (count > 0) PF_CUDA(cudaMallocHost(&data_, count * sizeof(T)));
-  }
-  ~PinnedBuffer() { cudaFreeHost(data_); }
-  PinnedBuffer(PinnedBuffer&& o) noexcept { swap(o); }
-  PinnedBuffer& operator=(PinnedBuffer&& o) noexcept {
-    swap(o);
-    return *this;
-  }
-
-  T* data() const { return data_; }
-  std::size_t capacity() const { return count_; }
-  void swap(PinnedBuffer& o) noexcept {
-    std::swap(data_, o.data_);
-    std::swap(count_, o.count_);
-  }
-
- private:
-  T* data_ = nullptr;
-  std::size_t count_ = 0;
-};
+using DeviceBuffer = OwnedArray<T, DeviceMemory>;
+// Page-locked, on the host.
+template <class T>
+using PinnedBuffer = OwnedArray<T, PinnedMemory>;
 
 // One page-locked T on the host.
 template <class T>

@@ -44,7 +44,8 @@ void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) con
   launch_gather(current_.pointers(), seen.data(), num, parcels.data(), stream_);
   to_host(gathered.data(), parcels.data(), num, stream_);
   synchronize();
-  for (const Parcel& parcel : gathered) to.push_back(drawn_parcel(slabs_.world, parcel));
+  for (const Parcel& parcel : gathered)
+    to.push_back(drawn_parcel(slabs_.world, parcel.position, parcel.velocity));
 }
 
 std::uint64_t CudaDomain::memory_bytes() const {

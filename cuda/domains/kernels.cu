@@ -8,13 +8,13 @@ constexpr unsigned kBlock = 256;
 
 __device__ std::uint32_t thread_index() { return blockIdx.x * kBlock + threadIdx.x; }
 
-// One thread for each of n items.
+// One thread for each of n items. what: for an error's text.
 template <class... Parameters, class... Arguments>
-void launch(const char* name, void (*kernel)(Parameters...), std::uint32_t n, cudaStream_t stream,
+void launch(const char* what, void (*kernel)(Parameters...), std::uint32_t n, cudaStream_t stream,
             const Arguments&... arguments) {
   if (n == 0) return;
   kernel<<<(n + kBlock - 1) / kBlock, kBlock, 0, stream>>>(arguments...);
-  check_cuda(cudaGetLastError(), name, __FILE__, __LINE__);
+  check_cuda(cudaGetLastError(), what, __FILE__, __LINE__);
 }
 
 __global__ void drop_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n) {
@@ -116,12 +116,9 @@ __global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t 
   if (i >= n) return;
   const std::uint32_t id = parcels.id[i];
   if ((id & kCopyBit) != 0 || (id & kIdBits) % picture.style.one_in != 0) return;
-  const Vec2i position = parcels.position[i];
-  if (is_retired(position)) return;
-  const Vec2f velocity = parcels.velocity[i];
-  const float speed_mps = sqrtf(velocity.x * velocity.x + velocity.y * velocity.y);
-  const std::uint32_t pixel = pixel_of(picture.grid, to_float(to_metres(world, position)));
-  if (pixel != kNoPixel) atomicAdd(&picture.pixels[pixel], pixel_share(picture.style, speed_mps));
+  const DrawnParcel drawn = drawn_parcel(world, parcels.position[i], parcels.velocity[i]);
+  const std::uint32_t pixel = pixel_of(picture.grid, drawn.position_m);
+  if (pixel != kNoPixel) atomicAdd(&picture.pixels[pixel], pixel_share(picture.style, drawn.speed_mps));
 }
 
 __global__ void find_seen_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
@@ -150,62 +147,63 @@ __global__ void unpack_kernel(const ParcelMotion* motion, const std::uint32_t* i
 
 void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
                  cudaStream_t stream) {
-  launch("drop_kernel", drop_kernel, n, stream, parcels, index, n);
+  launch("launch of drop_kernel", drop_kernel, n, stream, parcels, index, n);
 }
 
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t n,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream) {
-  launch("find_borders_kernel", find_borders_kernel, n, stream, parcels, first, n, slabs, lists);
+  launch("launch of find_borders_kernel", find_borders_kernel, n, stream, parcels, first, n, slabs, lists);
 }
 
 void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
                  cudaStream_t stream) {
-  launch("mark_kernel", mark_kernel, n, stream, parcels, index, n);
+  launch("launch of mark_kernel", mark_kernel, n, stream, parcels, index, n);
 }
 
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,
                            const SlabMargins& slabs, const DividedList& divided, cudaStream_t stream) {
-  launch("divide_by_slab_kernel", divide_by_slab_kernel, n, stream, parcels, near, n, slabs, divided);
+  launch("launch of divide_by_slab_kernel", divide_by_slab_kernel, n, stream, parcels, near, n, slabs,
+         divided);
 }
 
 void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n, Parcel* to,
                    cudaStream_t stream) {
-  launch("gather_kernel", gather_kernel, n, stream, parcels, index, n, to);
+  launch("launch of gather_kernel", gather_kernel, n, stream, parcels, index, n, to);
 }
 
 void launch_append(const Parcel* parcels, std::uint32_t n, std::uint32_t id_bits, std::uint32_t first,
                    const ParcelPointers& to, cudaStream_t stream) {
-  launch("append_kernel", append_kernel, n, stream, parcels, n, id_bits, first, to);
+  launch("launch of append_kernel", append_kernel, n, stream, parcels, n, id_bits, first, to);
 }
 
 void launch_count_up(std::uint32_t first, std::uint32_t n, std::uint32_t* index, cudaStream_t stream) {
-  launch("count_up_kernel", count_up_kernel, n, stream, first, n, index);
+  launch("launch of count_up_kernel", count_up_kernel, n, stream, first, n, index);
 }
 
 void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t n,
                        const SortKeys& keys, cudaStream_t stream) {
-  launch("count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, n, keys);
+  launch("launch of count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, n, keys);
 }
 
 void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t n, const World& world,
                          const CountedPicture& picture, cudaStream_t stream) {
-  launch("count_pixels_kernel", count_pixels_kernel, n, stream, parcels, n, world, picture);
+  launch("launch of count_pixels_kernel", count_pixels_kernel, n, stream, parcels, n, world, picture);
 }
 
 void launch_find_seen(const ParcelPointers& parcels, std::uint32_t n, const World& world,
                       const PixelGrid& grid, const IndexList& seen, cudaStream_t stream) {
   PF_CUDA(cudaMemsetAsync(seen.count, 0, sizeof(std::uint32_t), stream));
-  launch("find_seen_kernel", find_seen_kernel, n, stream, parcels, n, world, grid, seen);
+  launch("launch of find_seen_kernel", find_seen_kernel, n, stream, parcels, n, world, grid, seen);
 }
 
 void launch_pack(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
                  ParcelMotion* motion, cudaStream_t stream) {
-  launch("pack_kernel", pack_kernel, n, stream, parcels, index, n, motion);
+  launch("launch of pack_kernel", pack_kernel, n, stream, parcels, index, n, motion);
 }
 
 void launch_unpack(const ParcelMotion* motion, const std::uint32_t* index, std::uint32_t n,
                    const ParcelPointers& parcels, cudaStream_t stream) {
-  launch("unpack_kernel", unpack_kernel, n, stream, motion, index, n, parcels);
+  launch("launch of unpack_kernel", unpack_kernel, n, stream, motion, index, n, parcels);
 }
 
 }  // namespace pf

@@ -1,9 +1,12 @@
 // Memory into which a backend writes the picture's data in the last step of a frame.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 
+#include "core/host_device.hpp"
 #include "core/vec2.hpp"
+#include "model/world.hpp"
 
 namespace pf {
 
@@ -16,6 +19,17 @@ struct DrawBuffers {
 };
 
 constexpr float kOutOfSight_m = 1e9F;
+
+struct DrawnParcel {
+  Vec2f position_m;
+  float speed_mps = 0.0F;
+};
+
+PF_HD inline DrawnParcel drawn_parcel(const World& world, Vec2i position, Vec2f velocity) {
+  const bool gone = is_retired(position);
+  return {gone ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position)),
+          sqrtf(velocity.x * velocity.x + velocity.y * velocity.y)};
+}
 
 enum class DrawTargetKind { interop, staged, host, images };
 

@@ -5,9 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/host_device.hpp"
-#include "core/vec2.hpp"
-#include "model/world.hpp"
+#include "backend/draw_buffers.hpp"
 
 namespace pf {
 
@@ -23,11 +21,6 @@ struct PixelGrid {
 struct CountStyle {
   float per_color_mps = 1.0F;  // speed to place on the colour scale
   std::uint32_t one_in = 1;    // one of this many parcels is counted
-};
-
-struct DrawnParcel {
-  Vec2f position_m;
-  float speed_mps = 0.0F;
 };
 
 constexpr std::uint32_t kNoPixel = UINT32_MAX;

@@ -42,8 +42,8 @@ class Bench:
         return subprocess.Popen(self.words(num_ranks, *words), cwd=self.folder, env=ENVIRONMENT, text=True,
                                 stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
 
-    def run(self, num_ranks, *words, exit_code=0):
-        done = subprocess.run(self.words(num_ranks, *words), cwd=self.folder, env=ENVIRONMENT, text=True,
+    def run(self, num_ranks, *words, exit_code=0, environment=None):
+        done = subprocess.run(self.words(num_ranks, *words), cwd=self.folder, env=environment or ENVIRONMENT, text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
         check(done.returncode == exit_code, f"{num_ranks} ranks: {' '.join(words)}: exit code {done.returncode}"
               + ("" if done.returncode == exit_code else ": " + done.stdout[-2000:]))
@@ -128,15 +128,11 @@ def refusals(bench):
 
     hidden = {**ENVIRONMENT, "CUDA_VISIBLE_DEVICES": ""}
     for num_ranks in (0, 2):
-        words = [*(["mpirun", "-n", "2"] if num_ranks else []), bench.program, *COURT, "--domains", "2", "--seconds", "0.02"]
-        text = subprocess.run([*words, "--cuda"], env=hidden, text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
-        check(text.returncode == 0 and text.stdout.count("falling back to the CPU") == 1,
-              f"without a GPU domains fall back to processors, and say so once: {text.returncode} {text.stdout[-500:]}")
-        text = subprocess.run([*words, "--cuda-no-fallback"], env=hidden, text=True, stdout=subprocess.PIPE,
-                              stderr=subprocess.STDOUT, timeout=LIMIT_S, check=False)
-        check(text.returncode == 3 and text.stdout.count("pickleflight: --cuda-no-fallback: ") == 1,
-              f"or refuse: {text.returncode} {text.stdout[-500:]}")
+        words = (num_ranks, *COURT, "--domains", "2", "--seconds", "0.02")
+        text = bench.run(*words, "--cuda", environment=hidden)
+        check(text.count("falling back to the CPU") == 1, "without a GPU domains fall back to processors, and say so once")
+        text = bench.run(*words, "--cuda-no-fallback", exit_code=3, environment=hidden)
+        check(text.count("pickleflight: --cuda-no-fallback: ") == 1, "or refuse, once")
 
     # By a shell: with two programs (':') Open MPI 5.0.7 crashes in a root without /sys.
     words = f"exec '{bench.program}' scenes ${{OMPI_COMM_WORLD_RANK#0}}"

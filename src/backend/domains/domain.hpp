@@ -27,8 +27,6 @@ struct ParcelMotion {
   Vec2f velocity;
 };
 
-DrawnParcel drawn_parcel(const World& world, const Parcel& parcel);
-
 class Domain {
  public:
   virtual ~Domain() = default;

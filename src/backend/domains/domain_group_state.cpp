@@ -99,9 +99,7 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
         draw_parcel(buffers, physics_.world, num++, parcel.position, parcel.velocity);
         return;
       }
-      DrawnParcel& drawn = mine.emplace_back();
-      const DrawBuffers one = {&drawn.position_m, &drawn.speed_mps, 1};
-      draw_parcel(one, physics_.world, 0, parcel.position, parcel.velocity);
+      mine.push_back(drawn_parcel(physics_.world, parcel.position, parcel.velocity));
     });
   }
   for (const DrawnParcel& drawn : ranks_.gather(mine)) {
@@ -112,9 +110,10 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
 
 std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const CountStyle& style) {
   const std::size_t num = std::size_t{grid.width} * grid.height;
-  std::vector<std::vector<std::uint32_t>> images(domains_.size());
+  // Domains on GPUs take turns.
+  std::vector<std::vector<std::uint32_t>> images(gpus_ != nullptr ? 1 : domains_.size());
   side_by_side([&](Domain& domain, std::size_t d) {
-    std::vector<std::uint32_t>& image = images[gpus_ != nullptr ? 0 : d];  // those on GPUs take turns
+    std::vector<std::uint32_t>& image = images[d % images.size()];
     image.resize(num);
     domain.count(grid, style, image);
   });
@@ -122,9 +121,7 @@ std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const Count
   const auto add = [&](const std::uint32_t* pixels) {
     for (std::size_t k = 0; k < num; ++k) sum[k] += pixels[k];
   };
-  for (std::size_t d = 1; d < images.size(); ++d) {
-    if (!images[d].empty()) add(images[d].data());
-  }
+  for (std::size_t k = 1; k < images.size(); ++k) add(images[k].data());
   const std::vector<std::uint32_t> all = ranks_.gather(sum);
   for (std::size_t first = num; first < all.size(); first += num) add(all.data() + first);
   return sum;

@@ -21,9 +21,9 @@ struct StepLoop {
 
 inline void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position,
                         Vec2f velocity) {
-  const bool gone = is_retired(position);
-  buffers.position_m[i] = gone ? Vec2f{kOutOfSight_m, kOutOfSight_m} : to_float(to_metres(world, position));
-  buffers.speed_mps[i] = std::sqrt(dot(velocity, velocity));
+  const DrawnParcel drawn = drawn_parcel(world, position, velocity);
+  buffers.position_m[i] = drawn.position_m;
+  buffers.speed_mps[i] = drawn.speed_mps;
 }
 
 }  // namespace pf
