@@ -10,11 +10,14 @@ namespace pf {
 namespace {
 
 // The state twice, and the drawn values.
-constexpr double kBytesPerParcel =
-    2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + sizeof(Vec2f) + sizeof(float);
+constexpr double kBytesPerParcel = 2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) +
+                                   sizeof(Vec2f) + sizeof(float) + DeviceCellSort::kBytesPerParcel +
+                                   ContactMemory::kBytesPerParcel;
 
 // Slack for a slider that raises N, within 80 bytes a parcel.
-std::uint64_t with_slack(std::uint32_t num_parcels) { return num_parcels + num_parcels / 40ULL; }
+std::uint64_t with_slack(std::uint32_t num_parcels) {
+  return whole_quarters(num_parcels + num_parcels / 60ULL);
+}
 
 template <class T>
 DeviceBuffer<T> upload(const T* values, std::size_t count, cudaStream_t stream) {
@@ -62,7 +65,7 @@ StepState CudaBackend::read_state() {
 void CudaBackend::make_room(std::uint32_t num_parcels) {
   if (num_parcels <= capacity_ && (capacity_ < 65536 || num_parcels > capacity_ / 4)) return;
   const std::uint64_t wanted = with_slack(num_parcels);
-  const double needed = (kBytesPerParcel + DeviceCellSort::kBytesPerParcel) * static_cast<double>(wanted);
+  const double needed = kBytesPerParcel * static_cast<double>(wanted);
   const double available = static_cast<double>(usable_memory_bytes() + memory_bytes());
   if (needed > 0.95 * available) {
     throw UserError(fmt::format(
@@ -74,6 +77,7 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   current_ = {};
   next_ = {};
   cell_sort_ = {};
+  contact_memory_ = {};
   draw_position_ = {};
   draw_speed_ = {};
   capacity_ = 0;
@@ -215,8 +219,8 @@ std::uint64_t CudaBackend::state_hash() {
 
 std::uint64_t CudaBackend::memory_bytes() const {
   if (capacity_ == 0) return 0;
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + exact_memory_.bytes() +
-         draw_position_.bytes() + draw_speed_.bytes();
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + contact_memory_.bytes() +
+         exact_memory_.bytes() + draw_position_.bytes() + draw_speed_.bytes();
 }
 
 double CudaBackend::min_bytes_moved(const StepTotals& totals) const {

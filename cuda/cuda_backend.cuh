@@ -11,6 +11,7 @@
 #include "cuda/exact/timeline.hpp"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/setup_kernels.cuh"
+#include "cuda/time_step/contact_memory.cuh"
 #include "cuda/time_step/kernel.cuh"
 #include "cuda/timer.cuh"
 
@@ -87,6 +88,8 @@ class CudaBackend final : public Backend {
   void sort(const StepConstants& constants);
   StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
   void step(StepLaunch& launch, LaunchStep launch_parcels);
+  void step_in_parts(StepLaunch& launch);
+  void step_ball(const StepLaunch& launch);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
@@ -104,6 +107,7 @@ class CudaBackend final : public Backend {
   DeviceParcels current_;  // in the order of the last sort
   DeviceParcels next_;     // where the next sort gathers to
   DeviceCellSort cell_sort_;
+  ContactMemory contact_memory_;       // where steps are done in parts
   DeviceBuffer<Vec2f> draw_position_;  // for draw targets in host memory only
   DeviceBuffer<float> draw_speed_;
   DeviceBuffer<StepState> state_{1};

@@ -28,6 +28,18 @@ struct SearchCircle {
   float radius2;       // square of the circle's radius, position units
 };
 
+// Whether parcel j, of another index than the circle's, lies within the circle.
+template <Boundary kBoundary, bool kReadOnly>
+__device__ __forceinline__ bool is_within(const DeviceSearch& space, const Vec2i* position,
+                                          const SearchCircle& circle, std::uint32_t j) {
+  const int2* from = reinterpret_cast<const int2*>(position) + j;
+  const int2 there = kReadOnly ? __ldg(from) : *from;
+  const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
+  const float x = static_cast<float>(offset.x);
+  const float y = static_cast<float>(offset.y);
+  return x * x + y * y < circle.radius2;
+}
+
 // Calls visit(j) for every parcel within the circle. position: num_parcels entries, in the order of the sort.
 // kReadOnly: no thread writes them while the kernel runs. kLanes consecutive threads may share one search;
 // each sees its share of the parcels.
@@ -40,18 +52,85 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
   // Gps of `impulse` at 10^7 on an H200.
 #pragma unroll 2
     for (std::uint32_t j = first + lane; j < last; j += kLanes) {
-      const int2* from = reinterpret_cast<const int2*>(position) + j;
-      const int2 there = kReadOnly ? __ldg(from) : *from;
-      const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
-      const float x = static_cast<float>(offset.x);
-      const float y = static_cast<float>(offset.y);
-      if (x * x + y * y < circle.radius2 && j != circle.self) visit(j);
+      if (is_within<kBoundary, kReadOnly>(space, position, circle, j) && j != circle.self) visit(j);
     }
   };
   if (space.all_pairs || circle.reach >= kHalfSide) {
     visit_range(0, space.num_parcels);
   } else {
     visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach, visit_range);
+  }
+}
+
+// Calls visit(j) for every parcel within the circle of those of indices in [first, last). Two at a time,
+// since few come; reads one beyond the last. Nothing writes positions while the kernel runs.
+template <Boundary kBoundary, class Visit>
+__device__ __forceinline__ void search_range(const DeviceSearch& space, const Vec2i* position,
+                                             const SearchCircle& circle, std::uint32_t first,
+                                             std::uint32_t last, Visit visit) {
+  const auto is_within = [&](int2 there) {
+    const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
+    const float x = static_cast<float>(offset.x);
+    const float y = static_cast<float>(offset.y);
+    return __fmaf_rn(x, x, y * y) < circle.radius2;
+  };
+  const int2* from = reinterpret_cast<const int2*>(position) + first;
+  int num_left = static_cast<int>(last - first);
+  while (num_left > 0) {  // 32 at a time, a bit for each
+    std::uint32_t near = 0, bit = 1;
+    const int num_then = max(num_left - 32, 0);
+#pragma unroll 1
+    do {
+      const int2 one = __ldg(from), two = __ldg(from + 1);
+      from += 2;
+      if (is_within(one)) near |= bit;
+      if (is_within(two) && num_left > 1) near |= 2 * bit;
+      bit *= 4;
+      num_left -= 2;
+    } while (num_left > num_then);
+    for (; near != 0; near &= near - 1)
+      visit(first + static_cast<std::uint32_t>(__ffs(static_cast<int>(near)) - 1));
+    first += 32;
+  }
+}
+
+// Calls visit(j) for every parcel within the circle that comes after circle.self in the order of the sort.
+// displacement: bound since the sort, along an axis.
+template <Boundary kBoundary, class Visit>
+__device__ __forceinline__ void search_later(const DeviceSearch& space, const Vec2i* position,
+                                             const SearchCircle& circle, std::int32_t displacement,
+                                             Visit visit) {
+  const std::uint32_t next = circle.self + 1;
+  const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
+    search_range<kBoundary>(space, position, circle, max(first, next), last, visit);
+  };
+  const GridShape& grid = space.grid;
+  const std::int32_t x = circle.centre.x, y = circle.centre.y, reach = circle.reach;
+  if (space.all_pairs || reach >= kHalfSide) {
+    visit_range(0, space.num_parcels);
+    return;
+  }
+  const Vec2i half = space.world.half;
+  if (kBoundary == Boundary::periodic &&
+      (x - reach < -half.x || x + reach >= half.x || y - reach < -half.y || y + reach >= half.y)) {
+    // The box crosses an edge: rows do not tell what is later.
+    visit_candidate_ranges<kBoundary>(grid, space.cell_start, circle.centre, reach, visit_range);
+    return;
+  }
+  // A later parcel is in no row before the parcel's own row at the sort.
+  const std::int32_t row = cell_coordinate(y - displacement, grid.y),
+                     last_row = cell_coordinate(y + reach, grid.y);
+  const std::int32_t column = cell_coordinate(x - reach, grid.x);
+  const std::int32_t num_columns = cell_coordinate(x + reach, grid.x) - column + 1;
+  const std::uint32_t* start =
+      space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.x.num) + column;
+  std::uint32_t first = start[0], last = start[num_columns];
+  for (int num_rows = last_row - row; num_rows >= 0; --num_rows) {
+    if (num_rows > 0) start += grid.x.num;  // fetched while this row is visited
+    const std::uint32_t next_first = start[0], next_last = start[num_columns];
+    visit_range(first, last);
+    first = next_first;
+    last = next_last;
   }
 }
 

@@ -8,9 +8,9 @@
 
 namespace pf {
 
-// Bits of an id in a domain (cuda/domains). A copy of another domain's parcel touches, but does not move; a
-// parcel near another domain is moved after the others, when the copies are up to date.
-constexpr std::uint32_t kCopyBit = 1U << 31, kBorderBit = 1U << 30, kIdBits = kBorderBit - 1;
+// A bit of an id in a domain (cuda/domains): the parcel is a copy of another domain's, which touches, but
+// does not move here.
+constexpr std::uint32_t kCopyBit = 1U << 31, kIdBits = kCopyBit - 1;
 
 // Parcels in memory order, n entries each; by value to kernels.
 struct ParcelPointers {
@@ -29,7 +29,8 @@ struct DeviceParcels {
   DeviceBuffer<std::uint32_t> tick, last_contact_tick;
 
   DeviceParcels() = default;
-  explicit DeviceParcels(std::size_t capacity) : position(capacity), velocity(capacity), id(capacity) {}
+  // One position more, which a search may read and ignores.
+  explicit DeviceParcels(std::size_t capacity) : position(capacity + 1), velocity(capacity), id(capacity) {}
 
   ParcelPointers pointers() const {
     return {position.data(), velocity.data(), id.data(), tick.data(), last_contact_tick.data()};

@@ -4,6 +4,7 @@
 #include "backend/exact/limits.hpp"
 #include "cuda/cuda_backend.cuh"
 #include "model/exact/trajectory.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 namespace {
@@ -16,6 +17,15 @@ std::int64_t displacement_in_step(const StepConstants& constants, const StepStat
                                    constants.physics.parcels.speed_mps);
 }
 
+// Whether a step in parts is faster: of many parcels, few of which touch at a time. The sums of those that do
+// are atomics in memory.
+bool pays_in_parts(const StepConstants& constants, Method method, std::uint32_t num_parcels) {
+  const Vec2d half = to_double(constants.physics.world.half);
+  const double area = kPi / 4.0 * constants.contact_distance * constants.contact_distance * num_parcels;
+  return num_parcels >= kManyParcels && area <= kMostDense * 4.0 * half.x * half.y &&
+         !row_of(method).contacts_last;
+}
+
 }  // namespace
 
 // A sort is due when the search box would grow too wide. An estimate serves for the steps of this request: it
@@ -26,8 +36,7 @@ bool CudaBackend::sort_is_due(const StepConstants& constants) const {
 }
 
 void CudaBackend::sort(const StepConstants& constants) {
-  const GridShape grid = choose_grid(physics_.world, num_parcels_,
-                                     {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
+  const GridShape grid = choose_grid(physics_.world, num_parcels_, step_cells(constants));
   timer_.mark_sort(stream_);
   {
     const PhaseRange range(Phase::sort);
@@ -54,6 +63,8 @@ void CudaBackend::submit(const StepRequest& request) {
   const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
   const std::int64_t displacement = displacement_in_step(constants, *host_state_);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
+  const bool in_parts = pays_in_parts(constants, request.method, num_parcels_);
+  if (in_parts) contact_memory_.reserve(capacity_, stream_);
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 
@@ -66,7 +77,10 @@ void CudaBackend::submit(const StepRequest& request) {
     }
     expected_displacement_ += displacement;
     if (k + 1 == request.num_steps) launch.draw = draw;
-    step(launch, launch_step);
+    if (in_parts)
+      step_in_parts(launch);
+    else
+      step(launch, launch_step);
   }
   if (request.draw) copy_to_host(draw, *request.draw);
   PF_CUDA(
@@ -95,14 +109,29 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
     const PhaseRange range(Phase::collide_integrate);
     launch_parcels(launch, stream_);
   }
-  {
-    const PhaseRange range(Phase::ball);
-    timer_.mark_ball(stream_);
-    launch_ball(launch.constants, state_.data(), slots_.data(), stream_);
-    timer_.mark_ball(stream_);
-  }
+  step_ball(launch);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
+}
+
+// The same for many parcels.
+void CudaBackend::step_in_parts(StepLaunch& launch) {
+  launch.space.grid = grid_;
+  launch.from = current_.pointers();
+  launch.contacts = contact_memory_.lay_out(next_, cell_sort_);
+  {
+    const PhaseRange range(Phase::collide_integrate);
+    launch_contacts(launch, stream_);
+    launch_move(launch, stream_);
+  }
+  step_ball(launch);
+}
+
+void CudaBackend::step_ball(const StepLaunch& launch) {
+  const PhaseRange range(Phase::ball);
+  timer_.mark_ball(stream_);
+  launch_ball(launch.constants, state_.data(), slots_.data(), stream_);
+  timer_.mark_ball(stream_);
 }
 
 StepTotals CudaBackend::collected_totals() const {

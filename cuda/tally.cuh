@@ -13,7 +13,7 @@ namespace pf {
 struct DeviceTally {
   TallySlot* block;
   unsigned int num_collisions = 0;
-  int impulse_sum = 0;
+  long long impulse_sum = 0;
   float max_overlap = 0.0F;
   unsigned int displacement = 0;
   float speed2 = 0.0F;
@@ -28,8 +28,8 @@ struct DeviceTally {
     atomicAdd(&block->ball_torque, static_cast<unsigned long long>(hit.torque));
   }
   __device__ inline void moved(std::int32_t by_units, float new_speed2) {
-    displacement = static_cast<unsigned int>(by_units);
-    speed2 = new_speed2;
+    displacement = max(displacement, static_cast<unsigned int>(by_units));
+    speed2 = fmaxf(speed2, new_speed2);
   }
   __device__ inline void retired() { atomicAdd(&block->num_retired, 1U); }
   __device__ inline void invalid(std::uint32_t id) {
@@ -50,11 +50,16 @@ __device__ inline void reduce_warp(const DeviceTally& tally, TallySlot& block) {
   }
   if (!__any_sync(0xFFFFFFFFU, tally.max_overlap > 0.0F)) return;  // nothing touched
   const unsigned int collisions = warp_add(tally.num_collisions);
-  const auto impulse = static_cast<std::int32_t>(warp_add(static_cast<std::uint32_t>(tally.impulse_sum)));
+  // In two parts: a thread's sum is below 2^50, or 2^25 contacts of 2^25 counts each.
+  constexpr int kLowBits = 24;
+  const auto low = static_cast<std::uint32_t>(tally.impulse_sum) & ((1U << kLowBits) - 1U);
+  const auto high = static_cast<std::uint32_t>(tally.impulse_sum >> kLowBits);
+  const long long impulse =
+      static_cast<long long>(static_cast<std::int32_t>(warp_add(high))) * (1LL << kLowBits) + warp_add(low);
   const unsigned int overlap = warp_max(__float_as_uint(tally.max_overlap));
   if (leads) {
     atomicAdd(&block.num_collisions, static_cast<unsigned long long>(collisions));
-    atomicAdd(&block.impulse_sum, static_cast<unsigned long long>(static_cast<long long>(impulse)));
+    atomicAdd(&block.impulse_sum, static_cast<unsigned long long>(impulse));
     atomicMax(&block.max_overlap_bits, overlap);
   }
 }

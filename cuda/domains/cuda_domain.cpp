@@ -61,9 +61,11 @@ CudaDomain::~CudaDomain() {
 void CudaDomain::reserve(std::size_t num) {
   if (num <= capacity_) return;
   synchronize();  // kernels may still read what is freed here
-  const std::size_t capacity = static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack;
+  const std::size_t capacity =
+      whole_quarters(static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack);
   next_ = {};
   cell_sort_ = {};
+  contact_memory_ = {};
   DeviceParcels larger(capacity);
   copy_on_device(larger.position.data(), current_.position.data(), num_, stream_);
   copy_on_device(larger.velocity.data(), current_.velocity.data(), num_, stream_);
@@ -85,6 +87,7 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
     current_ = {};
     next_ = {};
     cell_sort_ = {};
+    contact_memory_ = {};
     traffic_ = {};
     host_traffic_ = {};
     near_ = {};
@@ -211,8 +214,7 @@ std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margi
   copies_.make_room();
   launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
   const std::uint32_t num_kept = num_ - num_dropped_;
-  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_kept,
-                      {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel});
+  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_kept, step_cells(constants));
   launch_count_kept(grid_, current_.pointers(), num_, cell_sort_.begin(grid_, stream_), stream_);
   cell_sort_.sum_counts(grid_, stream_);
   cell_sort_.scatter(current_.pointers(), next_.pointers(), num_, stream_);
@@ -228,7 +230,6 @@ void CudaDomain::find_borders() {
   cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
   cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
   cell_sort_.update_indices(near_.data(), num_near_, stream_);
-  launch_mark(current_.pointers(), near_.data(), num_near_, stream_);
   synchronize();
 }
 
@@ -255,14 +256,17 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.constants = step.constants;
   launch_.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_,
                    step.neighbors == Neighbors::all_pairs};
+  contact_memory_.reserve(capacity_, stream_);
   launch_.from = current_.pointers();
-  launch_.to = next_.pointers();
+  launch_.contacts = contact_memory_.lay_out(next_, cell_sort_);
   launch_.state = state_.data();
   launch_.slots = slots_.data();
   launch_.method = step.method;
   launch_.num = num_;
-  launch_.skipped_bits = kCopyBit | kBorderBit;
-  launch_step(launch_, stream_);
+  launch_.has_copies = num_copies_ > 0;
+  launch_.near = near_.data();
+  launch_.num_near = num_near_;
+  launch_contacts(launch_, stream_);
 }
 
 // The copies' motion reaches the device while it still works on what start() launched.
@@ -275,12 +279,8 @@ void CudaDomain::step_borders() {
     launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
     has_new_motion_ = false;
   }
-  launch_.index = near_.data();
-  launch_.num = num_near_;
-  launch_.skipped_bits = 0;
-  launch_step(launch_, stream_);
-  std::swap(current_.position, next_.position);
-  std::swap(current_.velocity, next_.velocity);
+  launch_border_contacts(launch_, stream_);
+  launch_move(launch_, stream_);
   launch_pack(current_.pointers(), sent_.index.data(), sent_.size(), sent_.motion.data(), stream_);
   to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
   to_host(host_slots_.data(), slots_.data(), kNumSlots, stream_);

@@ -8,6 +8,7 @@
 #include "cuda/device_buffer.cuh"
 #include "cuda/device_scope.cuh"
 #include "cuda/domains/kernels.cuh"
+#include "cuda/time_step/contact_memory.cuh"
 #include "cuda/time_step/kernel.cuh"
 
 namespace pf {
@@ -18,8 +19,8 @@ class CudaDomain final : public Domain {
   // their margins need more.
   static constexpr double kSlack = 1.05;
   static constexpr double kBytesPerParcel =
-      kSlack *
-      (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) + DeviceCellSort::kBytesPerParcel);
+      kSlack * (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) +
+                DeviceCellSort::kBytesPerParcel + ContactMemory::kBytesPerParcel);
 
   // index: of the slab. device: the current one.
   CudaDomain(unsigned index, int device);
@@ -86,11 +87,12 @@ class CudaDomain final : public Domain {
   std::uint32_t num_copies_ = 0;     // of these
   std::uint32_t num_dropped_ = 0;    // of these
   std::uint32_t first_adopted_ = 0;  // since release()
-  std::uint32_t num_near_ = 0;       // own parcels near other slabs, whose ids have kBorderBit after the sort
+  std::uint32_t num_near_ = 0;       // own parcels near other slabs
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
-  DeviceParcels next_;     // where a step writes and a sort gathers to
+  DeviceParcels next_;     // where a sort gathers to
   DeviceCellSort cell_sort_;
+  ContactMemory contact_memory_;
   DeviceBuffer<Parcel> traffic_;  // parcels that come or go
   PinnedBuffer<Parcel> host_traffic_;
   GridShape grid_;

@@ -49,8 +49,8 @@ void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) con
 }
 
 std::uint64_t CudaDomain::memory_bytes() const {
-  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + traffic_.bytes() + near_.bytes() +
-         sent_.bytes() + copies_.bytes();
+  return current_.bytes() + next_.bytes() + cell_sort_.bytes() + contact_memory_.bytes() + traffic_.bytes() +
+         near_.bytes() + sent_.bytes() + copies_.bytes();
 }
 
 }  // namespace pf

@@ -56,7 +56,6 @@ __global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t 
     parcels.id[i] = kDroppedId;
     return;
   }
-  if ((id & kBorderBit) != 0) parcels.id[i] = id & kIdBits;
   const Vec2i position = parcels.position[i];
   if (is_retired(position)) return;
   if (position.x >= lists.inside.low && position.x < lists.inside.high) {
@@ -64,11 +63,6 @@ __global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t 
   } else {
     lists.left.index[atomicAdd(lists.left.count, 1U)] = i;
   }
-}
-
-__global__ void mark_kernel(const ParcelPointers parcels, const std::uint32_t* index, std::uint32_t n) {
-  const std::uint32_t k = thread_index();
-  if (k < n) parcels.id[index[k]] |= kBorderBit;
 }
 
 __global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::uint32_t* near,
@@ -153,11 +147,6 @@ void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std:
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t n,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream) {
   launch("launch of find_borders_kernel", find_borders_kernel, n, stream, parcels, first, n, slabs, lists);
-}
-
-void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t n,
-                 cudaStream_t stream) {
-  launch("launch of mark_kernel", mark_kernel, n, stream, parcels, index, n);
 }
 
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,

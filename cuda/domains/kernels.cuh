@@ -31,7 +31,7 @@ struct BorderLists {
   IndexList left, near;
   std::uint32_t* num_near;
 };
-// Adds parcels from `first` on to the lists. Drops copies. Ids lose kBorderBit.
+// Adds parcels from `first` on to the lists. Drops copies.
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t num,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream);
 // Drops the parcels of a list.
@@ -51,9 +51,6 @@ void launch_gather(const ParcelPointers& parcels, const std::uint32_t* index, st
 // Writes parcels to places `first` and following. id_bits: added to their ids.
 void launch_append(const Parcel* parcels, std::uint32_t num, std::uint32_t id_bits, std::uint32_t first,
                    const ParcelPointers& to, cudaStream_t stream);
-// Gives ids kBorderBit.
-void launch_mark(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
-                 cudaStream_t stream);
 // index[k] = first + k.
 void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* index, cudaStream_t stream);
 

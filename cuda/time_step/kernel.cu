@@ -4,6 +4,7 @@
 #include "cuda/check.cuh"
 #include "cuda/draw_parcel.cuh"
 #include "cuda/tally.cuh"
+#include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
 #include "model/methods.hpp"
 #include "model/time_step.hpp"
@@ -19,7 +20,7 @@ constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 template <class Contact, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
                       DeviceTally& tally) {
-  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j] & kIdBits};
+  const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j]};
   const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
   add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
 }
@@ -31,12 +32,6 @@ __device__ __noinline__ void add_crowd(const StepLaunch& launch, const SearchCir
                                        const Parcel& self, ContactSums& sums, DeviceTally& tally) {
   search<kBoundary, true>(launch.space, launch.from.position, circle,
                           [&](std::uint32_t j) { touch<Contact, kBoundary>(launch, self, j, sums, tally); });
-}
-
-// Half side of the search box of every parcel.
-__device__ std::int32_t search_reach(const StepConstants& c, const StepState& state) {
-  const long long reach = c.contact_reach + state.max_displacement;
-  return static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide);
 }
 
 // Sums the contacts of parcel i with all parcels that touch it.
@@ -81,14 +76,11 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
-  const std::uint32_t k = blockIdx.x * kBlock + threadIdx.x;
+  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   DeviceTally tally{&block_tally};
-  if (k < launch.num) {
-    const std::uint32_t i = launch.index == nullptr ? k : launch.index[k];
-    const std::uint32_t id = launch.from.id[i];
-    const Parcel self{launch.from.position[i], launch.from.velocity[i], id & kIdBits};
-    const bool moves = (id & launch.skipped_bits) == 0;
-    const Parcel after = moves ? step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally) : self;
+  if (i < launch.num) {
+    const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+    const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally);
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
     if (launch.draw.position_m != nullptr)

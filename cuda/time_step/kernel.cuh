@@ -1,12 +1,18 @@
-// The kernels of the time-stepped methods. step_kernel does a whole step of a parcel in one thread, in the
-// order of the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves
-// it, and in the last step of a frame writes what is drawn.
+// The kernels of the time-stepped methods. A step is done in one of two ways, with the same bits.
 //
-// `from` and `to` must not overlap; ids do not change. All sums are integers, so the results do not depend on
-// the order of threads. The stream comes last.
+// Of few parcels step_kernel does a whole step in one thread for each, in the order of the last sort: it
+// searches the cells that the parcel's search box covers, sums its contacts, moves it, and in the last step
+// of a frame writes what is drawn. It reads from arrays that it does not write. A launch is its main cost.
+//
+// Of many parcels three kernels do it, with three fifths of the instructions: find_pairs_kernel finds each
+// pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place and
+// draws.
+//
+// All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
 
 #include "backend/draw_buffers.hpp"
+#include "cuda/cell_sort.cuh"
 #include "cuda/neighbour_search.cuh"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
@@ -14,28 +20,69 @@
 
 namespace pf {
 
-// Width of the cells, and widest reach of the search box before a sort pays off, in contact distances.
-// Measured on an H200, area fraction 0.2, ns per parcel-step at 10^7: width 1.4 and reach 2.0 0.057, 2.0 and
-// 2.5 0.052, 2.5 and 2.5 0.051, 3.0 and 2.5 0.053.
-constexpr double kStepCellWidth = 2.5;
-constexpr double kWidestStepReach = 2.5;
+// Size of the cells, and widest reach of the search box before a sort pays off, in contact distances. Cells
+// of a row that a box covers are one range, so narrow ones cost nothing but their counts. Measured on an
+// H200, area fraction 0.2, Gps at 10^7: width 1.5 and height 3.5 28.8, 1.5 and 3.0 28.5, 2 and 4 0.4
+// less, 2.5 and 2.5 0.9 less; reach 2.75 28.8, 2.5 28.7, 3.0 28.5.
+constexpr double kStepCellWidth = 1.5, kStepCellHeight = 3.5;
+constexpr double kWidestStepReach = 2.75;
+
+inline CellSize step_cells(const StepConstants& constants) {
+  return {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel,
+          kStepCellHeight * constants.contact_distance};
+}
+
+// From so many parcels on, and up to such an area fraction, three kernels are faster than one. H200, Gps of
+// three and of one: 5 10^5 15.1 and 16.1, 7 10^5 17.4 and 17.4, 10^6 20.6 and 18.4; 10^7 at 0.35 21.6
+// and 19.7, at 0.45 17.6 and 17.3, at 0.55 13.8 and 15.2.
+constexpr std::uint32_t kManyParcels = 700'000;
+constexpr double kMostDense = 0.45;
+
+// Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory.
+struct alignas(32) DeviceSums {
+  unsigned long long velocity_x, velocity_y, push_x, push_y;
+};
+
+// Touching pairs and the sums of their contacts, between two sorts.
+struct ContactScratch {
+  static constexpr unsigned kNumParts = 4;
+  DeviceSums* part[kNumParts] = {};  // of the sums, num_in_part each
+  std::uint32_t num_in_part = 0;
+  std::uint32_t* touched = nullptr;  // a bit for each parcel whose sums are valid; all zero between steps
+  // A list for each kPairList parcels, of the pairs that they find; it has room for as many pairs as they
+  // are. num_pairs: found by these parcels, all zero between steps. Lists too short are not used.
+  std::uint32_t* first = nullptr;
+  std::uint32_t* second = nullptr;
+  std::uint32_t* num_pairs = nullptr;
+};
+
+constexpr unsigned kPairList = 128;
 
 struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
-  ParcelPointers from;
-  ParcelPointers to;  // id unused
+  ParcelPointers from;      // the parcels; moved in place by launch_move
+  ParcelPointers to;        // of launch_step and launch_push_out; must not overlap `from`; id unused
+  ContactScratch contacts;  // of the others
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
-  const std::uint32_t* index = nullptr;  // of the parcels that are to move, `num`; null: the first ones
-  std::uint32_t num = 0;
-  std::uint32_t skipped_bits = 0;  // a parcel with one of them in its id does not move
+  std::uint32_t num = 0;                // parcels, copies included
+  bool has_copies = false;              // some ids have kCopyBit
+  const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch copies
+  std::uint32_t num_near = 0;
 };
 
 // One step of the parcels; the ball moves in launch_ball.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
+
+// The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
+// parcels.
+void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
+void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
+void launch_move(const StepLaunch& launch, cudaStream_t stream);
+
 // Moves overlapping parcels apart, and nothing else; dt_s = 0.
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream);
 

@@ -11,8 +11,7 @@ namespace pf {
 
 constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
 
-// A pair's impulse over parcel mass, as counts of the tallied sum. One contact adds at most 2^25 counts, so
-// that the sum over a warp fits 32 bits.
+// A pair's impulse over parcel mass, as counts of the tallied sum. One contact adds at most 2^25 counts.
 PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
   constexpr double kMax = 33554432.0;
   const double counts = impulse_mps * c.per_impulse_count;

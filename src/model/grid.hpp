@@ -7,6 +7,8 @@
 // width and sort interval affect speed alone.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "model/world.hpp"
@@ -53,10 +55,11 @@ inline GridShape make_grid(const World& world, const GridArea& area, std::int32_
           axis(world.half.y, area.low.y, area.high.y, num_y)};
 }
 
-// How wide cells are at least, and how many there are at most.
+// How large cells are at least, and how many there are at most.
 struct CellSize {
   double width_units = 0.0;
   double per_parcel = 2.0;
+  double height_units = width_units;
 };
 
 // A grid over an area with so many parcels. There is at least one cell.
@@ -64,13 +67,15 @@ inline GridShape choose_grid(const World& world, const GridArea& area, std::uint
                              const CellSize& cells) {
   const double extent_x = static_cast<double>(area.high.x) - area.low.x;
   const double extent_y = static_cast<double>(area.high.y) - area.low.y;
-  const double min_width = std::sqrt(extent_x * extent_y / (cells.per_parcel * (num_parcels + 1.0)));
-  const double width = cells.width_units > min_width ? cells.width_units : min_width;
-  const auto num = [width](double extent) {
-    const double fit = extent / width;
+  // Where cells would be too many, both sides grow by the same factor.
+  const double min_area = extent_x * extent_y / (cells.per_parcel * (num_parcels + 1.0));
+  const double width = std::max(cells.width_units, 1.0), height = std::max(cells.height_units, 1.0);
+  const double scale = std::sqrt(std::max(min_area / (width * height), 1.0));
+  const auto num = [scale](double extent, double side) {
+    const double fit = extent / (side * scale);
     return static_cast<std::int32_t>(fit < 1.0 ? 1.0 : fit);
   };
-  return make_grid(world, area, num(extent_x), num(extent_y));
+  return make_grid(world, area, num(extent_x, width), num(extent_y, height));
 }
 
 // The same over the whole world.

@@ -19,6 +19,7 @@ struct ImpulseMethod {
   // Steps between two tests of a pair for contact. This method acts on the first half of the chord only, as
   // if its steps were twice as long.
   static constexpr double kStepsPerTest = 2.0;
+  static constexpr bool kContactsLast = false;
   using Contact = ImpulseContact;
 };
 
@@ -26,6 +27,7 @@ struct SpringMethod {
   static constexpr Method kMethod = Method::spring;
   static constexpr const char* kName = "spring";
   static constexpr double kStepsPerTest = 1.0;
+  static constexpr bool kContactsLast = true;  // for many steps
   using Contact = SpringContact;
 };
 
@@ -34,6 +36,7 @@ struct ExactMethod {
   static constexpr Method kMethod = Method::exact;
   static constexpr const char* kName = "exact";
   static constexpr double kStepsPerTest = 0.0;
+  static constexpr bool kContactsLast = false;
 };
 
 template <class... Methods>
@@ -46,11 +49,12 @@ struct MethodRow {
   Method method;
   const char* name;  // in scene files, options and reports
   double steps_per_test;
+  bool contacts_last;
 };
 
 template <class... Methods>
 constexpr std::array<MethodRow, sizeof...(Methods)> rows_of(MethodList<Methods...>) {
-  return {MethodRow{Methods::kMethod, Methods::kName, Methods::kStepsPerTest}...};
+  return {MethodRow{Methods::kMethod, Methods::kName, Methods::kStepsPerTest, Methods::kContactsLast}...};
 }
 
 constexpr auto kMethods = rows_of(AllMethods{});

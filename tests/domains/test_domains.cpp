@@ -96,6 +96,36 @@ TEST_F(Domains, GiveTheSameBitsOfParcelsThatCrossAThinWorldInAStep) {
   }
 }
 
+// Pairs with one centre, at rest or with different velocities: what each id gets does not depend on which of
+// them is first in memory.
+TEST_F(Domains, GiveTheSameBitsOfCoincidentParcels) {
+  Pair pair(busy_court(Boundary::walls, 600), domains(2));
+  ParcelSnapshot state = pair.plain.backend->snapshot();
+  for (std::size_t i = 0; i < state.position.size() / 2; ++i) {
+    const std::size_t other = state.position.size() - 1 - i;
+    state.position[other] = state.position[i];
+    if (i % 3 == 0) state.velocity[other] = state.velocity[i];
+  }
+  for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(state);
+  EXPECT_GT(pair.expect_same_steps(3, 1e-4).max_overlap_diameters, 0.99F);
+}
+
+// A periodic world so low that parcels half its height apart touch: both see the other below.
+TEST_F(Domains, GiveTheSameBitsOfParcelsHalfAWorldApart) {
+  Settings s = busy_court(Boundary::periodic, 60);
+  s.ball_present = false;
+  Pair pair(s, domains(2));
+  pair.set_radius(0.3 * s.height_m / pair.plain.physics.parcels.radius_m);
+  ParcelSnapshot state = pair.plain.backend->snapshot();
+  const Vec2i half = pair.plain.physics.world.half;
+  for (std::size_t i = 0; i < state.position.size(); i += 2) {
+    state.position[i].y = 0;
+    state.position[i + 1] = {state.position[i].x, -half.y};
+  }
+  for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(state);
+  EXPECT_GT(pair.expect_same_steps(3, 1e-4).max_overlap_diameters, 0.0F);
+}
+
 // All parcels and the ball around one border; the other domains are empty.
 TEST_F(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
   Pair pair(busy_court(Boundary::walls, 400), domains(8));

@@ -42,6 +42,7 @@ inline void expect_same_hashes(const Settings& s, std::uint32_t steps) {
                             ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
   EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
   EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
+  EXPECT_EQ(on_gpu.totals.impulse_sum_mps, on_cpu.totals.impulse_sum_mps) << where;
   EXPECT_EQ(on_gpu.totals.event_hash, on_cpu.totals.event_hash) << where;
   EXPECT_EQ(on_gpu.totals.num_ball_hits, on_cpu.totals.num_ball_hits) << where;
   EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;

@@ -51,13 +51,13 @@ class Domain {
   virtual void find_borders() = 0;
 
   // A step of all own parcels, in this order. step: valid until its end.
-  // 1. Begins with the parcels that are far from other slabs. A GPU works on while the caller continues.
+  // 1. Begins with what needs no copies. A GPU works on while the caller continues.
   virtual void start(const TimeStep& step) = 0;
   // 2. Unless the copies are as of the sort: motion, before this step, of the parcels that another slab has
   // copies of, in the order of copy_margins.
   virtual void pack(unsigned slab, std::vector<ParcelMotion>& out) const = 0;
   virtual void unpack(unsigned slab, const std::vector<ParcelMotion>& in) = 0;
-  // 3. Goes on with the others.
+  // 3. Goes on with the rest.
   virtual void step_borders() = 0;
   // 4. Waits for the end.
   virtual CpuTally finish() = 0;

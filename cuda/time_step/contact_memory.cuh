@@ -1,0 +1,31 @@
+// Memory of the contacts of a step that is done in parts.
+#pragma once
+
+#include "cuda/cell_sort.cuh"
+#include "cuda/time_step/kernel.cuh"
+
+namespace pf {
+
+// Between two sorts the sort's own memory holds most of it: the arrays that it scatters to, its keys and its
+// counts.
+class ContactMemory {
+ public:
+  // Held for each parcel beside the sort's.
+  static constexpr double kBytesPerParcel = sizeof(DeviceSums) / 4.0 + 0.2;
+
+  // Does nothing if it has room for `capacity` parcels.
+  void reserve(std::size_t capacity, cudaStream_t stream);
+  std::size_t bytes() const { return sums_.bytes() + touched_.bytes() + num_pairs_.bytes(); }
+
+  // next: where the next sort scatters to. Both have room for `capacity` parcels, too.
+  ContactScratch lay_out(const DeviceParcels& next, const DeviceCellSort& cell_sort) const;
+
+ private:
+  DeviceBuffer<DeviceSums> sums_;  // those of the last quarter
+  DeviceBuffer<std::uint32_t> touched_, num_pairs_;
+};
+
+// Parcels that arrays have room for: whole quarters.
+constexpr std::size_t whole_quarters(std::size_t num_parcels) { return (num_parcels + 3) / 4 * 4; }
+
+}  // namespace pf
