@@ -78,7 +78,7 @@ class DeviceCellSort {
   // Bytes held for each parcel: keys, ranks, counts and cell starts, rounded up.
   static constexpr double kBytesPerParcel = 8.0 + 8.0 * kDeviceCellsPerParcel + 0.5;
 
-  // Free for other use from a scatter to the next begin().
+  // Free for other use from a scatter, and the last update_indices() after it, to the next begin().
   SortScratch scratch() const { return {keys_.data(), counts_.data()}; }
 
  private:

@@ -115,6 +115,8 @@ void CudaBackend::set_physics(const Physics& physics) {
     return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
   };
   if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
+  // Walls are a radius away: a parcel that is now beyond its limit moves farther than any step would.
+  if (physics.parcels.radius_m != physics_.parcels.radius_m) sorted_ = false;
   physics_ = physics;
 }
 

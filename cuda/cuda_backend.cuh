@@ -89,6 +89,7 @@ class CudaBackend final : public Backend {
   StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
   void step(StepLaunch& launch, LaunchStep launch_parcels);
   void step_in_parts(StepLaunch& launch);
+  bool make_room_for_contacts();
   void step_ball(const StepLaunch& launch);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
@@ -105,7 +106,7 @@ class CudaBackend final : public Backend {
   std::uint32_t num_parcels_ = 0;
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
-  DeviceParcels next_;     // where the next sort gathers to
+  DeviceParcels next_;     // where the next sort scatters to; between sorts the scratch of methods
   DeviceCellSort cell_sort_;
   ContactMemory contact_memory_;       // where steps are done in parts
   DeviceBuffer<Vec2f> draw_position_;  // for draw targets in host memory only

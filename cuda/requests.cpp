@@ -3,6 +3,7 @@
 
 #include "backend/exact/limits.hpp"
 #include "cuda/cuda_backend.cuh"
+#include "cuda/cuda_devices.hpp"
 #include "model/exact/trajectory.hpp"
 #include "model/methods.hpp"
 
@@ -63,8 +64,7 @@ void CudaBackend::submit(const StepRequest& request) {
   const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
   const std::int64_t displacement = displacement_in_step(constants, *host_state_);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  const bool in_parts = pays_in_parts(constants, request.method, num_parcels_);
-  if (in_parts) contact_memory_.reserve(capacity_, stream_);
+  const bool in_parts = pays_in_parts(constants, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 
@@ -98,6 +98,15 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
   launch.method = request.method;
   launch.num = num_parcels_;
   return launch;
+}
+
+// What `exact` keeps after it may leave no room; the step of one kernel needs none.
+bool CudaBackend::make_room_for_contacts() {
+  if (contact_memory_.has_room(capacity_)) return true;
+  if (ContactMemory::kBytesPerParcel * capacity_ > 0.95 * static_cast<double>(usable_memory_bytes()))
+    return false;
+  contact_memory_.reserve(capacity_, stream_);
+  return true;
 }
 
 // One step of parcels and ball.

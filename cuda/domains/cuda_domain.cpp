@@ -74,6 +74,7 @@ void CudaDomain::reserve(std::size_t num) {
   current_ = std::move(larger);
   next_ = DeviceParcels(capacity);
   cell_sort_ = DeviceCellSort(static_cast<std::uint32_t>(capacity));
+  contact_memory_.reserve(capacity, stream_);
   capacity_ = static_cast<std::uint32_t>(capacity);
 }
 
@@ -256,7 +257,6 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.constants = step.constants;
   launch_.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_,
                    step.neighbors == Neighbors::all_pairs};
-  contact_memory_.reserve(capacity_, stream_);
   launch_.from = current_.pointers();
   launch_.contacts = contact_memory_.lay_out(next_, cell_sort_);
   launch_.state = state_.data();

@@ -90,7 +90,7 @@ class CudaDomain final : public Domain {
   std::uint32_t num_near_ = 0;       // own parcels near other slabs
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
-  DeviceParcels next_;     // where a sort gathers to
+  DeviceParcels next_;     // where a sort scatters to; between sorts scratch of the contacts
   DeviceCellSort cell_sort_;
   ContactMemory contact_memory_;
   DeviceBuffer<Parcel> traffic_;  // parcels that come or go

@@ -41,6 +41,7 @@ void CudaBackend::check_room_for_exact(bool with_contact_ticks) const {
 }
 
 void CudaBackend::make_room_for_exact(bool with_contact_ticks) {
+  contact_memory_ = {};
   const bool has_ticks = current_.tick.capacity() == capacity_;
   const bool has_contact_ticks = !with_contact_ticks || current_.last_contact_tick.capacity() == capacity_;
   if (!has_ticks || !has_contact_ticks || num_parcels_ != exact_memory_.reserved())
@@ -94,7 +95,6 @@ void CudaBackend::push_out(const StepRequest& request) {
 
 void CudaBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts && num_parcels_ > 0) push_out(request);
-  contact_memory_ = {};
   make_room_for_exact(request.contact_clock_s > 0.0);
   exact_.enter(exact_launch(request), stream_);
   read_exact_state();

@@ -5,12 +5,11 @@
 namespace pf {
 
 void ContactMemory::reserve(std::size_t capacity, cudaStream_t stream) {
-  const std::size_t num = capacity / ContactScratch::kNumParts;
-  if (sums_.capacity() >= num) return;
+  if (has_room(capacity)) return;
   *this = {};
   touched_ = DeviceBuffer<std::uint32_t>(capacity / 32 + 1);
   num_pairs_ = DeviceBuffer<std::uint32_t>(capacity / kPairList + 1);
-  sums_ = DeviceBuffer<DeviceSums>(num);
+  sums_ = DeviceBuffer<DeviceSums>(capacity / ContactScratch::kNumParts);
   PF_CUDA(cudaMemsetAsync(touched_.data(), 0, touched_.bytes(), stream));
   PF_CUDA(cudaMemsetAsync(num_pairs_.data(), 0, num_pairs_.bytes(), stream));
 }
@@ -18,6 +17,7 @@ void ContactMemory::reserve(std::size_t capacity, cudaStream_t stream) {
 ContactScratch ContactMemory::lay_out(const DeviceParcels& next, const DeviceCellSort& cell_sort) const {
   static_assert(sizeof(DeviceSums) == ContactScratch::kNumParts * sizeof(Vec2i) &&
                 sizeof(Vec2i) == sizeof(Vec2f) && sizeof(Vec2i) == sizeof(std::uint64_t));
+  static_assert(kDeviceCellsPerParcel >= 1.0, "counts hold the second parcel of each pair");
   const SortScratch scratch = cell_sort.scratch();
   ContactScratch contacts;
   contacts.part[0] = reinterpret_cast<DeviceSums*>(next.position.data());

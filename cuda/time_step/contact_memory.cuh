@@ -13,6 +13,10 @@ class ContactMemory {
   // Held for each parcel beside the sort's.
   static constexpr double kBytesPerParcel = sizeof(DeviceSums) / 4.0 + 0.2;
 
+  // For so many parcels.
+  bool has_room(std::size_t capacity) const {
+    return sums_.capacity() >= capacity / ContactScratch::kNumParts && sums_.capacity() > 0;
+  }
   // Does nothing if it has room for `capacity` parcels.
   void reserve(std::size_t capacity, cudaStream_t stream);
   std::size_t bytes() const { return sums_.bytes() + touched_.bytes() + num_pairs_.bytes(); }

@@ -4,7 +4,7 @@
 // searches the cells that the parcel's search box covers, sums its contacts, moves it, and in the last step
 // of a frame writes what is drawn. It reads from arrays that it does not write. A launch is its main cost.
 //
-// Of many parcels three kernels do it, with three fifths of the instructions: find_pairs_kernel finds each
+// Of many parcels three kernels do it, with 0.7 of the instructions: find_pairs_kernel finds each
 // pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place and
 // draws.
 //

@@ -55,7 +55,7 @@ inline GridShape make_grid(const World& world, const GridArea& area, std::int32_
           axis(world.half.y, area.low.y, area.high.y, num_y)};
 }
 
-// How large cells are at least, and how many there are at most.
+// How large cells are at least, and how many there are at most, for a parcel.
 struct CellSize {
   double width_units = 0.0;
   double per_parcel = 2.0;
@@ -67,12 +67,13 @@ inline GridShape choose_grid(const World& world, const GridArea& area, std::uint
                              const CellSize& cells) {
   const double extent_x = static_cast<double>(area.high.x) - area.low.x;
   const double extent_y = static_cast<double>(area.high.y) - area.low.y;
-  // Where cells would be too many, both sides grow by the same factor.
-  const double min_area = extent_x * extent_y / (cells.per_parcel * (num_parcels + 1.0));
+  // Where cells would be too many, both sides grow by the same factor; in a flat world one of them cannot.
+  const double max_cells = cells.per_parcel * (num_parcels + 1.0);
+  const double min_area = extent_x * extent_y / max_cells;
   const double width = std::max(cells.width_units, 1.0), height = std::max(cells.height_units, 1.0);
   const double scale = std::sqrt(std::max(min_area / (width * height), 1.0));
-  const auto num = [scale](double extent, double side) {
-    const double fit = extent / (side * scale);
+  const auto num = [=](double extent, double side) {
+    const double fit = std::min(extent / (side * scale), max_cells);
     return static_cast<std::int32_t>(fit < 1.0 ? 1.0 : fit);
   };
   return make_grid(world, area, num(extent_x, width), num(extent_y, height));

@@ -57,5 +57,28 @@ TEST(Search, FastSearchEqualsThePlainLoop) {
   }
 }
 
+// Also in worlds lower than a cell, whose cells cannot grow both ways: arrays of a GPU hold so many.
+TEST(Search, GridsHaveAsManyCellsAsAskedForAtMost) {
+  for (const double height : {1.0, 0.1, 1e-3, 1e-4, 1e-6}) {
+    for (const bool is_flat : {true, false}) {
+      World world;
+      const auto long_half = std::int32_t{1} << 30;
+      const auto short_half = static_cast<std::int32_t>(height * long_half);
+      world.half = is_flat ? Vec2i{long_half, short_half} : Vec2i{short_half, long_half};
+      for (const std::uint32_t num : {0U, 1U, 1257U, 1'000'000U}) {
+        for (const double per_parcel : {1.0, 2.0}) {
+          for (const double width_units : {1.0, 1e4, 1e6}) {
+            const GridShape grid =
+                choose_grid(world, num, {width_units, per_parcel, 7.0 / 3.0 * width_units});
+            EXPECT_GE(grid.num_cells(), 1U);
+            EXPECT_LE(static_cast<double>(grid.x.num) * grid.y.num, per_parcel * (num + 1.0))
+                << height << ", " << num << " parcels, cells of " << width_units;
+          }
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pf::test

@@ -11,7 +11,7 @@ namespace {
 
 // Width of the margin, in contact distances, on processors and on GPUs; in a dilute gas, whose cells are
 // wider, in mean distances of parcels. It takes part in no result. Cells set how far parcels may move until
-// the next sort; these margins hardly cut that short.
+// the next sort; these margins cut that short by a seventh at most.
 constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.0, kDiluteMarginWidth = 0.75;
 
 // What a rank knows after a step. All ranks learn it from all.
