@@ -16,7 +16,7 @@ constexpr double kBytesPerParcel = 2 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(s
 
 // Slack for a slider that raises N, within 80 bytes a parcel.
 std::uint64_t with_slack(std::uint32_t num_parcels) {
-  return whole_quarters(num_parcels + num_parcels / 60ULL);
+  return in_equal_parts(num_parcels + num_parcels / 60ULL);
 }
 
 template <class T>

@@ -5,6 +5,7 @@
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
 #include "model/exact/trajectory.hpp"
+#include "model/kinetic_theory.hpp"
 #include "model/methods.hpp"
 
 namespace pf {
@@ -20,10 +21,8 @@ std::int64_t displacement_in_step(const StepConstants& constants, const StepStat
 
 // Whether a step in parts is faster: of many parcels, few of which touch at a time. The sums of those that do
 // are atomics in memory.
-bool pays_in_parts(const StepConstants& constants, Method method, std::uint32_t num_parcels) {
-  const Vec2d half = to_double(constants.physics.world.half);
-  const double area = kPi / 4.0 * constants.contact_distance * constants.contact_distance * num_parcels;
-  return num_parcels >= kManyParcels && area <= kMostDense * 4.0 * half.x * half.y &&
+bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
+  return num_parcels >= kManyParcels && area_fraction_of(physics) <= kMostDense &&
          !row_of(method).contacts_last;
 }
 
@@ -64,7 +63,7 @@ void CudaBackend::submit(const StepRequest& request) {
   const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
   const std::int64_t displacement = displacement_in_step(constants, *host_state_);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  const bool in_parts = pays_in_parts(constants, request.method, num_parcels_) && make_room_for_contacts();
+  const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 

@@ -62,7 +62,7 @@ void CudaDomain::reserve(std::size_t num) {
   if (num <= capacity_) return;
   synchronize();  // kernels may still read what is freed here
   const std::size_t capacity =
-      whole_quarters(static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack);
+      in_equal_parts(static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack);
   next_ = {};
   cell_sort_ = {};
   contact_memory_ = {};

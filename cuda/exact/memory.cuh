@@ -16,10 +16,9 @@
 //   next.tick                      4  list_head
 //   next.last_contact_tick         4  nothing
 //   cell_sort keys                 8  events
-//   cell_sort indices[0]           4  owner
-//   cell_sort indices[1]           4  nothing
+//   cell_sort counts               4  owner
 //
-// A sort starts with launch_write_keys, which reads the positions at the step's start. The gather then reads
+// A sort starts with launch_count, which reads the positions at the step's start. The scatter then reads
 // `current` and writes `next`, and the two change places. The sort ends with launch_locate, which computes
 // the positions anew. Besides trajectories and positions, nothing in the table outlives a step.
 #pragma once

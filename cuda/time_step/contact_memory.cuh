@@ -11,7 +11,8 @@ namespace pf {
 class ContactMemory {
  public:
   // Held for each parcel beside the sort's.
-  static constexpr double kBytesPerParcel = sizeof(DeviceSums) / 4.0 + 0.2;
+  static constexpr double kBytesPerParcel =
+      static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.2;
 
   // For so many parcels.
   bool has_room(std::size_t capacity) const {
@@ -25,11 +26,14 @@ class ContactMemory {
   ContactScratch lay_out(const DeviceParcels& next, const DeviceCellSort& cell_sort) const;
 
  private:
-  DeviceBuffer<DeviceSums> sums_;  // those of the last quarter
+  DeviceBuffer<DeviceSums> sums_;  // the last part
   DeviceBuffer<std::uint32_t> touched_, num_pairs_;
 };
 
-// Parcels that arrays have room for: whole quarters.
-constexpr std::size_t whole_quarters(std::size_t num_parcels) { return (num_parcels + 3) / 4 * 4; }
+// So many parcels or a few more, so that the sums have equal parts.
+constexpr std::size_t in_equal_parts(std::size_t num_parcels) {
+  constexpr std::size_t kParts = ContactScratch::kNumParts;
+  return (num_parcels + kParts - 1) / kParts * kParts;
+}
 
 }  // namespace pf

@@ -23,7 +23,7 @@ namespace pf {
 // Size of the cells, and widest reach of the search box before a sort pays off, in contact distances. Cells
 // of a row that a box covers are one range, so narrow ones cost nothing but their counts. Measured on an
 // H200, area fraction 0.2, Gps at 10^7: width 1.5 and height 3.5 28.8, 1.5 and 3.0 28.5, 2 and 4 0.4
-// less, 2.5 and 2.5 0.9 less; reach 2.75 28.8, 2.5 28.7, 3.0 28.5.
+// less, 2.5 and 2.5 0.8 less; reach 2.75 28.8, 2.5 28.7, 3.0 28.5.
 constexpr double kStepCellWidth = 1.5, kStepCellHeight = 3.5;
 constexpr double kWidestStepReach = 2.75;
 

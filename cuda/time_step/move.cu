@@ -22,8 +22,8 @@ __device__ bool is_same(Vec2f a, Vec2f b) {
   return __float_as_uint(a.x) == __float_as_uint(b.x) && __float_as_uint(a.y) == __float_as_uint(b.y);
 }
 
-// With a ball 64 registers, else 32: with as few as fit no value is spilled. Court of 10^7 on an H200, in
-// microseconds: 99 with 64, 187 with 40, 202 with 32.
+// With a ball 64 registers, else 32, so that no value is spilled. Microseconds with a ball in the court of
+// 10^7 on an H200: 99 with 64, 187 with 40, 202 with 32.
 template <bool kBall, Boundary kBoundary>
 __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMoveBlock))
     move_kernel(const __grid_constant__ StepLaunch launch) {

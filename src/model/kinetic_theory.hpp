@@ -4,8 +4,16 @@
 #include <cmath>
 
 #include "core/portable_math.hpp"
+#include "model/physics.hpp"
 
 namespace pf {
+
+// Area fraction N pi r^2 / area.
+inline double area_fraction_of(const Physics& physics) {
+  const World& world = physics.world;
+  const double area = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
+  return physics.parcels.num * kPi * physics.parcels.radius_m * physics.parcels.radius_m / area;
+}
 
 // Contact value of the pair distribution of hard discs, Henderson 1975: within 0.03 % at area fraction 0.3.
 inline double contact_value(double area_fraction) {

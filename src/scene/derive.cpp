@@ -205,12 +205,6 @@ bool has_left(const Physics& physics, const BallState& ball) {
          std::fabs(ball.position_m.y) > world.half.y * world.unit_m + radius;
 }
 
-double area_fraction_of(const Physics& physics) {
-  const World& world = physics.world;
-  const double area = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
-  return physics.parcels.num * kPi * physics.parcels.radius_m * physics.parcels.radius_m / area;
-}
-
 namespace {
 
 constexpr double kStepsPerContact = 20.0;

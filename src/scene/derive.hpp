@@ -18,9 +18,6 @@ BallState initial_ball(const Settings& settings);
 // Returns whether the ball is beyond the edge of an open world with all of its disc.
 bool has_left(const Physics& physics, const BallState& ball);
 
-// Area fraction N pi r^2 / area.
-double area_fraction_of(const Physics& physics);
-
 // Division of a frame into steps. slow_motion: resulting simulated over wall time, at most time_scale.
 struct FramePlan {
   std::uint32_t num_steps = 1;

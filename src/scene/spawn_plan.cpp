@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {

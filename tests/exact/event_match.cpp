@@ -6,6 +6,7 @@
 
 #include "lab/theory.hpp"
 #include "model/exact/step_plan.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf::test {
 namespace {

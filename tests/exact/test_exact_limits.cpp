@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "exact/exact_support.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf::test {
 namespace {
