@@ -117,30 +117,32 @@ __device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i,
   }
 }
 
-// Predicts the marked members of a block's slice, after all trajectories are committed. Each parcel that a
-// changed one will meet learns of it. Members no longer belong to clusters.
+// Predicts the marked members of a block's slice, after all trajectories are committed, each by a team. Each
+// parcel that a changed one will meet learns of it. Members no longer belong to clusters.
 template <Boundary kBoundary>
 __device__ void predict_members(const StepContext& step, std::uint32_t num_members,
                                 NearList<kExactBlock>::Space& near_space) {
   const StepMemory& memory = step.memory;
-  for (std::uint32_t k = threadIdx.x; k < num_members; k += kExactBlock) {
+  const bool leads = threadIdx.x % kLanesOfParcel == 0;
+  for (std::uint32_t k = threadIdx.x / kLanesOfParcel; k < num_members; k += kExactBlock / kLanesOfParcel) {
     const Member& member = memory.members[blockIdx.x * memory.member_capacity + k];
     const std::uint32_t i = member.index;
-    memory.owner[i] = kInvalidIndex;
+    if (leads) memory.owner[i] = kInvalidIndex;
     const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;
     const Trajectory own = step.start_trajectory(i);
     if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
     Event best;
     if (step.c.run.physics.parcels.contacts)
-      visit_collisions<kBoundary, false>(step, i, own, step.c.plan.max_speed_mps, near_space,
-                                         [&](std::uint32_t j, std::uint32_t tick) {
-                                           if (tick == kNoTick) return;
-                                           step.keep_collision(tick, j, best);
-                                           if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
-                                         });
-    keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
+      visit_collisions<kBoundary, false, kLanesOfParcel>(step, i, own, step.c.plan.max_speed_mps, near_space,
+                                                         [&](std::uint32_t j, std::uint32_t tick) {
+                                                           if (tick == kNoTick) return;
+                                                           step.keep_collision(tick, j, best);
+                                                           if (has_changed)
+                                                             keep_if_earlier(step, j, event_key(tick, i));
+                                                         });
+    if (leads) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
     if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
-    if (is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;
+    if (leads && is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;
   }
 }
 

@@ -282,8 +282,14 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
-    trace_ball_path<kBoundary>(step, space, state.num_ball_segments,
-                               [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
+    const bool is_hit = load_fresh(&state.num_ball_segments) + load_fresh(&state.num_ball_hits) > 1;
+    if (is_hit && load_fresh(&state.solve_failed) == 0) {
+      trace_ball_path<kBoundary>(step, space, state.num_ball_segments,
+                                 [&](const BallHit& hit) { return belongs_to_solution(step, hit); });
+    } else if (threadIdx.x == 0) {
+      state.path_has_changed = 0;
+      state.path_is_checked = 1;
+    }
     if (threadIdx.x == 0) {
       if (round > kMaxRounds) state.solve_failed = 1;
       state.num_todo = 0;
@@ -307,17 +313,10 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_all(const StepContext& step, ClusterSpace& space, PathHits& hits,
                                           BlockCounts& counts) {
-  const ExactState& state = step.state;
   std::uint32_t round = 0;
   do {
     solve_in_rounds<kBoundary>(step, space, counts, round);
-    if (!step.has_participant()) return;
-    // All blocks must decide alike, before the first one changes what they decide by.
-    const bool has_hits = load_fresh(&state.num_ball_segments) + load_fresh(&state.num_ball_hits) > 1;
-    const bool has_failed = load_fresh(&state.solve_failed) != 0;
-    cg::this_grid().sync();
-    if (!has_hits || has_failed) return;
-  } while (update_ball_path<kBoundary>(step, hits, counts, round));
+  } while (step.has_participant() && update_ball_path<kBoundary>(step, hits, counts, round));
 }
 
 }  // namespace pf::cuda

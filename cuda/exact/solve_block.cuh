@@ -32,10 +32,12 @@ class BlockSolver : BlockPredictions<kBoundary> {
   using Base = BlockPredictions<kBoundary>;
   using Base::c_, Base::kNoPlace, Base::kNumChanged, Base::members_, Base::space_, Base::step_;
 
-  // The earliest event; its place is that of a member that has it.
+  // The earliest event; its place is that of a member that has it. Each warp looks for itself where that
+  // takes one look: it spares a barrier.
   __device__ __forceinline__ OrderedEvent next_event() {
+    const bool are_few = members_.num() <= 32;
     OrderedEvent best;
-    for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
+    for (std::uint32_t k = are_few ? threadIdx.x % 32 : threadIdx.x; k < members_.num(); k += kExactBlock) {
       const Member& member = members_[k];
       const Event event = member.event;
       if (event.tick == kNoTick) continue;
@@ -43,11 +45,7 @@ class BlockSolver : BlockPredictions<kBoundary> {
                              max(member.id, event.partner_id), k};
       if (comes_before(own, best)) best = own;
     }
-    if (members_.leads()) {
-      space_.partner = kInvalidIndex;
-      space_.num_flagged = kNumChanged;
-    }
-    return first_of_block(best, space_.first_of_warps);
+    return are_few ? first_of_warp(best) : first_of_block(best, space_.first_of_warps);
   }
 
   // Applies events in their order up to the window's end. Returns false if another cluster owns a partner.

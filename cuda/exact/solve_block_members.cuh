@@ -27,6 +27,7 @@ struct BlockSpace {
   static constexpr unsigned kMaxPiece = 2 * kTeam;
   static constexpr unsigned kWarps = kExactBlock / 32;
   static constexpr std::uint16_t kNotListed = 0xFFFF;
+  static constexpr unsigned kNumChanged = 2;  // members flagged first: those of the event
 
   std::uint32_t table[kCapacity];        // slots of the members
   std::uint16_t flagged[kCapacity + 2];  // places of members to predict; the first two are those of the event
@@ -96,6 +97,7 @@ struct BlockMembers {
       counts.neighbour_pairs = num_neighbour_pairs;
       space.other = kInvalidIndex;
       space.event_hash = 0;
+      begin_event();
     }
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
       (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index);
@@ -166,6 +168,12 @@ struct BlockMembers {
       step.state.solve_failed = 1;
     }
     add_conflict(step, counts, cluster, other);
+  }
+
+  // Called by the first thread, between two events.
+  __device__ __forceinline__ void begin_event() const {
+    space.partner = kInvalidIndex;
+    space.num_flagged = BlockSpace::kNumChanged;
   }
 
  private:

@@ -30,7 +30,7 @@ class BlockPredictions {
   }
 
   static constexpr std::uint16_t kNoPlace = 0xFFFF;
-  static constexpr unsigned kNumChanged = 2;
+  static constexpr unsigned kNumChanged = BlockSpace::kNumChanged;
 
  private:
   static constexpr unsigned kTeam = BlockSpace::kTeam, kTeams = BlockSpace::kTeams;
@@ -126,6 +126,7 @@ class BlockPredictions {
       }
       members_[it.place].event = first;
     }
+    if (members_.leads()) members_.begin_event();  // all know how many are flagged
     __syncthreads();
   }
 
