@@ -30,17 +30,26 @@ class CellSort {
   std::uint64_t memory_bytes() const { return 4 * (keys_.capacity() + offsets_.capacity()); }
 
  private:
-  void count(ThreadTeam& team, const GridShape& grid, const Vec2i* where);
+  // Consecutive parcels that one thread sorts, and the keys that they may have.
+  struct Slice {
+    std::size_t begin, end;
+    std::size_t first_key, end_key;
+    std::size_t first_count;  // index in offsets_ of the count of first_key
+  };
+
+  void count_at_once(const GridShape& grid, const Vec2i* where);  // by one thread
+  void find_keys(ThreadTeam& team, const GridShape& grid, const Vec2i* where);
+  void lay_out_counts(unsigned num_threads);
+  void count(ThreadTeam& team);
   void accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start);
   void scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to);
 
-  // Slices of the parcels with counts of their own. More of them would cost memory for each cell.
-  static constexpr unsigned kMaxSlices = 4;
+  static constexpr unsigned kMostCounts = 4;  // of a cell; more would cost memory
 
   std::size_t num_keys_ = 0;
-  unsigned num_slices_ = 1;
+  std::vector<Slice> slices_;
   std::vector<std::uint32_t> keys_;     // one per parcel
-  std::vector<std::uint32_t> offsets_;  // num_slices_ x num_keys_: counts, then destinations
+  std::vector<std::uint32_t> offsets_;  // of all slices: counts of their keys, then destinations
   std::vector<std::uint32_t> chunk_sums_;
 };
 

@@ -1,0 +1,98 @@
+// The parallel counting sort against std::stable_sort.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "backend/parcel_arrays.hpp"
+#include "core/random.hpp"
+
+namespace pf::test {
+namespace {
+
+GridShape some_grid(std::uint32_t num_parcels) {
+  World world;
+  world.half = {1 << 30, 1 << 29};
+  return choose_grid(world, num_parcels, {5e7});
+}
+
+// Some of them retired, and some in a crowd.
+ParcelArrays random_parcels(std::uint32_t num) {
+  ParcelArrays parcels;
+  parcels.resize(num);
+  for (std::uint32_t i = 0; i < num; ++i) {
+    const double x = uniform(random_bits(7, i, 0)), y = uniform(random_bits(7, i, 1));
+    const double width = i % 5 == 0 ? 0.05 : 1.0;
+    parcels.position[i] = {static_cast<std::int32_t>((2.0 * x - 1.0) * width * 0x1p30),
+                           static_cast<std::int32_t>((2.0 * y - 1.0) * width * 0x1p29)};
+    if (i % 97 == 3) parcels.position[i] = {kRetired, 0};
+    parcels.velocity[i] = {static_cast<float>(i), -1.0F};
+    parcels.id[i] = i;
+  }
+  return parcels;
+}
+
+std::vector<std::uint32_t> stable_order(const GridShape& grid, const ParcelArrays& parcels) {
+  std::vector<std::uint32_t> order(parcels.id.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return cell_key(grid, parcels.position[i]) < cell_key(grid, parcels.position[j]);
+  });
+  return order;
+}
+
+ParcelArrays in_order(const ParcelArrays& parcels, const std::vector<std::uint32_t>& order) {
+  ParcelArrays sorted;
+  sorted.resize(order.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    sorted.position[k] = parcels.position[order[k]];
+    sorted.velocity[k] = parcels.velocity[order[k]];
+    sorted.id[k] = parcels.id[order[k]];
+  }
+  return sorted;
+}
+
+void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArrays& parcels) {
+  const std::size_t num = parcels.id.size();
+  const ParcelArrays wanted = in_order(parcels, stable_order(grid, parcels));
+  ThreadTeam team(num_threads);
+  CellSort cell_sort;
+  PhaseTimes times;
+  ParcelArrays sorted;
+  sorted.resize(num);
+  std::vector<std::uint32_t> cell_start;
+  for (int repeat = 0; repeat < 2; ++repeat) {  // counts of the first time are there in the second
+    cell_sort.sort(team, {grid, parcels.position.data(), parcels}, {sorted, cell_start}, times);
+    EXPECT_EQ(sorted.id, wanted.id);
+    EXPECT_TRUE(std::equal(wanted.position.begin(), wanted.position.begin() + num, sorted.position.begin()));
+    EXPECT_TRUE(std::equal(wanted.velocity.begin(), wanted.velocity.begin() + num, sorted.velocity.begin()));
+    ASSERT_EQ(cell_start.size(), grid.num_cells() + 2U);
+    for (std::uint32_t key = 0; key <= grid.num_cells(); ++key) {
+      const auto first = std::find_if(wanted.position.begin(), wanted.position.begin() + num,
+                                      [&](Vec2i p) { return cell_key(grid, p) >= key; });
+      ASSERT_EQ(cell_start[key], first - wanted.position.begin()) << "cell " << key;
+    }
+    EXPECT_EQ(cell_start.back(), num);
+  }
+}
+
+// With more threads than there are counts for, parcels in any order make slices share them; those that lie
+// almost in order do not.
+TEST(CellSort, IsStableForAnyOrderAndNumberOfThreads) {
+  for (const std::uint32_t num : {0U, 1U, 3U, 3000U}) {
+    const GridShape grid = some_grid(num);
+    const ParcelArrays any_order = random_parcels(num);
+    const ParcelArrays sorted = in_order(any_order, stable_order(grid, any_order));
+    ParcelArrays almost = sorted;
+    for (std::size_t i = 0; i + 40 < num; i += 7) std::swap(almost.position[i], almost.position[i + 40]);
+    for (const unsigned num_threads : {1U, 2U, 4U, 5U, 16U}) {
+      SCOPED_TRACE(std::to_string(num) + " parcels, " + std::to_string(num_threads) + " threads");
+      expect_sorted(num_threads, grid, any_order);
+      expect_sorted(num_threads, grid, sorted);
+      expect_sorted(num_threads, grid, almost);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace pf::test
