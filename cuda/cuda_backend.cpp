@@ -189,34 +189,19 @@ void CudaBackend::take_snapshot(ParcelSnapshot& to) {
   PF_CUDA(cudaStreamSynchronize(stream_));
 }
 
-std::vector<MeasurePart> CudaBackend::measure_parts() {
-  std::vector<MeasurePart> parts((num_parcels_ + kMeasureBlock - 1) / kMeasureBlock);
-  if (parts.empty()) return parts;
-  const DeviceBuffer<MeasurePart> on_device(parts.size());
-  launch_measure(current_parcels(), num_parcels_, on_device.data(), stream_);
-  PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart),
-                          cudaMemcpyDeviceToHost, stream_));
-  PF_CUDA(cudaStreamSynchronize(stream_));
-  return parts;
+ParcelSums CudaBackend::sums() const {
+  return sum_parcels(current_parcels(), num_parcels_, physics_.parcels.mass_kg, stream_);
 }
 
 Measures CudaBackend::measure() {
-  Measures total;
-  const double mass = physics_.parcels.mass_kg;
-  for (const MeasurePart& part : measure_parts()) {
-    total.parcel_energy_j += 0.5 * mass * part.speed2;
-    total.momentum_kg_mps += Vec2d{part.velocity_x, part.velocity_y} * mass;
-    total.momentum_scale_kg_mps += mass * part.speed;
-    total.num_live += part.num_live;
-  }
+  Measures total = sums().measures;
   add_ball(physics_.ball, read_state().ball, total);
   return total;
 }
 
 std::uint64_t CudaBackend::state_hash() {
-  std::uint64_t hash = physics_.ball.exists ? ball_hash(read_state().ball) : 0;
-  for (const MeasurePart& part : measure_parts()) hash += part.hash;
-  return hash;
+  const std::uint64_t of_ball = physics_.ball.exists ? ball_hash(read_state().ball) : 0;
+  return of_ball + sums().hash;
 }
 
 std::uint64_t CudaBackend::memory_bytes() const {

@@ -95,7 +95,7 @@ class CudaBackend final : public Backend {
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
   void take_snapshot(ParcelSnapshot& to);
-  std::vector<MeasurePart> measure_parts();
+  ParcelSums sums() const;
   StepState read_state();
   void write_state(const StepState& state);
   StepTotals collected_totals() const;

@@ -1,8 +1,10 @@
 #include "cuda/setup_kernels.cuh"
 
+#include <vector>
+
 #include "cuda/check.cuh"
+#include "cuda/device_buffer.cuh"
 #include "cuda/draw_parcel.cuh"
-#include "model/measures.hpp"
 
 namespace pf {
 namespace {
@@ -40,6 +42,17 @@ __global__ void number_kernel(std::uint32_t* id, std::uint32_t n) {
   if (i < n) id[i] = i;
 }
 
+// Sums over a block of kMeasureBlock parcels. The host adds them up in order, so that the result repeats.
+struct MeasurePart {
+  double speed2 = 0.0;  // sum of v^2
+  double velocity_x = 0.0;
+  double velocity_y = 0.0;
+  double speed = 0.0;  // sum of |v|
+  unsigned long long num_live = 0;
+  unsigned long long hash = 0;
+};
+constexpr unsigned kMeasureBlock = 4096;
+
 __device__ void add_part(MeasurePart& to, const MeasurePart& o) {
   to.speed2 += o.speed2;
   to.velocity_x += o.velocity_x;
@@ -54,7 +67,8 @@ __global__ void measure_kernel(const ParcelPointers parcels, std::uint32_t n, Me
   MeasurePart sum;
   const std::uint32_t first = blockIdx.x * kMeasureBlock;
   for (std::uint32_t k = threadIdx.x; k < kMeasureBlock && first + k < n; k += kBlock) {
-    const std::uint32_t i = first + k;
+    const std::uint32_t i = first + k, id = parcels.id[i];
+    if ((id & kCopyBit) != 0) continue;
     const Vec2f velocity = parcels.velocity[i];
     const Vec2d v = to_double(velocity);
     sum.speed2 += dot(v, v);
@@ -62,7 +76,7 @@ __global__ void measure_kernel(const ParcelPointers parcels, std::uint32_t n, Me
     sum.velocity_y += v.y;
     sum.speed += sqrt(dot(v, v));
     sum.num_live += is_retired(parcels.position[i]) ? 0 : 1;
-    sum.hash += parcel_hash(parcels.id[i], parcels.position[i], velocity);
+    sum.hash += parcel_hash(id, parcels.position[i], velocity);
   }
   shared[threadIdx.x] = sum;
   for (unsigned half = kBlock / 2; half > 0; half /= 2) {
@@ -106,10 +120,24 @@ void launch_number(std::uint32_t* id, std::uint32_t n, cudaStream_t stream) {
   PF_LAUNCHED("number_kernel");
 }
 
-void launch_measure(const ParcelPointers& parcels, std::uint32_t n, MeasurePart* parts, cudaStream_t stream) {
-  if (n == 0) return;
-  measure_kernel<<<(n + kMeasureBlock - 1) / kMeasureBlock, kBlock, 0, stream>>>(parcels, n, parts);
+ParcelSums sum_parcels(const ParcelPointers& parcels, std::uint32_t n, double mass_kg, cudaStream_t stream) {
+  ParcelSums sums;
+  if (n == 0) return sums;
+  std::vector<MeasurePart> parts((n + kMeasureBlock - 1) / kMeasureBlock);
+  const DeviceBuffer<MeasurePart> on_device(parts.size());
+  measure_kernel<<<static_cast<unsigned>(parts.size()), kBlock, 0, stream>>>(parcels, n, on_device.data());
   PF_LAUNCHED("measure_kernel");
+  PF_CUDA(cudaMemcpyAsync(parts.data(), on_device.data(), parts.size() * sizeof(MeasurePart),
+                          cudaMemcpyDeviceToHost, stream));
+  PF_CUDA(cudaStreamSynchronize(stream));
+  for (const MeasurePart& part : parts) {
+    sums.measures += {.parcel_energy_j = 0.5 * mass_kg * part.speed2,
+                      .momentum_kg_mps = Vec2d{part.velocity_x, part.velocity_y} * mass_kg,
+                      .momentum_scale_kg_mps = mass_kg * part.speed,
+                      .num_live = part.num_live};
+    sums.hash += part.hash;
+  }
+  return sums;
 }
 
 }  // namespace pf

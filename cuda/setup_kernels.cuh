@@ -4,6 +4,7 @@
 
 #include "backend/draw_buffers.hpp"
 #include "cuda/parcel_arrays.cuh"
+#include "model/measures.hpp"
 #include "model/spawn.hpp"
 
 namespace pf {
@@ -24,18 +25,8 @@ void launch_scatter_by_id(const ParcelPointers& parcels, std::uint32_t num_parce
 // id[i] = i.
 void launch_number(std::uint32_t* id, std::uint32_t num_parcels, cudaStream_t stream);
 
-// Sums over a block of kMeasureBlock parcels. The host adds them up in order, so that the result repeats.
-struct MeasurePart {
-  double speed2 = 0.0;  // sum of v^2
-  double velocity_x = 0.0;
-  double velocity_y = 0.0;
-  double speed = 0.0;  // sum of |v|
-  unsigned long long num_live = 0;
-  unsigned long long hash = 0;
-};
-constexpr unsigned kMeasureBlock = 4096;
-
-void launch_measure(const ParcelPointers& parcels, std::uint32_t num_parcels, MeasurePart* parts,
-                    cudaStream_t stream);
+// Sums over the parcels that are no copies of those of other slabs. mass_kg: of each. Waits for the stream.
+ParcelSums sum_parcels(const ParcelPointers& parcels, std::uint32_t num_parcels, double mass_kg,
+                       cudaStream_t stream);
 
 }  // namespace pf

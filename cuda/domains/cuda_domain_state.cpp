@@ -1,6 +1,7 @@
 // What others read of a slab on a GPU.
 #include "cuda/domains/cuda_domain.cuh"
 #include "cuda/domains/transfer.cuh"
+#include "cuda/setup_kernels.cuh"
 
 namespace pf {
 
@@ -16,6 +17,11 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   for (std::uint32_t i = 0; i < num_; ++i) {
     if ((id[i] & kCopyBit) == 0) see({position[i], velocity[i], id[i] & kIdBits});
   }
+}
+
+ParcelSums CudaDomain::sums(double mass_kg) const {
+  const DeviceScope scope(device_);
+  return sum_parcels(current_.pointers(), num_, mass_kg, stream_);
 }
 
 void CudaDomain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {

@@ -107,6 +107,12 @@ PF_HD inline std::uint64_t parcel_hash(std::uint32_t id, Vec2i position, Vec2f v
   return mix64(h ^ join(bit_copy<std::uint32_t>(velocity.x), bit_copy<std::uint32_t>(velocity.y)));
 }
 
+// Sums over parcels. hash: their terms of the state hash.
+struct ParcelSums {
+  Measures measures;
+  std::uint64_t hash = 0;
+};
+
 PF_HD inline std::uint64_t ball_hash(const BallState& ball) {
   std::uint64_t h = 0x62616C6CULL;
   const double fields[5] = {ball.position_m.x, ball.position_m.y, ball.velocity_mps.x, ball.velocity_mps.y,

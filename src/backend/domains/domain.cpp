@@ -2,6 +2,15 @@
 
 namespace pf {
 
+ParcelSums Domain::sums(double mass_kg) const {
+  ParcelSums sums;
+  visit([&](const Parcel& parcel) {
+    sums.measures += measures_of(parcel.position, parcel.velocity, mass_kg);
+    sums.hash += parcel_hash(parcel.id, parcel.position, parcel.velocity);
+  });
+  return sums;
+}
+
 void Domain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {
   visit([&](const Parcel& parcel) {
     if (parcel.id % style.one_in != 0) return;

@@ -136,10 +136,7 @@ std::vector<DrawnParcel> DomainGroup::gather_in(const PixelGrid& grid) {
 // Summed in the order of domains: with other numbers of domains the sums may differ in their last bits.
 Measures DomainGroup::measure() {
   Measures mine;
-  for (const auto& domain : domains_)
-    domain->visit([&](const Parcel& parcel) {
-      mine += measures_of(parcel.position, parcel.velocity, physics_.parcels.mass_kg);
-    });
+  for (const auto& domain : domains_) mine += domain->sums(physics_.parcels.mass_kg).measures;
   Measures total;
   for (const Measures& sum : ranks_.all_of(mine)) total += sum;
   add_ball(physics_.ball, ball_, total);
@@ -157,10 +154,7 @@ Profile DomainGroup::profile(const ProfileShape& shape) {
 
 std::uint64_t DomainGroup::state_hash() {
   std::uint64_t mine = 0;
-  for (const auto& domain : domains_) {
-    domain->visit(
-        [&](const Parcel& parcel) { mine += parcel_hash(parcel.id, parcel.position, parcel.velocity); });
-  }
+  for (const auto& domain : domains_) mine += domain->sums(physics_.parcels.mass_kg).hash;
   std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   for (const std::uint64_t sum : ranks_.all_of(mine)) hash += sum;
   return hash;
