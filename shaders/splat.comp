@@ -3,7 +3,7 @@
 layout(local_size_x = 256) in;
 layout(std430, binding = 0) readonly buffer Positions { vec2 position_m[]; };
 layout(std430, binding = 1) readonly buffer Speeds { float speed_mps[]; };
-layout(std430, binding = 2) buffer Pixels { uint pixel[]; };  // see splat.frag
+layout(std430, binding = 2) buffer Pixels { uint pixel[]; };  // see splat_resolve.comp
 uniform uint num_parcels;
 uniform uint one_in;  // one of this many parcels is counted
 uniform uint per_thread;  // parcels that a thread counts

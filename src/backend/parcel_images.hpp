@@ -17,7 +17,7 @@ struct PixelGrid {
   std::uint32_t width = 0, height = 0;
 };
 
-// How parcels are counted: see shaders/splat.frag.
+// How parcels are counted: see shaders/splat_resolve.comp.
 struct CountStyle {
   float per_color_mps = 1.0F;  // speed to place on the colour scale
   std::uint32_t one_in = 1;    // one of this many parcels is counted

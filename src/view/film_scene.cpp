@@ -45,7 +45,7 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
   if (split_ != nullptr) region = second_.lay_out(*split_, free, scale_);
   camera_ = camera_like(window, seen, region, frame.physics->world, scale_);
-  const Viewport viewport = {canvas_.framebuffer(), size_, scale_};
+  const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(), size_, scale_};
   renderer_.draw_air(frame, &parcels, camera_, viewport);
   magnifier_px_ = 0.0F;
   if (split_ != nullptr) return second_.draw_air(*split_, camera_, viewport);
@@ -62,7 +62,7 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
 
 void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title,
                           Gui& window_gui) {
-  const Viewport viewport = {canvas_.framebuffer(), size_, scale_};
+  const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(), size_, scale_};
   renderer_.draw_flight(frame, camera_, viewport);
   if (split_ != nullptr) second_.draw_flight(*split_, camera_, viewport);
   if (overlay == nullptr && title.opacity() == 0.0F && split_ == nullptr) return;

@@ -88,6 +88,22 @@ GlProgram load_compute_program(const std::string& name) {
   return program;
 }
 
+void set_uniform(const GlProgram& program, const char* name, float value) {
+  glProgramUniform1f(program.get(), glGetUniformLocation(program.get(), name), value);
+}
+
+void set_uniform(const GlProgram& program, const char* name, Vec2f value) {
+  glProgramUniform2f(program.get(), glGetUniformLocation(program.get(), name), value.x, value.y);
+}
+
+void set_uniform(const GlProgram& program, const char* name, int value) {
+  glProgramUniform1i(program.get(), glGetUniformLocation(program.get(), name), value);
+}
+
+void set_uniform(const GlProgram& program, const char* name, std::uint32_t value) {
+  glProgramUniform1ui(program.get(), glGetUniformLocation(program.get(), name), value);
+}
+
 void GlFence::place() {
   clear();
   sync_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);

@@ -3,9 +3,12 @@
 
 #include <glad/gl.h>
 
+#include <cstdint>
 #include <initializer_list>
 #include <string>
 #include <utility>
+
+#include "core/vec2.hpp"
 
 namespace pf {
 
@@ -59,6 +62,11 @@ GlVertexArray make_vertex_array();
 GlProgram load_program(const std::string& name, const std::string& fragment = "");
 // The same for shaders/<name>.comp alone.
 GlProgram load_compute_program(const std::string& name);
+
+void set_uniform(const GlProgram& program, const char* name, float value);
+void set_uniform(const GlProgram& program, const char* name, Vec2f value);
+void set_uniform(const GlProgram& program, const char* name, int value);
+void set_uniform(const GlProgram& program, const char* name, std::uint32_t value);
 
 // A fence that holds until the GPU has passed the point where it was placed.
 class GlFence {

@@ -89,8 +89,8 @@ class Painter {
 
   std::vector<std::uint8_t> paint(const Tile& tile) {
     canvas_.resize(tile.size.width, tile.size.height);
-    const Viewport viewport = {canvas_.framebuffer(), tile.size,           scale_, tile.origin_px,
-                               request_.size.height,  request_.transparent};
+    const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(),    tile.size,           scale_,
+                               tile.origin_px,        request_.size.height, request_.transparent};
     renderer_.draw_air(*scene_.frame, scene_.parcels, camera_, viewport);
     renderer_.draw_flight(*scene_.frame, camera_, viewport);
     if (has_marks()) {

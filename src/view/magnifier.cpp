@@ -39,7 +39,9 @@ void Magnifier::set_look(const Look& look) {
 
 void Magnifier::zoom(double factor) { nearer_ = std::clamp(nearer_ * factor, kMinNearer, kMaxNearer); }
 
-Viewport Magnifier::viewport() const { return {canvas_.framebuffer(), {side_px_, side_px_}, scale_}; }
+Viewport Magnifier::viewport() const {
+  return {canvas_.framebuffer(), canvas_.texture(), {side_px_, side_px_}, scale_};
+}
 
 void Magnifier::draw_air(const FrameView& frame, const ParcelBuffers& parcels, Vec2d ball_m, float side_px,
                          float scale) {

@@ -6,7 +6,6 @@
 
 #include "view/color_map.hpp"
 #include "view/court_lines.hpp"
-#include "view/current_color.hpp"
 #include "view/world_images.hpp"
 
 namespace pf {
@@ -21,19 +20,6 @@ struct ViewBlock {
   Vec2f origin_px;
   float transparent, unused;
 };
-
-void set_uniform(const GlProgram& program, const char* name, float value) {
-  glProgramUniform1f(program.get(), glGetUniformLocation(program.get(), name), value);
-}
-
-void set_uniform(const GlProgram& program, const char* name, Vec2f value) {
-  glProgramUniform2f(program.get(), glGetUniformLocation(program.get(), name), value.x, value.y);
-}
-
-void set_color(auto& style, const std::array<float, 3>& color, float alpha) {
-  std::copy(color.begin(), color.end(), style.color);
-  style.color[3] = alpha;
-}
 
 // A parcel of this diameter or more is drawn as a disc; a smaller one is counted in its pixel.
 constexpr double kFirstDisc_px = 1.6;
@@ -110,30 +96,18 @@ Renderer::Renderer()
 void Renderer::draw_air(const FrameView& frame, const ParcelBuffers* parcels, const Camera& camera,
                         const Viewport& viewport) {
   set_view(camera, viewport);
-  draw_floor(frame, camera, viewport);
+  keep_floor(frame, camera, viewport);
   bind_for_blending(viewport);
-  if (parcels == nullptr || parcels->is_empty() || frame.num_parcels == 0) return;
-  const double reach_m = 0.5 * parcel_diameter_px(frame, camera, viewport.scale) * camera.metres_per_px;
-  for (const Camera& image :
-       image_cameras(camera, frame.physics->world, viewport.origin_px, viewport.size, reach_m)) {
+  if (parcels == nullptr || parcels->is_empty() || frame.num_parcels == 0) return copy(floor_, viewport);
+  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
+  const std::vector<Camera> images = image_cameras(camera, frame.physics->world, viewport.origin_px,
+                                                   viewport.size, 0.5 * diameter_px * camera.metres_per_px);
+  if (!images.empty() && diameter_px < kFirstDisc_px) return draw_counted(frame, *parcels, images, viewport);
+  copy(floor_, viewport);
+  for (const Camera& image : images) {
     set_view(image, viewport);
-    draw_parcels(frame, *parcels, image, viewport);
+    draw_discs(frame, *parcels, image, viewport);
   }
-}
-
-void Renderer::draw_flight(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
-  bind_for_blending(viewport);
-  const double reach_m = 2.0 * frame.physics->ball.radius_m + 8.0 * viewport.scale * camera.metres_per_px;
-  for (const Camera& image :
-       image_cameras(camera, frame.physics->world, viewport.origin_px, viewport.size, reach_m)) {
-    set_view(image, viewport);
-    draw_moving(frame, image, viewport.scale);
-  }
-}
-
-void Renderer::draw_moving(const FrameView& frame, const Camera& camera, float scale) {
-  if (look_.paths) draw_paths(frame, camera, scale);
-  if (frame.physics->ball.exists) draw_ball(frame, camera);
 }
 
 void Renderer::bind_for_blending(const Viewport& viewport) {
@@ -161,8 +135,8 @@ void Renderer::set_view(const Camera& camera, const Viewport& viewport) {
   glBindBufferBase(GL_UNIFORM_BUFFER, 0, view_buffer_.get());
 }
 
-// Painted once per view and then copied: in llvmpipe its shader would cost more than 20,000 parcels.
-void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
+// Painted once per view: in llvmpipe its shader would cost more than 20,000 parcels.
+void Renderer::keep_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport) {
   const World& world = frame.physics->world;
   const Vec2d half_m = to_metres(world, world.half);
   const FloorKey key = {camera.center_m,     camera.anchor_px,   camera.metres_per_px, viewport.size,
@@ -170,9 +144,12 @@ void Renderer::draw_floor(const FrameView& frame, const Camera& camera, const Vi
                         camera.shows_images, viewport.origin_px, viewport.transparent};
   if (!(key == floor_key_)) paint_floor(key);
   floor_key_ = key;
+}
+
+void Renderer::copy(const ColorTarget& picture, const Viewport& viewport) {
   const auto [width, height] = viewport.size;
-  glBlitNamedFramebuffer(floor_.framebuffer(), viewport.framebuffer, 0, 0, width, height, 0, 0, width, height,
-                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBlitNamedFramebuffer(picture.framebuffer(), viewport.framebuffer, 0, 0, width, height, 0, 0, width,
+                         height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 void Renderer::paint_floor(const FloorKey& key) {
@@ -187,8 +164,7 @@ void Renderer::paint_floor(const FloorKey& key) {
   if (!court) {
     set_uniform(box_, "half_size_m", to_float(Vec2d{0.5 * key.width_m, 0.5 * key.height_m}));
     set_uniform(box_, "grid_m", static_cast<float>(grid_step(std::max(key.width_m, key.height_m))));
-    glProgramUniform1i(box_.get(), glGetUniformLocation(box_.get(), "frame_kind"),
-                       static_cast<int>(key.boundary));
+    set_uniform(box_, "frame_kind", static_cast<int>(key.boundary));
   }
   glUseProgram(court ? court_.get() : box_.get());
   glBindVertexArray(empty_array_.get());
@@ -201,24 +177,27 @@ double Renderer::parcel_diameter_px(const FrameView& frame, const Camera& camera
   return std::max(2.0 * radius_m / camera.metres_per_px, parcel_look_.min_px * scale);
 }
 
-void Renderer::draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
-                            const Viewport& viewport) {
-  if (parcels.images != nullptr) return draw_images(frame, *parcels.images, camera, viewport);
-  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
-  if (diameter_px >= kFirstDisc_px) return draw_discs(frame, parcels, frame.num_parcels, diameter_px);
-  splat_.draw(parcels, frame.num_parcels, splat_style(frame, camera, diameter_px), viewport.size);
-}
-
-void Renderer::draw_images(const FrameView& frame, ParcelImages& images, const Camera& camera,
-                           const Viewport& viewport) {
-  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
-  if (diameter_px >= kFirstDisc_px) {
-    const std::vector<DrawnParcel> seen = images.gather(pixel_grid(camera, viewport, 0.5 * diameter_px));
-    return draw_discs(frame, gathered_.upload(seen), static_cast<std::uint32_t>(seen.size()), diameter_px);
+// Each image is blended over the one before, the first over the floor. A window's framebuffer has no texture:
+// its picture is made beside it, and copied.
+void Renderer::draw_counted(const FrameView& frame, const ParcelBuffers& parcels,
+                            const std::vector<Camera>& images, const Viewport& viewport) {
+  const double diameter_px = parcel_diameter_px(frame, images.front(), viewport.scale);
+  const SplatStyle style = splat_style(frame, images.front(), diameter_px);
+  const bool is_window = viewport.texture == 0;
+  if (is_window) air_.resize(viewport.size.width, viewport.size.height);
+  SplatPicture picture = {is_window ? air_.texture() : viewport.texture, floor_.texture(), viewport.size};
+  for (const Camera& image : images) {
+    set_view(image, viewport);
+    if (parcels.images != nullptr) {
+      const CountStyle counted = {style.per_color_mps, Splat::one_in(style)};
+      const PixelGrid grid = pixel_grid(image, viewport, 0.0);
+      splat_.draw(parcels.images->count(grid, counted), counted.one_in, style, picture);
+    } else {
+      splat_.draw(parcels, frame.num_parcels, style, picture);
+    }
+    picture.ground = picture.texture;
   }
-  const SplatStyle style = splat_style(frame, camera, diameter_px);
-  const CountStyle counted = {style.per_color_mps, Splat::one_in(style)};
-  splat_.draw(images.count(pixel_grid(camera, viewport, 0.0), counted), counted.one_in, style, viewport.size);
+  if (is_window) copy(air_, viewport);
 }
 
 SplatStyle Renderer::splat_style(const FrameView& frame, const Camera& camera, double diameter_px) const {
@@ -226,6 +205,15 @@ SplatStyle Renderer::splat_style(const FrameView& frame, const Camera& camera, d
       to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
   const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
   return {per_color_mps(*frame.settings), counted_alpha(diameter_px), per_pixel};
+}
+
+void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
+                          const Viewport& viewport) {
+  const double diameter_px = parcel_diameter_px(frame, camera, viewport.scale);
+  if (parcels.images == nullptr) return draw_discs(frame, parcels, frame.num_parcels, diameter_px);
+  const std::vector<DrawnParcel> seen =
+      parcels.images->gather(pixel_grid(camera, viewport, 0.5 * diameter_px));
+  draw_discs(frame, gathered_.upload(seen), static_cast<std::uint32_t>(seen.size()), diameter_px);
 }
 
 void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, std::uint32_t num_parcels,
@@ -251,100 +239,6 @@ void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, 
   } else {
     glDrawArrays(GL_POINTS, 0, num);
   }
-}
-
-// Earlier flights fade with age, but for the one that the others are compared with. Ghosts are dashed, the
-// current flight is on top.
-void Renderer::draw_paths(const FrameView& frame, const Camera& camera, float scale) {
-  const ThemeColors& theme = theme_colors(look_.theme);
-  if (frame.old_flights != nullptr) {
-    float fading = 0.8F;
-    for (std::size_t i = frame.old_flights->size(); i-- > 0;) {
-      PathStyle style = {1.1F * scale, {}, {0.8F, 1.0F}};
-      const FlightRecord& flight = (*frame.old_flights)[i];
-      const bool is_reference = frame.flight_record != nullptr &&
-                                &flight == &reference_of(*frame.flight_record, *frame.old_flights);
-      const float age = is_reference ? 0.0F : static_cast<float>(i);
-      set_color(style, flight_color(look_.theme, flight), std::pow(fading, age));
-      draw_path(flight.points_m, camera, style);
-    }
-  }
-  if (look_.ghosts && frame.ghosts != nullptr) draw_ghosts(*frame.ghosts, camera, scale);
-  if (frame.flight_record == nullptr) return;
-  const std::vector<Vec2f>& points_m = frame.flight_record->points_m;
-  PathStyle shadow = {3.0F * scale, {}, {0.4F, 1.0F}};
-  set_color(shadow, theme.path_shadow, 0.45F);
-  draw_path(points_m, camera, shadow);
-  PathStyle line = {1.6F * scale, {}, {0.45F, 1.0F}};
-  set_color(line, look_.flight.value_or(current_flight_color(look_.theme, frame)), 0.95F);
-  draw_path(points_m, camera, line);
-}
-
-void Renderer::draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camera, float scale) {
-  for (const Ghost& ghost : ghosts) {
-    PathStyle style = {1.0F * scale, {}, {0.9F, 0.9F}, ghost_dash_px(ghost.air) * scale};
-    set_color(style, theme_colors(look_.theme).ghost, 0.85F);
-    draw_path(ghost.points_m, camera, style);
-  }
-}
-
-void Renderer::draw_path(const std::vector<Vec2f>& points_m, const Camera& camera, const PathStyle& style) {
-  // Points within 1.5 px of the last one kept add no shape and make the normals unstable.
-  const auto min_step_m = static_cast<float>(1.5 * camera.metres_per_px);
-  path_points_.clear();
-  for (const Vec2f& point : points_m) {
-    const Vec2f moved = path_points_.empty() ? Vec2f{min_step_m, min_step_m} : point - path_points_.back();
-    if (dot(moved, moved) >= min_step_m * min_step_m) path_points_.push_back(point);
-  }
-  if (path_points_.size() < 2) return;
-  path_vertices_.clear();
-  float flown_m = 0.0F;
-  const std::size_t last = path_points_.size() - 1;
-  for (std::size_t i = 0; i <= last; ++i) {
-    const Vec2f span = path_points_[std::min(i + 1, last)] - path_points_[i == 0 ? 0 : i - 1];
-    const float length = std::max(std::sqrt(dot(span, span)), 1e-12F);
-    if (i > 0) {
-      const Vec2f moved = path_points_[i] - path_points_[i - 1];
-      flown_m += std::sqrt(dot(moved, moved));
-    }
-    PathVertex vertex = {path_points_[i],
-                         perpendicular(span) * (1.0F / length),
-                         {static_cast<float>(i) / static_cast<float>(last), flown_m},
-                         path_points_[i],
-                         {}};
-    if (i > 0) {
-      vertex.previous_m = path_vertices_.back().position_m;
-      vertex.previous_along = path_vertices_.back().along;
-    }
-    path_vertices_.insert(path_vertices_.end(), 2, vertex);
-  }
-  const std::size_t bytes = path_vertices_.size() * sizeof(PathVertex);
-  if (bytes > path_capacity_) {
-    path_capacity_ = 2 * bytes;
-    path_buffer_ = make_buffer();
-    glNamedBufferStorage(path_buffer_.get(), static_cast<GLsizeiptr>(path_capacity_), nullptr,
-                         GL_DYNAMIC_STORAGE_BIT);
-  }
-  glNamedBufferSubData(path_buffer_.get(), 0, static_cast<GLsizeiptr>(bytes), path_vertices_.data());
-  glVertexArrayVertexBuffer(path_array_.get(), 0, path_buffer_.get(), 0, sizeof(PathVertex));
-  set_uniform(path_, "half_width_px", style.half_width_px);
-  set_uniform(path_, "dash_px", style.dash_px);
-  glProgramUniform4fv(path_.get(), glGetUniformLocation(path_.get(), "path_color"), 1, style.color);
-  glProgramUniform2fv(path_.get(), glGetUniformLocation(path_.get(), "fade"), 1, style.fade);
-  glUseProgram(path_.get());
-  glBindVertexArray(path_array_.get());
-  glDrawArrays(GL_TRIANGLE_STRIP, 0, static_cast<GLsizei>(path_vertices_.size()));
-}
-
-void Renderer::draw_ball(const FrameView& frame, const Camera& camera) {
-  constexpr double kMinRadius_px = 3.0;
-  const double radius_px = std::max(frame.physics->ball.radius_m / camera.metres_per_px, kMinRadius_px);
-  set_uniform(ball_, "ball_m", to_float(frame.ball.position_m));
-  set_uniform(ball_, "radius_px", static_cast<float>(radius_px));
-  set_uniform(ball_, "angle", static_cast<float>(std::remainder(frame.ball.angle_rad, 2.0 * kPi)));
-  glUseProgram(ball_.get());
-  glBindVertexArray(empty_array_.get());
-  glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
 }
 
 }  // namespace pf

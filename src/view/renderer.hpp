@@ -19,6 +19,7 @@ namespace pf {
 // picture, in whose pixels camera and marks count.
 struct Viewport {
   GLuint framebuffer = 0;
+  GLuint texture = 0;  // the framebuffer's image, RGBA8 and of this size; 0: none, as of a window
   SizePx size;
   float scale = 1.0F;        // pixels per layout pixel
   Vec2i origin_px{};         // of the tile in the picture
@@ -77,17 +78,18 @@ class Renderer {
   };
 
   void set_view(const Camera& camera, const Viewport& viewport);
-  void draw_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport);
+  void keep_floor(const FrameView& frame, const Camera& camera, const Viewport& viewport);
   void paint_floor(const FloorKey& key);
+  static void copy(const ColorTarget& picture, const Viewport& viewport);
   void bind_for_blending(const Viewport& viewport);
   double parcel_diameter_px(const FrameView& frame, const Camera& camera, float scale) const;
+  void draw_counted(const FrameView& frame, const ParcelBuffers& parcels, const std::vector<Camera>& images,
+                    const Viewport& viewport);
+  void draw_discs(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
+                  const Viewport& viewport);
   void draw_discs(const FrameView& frame, const ParcelBuffers& parcels, std::uint32_t num,
                   double diameter_px);
-  void draw_images(const FrameView& frame, ParcelImages& images, const Camera& camera,
-                   const Viewport& viewport);
   SplatStyle splat_style(const FrameView& frame, const Camera& camera, double diameter_px) const;
-  void draw_parcels(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
-                    const Viewport& viewport);
   void draw_paths(const FrameView& frame, const Camera& camera, float scale);
   void draw_moving(const FrameView& frame, const Camera& camera, float scale);
   void draw_ghosts(const std::vector<Ghost>& ghosts, const Camera& camera, float scale);
@@ -99,7 +101,7 @@ class Renderer {
   GatheredParcels gathered_;
   GlBuffer view_buffer_, path_buffer_;
   GlVertexArray empty_array_, parcel_array_, path_array_;
-  ColorTarget floor_;
+  ColorTarget floor_, air_;  // air_: floor and counted parcels for a window
   FloorKey floor_key_;
   std::vector<Vec2f> path_points_;
   std::vector<PathVertex> path_vertices_;

@@ -6,7 +6,8 @@
 namespace pf {
 namespace {
 
-constexpr std::uint32_t kGroup = 256;  // local_size_x of splat.comp
+constexpr std::uint32_t kGroup = 256;              // local_size_x of splat.comp
+constexpr int kGroupWidth = 32, kGroupHeight = 8;  // local sizes of splat_resolve.comp
 // Parcels that a thread counts where a pixel holds kRunPerPixel or more. On an H200 a picture of 10^8
 // takes 2.81 ms with 1, 0.86 with 4, 0.87 with 8 and 3.06 with 16; one of 10^7 0.43, 0.40, 0.41 and 0.55.
 constexpr std::uint32_t kRun = 4;
@@ -24,10 +25,7 @@ void bind_chunk(GLuint index, GLuint buffer, GLintptr offset, std::size_t item, 
 
 }  // namespace
 
-Splat::Splat()
-    : count_(load_compute_program("splat")),
-      resolve_(load_program("fullscreen", "splat")),
-      empty_array_(make_vertex_array()) {}
+Splat::Splat() : count_(load_compute_program("splat")), resolve_(load_compute_program("splat_resolve")) {}
 
 void Splat::resize(SizePx size) {
   if (pixels_ && size == size_) return;
@@ -44,44 +42,48 @@ std::uint32_t Splat::one_in(const SplatStyle& style) {
 }
 
 void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style,
-                 SizePx size) {
-  resize(size);
+                 const SplatPicture& picture) {
+  resize(picture.size);
   const std::uint32_t one_in = Splat::one_in(style);
   const std::uint32_t per_thread = style.per_pixel / one_in >= kRunPerPixel ? kRun : 1;
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
-  glProgramUniform1f(count_.get(), glGetUniformLocation(count_.get(), "per_color_mps"), style.per_color_mps);
-  glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "one_in"), one_in);
-  glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "per_thread"), per_thread);
+  set_uniform(count_, "per_color_mps", style.per_color_mps);
+  set_uniform(count_, "one_in", one_in);
+  set_uniform(count_, "per_thread", per_thread);
   for (std::uint32_t first = 0; first < num_parcels; first += kChunk) {
     const std::uint32_t num = std::min(kChunk, num_parcels - first);
     bind_chunk(0, parcels.position_buffer, parcels.position_offset, sizeof(Vec2f), first, num);
     bind_chunk(1, parcels.speed_buffer, parcels.speed_offset, sizeof(float), first, num);
-    glProgramUniform1ui(count_.get(), glGetUniformLocation(count_.get(), "num_parcels"), num);
+    set_uniform(count_, "num_parcels", num);
     const std::uint32_t num_counted = num / one_in + 1, per_group = kGroup * per_thread;
     glDispatchCompute((num_counted + per_group - 1) / per_group, 1, 1);
   }
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-  resolve(style, one_in);
+  resolve(style, one_in, picture);
 }
 
 void Splat::draw(const std::vector<std::uint32_t>& pixels, std::uint32_t one_in, const SplatStyle& style,
-                 SizePx size) {
-  resize(size);
+                 const SplatPicture& picture) {
+  resize(picture.size);
   glNamedBufferSubData(pixels_.get(), 0, static_cast<GLsizeiptr>(pixels.size() * sizeof(pixels[0])),
                        pixels.data());
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
-  resolve(style, one_in);
+  resolve(style, one_in, picture);
 }
 
-void Splat::resolve(const SplatStyle& style, std::uint32_t one_in) {
-  glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "alpha"), style.alpha);
-  glProgramUniform1f(resolve_.get(), glGetUniformLocation(resolve_.get(), "one_in"),
-                     static_cast<float>(one_in));
+void Splat::resolve(const SplatStyle& style, std::uint32_t one_in, const SplatPicture& picture) {
+  set_uniform(resolve_, "alpha", style.alpha);
+  set_uniform(resolve_, "one_in", static_cast<float>(one_in));
+  set_uniform(resolve_, "in_place", picture.ground == picture.texture ? 1 : 0);
   glUseProgram(resolve_.get());
-  glBindVertexArray(empty_array_.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);  // the zeros, before the next frame counts
+  glBindImageTexture(0, picture.texture, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
+  glBindImageTexture(1, picture.ground, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
+  // It waits for the counts, for an image below, and for what still reads the texture.
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
+  const auto groups = [](int pixels, int side) { return static_cast<GLuint>((pixels + side - 1) / side); };
+  glDispatchCompute(groups(size_.width, kGroupWidth), groups(size_.height, kGroupHeight), 1);
+  // For it wait drawing on top, copies of the picture, and the next counts, which start at zero.
+  glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
 }  // namespace pf

@@ -1,5 +1,6 @@
 // Draws parcels smaller than a pixel or two as an image of counts: a compute shader adds each parcel to its
-// pixel, and one triangle turns counts into colours. On an H200 at 1080p 10^6 parcels cost 1.8 ms as points.
+// pixel, another turns counts into colours over a ground. On an H200 at 1080p 10^6 parcels cost 1.8 ms as
+// points.
 #pragma once
 
 #include <cstdint>
@@ -17,26 +18,33 @@ struct SplatStyle {
   double per_pixel = 1.0;      // parcels, on average over the world; the count of a pixel is bounded
 };
 
+// Where the colours of the counts go. Both textures are RGBA8 and have this size.
+struct SplatPicture {
+  GLuint texture = 0;  // every pixel is written
+  GLuint ground = 0;   // lies below the parcels; may be the same texture
+  SizePx size;
+};
+
 class Splat {
  public:
   Splat();  // throws DeviceError if a shader is missing or does not compile
 
-  // Blends num_parcels parcels into the bound framebuffer of `size`. The View block must be bound.
-  void draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style, SizePx size);
-  // The same for parcels that were counted elsewhere, one_in of them. pixels: see splat.frag.
+  // Blends num_parcels parcels over the ground. The View block must be bound.
+  void draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const SplatStyle& style,
+            const SplatPicture& picture);
+  // The same for parcels that were counted elsewhere, one_in of them. pixels: see splat_resolve.comp.
   void draw(const std::vector<std::uint32_t>& pixels, std::uint32_t one_in, const SplatStyle& style,
-            SizePx size);
+            const SplatPicture& picture);
 
   // One of so many parcels is counted.
   static std::uint32_t one_in(const SplatStyle& style);
 
  private:
   void resize(SizePx size);
-  void resolve(const SplatStyle& style, std::uint32_t one_in);
+  void resolve(const SplatStyle& style, std::uint32_t one_in, const SplatPicture& picture);
 
   GlProgram count_, resolve_;
-  GlBuffer pixels_;  // height x width x uint32, see splat.frag; all zero between frames
-  GlVertexArray empty_array_;
+  GlBuffer pixels_;  // height x width x uint32, see splat_resolve.comp; all zero between pictures
   SizePx size_;
 };
 

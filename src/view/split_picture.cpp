@@ -59,7 +59,7 @@ Camera SplitPicture::half_camera(const SplitScene& scene, const Camera& camera, 
 }
 
 Viewport SplitPicture::half_viewport(float scale) const {
-  return {half_.framebuffer(), size_of(layout_.second_half), scale};
+  return {half_.framebuffer(), half_.texture(), size_of(layout_.second_half), scale};
 }
 
 void SplitPicture::draw_air(const SplitScene& scene, const Camera& camera, const Viewport& viewport) {

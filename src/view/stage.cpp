@@ -135,7 +135,9 @@ int Stage::run() {
     steer();
     const bool through_canvas = recorder_.wants_seen();
     if (through_canvas) canvas_.resize(size_.width, size_.height);
-    const Viewport viewport = {through_canvas ? canvas_.framebuffer() : 0, size_, scale_};
+    const Viewport viewport = through_canvas
+                                  ? Viewport{canvas_.framebuffer(), canvas_.texture(), size_, scale_}
+                                  : Viewport{0, 0, size_, scale_};
     begin_steps();
     follow_ball();
     draw_air(viewport);  // queued behind the steps, so that a device has work while the host waits for them
