@@ -22,7 +22,11 @@ constexpr std::uint32_t kParcelsPerSlice = 1024;  // fewer blocks for few parcel
 template <Boundary kBoundary>
 constexpr unsigned kPredictBlocksPerSm = blocks_per_sm(kBoundary == Boundary::periodic ? 4 : 5, kBlock);
 constexpr unsigned kPairBlocksPerSm = blocks_per_sm(4, kBlock);
-constexpr unsigned kSolveBlocksPerSm = 2;  // with 3 registers spill: 0.23 ms at 10^7 instead of 0.21
+// Blocks of solve_kernel on a multiprocessor. With one no registers spill, so that an event takes less time:
+// worst frame of `bullet` of 10^6 408 ms instead of 512, of the court of 10^7 188 instead of 229. With two a
+// gas of kManyParcels and more, which has thousands of clusters in a step, is 8 % faster (10^7 on an H200).
+constexpr unsigned kFewBlocks = 1, kMoreBlocks = 2;
+constexpr std::uint32_t kManyParcels = 4'000'000;
 constexpr unsigned kMaxPartsOfSlice = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30.
 constexpr unsigned kLanesOfPair = 2;
@@ -208,8 +212,8 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
   cg::this_grid().sync();
 }
 
-template <Boundary kBoundary>
-__global__ void __launch_bounds__(kBlock, kSolveBlocksPerSm)
+template <Boundary kBoundary, unsigned kBlocksPerSm>
+__global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     solve_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ SolveSpace space;
   if (is_over(launch)) return;
@@ -278,11 +282,13 @@ __global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_consta
   if (launch.state->paused != 0) draw_current(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
+template <unsigned kBlocksPerSm>
 std::uint32_t max_slices() {
   int blocks = 0;
-  int min_blocks = kSolveBlocksPerSm;
+  int min_blocks = kBlocksPerSm;
   for (const auto kernel :
-       {solve_kernel<Boundary::open>, solve_kernel<Boundary::walls>, solve_kernel<Boundary::periodic>}) {
+       {solve_kernel<Boundary::open, kBlocksPerSm>, solve_kernel<Boundary::walls, kBlocksPerSm>,
+        solve_kernel<Boundary::periodic, kBlocksPerSm>}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     min_blocks = std::min(min_blocks, blocks);
   }
@@ -291,9 +297,10 @@ std::uint32_t max_slices() {
 
 }  // namespace
 
-std::uint32_t exact_num_slices(std::uint32_t num_parcels) {
+std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball) {
   const std::uint32_t wanted = (num_parcels + kParcelsPerSlice - 1) / kParcelsPerSlice;
-  return std::clamp(wanted, 1U, std::max(1U, max_slices()));
+  const bool is_few = has_ball || num_parcels < kManyParcels;
+  return std::clamp(wanted, 1U, std::max(1U, is_few ? max_slices<kFewBlocks>() : max_slices<kMoreBlocks>()));
 }
 
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream) {
@@ -309,8 +316,10 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
     PF_LAUNCHED("pair_kernel");
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
-    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(solve_kernel<kBoundary>),
-                                        dim3(launch.memory.num_slices), dim3(kBlock), arguments, 0, stream));
+    const bool are_few = launch.memory.num_slices <= kFewBlocks * usable_multiprocessors();
+    const auto kernel = are_few ? solve_kernel<kBoundary, kFewBlocks> : solve_kernel<kBoundary, kMoreBlocks>;
+    PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(kernel), dim3(launch.memory.num_slices),
+                                        dim3(kBlock), arguments, 0, stream));
   });
 }
 

@@ -26,7 +26,7 @@ struct ExactLaunch {
 };
 
 // Blocks of solve_kernel, all on the device together, and at most as many as num_parcels need.
-std::uint32_t exact_num_slices(std::uint32_t num_parcels);
+std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball);
 
 // Anchors every parcel at its position, at tick `now` of the reference speed.
 void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream);

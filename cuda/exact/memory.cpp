@@ -21,7 +21,7 @@ CommonList list(const DeviceBuffer<std::uint32_t>& buffer) {
 }  // namespace
 
 void ExactMemory::choose_capacities(std::uint32_t num_parcels) {
-  num_slices_ = exact_num_slices(num_parcels);
+  num_slices_ = exact_num_slices(num_parcels, has_ball_);
   const std::uint32_t in_slice = num_parcels / num_slices_;
   // Few parcels may all be in one crowd, each with many events in a tick; they cost little memory.
   const std::uint32_t more = num_slices_ <= 4 ? 8192 : (in_slice < 4096 ? 512 : 64);
@@ -31,11 +31,12 @@ void ExactMemory::choose_capacities(std::uint32_t num_parcels) {
   neighbour_pair_capacity_ = in_slice / kNeighbourPairShare + 8 * more;
 }
 
-void ExactMemory::reserve(std::uint32_t num_parcels) {
-  if (num_parcels == reserved_ && num_slices_ > 0) return;
+void ExactMemory::reserve(std::uint32_t num_parcels, bool has_ball) {
+  if (num_parcels == reserved_ && has_ball == has_ball_ && num_slices_ > 0) return;
   DeviceBuffer<ExactState> state = std::move(state_);
   *this = ExactMemory();  // frees the old lists before the new ones are allocated
   state_ = std::move(state);
+  has_ball_ = has_ball;
   choose_capacities(num_parcels);
   const auto all = [&](std::uint32_t capacity) { return static_cast<std::size_t>(capacity) * num_slices_; };
   const std::size_t common = num_parcels / kCommonShare + kMinCommon;

@@ -32,9 +32,9 @@ namespace pf::cuda {
 
 class ExactMemory {
  public:
-  // Makes room for the lists of num_parcels; keeps what it has if that is for as many. The run's state is
+  // Makes room for the lists of num_parcels; keeps what it has if that is for the same. The run's state is
   // kept.
-  void reserve(std::uint32_t num_parcels);
+  void reserve(std::uint32_t num_parcels, bool has_ball);
   std::uint32_t reserved() const { return reserved_; }
   std::size_t bytes() const;
   // Members and clusters, active parcels and representatives, segments, pairs of neighbours, parcels near the
@@ -53,6 +53,7 @@ class ExactMemory {
   void choose_capacities(std::uint32_t num_parcels);
 
   std::uint32_t reserved_ = 0;  // parcels
+  bool has_ball_ = false;
   std::uint32_t num_slices_ = 0;
   // Items in a slice.
   std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0,

@@ -52,7 +52,7 @@ void CudaBackend::make_room_for_exact(bool with_contact_ticks) {
       parcels->last_contact_tick = DeviceBuffer<std::uint32_t>(capacity_);
     if (!with_contact_ticks) parcels->last_contact_tick = {};
   }
-  exact_memory_.reserve(num_parcels_);
+  exact_memory_.reserve(num_parcels_, physics_.ball.exists);
 }
 
 cuda::StepMemory CudaBackend::lay_out_exact() const {
