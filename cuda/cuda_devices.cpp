@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <charconv>
 #include <cstdlib>
 #include <sstream>
@@ -108,6 +110,19 @@ std::uint32_t usable_multiprocessors() {
   PF_CUDA(cudaGetDevice(&device));
   PF_CUDA(cudaDeviceGetAttribute(&num, cudaDevAttrMultiProcessorCount, device));
   return std::min(static_cast<std::uint32_t>(num), device_limits().num_multiprocessors);
+}
+
+// Asked once for each device, since it is needed at every launch.
+bool has_launches_in_turn() {
+  constexpr int kMaxDevices = 64, kHopper = 90;
+  enum : signed char { unknown, no, yes };
+  static std::array<std::atomic<signed char>, kMaxDevices> answers{};
+  int device = 0;
+  PF_CUDA(cudaGetDevice(&device));
+  if (device >= kMaxDevices) return false;
+  std::atomic<signed char>& answer = answers[static_cast<std::size_t>(device)];
+  if (answer == unknown) answer = version_of_code() >= kHopper ? yes : no;
+  return answer == yes;
 }
 
 std::size_t usable_memory_bytes() {

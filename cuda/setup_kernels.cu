@@ -93,6 +93,12 @@ cudaError_t find_kernel_image() {
   return cudaFuncGetAttributes(&ignored, number_kernel);
 }
 
+int version_of_code() {
+  cudaFuncAttributes attributes{};
+  PF_CUDA(cudaFuncGetAttributes(&attributes, number_kernel));
+  return attributes.ptxVersion;
+}
+
 void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
                   cudaStream_t stream) {
   if (plan.num_parcels == 0) return;

@@ -12,6 +12,9 @@ namespace pf {
 // cudaSuccess if the program has code for the current device, else the reason.
 cudaError_t find_kernel_image();
 
+// Virtual architecture that the code in use on the current device was compiled for, as 90 for 9.0.
+int version_of_code();
+
 // plan: its tables are in device memory.
 void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
                   cudaStream_t stream);

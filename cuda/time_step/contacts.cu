@@ -1,6 +1,6 @@
 // Touching pairs, and the sums of their contacts.
 #include "cuda/architecture.cuh"
-#include "cuda/check.cuh"
+#include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
@@ -63,6 +63,7 @@ template <bool kBorders, Boundary kBoundary>
 __global__ void __launch_bounds__(kPairList,
                                   blocks_per_sm(kBoundary == Boundary::periodic ? 12 : 16, kPairList))
     find_pairs_kernel(const __grid_constant__ StepLaunch launch) {
+  begin_in_turn();
   const std::uint32_t base = blockIdx.x * kPairList;
   const ContactScratch& contacts = launch.contacts;
   const std::uint32_t num_in_list = list_size<kBorders>(launch, blockIdx.x);
@@ -198,6 +199,7 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
 template <class Contact, bool kBorders, Boundary kBoundary>
 __global__ void __launch_bounds__(kContactBlock)
     contact_kernel(const __grid_constant__ StepLaunch launch, std::uint32_t num_lists) {
+  begin_in_turn();
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -216,12 +218,10 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
   const std::uint32_t num = kBorders ? launch.num_near : launch.num;
   if (num == 0) return;
   const unsigned num_lists = blocks_for(num, kPairList);
-  find_pairs_kernel<kBorders, kBoundary><<<num_lists, kPairList, 0, stream>>>(launch);
-  PF_LAUNCHED("find_pairs_kernel");
-  contact_kernel<Contact, kBorders, kBoundary>
-      <<<blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp), kContactBlock, 0, stream>>>(launch,
-                                                                                               num_lists);
-  PF_LAUNCHED("contact_kernel");
+  launch_in_turn(find_pairs_kernel<kBorders, kBoundary>, num_lists, kPairList, stream, launch);
+  launch_in_turn(contact_kernel<Contact, kBorders, kBoundary>,
+                 blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp), kContactBlock, stream, launch,
+                 num_lists);
 }
 
 template <bool kBorders>

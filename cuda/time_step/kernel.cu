@@ -1,8 +1,8 @@
 #include "cuda/time_step/kernel.cuh"
 
 #include "cuda/architecture.cuh"
-#include "cuda/check.cuh"
 #include "cuda/draw_parcel.cuh"
+#include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
@@ -73,6 +73,7 @@ __device__ Parcel step_parcel(const StepLaunch& launch, const Parcel& self, std:
 template <class Contact, bool kBall, Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     step_kernel(const __grid_constant__ StepLaunch launch) {
+  begin_in_turn();
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -99,6 +100,7 @@ __device__ void plan_step(const StepConstants& c, StepState& state) {
 
 __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, StepState* state,
                                      TallySlot* slots) {
+  begin_in_turn();
   if (threadIdx.x < kNumSlots) slots[threadIdx.x] = {};
   if (threadIdx.x != 0) return;
   state->totals = {};
@@ -107,6 +109,7 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
 
 __global__ void __launch_bounds__(kNumSlots)
     ball_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
+  begin_in_turn();
   const TallySlot sum = sum_slots(slots[threadIdx.x]);
   slots[threadIdx.x] = {};
   if (threadIdx.x != 0) return;
@@ -127,8 +130,7 @@ __global__ void __launch_bounds__(kNumSlots)
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
   const unsigned blocks = (launch.num + kBlock - 1) / kBlock;
-  kernel<<<blocks, kBlock, 0, stream>>>(launch);
-  PF_LAUNCHED("step_kernel");
+  launch_in_turn(kernel, blocks, kBlock, stream, launch);
 }
 
 }  // namespace
@@ -147,13 +149,11 @@ void launch_push_out(const StepLaunch& launch, cudaStream_t stream) {
 
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream) {
-  begin_request_kernel<<<1, kNumSlots, 0, stream>>>(constants, state, slots);
-  PF_LAUNCHED("begin_request_kernel");
+  launch_in_turn(begin_request_kernel, 1, kNumSlots, stream, constants, state, slots);
 }
 
 void launch_ball(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream) {
-  ball_kernel<<<1, kNumSlots, 0, stream>>>(constants, state, slots);
-  PF_LAUNCHED("ball_kernel");
+  launch_in_turn(ball_kernel, 1, kNumSlots, stream, constants, state, slots);
 }
 
 }  // namespace pf

@@ -1,7 +1,7 @@
 // The move of parcels whose contacts are summed.
 #include "cuda/architecture.cuh"
-#include "cuda/check.cuh"
 #include "cuda/draw_parcel.cuh"
+#include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
@@ -27,6 +27,7 @@ __device__ bool is_same(Vec2f a, Vec2f b) {
 template <bool kBall, Boundary kBoundary>
 __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMoveBlock))
     move_kernel(const __grid_constant__ StepLaunch launch) {
+  begin_in_turn();
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
@@ -77,9 +78,8 @@ void launch_move(const StepLaunch& launch, cudaStream_t stream) {
   const Physics& physics = launch.constants.physics;
   for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {
     const auto kernel = physics.ball.exists ? move_kernel<true, kBoundary> : move_kernel<false, kBoundary>;
-    kernel<<<blocks, kMoveBlock, 0, stream>>>(launch);
+    launch_in_turn(kernel, blocks, kMoveBlock, stream, launch);
   });
-  PF_LAUNCHED("move_kernel");
 }
 
 }  // namespace pf
