@@ -92,14 +92,18 @@ DeviceLimits device_limits() {
   const char* text = std::getenv(kLimitsVariable);
   std::istringstream in(text != nullptr ? text : "");
   for (std::string limit; in >> limit;) {
-    constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=";
+    constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=",
+                               kSolver = "solver_blocks=";
     if (limit.starts_with(kMultiprocessors)) {
       limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
     } else if (limit.starts_with(kMemory)) {
       limits.memory_bytes = number_of(limit, kMemory.size()) * 1'000'000;
+    } else if (limit.starts_with(kSolver)) {
+      limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size()));
     } else {
-      throw UserError(fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N",
-                                  kLimitsVariable, in_quotes(limit)));
+      throw UserError(
+          fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, solver_blocks=N",
+                      kLimitsVariable, in_quotes(limit)));
     }
   }
   return limits;

@@ -19,6 +19,7 @@ std::string cuda_device_obstacle(int device);
 struct DeviceLimits {
   std::uint32_t num_multiprocessors = UINT32_MAX;
   std::size_t memory_bytes = SIZE_MAX;  // of all allocations together
+  std::uint32_t solver_blocks = 0;      // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
 };
 
 // Throws UserError if the variable has another format.

@@ -299,8 +299,9 @@ std::uint32_t max_slices() {
 
 std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball) {
   const std::uint32_t wanted = (num_parcels + kParcelsPerSlice - 1) / kParcelsPerSlice;
-  const bool is_few = has_ball || num_parcels < kManyParcels;
-  return std::clamp(wanted, 1U, std::max(1U, is_few ? max_slices<kFewBlocks>() : max_slices<kMoreBlocks>()));
+  const std::uint32_t limit = device_limits().solver_blocks;
+  const bool are_few = limit == 0 ? has_ball || num_parcels < kManyParcels : limit < kMoreBlocks;
+  return std::clamp(wanted, 1U, std::max(1U, are_few ? max_slices<kFewBlocks>() : max_slices<kMoreBlocks>()));
 }
 
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream) {

@@ -32,7 +32,7 @@ void ExactMemory::choose_capacities(std::uint32_t num_parcels) {
 }
 
 void ExactMemory::reserve(std::uint32_t num_parcels, bool has_ball) {
-  if (num_parcels == reserved_ && has_ball == has_ball_ && num_slices_ > 0) return;
+  if (is_for(num_parcels, has_ball)) return;
   DeviceBuffer<ExactState> state = std::move(state_);
   *this = ExactMemory();  // frees the old lists before the new ones are allocated
   state_ = std::move(state);

@@ -33,9 +33,11 @@ namespace pf::cuda {
 class ExactMemory {
  public:
   // Makes room for the lists of num_parcels; keeps what it has if that is for the same. The run's state is
-  // kept.
+  // kept. has_ball: now; a ball that is switched on or off while `exact` flies changes nothing here.
   void reserve(std::uint32_t num_parcels, bool has_ball);
-  std::uint32_t reserved() const { return reserved_; }
+  bool is_for(std::uint32_t num_parcels, bool has_ball) const {
+    return num_parcels == reserved_ && has_ball == has_ball_ && num_slices_ > 0;
+  }
   std::size_t bytes() const;
   // Members and clusters, active parcels and representatives, segments, pairs of neighbours, parcels near the
   // ball; and the ticks of current and next.

@@ -113,8 +113,9 @@ __device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam
                                                std::uint32_t round) {
   find_conflicts<kBoundary>(step, team, counts);
   team.barrier();
-  // All blocks must decide alike, however late they come. The first block alone changes solve_failed, but not
-  // num_conflicts[0].
+  // All blocks must decide alike, however late they come. The first block may go on alone, change
+  // solve_failed, and then clear num_conflicts[0] before others have read it. It held more than
+  // kMaxConflictsAlone only if solve_failed was set before; a block that reads 0 instead ends here as well.
   const std::uint32_t num_conflicts = load_fresh(&step.state.num_conflicts[team.alone ? 1 : 0]);
   if (num_conflicts == 0) return true;
   if (!team.alone && num_conflicts <= kMaxConflictsAlone) {
@@ -291,7 +292,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
       state.path_is_checked = 1;
     }
     if (threadIdx.x == 0) {
-      if (round > kMaxRounds) state.solve_failed = 1;
+      if (is_hit && round > kMaxRounds) state.solve_failed = 1;
       state.num_todo = 0;
       state.num_conflicts[0] = 0;
       state.round = round;

@@ -44,7 +44,7 @@ void CudaBackend::make_room_for_exact(bool with_contact_ticks) {
   contact_memory_ = {};
   const bool has_ticks = current_.tick.capacity() == capacity_;
   const bool has_contact_ticks = !with_contact_ticks || current_.last_contact_tick.capacity() == capacity_;
-  if (!has_ticks || !has_contact_ticks || num_parcels_ != exact_memory_.reserved())
+  if (!has_ticks || !has_contact_ticks || !exact_memory_.is_for(num_parcels_, physics_.ball.exists))
     check_room_for_exact(with_contact_ticks);
   for (DeviceParcels* parcels : {&current_, &next_}) {
     if (parcels->tick.capacity() != capacity_) parcels->tick = DeviceBuffer<std::uint32_t>(capacity_);

@@ -1,6 +1,7 @@
 #include "backend/cell_sort.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "backend/parcel_arrays.hpp"
 #include "core/resize.hpp"
@@ -8,16 +9,16 @@
 namespace pf {
 
 void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
-  num_keys_ = in.grid.num_cells() + 1;
+  num_cells_ = in.grid.num_cells();
   resize_tightly(keys_, in.parcels.id.size());
-  resize_tightly(offsets_, num_keys_ * std::min(team.size(), kMostCounts));
-  resize_tightly(out.cell_start, num_keys_ + 1);
+  resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMostCounts) + team.size());
+  resize_tightly(out.cell_start, num_cells_ + 2);
   {
     ScopedPhase timing(times, Phase::sort);
     if (team.size() == 1) {
       count_at_once(in.grid, in.where);
     } else {
-      find_keys(team, in.grid, in.where);
+      find_cells(team, in.grid, in.where);
       lay_out_counts(team.size());
       count(team);
     }
@@ -31,53 +32,52 @@ void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseT
 }
 
 void CellSort::count_at_once(const GridShape& grid, const Vec2i* where) {
-  slices_.assign(1, {0, keys_.size(), 0, num_keys_, 0});
-  std::fill_n(offsets_.data(), num_keys_, 0U);
+  slices_.assign(1, {0, keys_.size(), 0, num_cells_, 0});
+  std::fill_n(offsets_.data(), num_cells_ + 1, 0U);
   for (std::size_t i = 0; i < keys_.size(); ++i) {
     keys_[i] = cell_key(grid, where[i]);
     ++offsets_[keys_[i]];
   }
 }
 
-void CellSort::find_keys(ThreadTeam& team, const GridShape& grid, const Vec2i* where) {
+void CellSort::find_cells(ThreadTeam& team, const GridShape& grid, const Vec2i* where) {
   slices_.resize(team.size());
+  const auto num_cells = static_cast<std::uint32_t>(num_cells_);
   team.run([&](unsigned thread) {
     const auto [begin, end] = team.share(thread, keys_.size());
-    std::uint32_t lowest = UINT32_MAX, highest = 0;
+    std::uint32_t first_cell = num_cells, end_cell = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t key = cell_key(grid, where[i]);
       keys_[i] = key;
-      lowest = std::min(lowest, key);
-      highest = std::max(highest, key);
+      first_cell = std::min(first_cell, key);
+      end_cell = std::max(end_cell, key == num_cells ? 0U : key + 1);
     }
-    slices_[thread] = {begin, end, 0, 0, 0};
-    if (begin != end) slices_[thread] = {begin, end, lowest, std::size_t{highest} + 1, 0};
+    slices_[thread] = {begin, end, std::min(first_cell, end_cell), end_cell, 0};
   });
 }
 
-// Parcels lie almost in the order of the last sort, so that a slice has few keys. Where they do not, fewer
-// slices have counts of all keys.
+// Parcels lie almost in the order of the last sort, so that a slice has few cells. Where they do not, fewer
+// slices have counts of all cells.
 void CellSort::lay_out_counts(unsigned num_threads) {
   std::size_t num_counts = 0;
   for (Slice& slice : slices_) {
     slice.first_count = num_counts;
-    num_counts += slice.end_key - slice.first_key;
+    num_counts += slice.num_counts();
   }
   if (num_counts <= offsets_.size()) return;
   slices_.resize(std::min(num_threads, kMostCounts));
   for (std::size_t s = 0; s < slices_.size(); ++s) {
     const std::size_t num = keys_.size(), num_slices = slices_.size();
-    slices_[s] = {num * s / num_slices, num * (s + 1) / num_slices, 0, num_keys_, s * num_keys_};
+    slices_[s] = {num * s / num_slices, num * (s + 1) / num_slices, 0, num_cells_, s * (num_cells_ + 1)};
   }
 }
 
 void CellSort::count(ThreadTeam& team) {
   team.run([&](unsigned thread) {
     if (thread >= slices_.size()) return;
-    const Slice& slice = slices_[thread];
-    std::uint32_t* counts = offsets_.data() + slice.first_count;
-    std::fill_n(counts, slice.end_key - slice.first_key, 0U);
-    for (std::size_t i = slice.begin; i < slice.end; ++i) ++counts[keys_[i] - slice.first_key];
+    const Slice slice = slices_[thread];
+    std::fill_n(offsets_.data() + slice.first_count, slice.num_counts(), 0U);
+    for (std::size_t i = slice.begin; i < slice.end; ++i) ++offsets_[slice.count_of(keys_[i])];
   });
 }
 
@@ -85,35 +85,39 @@ void CellSort::count(ThreadTeam& team) {
 void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start) {
   chunk_sums_.assign(team.size() + 1, 0U);
   team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, num_keys_);
+    const auto [begin, end] = team.share(thread, num_cells_);
     std::uint32_t sum = 0;
     for (const Slice& slice : slices_) {
-      const std::size_t last = std::min(end, slice.end_key);
-      for (std::size_t key = std::max(begin, slice.first_key); key < last; ++key)
-        sum += offsets_[slice.first_count + (key - slice.first_key)];
+      const std::size_t last = std::min(end, slice.end_cell);
+      for (std::size_t cell = std::max(begin, slice.first_cell); cell < last; ++cell)
+        sum += offsets_[slice.first_count + (cell - slice.first_cell)];
     }
     chunk_sums_[thread + 1] = sum;
   });
   for (unsigned t = 0; t < team.size(); ++t) chunk_sums_[t + 1] += chunk_sums_[t];
   team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, num_keys_);
-    std::vector<Slice> slices;  // that have keys of the chunk
+    const auto [begin, end] = team.share(thread, num_cells_);
+    std::vector<Slice> slices;  // that have cells of the chunk
     for (const Slice& slice : slices_) {
-      if (slice.first_key < end && begin < slice.end_key) slices.push_back(slice);
+      if (slice.first_cell < end && begin < slice.end_cell) slices.push_back(slice);
     }
     std::uint32_t next = chunk_sums_[thread];
-    for (std::size_t key = begin; key < end; ++key) {
-      cell_start[key] = next;
+    for (std::size_t cell = begin; cell < end; ++cell) {
+      cell_start[cell] = next;
       for (const Slice& slice : slices) {
-        if (key < slice.first_key || key >= slice.end_key) continue;
-        std::uint32_t& offset = offsets_[slice.first_count + (key - slice.first_key)];
-        const std::uint32_t in_slice = offset;
-        offset = next;
-        next += in_slice;
+        if (cell < slice.first_cell || cell >= slice.end_cell) continue;
+        std::uint32_t& offset = offsets_[slice.first_count + (cell - slice.first_cell)];
+        next += std::exchange(offset, next);
       }
     }
   });
-  cell_start[num_keys_] = static_cast<std::uint32_t>(keys_.size());
+  std::uint32_t next = chunk_sums_[team.size()];
+  cell_start[num_cells_] = next;
+  for (const Slice& slice : slices_) {
+    std::uint32_t& offset = offsets_[slice.count_of_retired()];
+    next += std::exchange(offset, next);
+  }
+  cell_start[num_cells_ + 1] = next;
 }
 
 void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to) {
@@ -124,10 +128,9 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
              has_slot = !from.slot.empty();
   team.run([&](unsigned thread) {
     if (thread >= slices_.size()) return;
-    const Slice& slice = slices_[thread];
-    std::uint32_t* destinations = offsets_.data() + slice.first_count;
+    const Slice slice = slices_[thread];
     for (std::size_t i = slice.begin; i < slice.end; ++i) {
-      const std::uint32_t j = destinations[keys_[i] - slice.first_key]++;
+      const std::uint32_t j = offsets_[slice.count_of(keys_[i])]++;
       to.position[j] = from.position[i];
       to.velocity[j] = from.velocity[i];
       to.id[j] = from.id[i];

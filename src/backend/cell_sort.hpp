@@ -1,6 +1,7 @@
 // Counting sort of the parcels by cell, stable, in parallel.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -29,27 +30,36 @@ class CellSort {
 
   std::uint64_t memory_bytes() const { return 4 * (keys_.capacity() + offsets_.capacity()); }
 
+  static constexpr unsigned kMostCounts = 4;  // of a cell; more would cost memory
+  // Slices of parcels that the last sort has sorted side by side.
+  std::size_t num_slices() const { return slices_.size(); }
+
  private:
-  // Consecutive parcels that one thread sorts, and the keys that they may have.
+  // Consecutive parcels that one thread sorts, and the cells that those of them may be in that are not
+  // retired.
   struct Slice {
     std::size_t begin, end;
-    std::size_t first_key, end_key;
-    std::size_t first_count;  // index in offsets_ of the count of first_key
+    std::size_t first_cell, end_cell;
+    std::size_t first_count;  // index in offsets_: of the count of first_cell, and so on; retired ones last
+
+    std::size_t num_counts() const { return end_cell - first_cell + 1; }
+    std::size_t count_of(std::uint32_t key) const {  // retired parcels have the highest key of all
+      return first_count + std::min(key - first_cell, end_cell - first_cell);
+    }
+    std::size_t count_of_retired() const { return first_count + end_cell - first_cell; }
   };
 
   void count_at_once(const GridShape& grid, const Vec2i* where);  // by one thread
-  void find_keys(ThreadTeam& team, const GridShape& grid, const Vec2i* where);
+  void find_cells(ThreadTeam& team, const GridShape& grid, const Vec2i* where);
   void lay_out_counts(unsigned num_threads);
   void count(ThreadTeam& team);
   void accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start);
   void scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to);
 
-  static constexpr unsigned kMostCounts = 4;  // of a cell; more would cost memory
-
-  std::size_t num_keys_ = 0;
+  std::size_t num_cells_ = 0;
   std::vector<Slice> slices_;
-  std::vector<std::uint32_t> keys_;     // one per parcel
-  std::vector<std::uint32_t> offsets_;  // of all slices: counts of their keys, then destinations
+  std::vector<std::uint32_t> keys_;     // one per parcel: its cell, num_cells_ if it is retired
+  std::vector<std::uint32_t> offsets_;  // of all slices: counts of their cells, then destinations
   std::vector<std::uint32_t> chunk_sums_;
 };
 

@@ -52,7 +52,9 @@ ParcelArrays in_order(const ParcelArrays& parcels, const std::vector<std::uint32
   return sorted;
 }
 
-void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArrays& parcels) {
+// for_all_threads: as many slices are sorted side by side as there are threads.
+void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArrays& parcels,
+                   bool for_all_threads) {
   const std::size_t num = parcels.id.size();
   const ParcelArrays wanted = in_order(parcels, stable_order(grid, parcels));
   ThreadTeam team(num_threads);
@@ -74,6 +76,7 @@ void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArra
     }
     EXPECT_EQ(cell_start.back(), num);
   }
+  if (for_all_threads) EXPECT_EQ(cell_sort.num_slices(), num_threads);
 }
 
 // With more threads than there are counts for, parcels in any order make slices share them; those that lie
@@ -85,11 +88,14 @@ TEST(CellSort, IsStableForAnyOrderAndNumberOfThreads) {
     const ParcelArrays sorted = in_order(any_order, stable_order(grid, any_order));
     ParcelArrays almost = sorted;
     for (std::size_t i = 0; i + 40 < num; i += 7) std::swap(almost.position[i], almost.position[i + 40]);
+    ParcelArrays leaving = sorted;  // as in an open world, where each slice loses some between two sorts
+    for (std::size_t i = 0; i < num; i += 50) leaving.position[i] = {kRetired, 0};
     for (const unsigned num_threads : {1U, 2U, 4U, 5U, 16U}) {
       SCOPED_TRACE(std::to_string(num) + " parcels, " + std::to_string(num_threads) + " threads");
-      expect_sorted(num_threads, grid, any_order);
-      expect_sorted(num_threads, grid, sorted);
-      expect_sorted(num_threads, grid, almost);
+      expect_sorted(num_threads, grid, any_order, false);
+      expect_sorted(num_threads, grid, sorted, true);
+      expect_sorted(num_threads, grid, almost, true);
+      expect_sorted(num_threads, grid, leaving, true);
     }
   }
 }

@@ -41,6 +41,20 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
+// A gas of millions of parcels has two blocks of solve_kernel on a multiprocessor; others have one.
+TEST_F(Devices, TwoBlocksOfTheSolverGiveTheSameBits) {
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings s = court(20000, boundary);
+    s.method = Method::exact;
+    s.restitution = 0.6;
+    const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
+    for (const char* blocks : {"multiprocessors=4 solver_blocks=1", "multiprocessors=4 solver_blocks=2"}) {
+      limit(blocks);
+      EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu) << blocks;
+    }
+  }
+}
+
 TEST_F(Devices, RejectsMoreParcelsThanMemoryHoldsAndNamesANumberThatFits) {
   limit("memory_mb=2000");
   try {
@@ -61,6 +75,7 @@ TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   };
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").num_multiprocessors, 4U);
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").memory_bytes, 500'000'000U);
+  EXPECT_EQ(read("solver_blocks=2").solver_blocks, 2U);
   EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
   for (const char* wrong : {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x"})
     EXPECT_THROW(read(wrong), UserError) << wrong;
