@@ -37,6 +37,10 @@ inline CellSize step_cells(const StepConstants& constants) {
 // and 19.7, at 0.45 17.6 and 17.3, at 0.55 13.8 and 15.2.
 constexpr std::uint32_t kManyParcels = 700'000;
 constexpr double kMostDense = 0.45;
+// On a device that computes so many floats in the time of a double (docs/performance.md; computed from counts
+// of instructions, not measured).
+constexpr std::uint32_t kFewDoubles = 16;
+constexpr std::uint32_t kManyParcelsForFewDoubles = 30'000;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory.
 struct alignas(32) DeviceSums {

@@ -41,6 +41,19 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
+// A device whose doubles are slow takes steps in parts for fewer parcels, for `spring`, and in a crowd.
+TEST_F(Devices, SlowDoublesGiveTheSameBits) {
+  Settings spring = court(50000, Boundary::periodic), crowd = court(50000, Boundary::walls);
+  spring.method = Method::spring;
+  crowd.area_fraction = 0.6;
+  for (const Settings& s : {court(50000, Boundary::open), spring, crowd}) {
+    ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
+    const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
+    limit("floats_per_double=64");
+    EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu);
+  }
+}
+
 // A gas of millions of parcels has two blocks of solve_kernel on a multiprocessor; others have one.
 TEST_F(Devices, TwoBlocksOfTheSolverGiveTheSameBits) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
