@@ -18,6 +18,11 @@ namespace {
 // step.
 constexpr double kJoinPatience_ms = 30e3, kPatience_ms = 60e3;
 
+// Another rank has not done its part in time. Its own error says more.
+struct LateError : DeviceError {
+  using DeviceError::DeviceError;
+};
+
 // A communicator of all ranks. Its calls return at once, so that none waits without end for a rank that has
 // failed. What waits for it must not outlive it.
 class Communicator {
@@ -67,9 +72,9 @@ class Communicator {
       const bool is_late = milliseconds_since(start) > patience_ms;
       if ((state == ncclSuccess || is_working) && !is_late) continue;
       abort();
-      if (!is_late) check(state, what);
-      throw DeviceError(fmt::format("NCCL: {} has taken {:.0f} s; another process has died or does not go on",
-                                    what, 1e-3 * patience_ms));
+      check(state, what);
+      throw LateError(fmt::format("NCCL: {} has taken {:.0f} s; another process has died or does not go on",
+                                  what, 1e-3 * patience_ms));
     }
   }
   // Ends it without the other ranks, which may have ended theirs.
@@ -162,21 +167,41 @@ std::vector<std::byte> new_id() {
   return bytes;
 }
 
-// What a rank tells the others after it has joined.
-using Failure = std::array<char, 400>;  // text; empty: none
+// What a rank tells the others after it has tried to join.
+struct Outcome {
+  bool has_failed = false, is_late = false;
+  std::array<char, 400> error{};
+};
 
-Failure try_to_join(NcclLink& link, const std::vector<std::byte>& id_bytes, const Carrier& carrier) {
-  Failure failure{};
+Outcome failure(const DeviceError& error, unsigned rank, bool is_late) {
+  Outcome outcome{true, is_late, {}};
+  const std::string text = fmt::format("process {}: {}", rank, error.what());
+  std::copy_n(text.begin(), std::min(text.size(), outcome.error.size() - 1), outcome.error.begin());
+  return outcome;
+}
+
+Outcome try_to_join(NcclLink& link, const std::vector<std::byte>& id_bytes, const Carrier& carrier) {
   try {
     ncclUniqueId id;
-    if (id_bytes.size() != sizeof(id)) throw DeviceError("NCCL: process 0 cannot start it");
+    if (id_bytes.size() != sizeof(id))
+      throw DeviceError(fmt::format("NCCL: ncclGetUniqueId: {}", ncclGetLastError(nullptr)));
     std::memcpy(&id, id_bytes.data(), sizeof(id));
     link.join(id, carrier);
+  } catch (const LateError& error) {
+    return failure(error, carrier.rank(), true);
   } catch (const DeviceError& error) {
-    const std::string text = fmt::format("process {}: {}", carrier.rank(), error.what());
-    std::copy_n(text.begin(), std::min(text.size(), failure.size() - 1), failure.begin());
+    return failure(error, carrier.rank(), false);
   }
-  return failure;
+  return {};
+}
+
+// The one that explains most; null: none has failed.
+const Outcome* worst(const std::vector<Outcome>& all) {
+  const Outcome* found = nullptr;
+  for (const Outcome& outcome : all) {
+    if (outcome.has_failed && (found == nullptr || (found->is_late && !outcome.is_late))) found = &outcome;
+  }
+  return found;
 }
 
 }  // namespace
@@ -193,12 +218,11 @@ std::unique_ptr<MotionLink> link_by_nccl(CudaDomain& domain, Carrier& carrier, s
   if (carrier.rank() == 0) id = new_id();
   carrier.broadcast(id);
   auto link = std::make_unique<NcclLink>(domain, carrier);
-  const Failure mine = try_to_join(*link, id, carrier);
-  std::vector<Failure> all(carrier.num_ranks());
+  const Outcome mine = try_to_join(*link, id, carrier);
+  std::vector<Outcome> all(carrier.num_ranks());
   carrier.all_gather(&mine, sizeof(mine), all.data());
-  for (const Failure& failure : all) {
-    if (failure[0] == '\0') continue;
-    why = fmt::format("NCCL {} does not work: {}", NcclLink::version_text(), failure.data());
+  if (const Outcome* failed = worst(all)) {
+    why = fmt::format("NCCL {} does not work: {}", NcclLink::version_text(), failed->error.data());
     return nullptr;
   }
   domain.link();
