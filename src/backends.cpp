@@ -22,6 +22,11 @@ std::shared_ptr<DomainGpus> domain_gpus() { return make_domain_gpus(); }
 std::shared_ptr<DomainGpus> domain_gpus() { throw DeviceError("this build has no CUDA backend"); }
 #endif
 
+LinkChoice link_choice(const Options& options) {
+  if (options.domain_link == "host") return LinkChoice::host;
+  return options.domain_link == "direct" ? LinkChoice::direct : LinkChoice::automatic;
+}
+
 // Domains of this process and others.
 std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ranks,
                                         std::shared_ptr<DomainGpus> gpus) {
@@ -33,7 +38,7 @@ std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ran
                                 ranks.num(), ranks.num() * std::max(1U, num / ranks.num())));
   }
   return make_domain_backend(ranks.carrier(), num, static_cast<unsigned>(options.settings.threads),
-                             std::move(gpus));
+                             std::move(gpus), link_choice(options));
 }
 
 // On GPUs, or null, and the reason.
@@ -70,11 +75,16 @@ std::unique_ptr<Backend> cuda_backend_on(int) { throw DeviceError("this build ha
 #endif
 
 std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks) {
+  const bool are_gpus_linked = options.cuda && (ranks.num() > 1 || options.domains > 1);
+  if (options.domain_link == "direct" && !are_gpus_linked)
+    throw UserError("--domain-link: direct needs domains on GPUs; add --cuda, and --domains or mpirun");
   if (options.cuda) {
     std::string obstacle;
     if (auto backend = try_gpus(options, cuda_device, ranks, obstacle)) return backend;
     if (options.cuda_no_fallback)
       throw DeviceError("--cuda-no-fallback: " + obstacle + "; leave it out to fall back to the CPU");
+    if (options.domain_link == "direct")
+      throw DeviceError("--domain-link direct: " + obstacle + "; give auto to fall back to the CPU");
     fmt::print(stderr, "--cuda: {}; falling back to the CPU\n", obstacle);
   }
   if (ranks.num() > 1 || options.domains > 1) return domain_backend(options, ranks, nullptr);

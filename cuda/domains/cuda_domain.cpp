@@ -45,7 +45,10 @@ void CudaDomain::Margin::make_room() {
 
 CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
   PF_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
-  PF_CUDA(cudaStreamCreateWithFlags(&copy_stream_, cudaStreamNonBlocking));
+  // What NCCL launches goes before the contacts of own parcels.
+  int lowest = 0, highest = 0;
+  PF_CUDA(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
+  PF_CUDA(cudaStreamCreateWithPriority(&copy_stream_, cudaStreamNonBlocking, highest));
   PF_CUDA(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming));
 }
 
@@ -269,12 +272,31 @@ void CudaDomain::start(const TimeStep& step) {
   launch_contacts(launch_, stream_);
 }
 
+void CudaDomain::note_transfers() {
+  const DeviceScope scope(device_);
+  PF_CUDA(cudaEventRecord(copied_, copy_stream_));
+  has_new_motion_ = true;
+}
+
+bool CudaDomain::have_transfers_ended() const {
+  const cudaError_t result = cudaEventQuery(copied_);
+  if (result != cudaErrorNotReady) PF_CUDA(result);
+  return result == cudaSuccess;
+}
+
+void CudaDomain::wait_for_transfers_to(const CudaDomain& other) {
+  const DeviceScope scope(device_);
+  PF_CUDA(cudaStreamWaitEvent(stream_, other.copied_, 0));
+}
+
 // The copies' motion reaches the device while it still works on what start() launched.
 void CudaDomain::step_borders() {
   const DeviceScope scope(device_);
   if (has_new_motion_) {
-    to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), copy_stream_);
-    PF_CUDA(cudaEventRecord(copied_, copy_stream_));
+    if (!is_linked_) {
+      to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), copy_stream_);
+      PF_CUDA(cudaEventRecord(copied_, copy_stream_));
+    }
     PF_CUDA(cudaStreamWaitEvent(stream_, copied_, 0));
     launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
     has_new_motion_ = false;
@@ -282,7 +304,7 @@ void CudaDomain::step_borders() {
   launch_border_contacts(launch_, stream_);
   launch_move(launch_, stream_);
   launch_pack(current_.pointers(), sent_.index.data(), sent_.size(), sent_.motion.data(), stream_);
-  to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
+  if (!is_linked_) to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
   to_host(host_slots_.data(), slots_.data(), kNumSlots, stream_);
 }
 

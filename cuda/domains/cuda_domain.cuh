@@ -1,6 +1,7 @@
 // A slab on a GPU. Its parcels and the copies of others lie in the same arrays; ids of copies have kCopyBit.
 #pragma once
 
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -47,6 +48,22 @@ class CudaDomain final : public Domain {
   void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const override;
   std::uint64_t memory_bytes() const override;
 
+  // For a MotionLink. Lists are those of the last sort, and what they hold that of the last step's end.
+  using Motion = std::span<ParcelMotion>;  // on the device
+  // From now on motion goes by a link, not by pack() and unpack().
+  void link() { is_linked_ = true; }
+  int device() const { return device_; }
+  Motion sent_to(unsigned slab) const { return sent_.motion_of(slab); }
+  Motion copies_of(unsigned slab) const { return copies_.motion_of(slab); }
+  // Transfers on it do not wait for the step's own stream.
+  cudaStream_t link_stream() const { return copy_stream_; }
+  // After the last transfer to the copies: step_borders() lets the GPU wait for what link_stream() has so
+  // far.
+  void note_transfers();
+  bool have_transfers_ended() const;
+  // The rest of this step waits for the transfers to another domain, which read what this one sends.
+  void wait_for_transfers_to(const CudaDomain& other);
+
  private:
   // Parcels near other slabs, one list after the other: indices before the sort, then those after it, and
   // their motion on its way.
@@ -57,6 +74,9 @@ class CudaDomain final : public Domain {
     void set_size(unsigned slab, std::size_t num) { end_[slab + 1] = end_[slab] + num; }
     std::size_t begin(unsigned slab) const { return end_[slab]; }
     std::size_t end(unsigned slab) const { return end_[slab + 1]; }
+    Motion motion_of(unsigned slab) const {
+      return {motion.data() + end_[slab], end_[slab + 1] - end_[slab]};
+    }
     std::uint32_t size() const { return static_cast<std::uint32_t>(end_.back()); }
     void make_room();
     std::uint64_t bytes() const { return index.bytes() + motion.bytes(); }
@@ -100,7 +120,8 @@ class CudaDomain final : public Domain {
   std::int64_t displacement_ = 0;     // bound on displacements along an axis since the sort, position units
   Margin sent_, copies_;              // own parcels that others copied; copies of others'
   DeviceBuffer<std::uint32_t> near_;  // indices of own parcels near other slabs, as in sent_, but each once
-  bool has_new_motion_ = false;       // in copies_.host_motion
+  bool has_new_motion_ = false;       // in copies_.host_motion, or on its way on copy_stream_
+  bool is_linked_ = false;
   static constexpr unsigned kNumCounts = 2 + kMaxDomains;
   DeviceBuffer<std::uint32_t> counts_{kNumCounts};  // see border_lists()
   PinnedBuffer<std::uint32_t> host_counts_{kNumCounts};

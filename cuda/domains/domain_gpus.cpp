@@ -7,6 +7,7 @@
 
 #include "cuda/cuda_devices.hpp"
 #include "cuda/domains/cuda_domain.cuh"
+#include "cuda/domains/links.cuh"
 
 namespace pf {
 namespace {
@@ -75,6 +76,13 @@ class CudaDomainGpus final : public DomainGpus {
       used_.insert(device);
     }
     return std::make_unique<CudaDomain>(index, device);
+  }
+
+  std::unique_ptr<MotionLink> link(const std::vector<std::unique_ptr<Domain>>& domains, Carrier& carrier,
+                                   std::string& why) override {
+    std::vector<CudaDomain*> here;
+    for (const auto& domain : domains) here.push_back(static_cast<CudaDomain*>(domain.get()));
+    return carrier.num_ranks() == 1 ? link_peers(std::move(here)) : link_ranks(here, carrier, why);
   }
 
   double measure_copy_bandwidth(std::size_t num_bytes) override {

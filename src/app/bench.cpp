@@ -112,6 +112,8 @@ void print_bench(const Bench& bench, const nlohmann::json& json) {
       "  at least {:.3g} bytes per parcel-step: {:.3g} GB/s, {:.0f} % of the copy bandwidth of {:.4g} GB/s\n",
       bytes_per_step, bytes_per_step / spread.median,
       100.0 * bytes_per_step / spread.median * 1e9 / bandwidth, 1e-9 * bandwidth);
+  if (json["domain_link"].is_string())
+    fmt::print("  between domains: {}\n", json["domain_link"].get<std::string>());
   fmt::print("  state hash {}\n", json["state_hash"].get<std::string>());
 }
 

@@ -184,6 +184,12 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
       fmt::format("divide the world into K slabs, shared by the processes that mpirun starts, with the same "
                   "result; 1 to {}, a multiple of the processes; default: one for each",
                   kMaxDomains));
+  app.add_option(
+         "--domain-link", options.domain_link,
+         fmt::format("how motion goes between domains on GPUs: {}; host: through the host's memory; direct: "
+                     "from GPU to GPU, by NCCL between processes; auto: direct where that can be",
+                     fmt::join(kDomainLinks, ", ")))
+      ->type_name("NAME");
   app.footer(set_help);
   keep_lines_of_footer(*app.get_formatter());
 }

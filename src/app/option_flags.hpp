@@ -28,6 +28,7 @@ inline const std::vector<std::string> kStudies = {"validate", "work-precision", 
                                                   "terms",    "gas-dynamics",   "all",       "plot"};
 inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
+inline const std::vector<std::string> kDomainLinks = {"auto", "host", "direct"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host", "images"};
 constexpr const char* kNullDevice = "/dev/null";  // as a film, for measurements
 constexpr const char* kDefaultScene = "court";

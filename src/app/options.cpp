@@ -57,10 +57,11 @@ bool gives_seconds(const Typed& typed) {
 // A sweep has its own settings. Others are refused, not silently ignored.
 void check_sweep(const Typed& typed, const Options& options) {
   if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: needs --sweep; add it");
-  const bool has_others = options.draw_target != "auto" || typed.scene || typed.size || typed.accuracy ||
-                          typed.of || typed.frames || typed.steps || typed.warmup || typed.repeats ||
-                          !typed.sets.empty() || !typed.flags.empty() || !typed.record.empty() ||
-                          options.bench_panel || options.bench_flight || typed.force || typed.domains;
+  const bool has_others = options.draw_target != "auto" || options.domain_link != "auto" || typed.scene ||
+                          typed.size || typed.accuracy || typed.of || typed.frames || typed.steps ||
+                          typed.warmup || typed.repeats || !typed.sets.empty() || !typed.flags.empty() ||
+                          !typed.record.empty() || options.bench_panel || options.bench_flight ||
+                          typed.force || typed.domains;
   if (options.sweep && has_others) {
     throw UserError(
         "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
@@ -199,6 +200,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   }
   if (command.get_name() == "lab") return lab_options(command, typed, std::move(options));
   check_name("--draw-target", options.draw_target, kDrawTargets);
+  check_name("--domain-link", options.domain_link, kDomainLinks);
   const bool is_bench = command.get_name() == "bench";
   options.command = is_bench ? Command::bench : Command::run;
   options.cuda = options.cuda || options.cuda_no_fallback;
@@ -237,8 +239,8 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
 
 std::string version_text() {
   const auto word = [](bool is_there) { return is_there ? "yes" : "no"; };
-  return fmt::format("pickleflight {} (CUDA backend: {}, HDF5: {}, MPI: {})", PF_VERSION, word(PF_HAVE_CUDA),
-                     word(PF_HAVE_HDF5), word(PF_HAVE_MPI));
+  return fmt::format("pickleflight {} (CUDA backend: {}, HDF5: {}, MPI: {}, NCCL: {})", PF_VERSION,
+                     word(PF_HAVE_CUDA), word(PF_HAVE_HDF5), word(PF_HAVE_MPI), PF_NCCL_VERSION);
 }
 
 std::string one_line(std::string text) {

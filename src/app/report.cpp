@@ -214,6 +214,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   json report = {
       {"version", PF_VERSION},
       {"device", device_},
+      {"domain_link", backend.domain_link().empty() ? json(nullptr) : json(backend.domain_link())},
       {"scene", settings.name},
       {"method", name_of("run.method", settings)},
       {"neighbors", name_of("run.neighbors", settings)},

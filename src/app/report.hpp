@@ -36,9 +36,9 @@ class RunRecord {
 
   // Keys: those of set_part (record: the last film, files: dump and checkpoint, replay, display: the window
   // at the end, accuracy: the last readout of the panel's section, split: see FlightPair, terms: the cost of
-  // each term per step, measured beside a window), version, device, scene, method, neighbors, num_parcels,
-  // area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end
-  // to the next),
+  // each term per step, measured beside a window), version, device, domain_link (how motion goes
+  // between domains on GPUs; otherwise null), scene, method, neighbors, num_parcels, area_fraction,
+  // restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
   // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later
   // phases: the host's clock), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL
   // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,

@@ -119,6 +119,7 @@ def refusals(bench):
             check(part in lines[0], f"   names {part!r}")
 
     refused(("run.method: exact", "impulse or spring"), 2, *COURT, "--method", "exact")
+    refused(("--domain-link", "domains on GPUs"), 0, *COURT, "--domains", "2", "--domain-link", "direct")
     refused(("images needs several domains",), 0, *COURT, "--draw-target", "images")
     refused(("not a multiple of the 2", "give 2"), 2, *COURT, "--domains", "3")
     refused(("64 slabs", "give at most"), 0, *COURT, "--domains", "64")

@@ -5,6 +5,7 @@
 
 #include "backend/domains/domain_backend.hpp"
 #include "domains/thread_ranks.hpp"
+#include "support/golden_hashes.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -58,6 +59,18 @@ struct Pair {
 
   SceneRun plain, divided;
 };
+
+// All golden scenes but those of `exact`.
+inline void expect_golden_states(const MakeBackend& make_backend) {
+  std::map<std::string, std::string> expected = read_golden_hashes();
+  int num_scenes = 0;
+  for (const GoldenScene& scene : golden_scenes()) {
+    if (scene.settings.method == Method::exact) continue;
+    EXPECT_EQ(golden_line(scene, make_backend), expected[scene.name]) << scene.name;
+    ++num_scenes;
+  }
+  EXPECT_GT(num_scenes, 20);
+}
 
 inline Settings busy_court(Boundary boundary, std::int64_t num_parcels = 3000) {
   Settings s = court(num_parcels, boundary);

@@ -3,22 +3,9 @@
 
 #include "backend/domains/slabs.hpp"
 #include "domains/domain_pair.hpp"
-#include "support/golden_hashes.hpp"
 
 namespace pf::test {
 namespace {
-
-// All golden scenes but those of `exact`.
-void expect_golden_states(const MakeBackend& make_backend) {
-  std::map<std::string, std::string> expected = read_golden_hashes();
-  int num_scenes = 0;
-  for (const GoldenScene& scene : golden_scenes()) {
-    if (scene.settings.method == Method::exact) continue;
-    EXPECT_EQ(golden_line(scene, make_backend), expected[scene.name]) << scene.name;
-    ++num_scenes;
-  }
-  EXPECT_GT(num_scenes, 20);
-}
 
 class NumDomains : public Domains, public testing::WithParamInterface<unsigned> {};
 

@@ -120,8 +120,8 @@ class ThreadRanks {
   ThreadRanks& operator=(const ThreadRanks&) = delete;
   ~ThreadRanks() { end_domains(*first_); }
 
-  std::unique_ptr<Backend> make_backend(unsigned num_domains) {
-    return make_domain_backend(first_, num_domains, 1, domain_gpus());
+  std::unique_ptr<Backend> make_backend(unsigned num_domains, LinkChoice link = LinkChoice::automatic) {
+    return make_domain_backend(first_, num_domains, 1, domain_gpus(), link);
   }
 
  private:

@@ -93,9 +93,10 @@ TEST(Options, LabValidate) {
 }
 
 TEST(Options, VersionAndHelpAreText) {
-  const std::string version =
-      std::string("pickleflight ") + PF_VERSION + " (CUDA backend: " + (PF_HAVE_CUDA ? "yes" : "no") +
-      ", HDF5: " + (PF_HAVE_HDF5 ? "yes" : "no") + ", MPI: " + (PF_HAVE_MPI ? "yes" : "no") + ")\n";
+  const std::string version = std::string("pickleflight ") + PF_VERSION +
+                              " (CUDA backend: " + (PF_HAVE_CUDA ? "yes" : "no") +
+                              ", HDF5: " + (PF_HAVE_HDF5 ? "yes" : "no") +
+                              ", MPI: " + (PF_HAVE_MPI ? "yes" : "no") + ", NCCL: " + PF_NCCL_VERSION + ")\n";
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"--version"}, {"-t", "--version"}, {"bench", "--version"}}) {
     const ParseResult result = parse(words);

@@ -110,8 +110,8 @@ TEST_F(Report, HasTheDocumentedKeys) {
   for (const auto& [key, value] : report.items()) keys += key + " ";
   EXPECT_EQ(
       keys,
-      "area_fraction ball collisions compressibility device dt_s energy exact frame_ms gpu_ms host_ms "
-      "max_overlap_diameters memory_bytes method momentum neighbors ns_per_particle_step num_parcels "
+      "area_fraction ball collisions compressibility device domain_link dt_s energy exact frame_ms gpu_ms "
+      "host_ms max_overlap_diameters memory_bytes method momentum neighbors ns_per_particle_step num_parcels "
       "num_retired particle_steps_per_s phase_ms restitution scene simulated_s state_hash steps version "
       "wall_s ");
 }

@@ -13,6 +13,8 @@
 #include <vector>
 
 #include "backend/cpu_tally.hpp"
+#include "backend/domains/carrier.hpp"
+#include "backend/domains/motion_link.hpp"
 #include "backend/domains/slabs.hpp"
 #include "backend/parcel_images.hpp"
 #include "backend/time_step/time_stepper.hpp"
@@ -54,8 +56,8 @@ class Domain {
   // A step of all own parcels, in this order. step: valid until its end.
   // 1. Begins with what needs no copies. A GPU works on while the caller continues.
   virtual void start(const TimeStep& step) = 0;
-  // 2. Unless the copies are as of the sort: motion, before this step, of the parcels that another slab has
-  // copies of, in the order of copy_margins.
+  // 2. Unless the copies are as of the sort, or a MotionLink does it: motion, before this step, of the
+  // parcels that another slab has copies of, in the order of copy_margins.
   virtual void pack(unsigned slab, std::vector<ParcelMotion>& out) const = 0;
   virtual void unpack(unsigned slab, const std::vector<ParcelMotion>& in) = 0;
   // 3. Goes on with the rest.
@@ -93,6 +95,10 @@ class DomainGpus {
   virtual void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const = 0;
   // Domain of slab `index`. place: its number among the domains of this machine, which take the GPUs in turn.
   virtual std::unique_ptr<Domain> make(unsigned index, unsigned place) = 0;
+  // A link between `domains`, which make() has made for this rank, and those of the other ranks; or null, and
+  // the reason. All ranks call it, and get the same. The domains must outlive the link.
+  virtual std::unique_ptr<MotionLink> link(const std::vector<std::unique_ptr<Domain>>& domains,
+                                           Carrier& carrier, std::string& why) = 0;
   // See Backend; of all GPUs that have domains of this process.
   virtual double measure_copy_bandwidth(std::size_t num_bytes) = 0;
 };

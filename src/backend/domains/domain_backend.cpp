@@ -14,7 +14,7 @@ namespace {
 class DomainBackend final : public Backend, public ParcelImages {
  public:
   DomainBackend(std::shared_ptr<Carrier> carrier, unsigned num_domains, unsigned num_threads,
-                std::shared_ptr<DomainGpus> gpus)
+                std::shared_ptr<DomainGpus> gpus, LinkChoice link)
       : carrier_(std::move(carrier)),
         num_domains_(num_domains),
         gpus_(std::move(gpus)),
@@ -23,12 +23,15 @@ class DomainBackend final : public Backend, public ParcelImages {
               .put(Order::open)
               .put(num_domains)
               .put(num_threads)
-              .put<std::uint8_t>(gpus_ != nullptr ? 1 : 0));
+              .put<std::uint8_t>(gpus_ != nullptr ? 1 : 0)
+              .put(link));
+    group_.link(link);
   }
 
   std::string name() const override { return gpus_ != nullptr ? "cuda" : "cpu"; }
   std::string device() const override;
   unsigned num_domains() const override { return num_domains_; }
+  std::string domain_link() const override { return group_.link_name(); }
   double share_here() const override {
     return static_cast<double>(carrier_->num_ranks_here()) / carrier_->num_ranks();
   }
@@ -39,7 +42,8 @@ class DomainBackend final : public Backend, public ParcelImages {
   }
   std::unique_ptr<Backend> with_threads(unsigned num_threads) const override {
     if (gpus_ != nullptr) return nullptr;
-    return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads, nullptr);
+    return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads, nullptr,
+                                           LinkChoice::automatic);
   }
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) override;
@@ -172,8 +176,9 @@ void DomainBackend::resume(const Physics& physics, const BackendState& state) {
 }  // namespace
 
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
-                                             unsigned num_threads, std::shared_ptr<DomainGpus> gpus) {
-  return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads, std::move(gpus));
+                                             unsigned num_threads, std::shared_ptr<DomainGpus> gpus,
+                                             LinkChoice link) {
+  return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads, std::move(gpus), link);
 }
 
 void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }

@@ -10,11 +10,12 @@
 namespace pf {
 
 // num_domains: a multiple of the number of ranks. num_threads: of each rank; 0 means all of the machine,
-// shared by its ranks. gpus: those of this rank, and the others then use theirs; null for processors. At a
-// time only one such backend works: another one takes the ranks over.
+// shared by its ranks. gpus: those of this rank, and the others then use theirs; null for processors. link:
+// between GPUs; throws UserError if it cannot be had. At a time only one such backend works: another one
+// takes the ranks over.
 std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, unsigned num_domains,
-                                             unsigned num_threads,
-                                             std::shared_ptr<DomainGpus> gpus = nullptr);
+                                             unsigned num_threads, std::shared_ptr<DomainGpus> gpus = nullptr,
+                                             LinkChoice link = LinkChoice::automatic);
 
 // The GPUs of this rank, or null.
 using FindDomainGpus = std::function<std::shared_ptr<DomainGpus>()>;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "backend/domains/cpu_domain.hpp"
+#include "core/error.hpp"
 #include "model/time_step.hpp"
 
 namespace pf {
@@ -31,7 +32,7 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
 }  // namespace
 
 DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus)
-    : ranks_(carrier, num_domains), team_(num_threads), gpus_(gpus) {
+    : carrier_(carrier), ranks_(carrier, num_domains), team_(num_threads), gpus_(gpus) {
   slabs_.num = num_domains;
   for (unsigned d = 0; d < ranks_.num_local(); ++d) {
     const unsigned index = ranks_.first_local() + d, place = carrier.rank_here() * ranks_.num_local() + d;
@@ -41,6 +42,15 @@ DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_th
       domains_.push_back(std::make_unique<CpuDomain>(index, team_));
     }
   }
+}
+
+void DomainGroup::link(LinkChoice choice) {
+  if (gpus_ == nullptr) return;
+  std::string why = "--domain-link host";
+  if (choice != LinkChoice::host) link_ = gpus_->link(domains_, carrier_, why);
+  link_name_ = link_ != nullptr ? link_->name() : "through the host's memory (" + why + ")";
+  if (choice == LinkChoice::direct && link_ == nullptr && ranks_.is_first())
+    throw UserError("--domain-link: direct cannot be had: " + why + "; give auto or host");
 }
 
 StepReport DomainGroup::advance(const StepRequest& request) {
@@ -96,6 +106,10 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
 }
 
 void DomainGroup::update_copies() {
+  if (link_ != nullptr) {
+    link_->update_copies();
+    return;
+  }
   side_by_side([&](const Domain& domain, std::size_t d) {
     for (unsigned k = 0; k < slabs_.num; ++k) domain.pack(k, motion_out_[d][k]);
   });

@@ -16,6 +16,9 @@ class DomainGroup {
   // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. gpus: null if domains
   // are on processors. carrier and gpus must outlive it.
   DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus);
+  // Of domains on GPUs: chooses how motion goes between them. Before anything else. Throws UserError on rank
+  // 0 if `choice` cannot be had.
+  void link(LinkChoice choice);
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball);
   void set_physics(const Physics& physics);
@@ -42,6 +45,8 @@ class DomainGroup {
   // 0: a rank has no memory for it.
   double measure_copy_bandwidth(std::size_t num_bytes);
 
+  // How motion goes between domains on GPUs, and why not directly; empty on processors.
+  const std::string& link_name() const { return link_name_; }
   const BallState& ball() const { return ball_; }
   unsigned num_threads() const { return team_.size(); }
 
@@ -67,11 +72,14 @@ class DomainGroup {
   void step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,
             StepReport& report);
 
+  Carrier& carrier_;
   DomainRanks ranks_;
   ThreadTeam team_;
   DomainGpus* gpus_;
   Slabs slabs_;
   std::vector<std::unique_ptr<Domain>> domains_;
+  std::unique_ptr<MotionLink> link_;  // null: through the host
+  std::string link_name_;
   Physics physics_;
   BallState ball_;
   std::uint64_t step_ = 0;  // since the reset; keys the random roundings

@@ -19,12 +19,14 @@ void open(Carrier& carrier, Message& message, const FindDomainGpus& find_gpus, O
   const auto num_domains = message.get<unsigned>();
   const auto num_threads = message.get<unsigned>();
   const bool on_gpus = message.get<std::uint8_t>() != 0;
+  const auto link = message.get<LinkChoice>();
   open.group.reset();
   open.gpus = on_gpus && find_gpus ? find_gpus() : nullptr;
   if (on_gpus && open.gpus == nullptr)
     throw DeviceError(
         "--cuda: this process has no CUDA device; leave out --cuda, or start no process without one");
   open.group.emplace(carrier, num_domains, threads_of_rank(carrier, num_threads), open.gpus.get());
+  open.group->link(link);
 }
 
 void reset(Message& message, DomainGroup& group) {

@@ -14,7 +14,7 @@ namespace pf {
 // All but `open`, `leave` and `close` name a function of DomainGroup.
 enum class Order : std::uint8_t {
   // A new group: number of domains; threads of a rank (0: all of the machine, shared by its ranks); whether
-  // it works on GPUs.
+  // it works on GPUs; how they are linked.
   open,
   reset,
   set_physics,
