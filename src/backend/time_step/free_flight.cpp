@@ -148,11 +148,17 @@ __attribute__((PF_AVX2)) void fly_range(const FreeFlightInput& in, std::size_t b
   const Lanes lanes = make_lanes<kBoundary>(in);
   __m256i max_displacement = _mm256_setzero_si256();
   __m256 max_speed2 = _mm256_setzero_ps();
+  const __m128i rough_shift = _mm_cvtsi32_si128(in.rough_shift);
+  const __m256i low_halves =
+      _mm256_broadcastsi128_si256(_mm_set_epi8(-1, -1, -1, -1, -1, -1, -1, -1, 13, 12, 9, 8, 5, 4, 1, 0));
   const std::size_t whole = kBall && in.ball.reach > kMaxReach ? begin : end - (end - begin) % 4;
   for (std::size_t i = begin; i < whole; i += 4) {
     const Four four = fly<kBall, kBoundary>(lanes, in, i);
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(in.next_position + i), four.position);
     _mm256_storeu_ps(&in.next_velocity[i].x, four.velocity);
+    const __m256i rough = _mm256_shuffle_epi8(_mm256_sra_epi32(four.position, rough_shift), low_halves);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(in.next_rough + i),
+                     _mm256_castsi256_si128(_mm256_permute4x64_epi64(rough, 0x08)));
     max_displacement =
         _mm256_max_epi32(max_displacement, _mm256_andnot_si256(four.is_other, four.displacement));
     max_speed2 = _mm256_max_ps(max_speed2, _mm256_andnot_ps(_mm256_castsi256_ps(four.is_other), four.speed2));

@@ -25,6 +25,8 @@ struct FreeFlightInput {
   const std::uint32_t* contacts;  // 0: the parcel touches no other
   Vec2i* next_position;
   Vec2f* next_velocity;
+  std::uint32_t* next_rough;  // see rough_positions.hpp
+  std::int32_t rough_shift;
 };
 
 // Result of a loop over a range of parcels.

@@ -16,7 +16,7 @@ Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
 void PairedLoop::find_pairs(const StepLoop& loop, Share& share) const {
   share.pairs.clear();
   share.beyond.clear();
-  search_.find(loop.space, loop.search, share.begin, share.end, share.pairs);
+  search_.find(loop.space, loop.search, rough_, share.begin, share.end, share.pairs);
   for (const TouchingPair& pair : share.pairs)
     if (!share.holds(pair.second)) share.beyond.push_back(pair);
 }
@@ -61,7 +61,7 @@ void PairedLoop::move(const StepLoop& loop, SortedParcels& parcels, Share& share
   share.flights.others.clear();
   const FreeFlight fly = choose_free_flight(kBall, kBoundary);
   fly({loop.constants, loop.ball, loop.key, now.position.data(), now.velocity.data(), now.id.data(),
-       contacts_.data(), next.position.data(), next.velocity.data()},
+       contacts_.data(), next.position.data(), next.velocity.data(), rough_.data(), rough_.scale().shift()},
       share.begin, share.end, share.flights);
   tally.moved(share.flights.max_displacement, share.flights.max_speed2);
   for (const std::uint32_t i : share.flights.others) {
@@ -74,6 +74,7 @@ void PairedLoop::move(const StepLoop& loop, SortedParcels& parcels, Share& share
             : finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, self, sums, tally);
     next.position[i] = after.position;
     next.velocity[i] = after.velocity;
+    rough_.set(i, after.position);
   }
 }
 
@@ -94,6 +95,8 @@ void PairedLoop::run_share(const StepLoop& loop, SortedParcels& parcels, unsigne
 void PairedLoop::run(const StepLoop& loop, Method method, SortedParcels& parcels,
                      std::vector<CpuTally>& tallies) {
   resize_tightly(contacts_, parcels.size());
+  if (!parcels.current.slot.empty()) rough_.forget();  // copies have been moved
+  rough_.follow(team_, RoughScale(loop.constants), parcels.current.position.data(), parcels.size());
   const Physics& physics = loop.constants.physics;
   team_.run([&](unsigned thread) {
     Share& share = shares_[thread];

@@ -32,12 +32,15 @@ class PairedLoop {
   // To be called after every sort.
   void prepare(const SortedParcels& parcels, Boundary boundary) {
     search_.prepare(team_, parcels.grid, boundary, parcels.size(), parcels.cell_start);
+    rough_.forget();
   }
+  // To be called after any other change of positions than by run().
+  void forget_positions() { rough_.forget(); }
   // Writes the state after the step to parcels.next. Adds to the tallies, one for each thread.
   void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
 
   std::uint64_t memory_bytes() const {
-    return search_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
+    return search_.memory_bytes() + rough_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
   }
 
  private:
@@ -70,6 +73,7 @@ class PairedLoop {
 
   ThreadTeam& team_;
   PairSearch search_;
+  RoughPositions rough_;  // current ones
   std::vector<Share> shares_;
   std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of a parcel's share; 0: touches no other
 };

@@ -99,6 +99,7 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
   if (range == nullptr) {
     paired_.run(loop, step.method, parcels_, tallies);
   } else {
+    paired_.forget_positions();
     team_.run([&](unsigned thread) {
       CpuTally tally;
       const auto [begin, end] = team_.share(thread, parcels_.size());
