@@ -36,7 +36,7 @@ class PairedLoop {
   }
   // To be called after any other change of positions than by run().
   void forget_positions() { rough_.forget(); }
-  // Writes the state after the step to parcels.next. Adds to the tallies, one for each thread.
+  // Makes a step in place. Adds to the tallies, one for each thread; displacements may be too large.
   void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
 
   std::uint64_t memory_bytes() const {
@@ -47,29 +47,34 @@ class PairedLoop {
   struct TouchedParcel {
     std::uint32_t parcel;
     ContactSums sums;
+    Parcel after;  // the step
+  };
+  struct PartOfSums {
+    std::uint32_t parcel;
+    ContactSums sums;
   };
 
   // Working memory of a thread for its share of the parcels, begin .. end - 1.
   struct alignas(64) Share {
     std::size_t begin = 0, end = 0;
-    std::vector<TouchingPair> pairs;   // whose first parcel is in the share
-    std::vector<TouchingPair> beyond;  // those of them whose second parcel is not
+    std::vector<TouchingPair> pairs;  // whose first parcel is in the share
+    std::vector<PartOfSums> beyond;   // for parcels of other shares
     std::vector<TouchedParcel> touched;
     FreeFlights flights;
     bool holds(std::uint32_t i) const { return i >= begin && i < end; }
   };
 
-  void find_pairs(const StepLoop& loop, Share& share) const;
+  ContactSums& sums_of(std::uint32_t i, Share& share);
+  void add(std::uint32_t i, const ContactSums& sums, Share& share);
+  template <class Contact, Boundary kBoundary>
+  void touch(const StepLoop& loop, const SortedParcels& parcels, TouchingPair pair, Share& share,
+             CpuTally& tally);
   template <class Contact, Boundary kBoundary>
   void sum_contacts(const StepLoop& loop, const SortedParcels& parcels, Share& share, CpuTally& tally);
-  template <class Contact, Boundary kBoundary>
-  void add(const StepLoop& loop, const SortedParcels& parcels, std::uint32_t self, std::uint32_t other,
-           Share& share, CpuTally& tally);
-  ContactSums& sums_of(std::uint32_t i, Share& share);
   template <bool kBall, Boundary kBoundary>
   void move(const StepLoop& loop, SortedParcels& parcels, Share& share, CpuTally& tally);
-  template <class Contact, bool kBall, Boundary kBoundary>
-  void run_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally);
+  template <bool kBall, Boundary kBoundary>
+  void move_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally);
 
   ThreadTeam& team_;
   PairSearch search_;

@@ -106,9 +106,9 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
       (this->*range)(loop, begin, end, tally);
       tallies[thread] = tally;
     });
+    std::swap(parcels_.current.position, parcels_.next.position);
+    std::swap(parcels_.current.velocity, parcels_.next.velocity);
   }
-  std::swap(parcels_.current.position, parcels_.next.position);
-  std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
   return sum;
