@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <limits>
 
@@ -23,6 +24,10 @@ constexpr auto kCounts = [] {
 
 constexpr ParcelCount count_of(std::uint32_t num) { return kCounts[num]; }
 
+std::size_t num_of(ParcelCount count) {
+  return static_cast<std::size_t>(std::popcount(count.bits)) + count.more;
+}
+
 // Only parcels of the first and the last two cells (the last one may be narrower than others) cross a
 // periodic edge or touch others across it: those of the next cells are farther than the contact distance from
 // whatever has crossed, as long as the grid covers the search.
@@ -40,25 +45,37 @@ std::int64_t PairSearch::max_reach(const GridShape& grid) {
 void PairSearch::prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
                          const std::vector<std::uint32_t>& cell_start) {
   resize_tightly(ranges_, num_parcels);
+  num_in_cells_ = cell_start[grid.num_cells()];
+  std::atomic<bool> has_boxes = false;
   team.run([&](unsigned thread) {
     const auto [begin, end] = team.share(thread, static_cast<std::size_t>(grid.y.num));
-    for (std::size_t row = begin; row < end; ++row) prepare_row(grid, boundary, cell_start, row);
+    for (std::size_t row = begin; row < end; ++row) {
+      if (prepare_row(grid, boundary, cell_start, row)) has_boxes = true;
+    }
   });
-  std::fill(ranges_.begin() + cell_start[grid.num_cells()], ranges_.end(), Ranges{});  // retired
+  has_boxes_ = has_boxes;
+}
+
+std::size_t PairSearch::reach(std::size_t end) const {
+  const std::size_t last = std::min(end, num_in_cells_);
+  if (last == 0) return 0;
+  const Ranges& r = ranges_[last - 1];  // No parcel before it reaches farther.
+  return std::max(last + num_of(r.own), r.next_first + num_of(r.next));
 }
 
 // Ranges of four parcels are written at once, also where a cell has fewer: the next cell's overwrite them.
-void PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
+bool PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
                              const std::vector<std::uint32_t>& cell_start, std::size_t row) {
   const auto width = static_cast<std::size_t>(grid.x.num);
   const std::uint32_t* own = cell_start.data() + row * width;
   const bool has_next = row + 1 < static_cast<std::size_t>(grid.y.num);
   const bool edge_row =
       boundary == Boundary::periodic && is_at_edge(static_cast<std::int32_t>(row), grid.y.num);
+  bool has_boxes = false;
   for (std::int32_t x = 0; x < grid.x.num; ++x) {
     const std::uint32_t begin = own[x], end = own[x + 1];
     const std::int32_t last = std::min(x + 1, grid.x.num - 1) + 1;
-    std::uint32_t next_first = 0, num_next = 0;
+    std::uint32_t next_first = own[width], num_next = 0;
     if (has_next) {
       next_first = own[width + static_cast<std::size_t>(std::max(x - 1, 0))];
       num_next = own[width + static_cast<std::size_t>(last)] - next_first;
@@ -69,6 +86,7 @@ void PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
     const auto ranges_of = [&](std::uint32_t i) -> Ranges {
       return {next_first, count_of(own_last - i - 1), count_of(num_next)};
     };
+    has_boxes = has_boxes || by_box;
     if (by_box) {
       std::fill(ranges_.begin() + begin, ranges_.begin() + end, Ranges{0, {0, kByBox}, {}});
     } else if (own_last >= begin + 4) {
@@ -78,15 +96,7 @@ void PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
       for (std::uint32_t i = begin; i < end; ++i) ranges_[i] = ranges_of(i);
     }
   }
-}
-
-bool PairSearch::looks_at(std::uint32_t i, std::uint32_t j) const {
-  const Ranges& r = ranges_[i];
-  if (r.own.more == kByBox) return i < j;
-  const auto num = [](ParcelCount count) {
-    return static_cast<unsigned>(std::popcount(count.bits)) + count.more;
-  };
-  return (j > i && j - i <= num(r.own)) || (j >= r.next_first && j - r.next_first < num(r.next));
+  return has_boxes;
 }
 
 #if defined(__x86_64__)
@@ -131,6 +141,7 @@ __attribute__((PF_AVX2)) void PairSearch::find(const SearchSpace& space, Search 
   Hit hits[kBlock];
   SearchScratch scratch;
   const RoughFilter filter(rough);
+  end = std::min(end, num_in_cells_);
   for (std::size_t block = begin; block < end; block += kBlock) {
     std::size_t num_hits = 0;
     for (std::size_t k = block; k < std::min(end, block + kBlock); ++k) {
@@ -148,7 +159,7 @@ __attribute__((PF_AVX2)) void PairSearch::find(const SearchSpace& space, Search 
       if (r.own.more == kByBox) {
         search(space, i, scratch);
         for (const std::uint32_t j : scratch.candidates)
-          if (!looks_at(j, i)) pairs.push_back({i, j});
+          if (j > i) pairs.push_back({i, j});  // The others find i.
         continue;
       }
       take_pairs(bits & 0xFFU, i, i + 1, pairs);

@@ -32,10 +32,14 @@ class PairSearch {
   void prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
                const std::vector<std::uint32_t>& cell_start);
   // Appends the pairs whose first parcel is among begin .. end - 1 and whose squared distance is below
-  // space.filter_distance2, with a few others. search: for parcels near a periodic edge, or in a crowd. Needs
-  // AVX2.
+  // space.filter_distance2, with a few others. search: for parcels near a periodic edge, or in a crowd. Only
+  // reads positions of parcels from begin to reach(end) + kSearchPadding. Needs AVX2.
   void find(const SearchSpace& space, Search search, const RoughPositions& rough, std::size_t begin,
             std::size_t end, std::vector<TouchingPair>& pairs) const;
+  // True if partners of some parcels are found by `search`, which compares them with any.
+  bool has_boxes() const { return has_boxes_; }
+  // Otherwise parcels before `end` are compared with none from here on.
+  std::size_t reach(std::size_t end) const;
   std::uint64_t memory_bytes() const { return sizeof(Ranges) * ranges_.capacity(); }
 
  private:
@@ -47,11 +51,12 @@ class PairSearch {
   };
   static constexpr std::uint8_t kByBox = 255;  // own.more of a parcel whose partners `search` finds
 
-  void prepare_row(const GridShape& grid, Boundary boundary, const std::vector<std::uint32_t>& cell_start,
+  // Returns true if partners of some are found by box.
+  bool prepare_row(const GridShape& grid, Boundary boundary, const std::vector<std::uint32_t>& cell_start,
                    std::size_t row);
-  // True if the pair of these two is found at i.
-  bool looks_at(std::uint32_t i, std::uint32_t j) const;
 
+  std::size_t num_in_cells_ = 0;  // parcels, without the retired ones that follow
+  bool has_boxes_ = false;
   std::vector<Ranges> ranges_;
 };
 

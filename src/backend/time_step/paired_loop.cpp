@@ -15,26 +15,22 @@ Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
 
 }  // namespace
 
-ContactSums& PairedLoop::sums_of(std::uint32_t i, Share& share) {
-  if (contacts_[i] == 0) {
-    share.touched.push_back({i, {}, {}});
-    contacts_[i] = static_cast<std::uint32_t>(share.touched.size());
+void PairedLoop::Share::add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts) {
+  if (i < begin || i >= end) {
+    beyond.push_back({i, sums});
+    return;
   }
-  return share.touched[contacts_[i] - 1].sums;
-}
-
-void PairedLoop::add(std::uint32_t i, const ContactSums& sums, Share& share) {
-  if (share.holds(i)) {
-    sums_of(i, share) += sums;
-  } else {
-    share.beyond.push_back({i, sums});
+  if (contacts[i] == 0) {
+    touched.push_back({i, {}});
+    contacts[i] = static_cast<std::uint32_t>(touched.size());
   }
+  touched[contacts[i] - 1].sums += sums;
 }
 
 // A contact adds opposite sums to both, so that it is computed once: for the parcel that reports it.
 template <class Contact, Boundary kBoundary>
-void PairedLoop::touch(const StepLoop& loop, const SortedParcels& parcels, TouchingPair pair, Share& share,
-                       CpuTally& tally) {
+void PairedLoop::touch(const Work& work, TouchingPair pair) {
+  const SortedParcels& parcels = work.parcels;
   auto [self, other] = pair;
   const std::vector<std::uint32_t>& id = parcels.current.id;
   if (parcels.is_copy(self) || (id[other] < id[self] && !parcels.is_copy(other))) std::swap(self, other);
@@ -42,22 +38,46 @@ void PairedLoop::touch(const StepLoop& loop, const SortedParcels& parcels, Touch
   const Parcel one = parcel_at(parcels.current, self), two = parcel_at(parcels.current, other);
   if (is_retired(one.position) || is_retired(two.position)) return;
   ContactSums sums;
-  const Vec2i offset = separation<kBoundary>(loop.constants.physics.world, one.position, two.position);
-  add_contact<Contact>(loop.constants, one, two, offset, sums, tally);
-  add(self, sums, share);
-  if (!parcels.is_copy(other)) add(other, -sums, share);
+  const StepConstants& constants = work.loop.constants;
+  const Vec2i offset = separation<kBoundary>(constants.physics.world, one.position, two.position);
+  add_contact<Contact>(constants, one, two, offset, sums, work.tally);
+  work.share.add(self, sums, contacts_);
+  if (!parcels.is_copy(other)) work.share.add(other, -sums, contacts_);
 }
 
-template <class Contact, Boundary kBoundary>
-void PairedLoop::sum_contacts(const StepLoop& loop, const SortedParcels& parcels, Share& share,
-                              CpuTally& tally) {
-  share.pairs.clear();
-  search_.find(loop.space, loop.search, rough_, share.begin, share.end, share.pairs);
-  for (const TouchingPair& pair : share.pairs) touch<Contact, kBoundary>(loop, parcels, pair, share, tally);
+// A parcel is compared with later ones only: it may move as soon as those up to it have been searched, unless
+// another share's are compared with it.
+template <class Contact, bool kBall, Boundary kBoundary>
+void PairedLoop::search_and_move(const Work& work) {
+  constexpr std::size_t kBlock = 1024;  // whose state stays in the cache
+  Share& share = work.share;
+  for (std::size_t begin = share.begin; begin < share.end; begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, share.end);
+    share.pairs.clear();
+    search_.find(work.loop.space, work.loop.search, rough_, begin, end, share.pairs);
+    for (const TouchingPair& pair : share.pairs) touch<Contact, kBoundary>(work, pair);
+    if (end > share.head_end) move<kBall, kBoundary>(work, std::max(begin, share.head_end), end);
+  }
+}
+
+// Lists the parcels begin .. end - 1 that touch others in share.due, and no longer in share.touched.
+void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
+  share.due.clear();
+  std::size_t num_kept = 0;
+  for (const TouchedParcel& touched : share.touched) {
+    if (touched.parcel >= begin && touched.parcel < end) {
+      share.due.push_back(touched);
+    } else {
+      share.touched[num_kept] = touched;
+      contacts_[touched.parcel] = static_cast<std::uint32_t>(++num_kept);
+    }
+  }
+  share.touched.resize(num_kept);
 }
 
 template <bool kBall, Boundary kBoundary>
-void PairedLoop::move(const StepLoop& loop, SortedParcels& parcels, Share& share, CpuTally& tally) {
+void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
+  const auto& [loop, parcels, share, tally] = work;
   ParcelArrays& now = parcels.current;
   const auto finish = [&](std::uint32_t i, const ContactSums& sums) {
     return finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, parcel_at(now, i), sums, tally);
@@ -67,35 +87,51 @@ void PairedLoop::move(const StepLoop& loop, SortedParcels& parcels, Share& share
     now.velocity[i] = after.velocity;
     rough_.set(i, after.position);
   };
-  for (TouchedParcel& touched : share.touched) touched.after = finish(touched.parcel, touched.sums);
+  list_due(share, begin, end);
+  share.after.clear();
+  for (const TouchedParcel& touched : share.due) share.after.push_back(finish(touched.parcel, touched.sums));
   share.flights.others.clear();
   const FreeFlight fly = choose_free_flight(kBall, kBoundary);
   fly({loop.constants, loop.ball, loop.key, now.velocity.data(), now.id.data(), now.position.data(),
        rough_.data(), rough_.scale().shift()},
-      share.begin, share.end, share.flights);
+      begin, end, share.flights);
   tally.moved(share.flights.max_displacement, 0.0F);
   for (const std::uint32_t i : share.flights.others) {
     if (!parcels.is_copy(i) && !is_retired(now.position[i]) && contacts_[i] == 0) set(i, finish(i, {}));
   }
-  for (const TouchedParcel& touched : share.touched) {
-    set(touched.parcel, touched.after);
-    contacts_[touched.parcel] = 0;
+  for (std::size_t k = 0; k < share.due.size(); ++k) {
+    set(share.due[k].parcel, share.after[k]);
+    contacts_[share.due[k].parcel] = 0;
   }
 }
 
 template <bool kBall, Boundary kBoundary>
-void PairedLoop::move_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally) {
-  Share& share = shares_[thread];
+void PairedLoop::move_head(const Work& work) {
+  Share& share = work.share;
   for (const Share& other : shares_) {
-    for (const PartOfSums& part : other.beyond) {
-      if (share.holds(part.parcel)) sums_of(part.parcel, share) += part.sums;
+    for (const TouchedParcel& part : other.beyond) {
+      if (share.holds(part.parcel)) share.add(part.parcel, part.sums, contacts_);
     }
   }
-  move<kBall, kBoundary>(loop, parcels, share, tally);
-  if (!loop.draw) return;
-  for (std::size_t i = share.begin; i < share.end; ++i) {
-    draw_parcel(*loop.draw, loop.constants.physics.world, i, parcels.current.position[i],
-                parcels.current.velocity[i]);
+  move<kBall, kBoundary>(work, share.begin, share.head_end);
+  if (!work.loop.draw) return;
+  const ParcelArrays& now = work.parcels.current;
+  for (std::size_t i = share.begin; i < share.end; ++i)
+    draw_parcel(*work.loop.draw, work.loop.constants.physics.world, i, now.position[i], now.velocity[i]);
+}
+
+void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
+  const bool is_in_one_pass = has_contacts && (team_.size() == 1 || !search_.has_boxes());
+  std::size_t reach = 0;  // of the shares before
+  for (unsigned thread = 0; thread < team_.size(); ++thread) {
+    Share& share = shares_[thread];
+    const auto [begin, end] = team_.share(thread, num_parcels);
+    share.begin = begin;
+    share.end = end;
+    share.head_end = is_in_one_pass ? std::clamp(reach, begin, end) : end;
+    share.touched.clear();
+    share.beyond.clear();
+    if (is_in_one_pass) reach = std::max(reach, search_.reach(end) + kSearchPadding);
   }
 }
 
@@ -104,21 +140,16 @@ void PairedLoop::run(const StepLoop& loop, Method method, SortedParcels& parcels
   resize_tightly(contacts_, parcels.size());
   if (!parcels.current.slot.empty()) rough_.forget();  // copies have been moved
   rough_.follow(team_, RoughScale(loop.constants), parcels.current.position.data(), parcels.size());
-  for (unsigned thread = 0; thread < team_.size(); ++thread) {
-    const auto [begin, end] = team_.share(thread, parcels.size());
-    Share& share = shares_[thread];
-    share.begin = begin;
-    share.end = end;
-    share.touched.clear();
-    share.beyond.clear();
-  }
+  divide(parcels.size(), loop.constants.physics.parcels.contacts);
   for_terms(loop.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     if constexpr (has_contacts<Contact>) {
       team_.run([&](unsigned thread) {
-        sum_contacts<Contact, kBoundary>(loop, parcels, shares_[thread], tallies[thread]);
+        search_and_move<Contact, kBall, kBoundary>({loop, parcels, shares_[thread], tallies[thread]});
       });
     }
-    team_.run([&](unsigned thread) { move_share<kBall, kBoundary>(loop, parcels, thread, tallies[thread]); });
+    team_.run([&](unsigned thread) {
+      move_head<kBall, kBoundary>({loop, parcels, shares_[thread], tallies[thread]});
+    });
   });
 }
 

@@ -47,40 +47,44 @@ class PairedLoop {
   struct TouchedParcel {
     std::uint32_t parcel;
     ContactSums sums;
-    Parcel after;  // the step
-  };
-  struct PartOfSums {
-    std::uint32_t parcel;
-    ContactSums sums;
   };
 
-  // Working memory of a thread for its share of the parcels, begin .. end - 1.
+  // Share of a thread, begin .. end - 1, and its working memory. Parcels of other shares may be compared with
+  // those of the head, begin .. head_end - 1, which move after all searches.
   struct alignas(64) Share {
-    std::size_t begin = 0, end = 0;
-    std::vector<TouchingPair> pairs;  // whose first parcel is in the share
-    std::vector<PartOfSums> beyond;   // for parcels of other shares
-    std::vector<TouchedParcel> touched;
+    std::size_t begin = 0, head_end = 0, end = 0;
+    std::vector<TouchingPair> pairs;     // whose first parcel is in the share
+    std::vector<TouchedParcel> touched;  // parcels of the share that have not moved
+    std::vector<TouchedParcel> beyond;   // parcels of other shares
+    std::vector<TouchedParcel> due;      // those that move now
+    std::vector<Parcel> after;           // of each of `due`, after the step
     FreeFlights flights;
     bool holds(std::uint32_t i) const { return i >= begin && i < end; }
+    void add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts);
+  };
+  struct Work {
+    const StepLoop& loop;
+    SortedParcels& parcels;
+    Share& share;
+    CpuTally& tally;
   };
 
-  ContactSums& sums_of(std::uint32_t i, Share& share);
-  void add(std::uint32_t i, const ContactSums& sums, Share& share);
+  void divide(std::size_t num_parcels, bool has_contacts);
+  template <class Contact, bool kBall, Boundary kBoundary>
+  void search_and_move(const Work& work);
   template <class Contact, Boundary kBoundary>
-  void touch(const StepLoop& loop, const SortedParcels& parcels, TouchingPair pair, Share& share,
-             CpuTally& tally);
-  template <class Contact, Boundary kBoundary>
-  void sum_contacts(const StepLoop& loop, const SortedParcels& parcels, Share& share, CpuTally& tally);
+  void touch(const Work& work, TouchingPair pair);
   template <bool kBall, Boundary kBoundary>
-  void move(const StepLoop& loop, SortedParcels& parcels, Share& share, CpuTally& tally);
+  void move_head(const Work& work);
   template <bool kBall, Boundary kBoundary>
-  void move_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally);
+  void move(const Work& work, std::size_t begin, std::size_t end);
+  void list_due(Share& share, std::size_t begin, std::size_t end);
 
   ThreadTeam& team_;
   PairSearch search_;
   RoughPositions rough_;  // current ones
   std::vector<Share> shares_;
-  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of a parcel's share; 0: touches no other
+  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of the parcel's share; 0: it touches none
 };
 
 }  // namespace pf
