@@ -1,5 +1,7 @@
 #include "backend/time_step/paired_loop.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/resize.hpp"
@@ -14,6 +16,15 @@ Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
 }
 
 }  // namespace
+
+// Wide cells last longer, narrow ones hold fewer candidates. Fastest at area fractions from 0.02 to 0.65 are
+// so many parcels in a cell; much wider cells would not suit a crowd in a thin gas (measured at N = 10^5).
+double PairedLoop::cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance) {
+  constexpr double kParcelsPerCell = 1.65, kMinWidth = 1.9, kMaxWidth = 4.0;  // widths in contact distances
+  const Vec2d extent = to_double(area.high) - to_double(area.low);
+  const double area_of_cell = kParcelsPerCell * extent.x * extent.y / static_cast<double>(num_parcels);
+  return std::clamp(std::sqrt(area_of_cell), kMinWidth * contact_distance, kMaxWidth * contact_distance);
+}
 
 void PairedLoop::Share::add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts) {
   if (i < begin || i >= end) {

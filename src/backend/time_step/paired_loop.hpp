@@ -17,8 +17,8 @@ class PairedLoop {
  public:
   explicit PairedLoop(ThreadTeam& team) : team_(team), shares_(team.size()) {}
 
-  // Width of cells, in contact distances. Measured at N = 10^5 and 10^6.
-  static constexpr double kCellWidth = 2.5;
+  // Width of the cells for so many parcels in an area, position units.
+  static double cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance);
 
   // False: this processor lacks the instructions.
   static bool is_supported() { return choose_free_flight(false, Boundary::open) != nullptr; }

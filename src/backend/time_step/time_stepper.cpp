@@ -58,9 +58,10 @@ std::int64_t TimeStepper::covered_displacement(const StepConstants& constants) c
 
 void TimeStepper::sort(const StepConstants& constants, const GridArea& area, PhaseTimes& times) {
   const World& world = constants.physics.world;
-  const double width = is_plain_ ? kCellWidth : PairedLoop::kCellWidth;
-  const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()),
-                                     {width * constants.contact_distance});
+  const double distance = constants.contact_distance;
+  const double width =
+      is_plain_ ? kCellWidth * distance : PairedLoop::cell_width(area, parcels_.size(), distance);
+  const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()), {width});
   parcels_.sort(team_, grid, parcels_.current.position.data(), times);
   if (!is_plain_) paired_.prepare(parcels_, world.boundary);
   displacement_ = 0;
