@@ -22,7 +22,8 @@ Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
 double PairedLoop::cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance) {
   constexpr double kParcelsPerCell = 1.65, kMinWidth = 1.9, kMaxWidth = 4.0;  // widths in contact distances
   const Vec2d extent = to_double(area.high) - to_double(area.low);
-  const double area_of_cell = kParcelsPerCell * extent.x * extent.y / static_cast<double>(num_parcels);
+  const double area_of_cell =
+      kParcelsPerCell * extent.x * extent.y / static_cast<double>(std::max<std::size_t>(num_parcels, 1));
   return std::clamp(std::sqrt(area_of_cell), kMinWidth * contact_distance, kMaxWidth * contact_distance);
 }
 
