@@ -141,7 +141,6 @@ void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
     share.begin = begin;
     share.end = end;
     share.head_end = is_in_one_pass ? std::clamp(reach, begin, end) : end;
-    share.touched.clear();
     share.beyond.clear();
     if (is_in_one_pass) reach = std::max(reach, search_.reach(end) + kSearchPadding);
   }
