@@ -156,10 +156,14 @@ PF_VECTOR __m256i fly(const Lanes& c, const FreeFlightInput& in, std::size_t i, 
 template <bool kBall, Boundary kBoundary>
 __attribute__((PF_AVX2)) void fly_range(const FreeFlightInput& in, std::size_t begin, std::size_t end,
                                         FreeFlights& result) {
+  constexpr std::size_t kAhead = 1024;  // parcels: they are searched before they move
   const Lanes lanes = make_lanes<kBoundary>(in);
   __m256i max_displacement = _mm256_setzero_si256();
   const std::size_t whole = kBall && in.ball.reach > kMaxReach ? begin : end - (end - begin) % 8;
   for (std::size_t i = begin; i < whole; i += 8) {
+    __builtin_prefetch(in.position + i + kAhead);
+    __builtin_prefetch(in.velocity + i + kAhead);
+    __builtin_prefetch(in.id + i + kAhead);
     const __m256i ids = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(in.id + i));
     const __m256i random = mix32(_mm256_xor_si256(ids, lanes.step_key));
     const __m256i first =

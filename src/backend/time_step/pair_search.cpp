@@ -137,6 +137,7 @@ void take_pairs(unsigned mask, std::uint32_t i, std::uint32_t first, std::vector
 __attribute__((PF_AVX2)) void PairSearch::find(const SearchSpace& space, Search search,
                                                const RoughPositions& rough, std::size_t begin,
                                                std::size_t end, std::vector<TouchingPair>& pairs) const {
+  constexpr std::size_t kAhead = 256;  // parcels; the processor by itself starts anew at every page of memory
   constexpr std::size_t kBlock = 512;
   Hit hits[kBlock];
   SearchScratch scratch;
@@ -148,6 +149,8 @@ __attribute__((PF_AVX2)) void PairSearch::find(const SearchSpace& space, Search 
       const auto i = static_cast<std::uint32_t>(k);
       const Ranges r = ranges_[k];
       const __m256i centre = _mm256_set1_epi32(static_cast<int>(filter.rough[k]));
+      __builtin_prefetch(ranges_.data() + k + kAhead);
+      __builtin_prefetch(filter.rough + r.next_first + kAhead);
       const unsigned own = filter.near_bits(centre, i + 1) & r.own.bits,
                      next = filter.near_bits(centre, r.next_first) & r.next.bits;
       hits[num_hits] = {i, own | next << 8};

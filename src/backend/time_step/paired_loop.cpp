@@ -57,17 +57,28 @@ void PairedLoop::touch(const Work& work, TouchingPair pair) {
   if (!parcels.is_copy(other)) work.share.add(other, -sums, contacts_);
 }
 
+void PairedLoop::prefetch(const ParcelArrays& parcels, std::uint32_t i) const {
+  __builtin_prefetch(&parcels.position[i]);
+  __builtin_prefetch(&parcels.velocity[i]);
+  __builtin_prefetch(&parcels.id[i]);
+  __builtin_prefetch(&contacts_[i]);
+}
+
 // A parcel is compared with later ones only: it may move as soon as those up to it have been searched, unless
 // another share's are compared with it.
 template <class Contact, bool kBall, Boundary kBoundary>
 void PairedLoop::search_and_move(const Work& work) {
   constexpr std::size_t kBlock = 1024;  // whose state stays in the cache
+  constexpr std::size_t kAhead = 8;     // pairs
   Share& share = work.share;
   for (std::size_t begin = share.begin; begin < share.end; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, share.end);
     share.pairs.clear();
     search_.find(work.loop.space, work.loop.search, rough_, begin, end, share.pairs);
-    for (const TouchingPair& pair : share.pairs) touch<Contact, kBoundary>(work, pair);
+    for (std::size_t k = 0; k < share.pairs.size(); ++k) {
+      if (k + kAhead < share.pairs.size()) prefetch(work.parcels.current, share.pairs[k + kAhead].second);
+      touch<Contact, kBoundary>(work, share.pairs[k]);
+    }
     if (end > share.head_end) move<kBall, kBoundary>(work, std::max(begin, share.head_end), end);
   }
 }
@@ -89,8 +100,11 @@ void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
 
 template <bool kBall, Boundary kBoundary>
 void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
-  const auto& [loop, parcels, share, tally] = work;
-  ParcelArrays& now = parcels.current;
+  const StepLoop& loop = work.loop;
+  const SortedParcels& parcels = work.parcels;
+  ParcelArrays& now = work.parcels.current;
+  Share& share = work.share;
+  CpuTally& tally = work.tally;
   const auto finish = [&](std::uint32_t i, const ContactSums& sums) {
     return finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, parcel_at(now, i), sums, tally);
   };

@@ -72,6 +72,7 @@ class PairedLoop {
   void divide(std::size_t num_parcels, bool has_contacts);
   template <class Contact, bool kBall, Boundary kBoundary>
   void search_and_move(const Work& work);
+  void prefetch(const ParcelArrays& parcels, std::uint32_t i) const;
   template <class Contact, Boundary kBoundary>
   void touch(const Work& work, TouchingPair pair);
   template <bool kBall, Boundary kBoundary>
