@@ -120,6 +120,28 @@ TEST(PairedLoop, CrowdsEqualThePlainLoop) {
   }
 }
 
+// Pairs half a period apart, within contact distance: each sees the other on the same side.
+TEST(PairedLoop, PairsHalfAWorldApartEqualThePlainLoop) {
+  if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
+  const auto flown = [&](unsigned num_threads, bool is_plain) {
+    SceneRun run = run_of(gas(60, 0.2, Boundary::periodic), num_threads, is_plain);
+    const Vec2i half = run.physics.world.half;
+    Physics physics = run.physics;
+    physics.parcels.radius_m = 0.6 * half.y * physics.world.unit_m;
+    run.backend->set_physics(physics);
+    ParcelSnapshot state = run.backend->snapshot();
+    for (std::size_t i = 0; i < state.position.size(); i += 2) {
+      state.position[i].y = 0;
+      state.position[i + 1] = {state.position[i].x, -half.y};
+    }
+    run.backend->restore(state);
+    run.advance(3, 1e-3);
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(flown(1, false), flown(1, true));
+  EXPECT_EQ(flown(3, false), flown(1, true));
+}
+
 // Between requests contacts are switched off and on, discs shrink and grow, and one request searches all
 // pairs: nothing that is kept from the last step may be used.
 TEST(PairedLoop, ChangesBetweenRequestsAreNoticed) {

@@ -39,7 +39,8 @@ void PairedLoop::Share::add(std::uint32_t i, const ContactSums& sums, std::vecto
   touched[contacts[i] - 1].sums += sums;
 }
 
-// A contact adds opposite sums to both, so that it is computed once: for the parcel that reports it.
+// A contact adds opposite sums to both, so that it is computed once: for the parcel that reports it. Half a
+// period apart, both see the other on the same side.
 template <class Contact, Boundary kBoundary>
 void PairedLoop::touch(const Work& work, TouchingPair pair) {
   const SortedParcels& parcels = work.parcels;
@@ -49,12 +50,21 @@ void PairedLoop::touch(const Work& work, TouchingPair pair) {
   if (parcels.is_copy(self)) return;
   const Parcel one = parcel_at(parcels.current, self), two = parcel_at(parcels.current, other);
   if (is_retired(one.position) || is_retired(two.position)) return;
-  ContactSums sums;
   const StepConstants& constants = work.loop.constants;
-  const Vec2i offset = separation<kBoundary>(constants.physics.world, one.position, two.position);
+  const World& world = constants.physics.world;
+  const Vec2i offset = separation<kBoundary>(world, one.position, two.position),
+              back = separation<kBoundary>(world, two.position, one.position);
+  ContactSums sums;
   add_contact<Contact>(constants, one, two, offset, sums, work.tally);
   work.share.add(self, sums, contacts_);
-  if (!parcels.is_copy(other)) work.share.add(other, -sums, contacts_);
+  if (parcels.is_copy(other)) return;
+  if (offset.x + back.x == 0 && offset.y + back.y == 0) {
+    work.share.add(other, -sums, contacts_);
+  } else {
+    ContactSums of_other;
+    add_contact<Contact>(constants, two, one, back, of_other, work.tally);
+    work.share.add(other, of_other, contacts_);
+  }
 }
 
 void PairedLoop::prefetch(const ParcelArrays& parcels, std::uint32_t i) const {
