@@ -23,8 +23,8 @@ constexpr double kRounder = 6755399441055744.0;  // 1.5 * 2^52
 // The same for multiples of 2^-32 of a number of magnitude below 2^19.
 constexpr double kFineRounder = 0x1p-32 * kRounder;
 
-// Twice as far apart as the lanes of a pair: from the mix of four parcels, in both halves of a register, the
-// random bits of round_at_random for two of them, 16 for x and 16 for y, times 2^16.
+// Shuffles of the mixed ids of four parcels, in both halves of a register, into the random bits of
+// round_at_random for two of them: 16 for x and 16 for y, times 2^16.
 PF_VECTOR __m256i bits_of_first_two() {
   const char z = -1;
   return _mm256_set_epi8(z, z, z, z, 5, 4, z, z, z, z, z, z, 7, 6, z, z,  //

@@ -17,8 +17,8 @@ Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
 
 }  // namespace
 
-// Wide cells last longer, narrow ones hold fewer candidates. Fastest at area fractions from 0.02 to 0.65 are
-// so many parcels in a cell; much wider cells would not suit a crowd in a thin gas (measured at N = 10^5).
+// Wide cells last longer, narrow ones hold fewer candidates. These are fastest at area fractions 0.1 to 0.65
+// (N = 10^5). A thinner gas would want wider cells, but a crowd in it would not.
 double PairedLoop::cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance) {
   constexpr double kParcelsPerCell = 1.65, kMinWidth = 1.9, kMaxWidth = 4.0;  // widths in contact distances
   const Vec2d extent = to_double(area.high) - to_double(area.low);
