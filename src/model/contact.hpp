@@ -24,7 +24,24 @@ struct ContactSums {
   std::int64_t velocity_y = 0;
   std::int64_t push_x = 0;  // counts of 1 / kPushOutUnit position units
   std::int64_t push_y = 0;
+
+  PF_HD ContactSums& operator+=(const ContactSums& o) {
+    velocity_x += o.velocity_x;
+    velocity_y += o.velocity_y;
+    push_x += o.push_x;
+    push_y += o.push_y;
+    return *this;
+  }
 };
+
+// What a contact adds for the other parcel of the pair. The smallest integer, which stands for a change that
+// is not finite, is its own opposite.
+PF_HD inline ContactSums operator-(const ContactSums& sums) {
+  const auto opposite = [](std::int64_t sum) {
+    return static_cast<std::int64_t>(0U - static_cast<std::uint64_t>(sum));
+  };
+  return {opposite(sums.velocity_x), opposite(sums.velocity_y), opposite(sums.push_x), opposite(sums.push_y)};
+}
 
 // Geometry of a touching pair, seen from self. Coincident centres get the normal (1, 0), from the lower id to
 // the higher one.

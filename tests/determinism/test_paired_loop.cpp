@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <string>
 
 #include "backend/cpu_backend.hpp"
@@ -79,19 +80,117 @@ TEST(PairedLoop, EqualsThePlainLoop) {
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     SceneRun plain = run_of(c.settings, 1, true);
-    SceneRun one = run_of(c.settings, 1, false), three = run_of(c.settings, 3, false);
+    SceneRun one = run_of(c.settings, 1, false), three = run_of(c.settings, 3, false),
+             seven = run_of(c.settings, 7, false);
     for (int request = 0; request < 4; ++request) {
       const StepTotals expected = plain.advance(25, c.dt_s).totals;
       expect_same(one.advance(25, c.dt_s).totals, expected);
       expect_same(three.advance(25, c.dt_s).totals, expected);
+      expect_same(seven.advance(25, c.dt_s).totals, expected);
       ASSERT_EQ(one.backend->state_hash(), plain.backend->state_hash());
       ASSERT_EQ(three.backend->state_hash(), plain.backend->state_hash());
+      ASSERT_EQ(seven.backend->state_hash(), plain.backend->state_hash());
       num_hits += expected.num_ball_hits;
       num_retired += expected.num_retired;
     }
   }
   EXPECT_GT(num_hits, 300U);
   EXPECT_GT(num_retired, 1000U);
+}
+
+// In a hundredth of the width of the world: hundreds of candidates for each parcel.
+TEST(PairedLoop, CrowdsEqualThePlainLoop) {
+  if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
+  for (const Boundary boundary : {Boundary::walls, Boundary::periodic}) {
+    const Settings settings = gas(1500, 0.0001, boundary);
+    SceneRun plain = run_of(settings, 1, true), one = run_of(settings, 1, false),
+             three = run_of(settings, 3, false);
+    ParcelSnapshot crowd = plain.backend->snapshot();
+    for (std::size_t i = 0; i < 1400; ++i)
+      crowd.position[i] = {crowd.position[i].x / 100, crowd.position[i].y / 100};
+    for (SceneRun* run : {&plain, &one, &three}) run->backend->restore(crowd);
+    for (int request = 0; request < 4; ++request) {
+      const StepTotals expected = plain.advance(5, 0.02).totals;
+      EXPECT_GT(expected.num_collisions, 200U);
+      expect_same(one.advance(5, 0.02).totals, expected);
+      expect_same(three.advance(5, 0.02).totals, expected);
+      ASSERT_EQ(one.backend->state_hash(), plain.backend->state_hash());
+      ASSERT_EQ(three.backend->state_hash(), plain.backend->state_hash());
+    }
+  }
+}
+
+// Pairs half a period apart, within contact distance: each sees the other on the same side.
+TEST(PairedLoop, PairsHalfAWorldApartEqualThePlainLoop) {
+  if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
+  const auto flown = [&](unsigned num_threads, bool is_plain) {
+    SceneRun run = run_of(gas(60, 0.2, Boundary::periodic), num_threads, is_plain);
+    const Vec2i half = run.physics.world.half;
+    Physics physics = run.physics;
+    physics.parcels.radius_m = 0.6 * half.y * physics.world.unit_m;
+    run.backend->set_physics(physics);
+    ParcelSnapshot state = run.backend->snapshot();
+    for (std::size_t i = 0; i < state.position.size(); i += 2) {
+      state.position[i].y = 0;
+      state.position[i + 1] = {state.position[i].x, -half.y};
+    }
+    run.backend->restore(state);
+    run.advance(3, 1e-3);
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(flown(1, false), flown(1, true));
+  EXPECT_EQ(flown(3, false), flown(1, true));
+}
+
+// Between requests contacts are switched off and on, discs shrink and grow, and one request searches all
+// pairs: nothing that is kept from the last step may be used.
+TEST(PairedLoop, ChangesBetweenRequestsAreNoticed) {
+  if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
+  const Settings settings = gas(1000, 0.3);
+  const auto flown = [&](unsigned num_threads, bool is_plain) {
+    SceneRun run = run_of(settings, num_threads, is_plain);
+    std::vector<std::uint64_t> hashes;
+    for (int request = 0; request < 60; ++request) {
+      Physics physics = run.physics;
+      physics.parcels.contacts = request % 3 != 1;
+      physics.parcels.radius_m *= request % 4 == 3 ? 0.7 : 1.0;
+      run.backend->set_physics(physics);
+      run.settings.neighbors = request % 5 == 2 ? Neighbors::all_pairs : Neighbors::grid;
+      run.advance(1, 0.03);
+      hashes.push_back(run.backend->state_hash());
+    }
+    return hashes;
+  };
+  const std::vector<std::uint64_t> expected = flown(1, true);
+  EXPECT_EQ(flown(1, false), expected);
+  EXPECT_EQ(flown(3, false), expected);
+}
+
+// Contact distances from 3 units to half of the world. Rounding must lose no pair, and add few.
+TEST(RoughPositions, NoContactIsMissed) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> angle(0.0, 2.0 * kPi), place(-0x1p30, 0x1p30);
+  for (double contact_distance = 3.0; contact_distance < 0x1p30; contact_distance *= 1.37) {
+    StepConstants c;
+    c.filter_distance2 = static_cast<float>(contact_distance * contact_distance * (1.0 + 1e-5));
+    const RoughScale scale(c);
+    const auto looks_near = [&](double distance) {
+      const double turn = angle(random);
+      const Vec2d from{place(random), place(random)};
+      const Vec2d to = from + Vec2d{std::cos(turn), std::sin(turn)} * distance;
+      const auto at = [&](Vec2d p) {
+        return scale(
+            {static_cast<std::int32_t>(std::floor(p.x)), static_cast<std::int32_t>(std::floor(p.y))});
+      };
+      const std::uint32_t a = at(from), b = at(to);
+      const auto x = static_cast<std::int16_t>(b - a), y = static_cast<std::int16_t>((b >> 16) - (a >> 16));
+      return x * x + y * y < scale.limit();
+    };
+    for (int k = 0; k < 3000; ++k) {
+      ASSERT_TRUE(looks_near(std::max(contact_distance - 1.5, 0.0))) << contact_distance;
+      ASSERT_FALSE(looks_near(contact_distance * 1.002 + 4.0)) << contact_distance;
+    }
+  }
 }
 
 // Velocities that no step can follow: not a number, infinite, the largest float, and one of a world in a

@@ -129,8 +129,8 @@ TEST_F(Domains, GiveTheSameBitsWhereMostDomainsAreEmpty) {
   EXPECT_GT(totals.num_ball_hits, 0U);
 }
 
-// Rows of two parcels around the border, 1.9 diameters apart. They meet shortly before the next sort, when
-// each has covered 0.6 diameters. The others have left the world: parcels are dense, and margins thin.
+// Rows of two parcels around the border, 1.8 diameters apart. They meet shortly before the next sort, when
+// each has covered 0.42 diameters. The others have left the world: parcels are dense, and margins thin.
 TEST_F(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
   Settings s = busy_court(Boundary::open);
   s.ball_present = false;
@@ -142,12 +142,12 @@ TEST_F(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
   for (std::size_t i = 0; i < state.position.size(); ++i) {
     const bool is_left = i % 2 == 0;
     const std::int32_t y = (static_cast<std::int32_t>(i / 2) - 4) * 3 * diameter;
-    state.position[i] = i < 16 ? Vec2i{is_left ? -1 : diameter / 10 * 19, y} : Vec2i{kRetired, 0};
+    state.position[i] = i < 16 ? Vec2i{is_left ? -1 : diameter / 10 * 18, y} : Vec2i{kRetired, 0};
     state.velocity[i] = {is_left ? 1.0F : -1.0F, 0.0F};
   }
   for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(state);
-  for (int k = 0; k < 3; ++k) EXPECT_EQ(pair.expect_same_steps(1, 0.2 * diameter_m).num_collisions, 0U);
-  const StepTotals totals = pair.expect_same_steps(1, 0.2 * diameter_m);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(pair.expect_same_steps(1, 0.14 * diameter_m).num_collisions, 0U);
+  const StepTotals totals = pair.expect_same_steps(1, 0.14 * diameter_m);
   EXPECT_EQ(totals.num_collisions, 8U);
   EXPECT_EQ(totals.num_sorts, 0U);
 }

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
+#include <random>
 
 #include "backend/backend.hpp"
 #include "backend/cpu_tally.hpp"
@@ -86,6 +88,45 @@ TEST(TwoBody, CoincidentCentresSeparateAlongTheFixedNormal) {
   EXPECT_EQ(of_low.velocity_y, 0);
   EXPECT_LT(of_low.push_x, 0) << "the lower id goes to -x";
   EXPECT_EQ(of_low.push_x, -of_high.push_x);
+}
+
+// The CPU computes a contact once, for the lower id, and takes the opposite sums for the other: so any law
+// must be odd, to the bit, also where velocities are not finite.
+template <class Contact>
+void expect_opposite_sums(const StepConstants& c, const Parcel& low, const Parcel& high) {
+  CpuTally once, none;
+  ContactSums of_low, of_high;
+  const Vec2i offset = high.position - low.position;
+  add_contact<Contact>(c, low, high, offset, of_low, once);
+  add_contact<Contact>(c, high, low, {-offset.x, -offset.y}, of_high, none);
+  const ContactSums opposite = -of_low;
+  EXPECT_EQ(of_high.velocity_x, opposite.velocity_x);
+  EXPECT_EQ(of_high.velocity_y, opposite.velocity_y);
+  EXPECT_EQ(of_high.push_x, opposite.push_x);
+  EXPECT_EQ(of_high.push_y, opposite.push_y);
+  EXPECT_EQ(none.num_collisions, 0U);
+  EXPECT_EQ(none.impulse_sum, 0);
+  EXPECT_EQ(none.max_overlap, 0.0F);
+  EXPECT_GE(once.max_overlap, 0.0F);
+}
+
+TEST(TwoBody, ContactsAddOppositeSums) {
+  const StepConstants c = make_step_constants(pair_physics(0.7), 1e-3, 0.01);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-1.0, 1.0), power(-3.0, 3.0);
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const float odd[] = {kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), 3e38F, -0.0F};
+  for (int k = 0; k < 2000; ++k) {
+    const auto coordinate = [&] { return static_cast<std::int32_t>(place(random) * c.contact_distance); };
+    const auto speed = [&] { return static_cast<float>(place(random) * std::pow(10.0, power(random))); };
+    Parcel low{{0, 0}, {speed(), speed()}, 3}, high{{coordinate(), coordinate()}, {speed(), speed()}, 8};
+    if (k % 10 == 0) high.position = low.position;
+    if (k % 7 == 0) low.velocity.x = odd[k % 5];
+    if (k % 11 == 0) high.velocity.y = odd[k % 5];
+    expect_opposite_sums<ImpulseContact>(c, low, high);
+    expect_opposite_sums<SpringContact>(c, low, high);
+    expect_opposite_sums<PushOutContact>(c, low, high);
+  }
 }
 
 struct BallCase {

@@ -2,7 +2,7 @@
 //
 // Most parcels of most steps touch no other, and are far from ball and edge. finish_step
 // (model/time_step.hpp) then only adds velocity times step and rounds. This loop does that with vector
-// instructions, to the same bits, and lists the others.
+// instructions, to the same bits, and lists the parcels that ball or edge may act on.
 #pragma once
 
 #include <cstddef>
@@ -14,27 +14,25 @@
 
 namespace pf {
 
-// Arrays by parcel. next_*: after the step.
+// Arrays by parcel.
 struct FreeFlightInput {
   const StepConstants& constants;
   const BallMotion& ball;
   std::uint32_t step_key;
-  const Vec2i* position;
   const Vec2f* velocity;
   const std::uint32_t* id;
-  const std::uint32_t* contacts;  // 0: the parcel touches no other
-  Vec2i* next_position;
-  Vec2f* next_velocity;
+  Vec2i* position;       // before the step, and then after it
+  std::uint32_t* rough;  // after the step; see rough_positions.hpp
+  std::int32_t rough_shift;
 };
 
 // Result of a loop over a range of parcels.
 struct FreeFlights {
   std::vector<std::uint32_t> others;  // parcels whose step is still to be done, in order
-  std::int32_t max_displacement = 0;  // of all but the others: position units, along an axis
-  float max_speed2 = 0.0F;            // of all but the others, (m/s)^2
+  std::int32_t max_displacement = 0;  // at least that of all but the others: position units, along an axis
 };
 
-// Moves the parcels begin .. end - 1 and writes their next state, except that of result.others.
+// Moves the parcels begin .. end - 1, except result.others, as if none touched another.
 using FreeFlight = void (*)(const FreeFlightInput& in, std::size_t begin, std::size_t end,
                             FreeFlights& result);
 

@@ -9,12 +9,18 @@
 #include <vector>
 
 #include "backend/neighbour_search.hpp"
-#include "core/thread_team.hpp"
+#include "backend/time_step/rough_positions.hpp"
 
 namespace pf {
 
 struct TouchingPair {
   std::uint32_t first, second;  // places in memory order
+};
+
+// Number of parcels in a range: a bit for each of the first eight, and how many there are beyond.
+struct ParcelCount {
+  static constexpr std::uint32_t kMax = 8 + 254;
+  std::uint8_t bits, more;
 };
 
 class PairSearch {
@@ -26,22 +32,31 @@ class PairSearch {
   void prepare(ThreadTeam& team, const GridShape& grid, Boundary boundary, std::size_t num_parcels,
                const std::vector<std::uint32_t>& cell_start);
   // Appends the pairs whose first parcel is among begin .. end - 1 and whose squared distance is below
-  // space.filter_distance2. search: for parcels near a periodic edge. Needs AVX2.
-  void find(const SearchSpace& space, Search search, std::size_t begin, std::size_t end,
-            std::vector<TouchingPair>& pairs) const;
+  // space.filter_distance2, with a few others. search: for parcels near a periodic edge, or in a crowd. Only
+  // reads positions of parcels from begin to reach(end) + kSearchPadding. Needs AVX2.
+  void find(const SearchSpace& space, Search search, const RoughPositions& rough, std::size_t begin,
+            std::size_t end, std::vector<TouchingPair>& pairs) const;
+  // True if partners of some parcels are found by `search`, which compares them with any.
+  bool has_boxes() const { return has_boxes_; }
+  // Otherwise parcels before `end` are compared with none from here on.
+  std::size_t reach(std::size_t end) const;
   std::uint64_t memory_bytes() const { return sizeof(Ranges) * ranges_.capacity(); }
 
  private:
-  // What a parcel is compared with: those after it up to own_last, and next_first .. next_last - 1 in the row
-  // of cells above.
+  // What a parcel is compared with: those that follow it, and those from next_first in the row of cells
+  // above.
   struct Ranges {
-    std::uint32_t own_last, next_first, next_last;
+    std::uint32_t next_first;
+    ParcelCount own, next;
   };
-  void prepare_row(const GridShape& grid, Boundary boundary, const std::vector<std::uint32_t>& cell_start,
-                   std::size_t row);
-  // True if the pair of these two is found at i.
-  bool looks_at(std::uint32_t i, std::uint32_t j) const;
+  static constexpr std::uint8_t kByBox = 255;  // own.more of a parcel whose partners `search` finds
 
+  // Returns true if partners of some are found by box.
+  bool prepare_row(const GridShape& grid, Boundary boundary, const std::vector<std::uint32_t>& cell_start,
+                   std::size_t row);
+
+  std::size_t num_in_cells_ = 0;  // parcels, without the retired ones that follow
+  bool has_boxes_ = false;
   std::vector<Ranges> ranges_;
 };
 

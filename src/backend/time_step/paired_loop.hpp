@@ -17,8 +17,8 @@ class PairedLoop {
  public:
   explicit PairedLoop(ThreadTeam& team) : team_(team), shares_(team.size()) {}
 
-  // Width of cells, in contact distances. Measured at N = 10^5 and 10^6.
-  static constexpr double kCellWidth = 2.5;
+  // Width of the cells for so many parcels in an area, position units.
+  static double cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance);
 
   // False: this processor lacks the instructions.
   static bool is_supported() { return choose_free_flight(false, Boundary::open) != nullptr; }
@@ -32,12 +32,15 @@ class PairedLoop {
   // To be called after every sort.
   void prepare(const SortedParcels& parcels, Boundary boundary) {
     search_.prepare(team_, parcels.grid, boundary, parcels.size(), parcels.cell_start);
+    rough_.forget();
   }
-  // Writes the state after the step to parcels.next. Adds to the tallies, one for each thread.
+  // To be called after any other change of positions than by run().
+  void forget_positions() { rough_.forget(); }
+  // Makes a step in place. Adds to the tallies, one for each thread; displacements may be too large.
   void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
 
   std::uint64_t memory_bytes() const {
-    return search_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
+    return search_.memory_bytes() + rough_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
   }
 
  private:
@@ -46,32 +49,43 @@ class PairedLoop {
     ContactSums sums;
   };
 
-  // Working memory of a thread for its share of the parcels, begin .. end - 1.
+  // Share of a thread, begin .. end - 1, and its working memory. Parcels of other shares may be compared with
+  // those of the head, begin .. head_end - 1, which move after all searches.
   struct alignas(64) Share {
-    std::size_t begin = 0, end = 0;
-    std::vector<TouchingPair> pairs;   // whose first parcel is in the share
-    std::vector<TouchingPair> beyond;  // those of them whose second parcel is not
-    std::vector<TouchedParcel> touched;
+    std::size_t begin = 0, head_end = 0, end = 0;
+    std::vector<TouchingPair> pairs;     // whose first parcel is in the share
+    std::vector<TouchedParcel> touched;  // parcels of the share that have not moved
+    std::vector<TouchedParcel> beyond;   // parcels of other shares
+    std::vector<TouchedParcel> due;      // those that move now
+    std::vector<Parcel> after;           // of each of `due`, after the step
     FreeFlights flights;
     bool holds(std::uint32_t i) const { return i >= begin && i < end; }
+    void add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts);
+  };
+  struct Work {
+    const StepLoop& loop;
+    SortedParcels& parcels;
+    Share& share;
+    CpuTally& tally;
   };
 
-  void find_pairs(const StepLoop& loop, Share& share) const;
-  template <class Contact, Boundary kBoundary>
-  void sum_contacts(const StepLoop& loop, const SortedParcels& parcels, Share& share, CpuTally& tally);
-  template <class Contact, Boundary kBoundary>
-  void add(const StepLoop& loop, const SortedParcels& parcels, std::uint32_t self, std::uint32_t other,
-           Share& share, CpuTally& tally);
-  ContactSums& sums_of(std::uint32_t i, Share& share);
-  template <bool kBall, Boundary kBoundary>
-  void move(const StepLoop& loop, SortedParcels& parcels, Share& share, CpuTally& tally);
+  void divide(std::size_t num_parcels, bool has_contacts);
   template <class Contact, bool kBall, Boundary kBoundary>
-  void run_share(const StepLoop& loop, SortedParcels& parcels, unsigned thread, CpuTally& tally);
+  void search_and_move(const Work& work);
+  void prefetch(const ParcelArrays& parcels, std::uint32_t i) const;
+  template <class Contact, Boundary kBoundary>
+  void touch(const Work& work, TouchingPair pair);
+  template <bool kBall, Boundary kBoundary>
+  void move_head(const Work& work);
+  template <bool kBall, Boundary kBoundary>
+  void move(const Work& work, std::size_t begin, std::size_t end);
+  void list_due(Share& share, std::size_t begin, std::size_t end);
 
   ThreadTeam& team_;
   PairSearch search_;
+  RoughPositions rough_;  // current ones
   std::vector<Share> shares_;
-  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of a parcel's share; 0: touches no other
+  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of the parcel's share; 0: it touches none
 };
 
 }  // namespace pf

@@ -58,9 +58,10 @@ std::int64_t TimeStepper::covered_displacement(const StepConstants& constants) c
 
 void TimeStepper::sort(const StepConstants& constants, const GridArea& area, PhaseTimes& times) {
   const World& world = constants.physics.world;
-  const double width = is_plain_ ? kCellWidth : PairedLoop::kCellWidth;
-  const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()),
-                                     {width * constants.contact_distance});
+  const double distance = constants.contact_distance;
+  const double width =
+      is_plain_ ? kCellWidth * distance : PairedLoop::cell_width(area, parcels_.size(), distance);
+  const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()), {width});
   parcels_.sort(team_, grid, parcels_.current.position.data(), times);
   if (!is_plain_) paired_.prepare(parcels_, world.boundary);
   displacement_ = 0;
@@ -99,15 +100,16 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
   if (range == nullptr) {
     paired_.run(loop, step.method, parcels_, tallies);
   } else {
+    paired_.forget_positions();
     team_.run([&](unsigned thread) {
       CpuTally tally;
       const auto [begin, end] = team_.share(thread, parcels_.size());
       (this->*range)(loop, begin, end, tally);
       tallies[thread] = tally;
     });
+    std::swap(parcels_.current.position, parcels_.next.position);
+    std::swap(parcels_.current.velocity, parcels_.next.velocity);
   }
-  std::swap(parcels_.current.position, parcels_.next.position);
-  std::swap(parcels_.current.velocity, parcels_.next.velocity);
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
   return sum;
