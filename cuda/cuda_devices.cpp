@@ -102,6 +102,8 @@ DeviceLimits device_limits() {
       limits.floats_per_double = static_cast<std::uint32_t>(number_of(limit, kDoubles.size()));
     } else if (limit.starts_with(kSolver)) {
       limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size()));
+      if (limits.solver_blocks > 2)
+        throw UserError(fmt::format("{}: {} takes 1 or 2", kLimitsVariable, in_quotes(limit)));
     } else {
       throw UserError(
           fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, "

@@ -63,7 +63,7 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
 }
 
 // Calls visit(j) for every parcel within the circle of those of indices in [first, last). Two at a time,
-// since few come; reads one beyond the last. Nothing writes positions while the kernel runs.
+// since few come; reads one beyond the last. Nothing writes positions after begin_in_turn().
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_range(const DeviceSearch& space, const Vec2i* position,
                                              const SearchCircle& circle, std::uint32_t first,

@@ -82,7 +82,7 @@ class CudaDomainGpus final : public DomainGpus {
                                    std::string& why) override {
     std::vector<CudaDomain*> here;
     for (const auto& domain : domains) here.push_back(static_cast<CudaDomain*>(domain.get()));
-    return carrier.num_ranks() == 1 ? link_peers(std::move(here)) : link_ranks(here, carrier, why);
+    return carrier.num_ranks() == 1 ? link_peers(std::move(here), why) : link_ranks(here, carrier, why);
   }
 
   double measure_copy_bandwidth(std::size_t num_bytes) override {

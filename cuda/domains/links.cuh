@@ -11,7 +11,7 @@
 namespace pf {
 
 // Between all domains of the world, which are those of this process.
-std::unique_ptr<MotionLink> link_peers(std::vector<CudaDomain*> domains);
+std::unique_ptr<MotionLink> link_peers(std::vector<CudaDomain*> domains, std::string& why);
 
 // Between the domains of this rank and those of others, by NCCL; null with the reason if a rank cannot. All
 // ranks call it, and get the same.

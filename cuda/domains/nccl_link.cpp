@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
 
@@ -44,8 +45,16 @@ class Communicator {
   template <class Exchange>
   void group(const Exchange& exchange) {
     check(ncclGroupStart(), "ncclGroupStart");
-    exchange();
-    check(ncclGroupEnd(), "ncclGroupEnd");
+    try {
+      exchange();
+    } catch (...) {
+      ncclGroupEnd();
+      abort();
+      throw;
+    }
+    const ncclResult_t result = ncclGroupEnd();
+    if (result != ncclSuccess && result != ncclInProgress) abort();
+    check(result, "ncclGroupEnd");
     wait("a transfer between processes", kPatience_ms, [] { return true; });
   }
   void send(CudaDomain::Motion motion, unsigned rank, cudaStream_t stream) {
@@ -59,17 +68,21 @@ class Communicator {
           "ncclRecv");
   }
   // Until NCCL works on nothing and have_ended(). After an error or too long a time the GPU's part is
-  // stopped, since a stream would wait for it without end.
+  // stopped, since a stream would wait for it without end. Time in which this process was stopped does not
+  // count.
   template <class Ended>
   void wait(const char* what, double patience_ms, const Ended& have_ended) {
-    const Clock::time_point start = Clock::now();
-    while (true) {
+    constexpr double kLongestTurn_ms = 100.0;
+    double waited_ms = 0.0;
+    for (Clock::time_point last = Clock::now(), now = last;; last = now) {
+      now = Clock::now();
+      waited_ms += std::min(std::chrono::duration<double, std::milli>(now - last).count(), kLongestTurn_ms);
       ncclResult_t state = ncclSuccess;
       const ncclResult_t result = ncclCommGetAsyncError(handle_, &state);
       if (result != ncclSuccess) state = result;
       const bool is_working = state == ncclInProgress;
       if (state == ncclSuccess && have_ended()) return;
-      const bool is_late = milliseconds_since(start) > patience_ms;
+      const bool is_late = waited_ms > patience_ms;
       if ((state == ncclSuccess || is_working) && !is_late) continue;
       abort();
       check(state, what);

@@ -29,9 +29,10 @@ RankFacts facts_of(const std::vector<CudaDomain*>& domains) {
   facts.num_domains = static_cast<unsigned>(domains.size());
   const char* sharing = std::getenv(kSharingVariable);
   facts.may_share = sharing != nullptr && std::strcmp(sharing, "1") == 0 && facts.version >= kSharingVersion;
+  // Throws nothing, since the others wait for this. A GPU without a name shares with all that have none.
   cudaDeviceProp properties{};
-  PF_CUDA(cudaGetDeviceProperties(&properties, domains[0]->device()));
-  facts.gpu = properties.uuid;
+  if (cudaGetDeviceProperties(&properties, domains[0]->device()) == cudaSuccess) facts.gpu = properties.uuid;
+  cudaGetLastError();
   return facts;
 }
 

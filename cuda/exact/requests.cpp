@@ -33,7 +33,10 @@ ParcelPointers CudaBackend::current_parcels() const {
 
 void CudaBackend::check_room_for_exact(bool with_contact_ticks) const {
   const auto free_bytes = static_cast<double>(usable_memory_bytes());
-  const double needed = (ExactMemory::kBytesPerParcel + (with_contact_ticks ? 8.0 : 0.0)) * capacity_;
+  double needed = (ExactMemory::kBytesPerParcel + (with_contact_ticks ? 8.0 : 0.0)) * capacity_;
+  needed -= static_cast<double>(exact_memory_.bytes());  // freed before the new ones are allocated
+  for (const DeviceParcels* parcels : {&current_, &next_})
+    needed -= static_cast<double>(parcels->tick.bytes() + parcels->last_contact_tick.bytes());
   if (needed <= 0.95 * free_bytes) return;
   throw UserError(fmt::format(
       "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}",

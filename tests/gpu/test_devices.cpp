@@ -89,8 +89,10 @@ TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").num_multiprocessors, 4U);
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").memory_bytes, 500'000'000U);
   EXPECT_EQ(read("solver_blocks=2").solver_blocks, 2U);
+  EXPECT_EQ(read("floats_per_double=64").floats_per_double, 64U);
   EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
-  for (const char* wrong : {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x"})
+  for (const char* wrong :
+       {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x", "solver_blocks=3"})
     EXPECT_THROW(read(wrong), UserError) << wrong;
   ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
 }
