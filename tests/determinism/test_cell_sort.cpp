@@ -76,7 +76,9 @@ void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArra
     }
     EXPECT_EQ(cell_start.back(), num);
   }
-  if (for_all_threads) EXPECT_EQ(cell_sort.num_slices(), num_threads);
+  if (for_all_threads) {
+    EXPECT_EQ(cell_sort.num_slices(), num_threads);
+  }
 }
 
 // With more threads than there are counts for, parcels in any order make slices share them; those that lie
