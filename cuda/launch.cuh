@@ -10,8 +10,8 @@
 
 namespace pf {
 
-// The first statement of a kernel that launch_in_turn() launches, beside its shared memory. All that earlier
-// kernels wrote can be read after it. The next kernel may start once all blocks of this one have come here.
+// The first statement of a kernel that launch_in_turn() launches. All that earlier kernels wrote can be read
+// after it. The next kernel may start once all blocks of this one have come here.
 __device__ inline void begin_in_turn() {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();

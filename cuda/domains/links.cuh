@@ -20,6 +20,7 @@ std::unique_ptr<MotionLink> link_ranks(const std::vector<CudaDomain*>& domains, 
 
 // 10000 * major + 100 * minor + patch; 0: the program was built without NCCL.
 int nccl_version();
+std::string nccl_version_text(int version);
 
 // Each rank has one domain, and a version of NCCL that can connect them. As link_ranks.
 std::unique_ptr<MotionLink> link_by_nccl(CudaDomain& domain, Carrier& carrier, std::string& why);

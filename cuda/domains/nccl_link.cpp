@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 
@@ -74,14 +73,13 @@ class Communicator {
   void wait(const char* what, double patience_ms, const Ended& have_ended) {
     constexpr double kLongestTurn_ms = 100.0;
     double waited_ms = 0.0;
-    for (Clock::time_point last = Clock::now(), now = last;; last = now) {
-      now = Clock::now();
-      waited_ms += std::min(std::chrono::duration<double, std::milli>(now - last).count(), kLongestTurn_ms);
+    for (Clock::time_point last = Clock::now();; last = Clock::now()) {
       ncclResult_t state = ncclSuccess;
       const ncclResult_t result = ncclCommGetAsyncError(handle_, &state);
       if (result != ncclSuccess) state = result;
       const bool is_working = state == ncclInProgress;
       if (state == ncclSuccess && have_ended()) return;
+      waited_ms += std::min(milliseconds_since(last), kLongestTurn_ms);
       const bool is_late = waited_ms > patience_ms;
       if ((state == ncclSuccess || is_working) && !is_late) continue;
       abort();
@@ -120,7 +118,7 @@ class NcclLink final : public MotionLink {
     try_around(carrier.rank());
   }
 
-  std::string name() const override { return fmt::format("NCCL {}", version_text()); }
+  std::string name() const override { return fmt::format("NCCL {}", nccl_version_text(nccl_version())); }
 
   // Also waits on the host for the end, to hear of errors. Meanwhile the GPU sums the contacts of own
   // parcels.
@@ -136,11 +134,6 @@ class NcclLink final : public MotionLink {
     domain_.note_transfers();
     communicator_.wait("motion of another process", kPatience_ms,
                        [&] { return domain_.have_transfers_ended(); });
-  }
-
-  static std::string version_text() {
-    const int version = nccl_version();
-    return fmt::format("{}.{}.{}", version / 10000, version / 100 % 100, version % 100);
   }
 
  private:
@@ -235,7 +228,7 @@ std::unique_ptr<MotionLink> link_by_nccl(CudaDomain& domain, Carrier& carrier, s
   std::vector<Outcome> all(carrier.num_ranks());
   carrier.all_gather(&mine, sizeof(mine), all.data());
   if (const Outcome* failed = worst(all)) {
-    why = fmt::format("NCCL {} does not work: {}", NcclLink::version_text(), failed->error.data());
+    why = fmt::format("NCCL {} does not work: {}", nccl_version_text(nccl_version()), failed->error.data());
     return nullptr;
   }
   domain.link();

@@ -36,10 +36,6 @@ RankFacts facts_of(const std::vector<CudaDomain*>& domains) {
   return facts;
 }
 
-std::string text_of(int version) {
-  return fmt::format("{}.{}.{}", version / 10000, version / 100 % 100, version % 100);
-}
-
 // Two ranks on one GPU.
 std::optional<std::pair<std::size_t, std::size_t>> sharing_ranks(const std::vector<RankFacts>& all) {
   for (std::size_t b = 0; b < all.size(); ++b) {
@@ -58,8 +54,8 @@ std::string obstacle(const std::vector<RankFacts>& all) {
       return rank == 0 ? "the program is built without it"
                        : fmt::format("the program of process {} is built without it", rank);
     if (all[rank].version != all[0].version)
-      return fmt::format("its version is {} in process {}, {} in process 0", text_of(all[rank].version), rank,
-                         text_of(all[0].version));
+      return fmt::format("its version is {} in process {}, {} in process 0",
+                         nccl_version_text(all[rank].version), rank, nccl_version_text(all[0].version));
     if (all[rank].num_domains != 1) return "it needs one domain for each process";
     may_share = may_share && all[rank].may_share;
   }
@@ -73,6 +69,10 @@ std::string obstacle(const std::vector<RankFacts>& all) {
 
 }  // namespace
 
+std::string nccl_version_text(int version) {
+  return fmt::format("{}.{}.{}", version / 10000, version / 100 % 100, version % 100);
+}
+
 std::unique_ptr<MotionLink> link_ranks(const std::vector<CudaDomain*>& domains, Carrier& carrier,
                                        std::string& why) {
   const RankFacts mine = facts_of(domains);
@@ -80,7 +80,7 @@ std::unique_ptr<MotionLink> link_ranks(const std::vector<CudaDomain*>& domains, 
   carrier.all_gather(&mine, sizeof(mine), all.data());
   const std::string reason = obstacle(all);
   if (reason.empty()) return link_by_nccl(*domains[0], carrier, why);
-  const std::string version = all[0].version > 0 ? " " + text_of(all[0].version) : "";
+  const std::string version = all[0].version > 0 ? " " + nccl_version_text(all[0].version) : "";
   why = fmt::format("NCCL{} is not used: {}", version, reason);
   return nullptr;
 }

@@ -9,6 +9,7 @@
 #include <limits>
 #include <thread>
 
+#include "backend/cell_sort.hpp"
 #include "core/error.hpp"
 #include "model/parcel.hpp"
 
@@ -41,13 +42,13 @@ std::uint64_t address_space_left_bytes() {
 }  // namespace
 
 std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threads, Method method) {
-  constexpr std::uint64_t kMostCounts = 4;  // of a cell, by threads that sort
   const std::uint64_t machine = std::max(1U, std::thread::hardware_concurrency());
   const std::uint64_t threads = num_threads > 0 ? static_cast<std::uint64_t>(num_threads) : machine;
   const auto n = static_cast<std::uint64_t>(num_parcels);
   const std::uint64_t num_cells = 2 * (n + 1);
   const std::uint64_t of_method = method == Method::exact ? 2 * 8 + 3 * 4 + 2 + 28 : 0;
-  return n * (2 * 20 + 4 + 12 + 4 + of_method) + num_cells * 4 * (1 + std::min(threads, kMostCounts));
+  return n * (2 * 20 + 4 + 12 + 4 + of_method) +
+         num_cells * 4 * (1 + std::min<std::uint64_t>(threads, CellSort::kMostCounts));
 }
 
 std::uint64_t host_bytes_here(const Backend& backend, const Settings& settings) {

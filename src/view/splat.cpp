@@ -8,9 +8,9 @@ namespace {
 
 constexpr std::uint32_t kGroup = 256;              // local_size_x of splat.comp
 constexpr int kGroupWidth = 32, kGroupHeight = 8;  // local sizes of splat_resolve.comp
-// Parcels that a thread counts where a pixel holds kRunPerPixel or more. On an H200 a picture of 10^8
-// took 2.81 ms with 1, 0.86 with 4, 0.87 with 8 and 3.06 with 16, one of 10^7 0.43, 0.40, 0.41 and 0.55, when
-// a triangle blended it over the floor.
+// Parcels that a thread counts where a pixel holds kRunPerPixel or more. Milliseconds of a picture
+// on an H200, if a triangle blends it over the floor: 10^8 2.81 with 1, 0.86 with 4, 0.87 with 8, 3.06 with
+// 16; 10^7 0.43, 0.40, 0.41, 0.55.
 constexpr std::uint32_t kRun = 4;
 constexpr double kRunPerPixel = 4.0;
 constexpr std::uint32_t kChunk = 1U << 23U;  // parcels per dispatch: 64 MiB, which every GL can bind
