@@ -159,6 +159,7 @@ void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
     parcels_.current.position[copies[k]] = in[k].position;
     parcels_.current.velocity[copies[k]] = in[k].velocity;
   }
+  stepper_.add_moved(copies);
 }
 
 void CpuDomain::visit(const std::function<void(const Parcel&)>& see) const {

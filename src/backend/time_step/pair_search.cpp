@@ -71,6 +71,10 @@ bool PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
   const bool has_next = row + 1 < static_cast<std::size_t>(grid.y.num);
   const bool edge_row =
       boundary == Boundary::periodic && is_at_edge(static_cast<std::int32_t>(row), grid.y.num);
+  // A range as one word, since the processor waits where bytes are written and then read together.
+  constexpr auto word = [](const Ranges& ranges) { return std::bit_cast<std::uint64_t>(ranges); };
+  constexpr std::uint64_t kFirst = word({1, {}, {}}), kOwnBits = word({0, {1, 0}, {}}),
+                          kNextBits = word({0, {}, {1, 0}}), kNextMore = word({0, {}, {0, 1}});
   bool has_boxes = false;
   for (std::int32_t x = 0; x < grid.x.num; ++x) {
     const std::uint32_t begin = own[x], end = own[x + 1];
@@ -89,8 +93,12 @@ bool PairSearch::prepare_row(const GridShape& grid, Boundary boundary,
     has_boxes = has_boxes || by_box;
     if (by_box) {
       std::fill(ranges_.begin() + begin, ranges_.begin() + end, Ranges{0, {0, kByBox}, {}});
-    } else if (own_last >= begin + 4) {
-      for (std::uint32_t i = begin; i < begin + 4; ++i) ranges_[i] = ranges_of(i);
+    } else if (own_last <= begin + 8 && begin + 4 <= own[width]) {
+      const ParcelCount next = count_of(num_next);
+      const std::uint64_t rest = next_first * kFirst + next.bits * kNextBits + next.more * kNextMore;
+      const std::uint64_t bits = (1U << (own_last - begin)) - 1;
+      for (std::uint32_t k = 0; k < 4; ++k)
+        ranges_[begin + k] = std::bit_cast<Ranges>(rest + (bits >> (k + 1)) * kOwnBits);
       for (std::uint32_t i = begin + 4; i < end; ++i) ranges_[i] = ranges_of(i);
     } else {
       for (std::uint32_t i = begin; i < end; ++i) ranges_[i] = ranges_of(i);

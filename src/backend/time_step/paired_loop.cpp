@@ -173,7 +173,6 @@ void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
 void PairedLoop::run(const StepLoop& loop, Method method, SortedParcels& parcels,
                      std::vector<CpuTally>& tallies) {
   resize_tightly(contacts_, parcels.size());
-  if (!parcels.current.slot.empty()) rough_.forget();  // copies have been moved
   rough_.follow(team_, RoughScale(loop.constants), parcels.current.position.data(), parcels.size());
   divide(parcels.size(), loop.constants.physics.parcels.contacts);
   for_terms(loop.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {

@@ -34,8 +34,11 @@ class PairedLoop {
     search_.prepare(team_, parcels.grid, boundary, parcels.size(), parcels.cell_start);
     rough_.forget();
   }
-  // To be called after any other change of positions than by run().
+  // One of these is to be called after any other change of positions than by run(): of all, or of `moved`.
   void forget_positions() { rough_.forget(); }
+  void update_positions(const std::vector<std::uint32_t>& moved, const SortedParcels& parcels) {
+    rough_.update(moved, parcels.current.position.data());
+  }
   // Makes a step in place. Adds to the tallies, one for each thread; displacements may be too large.
   void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
 

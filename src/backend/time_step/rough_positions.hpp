@@ -55,6 +55,11 @@ class RoughPositions {
 
   // Positions have changed since.
   void forget() { scale_ = {}; }
+  // Only those of `moved` have.
+  void update(const std::vector<std::uint32_t>& moved, const Vec2i* position) {
+    if (scale_ == RoughScale{}) return;
+    for (const std::uint32_t i : moved) set(i, position[i]);
+  }
   // Rounds all positions, unless they have been followed in this scale.
   void follow(ThreadTeam& team, const RoughScale& scale, const Vec2i* position, std::size_t num) {
     if (scale == scale_ && at_.size() == num + kSearchPadding) return;

@@ -63,8 +63,10 @@ void TimeStepper::sort(const StepConstants& constants, const GridArea& area, Pha
       is_plain_ ? kCellWidth * distance : PairedLoop::cell_width(area, parcels_.size(), distance);
   const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()), {width});
   parcels_.sort(team_, grid, parcels_.current.position.data(), times);
-  if (!is_plain_) paired_.prepare(parcels_, world.boundary);
   displacement_ = 0;
+  if (is_plain_) return;
+  ScopedPhase timing(times, Phase::grid);
+  paired_.prepare(parcels_, world.boundary);
 }
 
 CpuTally TimeStepper::advance(const TimeStep& step) {

@@ -45,6 +45,8 @@ class TimeStepper {
   // Notes that a parcel may have moved so far along an axis since, position units. advance() and push_out()
   // do not.
   void add_displacement(std::int32_t units) { displacement_ += units; }
+  // Notes that others have changed the positions of these parcels, after a sort.
+  void add_moved(const std::vector<std::uint32_t>& moved) { paired_.update_positions(moved, parcels_); }
   std::uint64_t memory_bytes() const { return paired_.memory_bytes(); }
 
  private:
