@@ -1,4 +1,5 @@
-// AVX2 helpers that handle eight parcels at a time.
+// AVX2 helpers that handle eight parcels at a time. AVX2 stands for the fused multiply-add as well:
+// processors have both or neither, but for a few of VIA.
 #pragma once
 
 #if defined(__x86_64__)
@@ -7,12 +8,12 @@
 
 #include "model/world.hpp"
 
-#define PF_AVX2 target("avx2")
+#define PF_AVX2 target("avx2,fma")
 
 namespace pf {
 
 inline bool has_avx2() {
-  static const bool has = __builtin_cpu_supports("avx2");
+  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
   return has;
 }
 

@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "backend/backend.hpp"
+#include "model/contact.hpp"
 #include "model/spring.hpp"
 
 namespace pf {
@@ -8,8 +9,24 @@ namespace {
 
 void set_spring(StepConstants& c, double contact_s) {
   const SpringContactRates rates = spring_contact_rates(c.physics.parcels.restitution, contact_s);
-  c.spring_rate_per_s2 = 0.5 * rates.omega0_squared_per_s2;
-  c.damping_rate_per_s = rates.damping_per_s;
+  const double spring_rate_per_s2 = 0.5 * rates.omega0_squared_per_s2;  // k / m
+  c.spring_mps = static_cast<float>(spring_rate_per_s2 * c.physics.world.unit_m * c.dt_s);
+  c.damping_share = static_cast<float>(rates.damping_per_s * c.dt_s);
+}
+
+void set_floats(StepConstants& c) {
+  c.touch_distance2 =
+      static_cast<std::uint64_t>(std::fmin(std::ceil(c.contact_distance * c.contact_distance), 0x1p63));
+  c.touch_distance = static_cast<float>(c.contact_distance);
+  c.per_touch_distance = static_cast<float>(1.0 / c.contact_distance);
+  const double advance = 0x1p-32 * c.advance_scale;
+  c.advance = static_cast<float>(advance);
+  c.advance_rest = static_cast<float>(advance - static_cast<double>(c.advance));
+  const double velocity_step_mps = c.velocity_unit_mps * (1 << kVelocityBits);
+  c.velocity_step_mps = static_cast<float>(velocity_step_mps);
+  c.per_velocity_step = static_cast<float>(1.0 / velocity_step_mps);
+  c.per_impulse = static_cast<float>(c.per_impulse_count);
+  c.exchange = static_cast<float>(exchange_of(c.physics.parcels));
 }
 
 // Smallest power of two that is at least value. value > 0.
@@ -28,16 +45,15 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   const double unit_m = physics.world.unit_m;
   c.advance_scale = dt_s / unit_m * 4294967296.0;
   c.contact_distance = 2.0 * physics.parcels.radius_m / unit_m;
-  c.contact_distance2 = c.contact_distance * c.contact_distance;
-  c.filter_distance2 = static_cast<float>(c.contact_distance2 * (1.0 + 1e-5));
+  c.filter_distance2 = static_cast<float>(c.contact_distance * c.contact_distance * (1.0 + 1e-5));
   c.contact_reach = static_cast<std::int32_t>(std::ceil(c.contact_distance));
   c.ball_contact_m = physics.ball.radius_m + physics.parcels.radius_m;
   const double reference = next_power_of_two(physics.reference_speed_mps);
   c.velocity_unit_mps = reference * 0x1p-40;
-  c.per_velocity_unit = 1.0 / c.velocity_unit_mps;
   c.per_impulse_unit = 1.0 / (reference * 0x1p-32);
   c.impulse_unit_kg_mps = reference * 0x1p-32 * physics.parcels.mass_kg;
   c.per_impulse_count = 1.0 / (reference * 0x1p-20);
+  set_floats(c);
   if (spring_contact_s > 0.0) set_spring(c, spring_contact_s);
   return c;
 }

@@ -1,21 +1,27 @@
-// Parcel-parcel contacts of the time-stepped methods: narrow phase and response in double precision. Sums are
-// 64-bit fixed point, so that the order of a parcel's partners does not matter.
+// Parcel-parcel contacts of the time-stepped methods. Whether a pair touches is decided in integers. The
+// response is computed in float, which is finer than these methods are, from offsets and overlaps that are
+// differences of integers. Sums are 64-bit fixed point, so that the order of a parcel's partners does not
+// matter.
 #pragma once
 
 #include <cstdint>
 
+#include "core/fixed_point.hpp"
 #include "model/parcel.hpp"
 #include "model/tally.hpp"
 
 namespace pf {
 
-constexpr double kPushOutUnit = 65536.0;  // counts of a push-out sum per position unit
+constexpr int kPushBits = 16;  // of a fraction of a position unit, in sums of push-outs
+constexpr double kPushOutUnit = double{1 << kPushBits};  // counts of a push-out sum per position unit
 
 // A pair's impulse over parcel mass, as counts of the tallied sum. One contact adds at most 2^25 counts.
-PF_HD inline std::int32_t impulse_counts(const StepConstants& c, double impulse_mps) {
-  constexpr double kMax = 33554432.0;
-  const double counts = impulse_mps * c.per_impulse_count;
-  return static_cast<std::int32_t>(round_to_int64(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts)));
+// per_mps: counts per m/s.
+template <class Real>
+PF_HD inline std::int32_t impulse_counts(Real impulse_mps, Real per_mps) {
+  constexpr Real kMax = 33554432;
+  const Real counts = impulse_mps * per_mps;
+  return round_to_int32(counts > kMax ? kMax : (counts < -kMax ? -kMax : counts));
 }
 
 // Sums of a parcel's contacts in one step.
@@ -43,26 +49,38 @@ PF_HD inline ContactSums operator-(const ContactSums& sums) {
   return {opposite(sums.velocity_x), opposite(sums.velocity_y), opposite(sums.push_x), opposite(sums.push_y)};
 }
 
-// Geometry of a touching pair, seen from self. Coincident centres get the normal (1, 0), from the lower id to
-// the higher one.
+// Geometry of a touching pair, seen from self, in position units. Coincident centres get the normal (1, 0),
+// from the lower id to the higher one.
 struct PairGeometry {
-  Vec2d offset;      // other - self, position units
-  double distance2;  // position units squared
-  double distance;
-  Vec2d normal;  // from self to other
+  Vec2f offset;  // other - self
+  float gap2;    // contact distance squared minus distance squared
+  float distance;
+  float overlap;
+  Vec2f normal;  // from self to other
 };
 
-PF_HD inline PairGeometry pair_geometry(Vec2i offset, std::uint32_t self_id, std::uint32_t other_id) {
-  const Vec2d e = to_double(offset);
-  const double distance2 = dot(e, e);
-  const double distance = sqrt(distance2);
-  if (distance2 == 0.0) return {e, 0.0, 0.0, {self_id < other_id ? 1.0 : -1.0, 0.0}};
-  return {e, distance2, distance, {e.x / distance, e.y / distance}};
+// Product of an integer and itself.
+PF_HD inline std::uint64_t squared(std::int32_t value) {
+  return static_cast<std::uint64_t>(static_cast<std::int64_t>(value) * value);
 }
 
-PF_HD inline void add_velocity(const StepConstants& c, Vec2d change_mps, ContactSums& sums) {
-  sums.velocity_x += round_to_int64(change_mps.x * c.per_velocity_unit);
-  sums.velocity_y += round_to_int64(change_mps.y * c.per_velocity_unit);
+// distance2: of the offset, exactly; below c.touch_distance2. The overlap is a quotient, since a difference
+// of distances in float would lose its low digits.
+PF_HD inline PairGeometry pair_geometry(const StepConstants& c, Vec2i offset, std::uint64_t distance2,
+                                        bool is_lower) {
+  PairGeometry pair;
+  pair.offset = {static_cast<float>(offset.x), static_cast<float>(offset.y)};
+  pair.gap2 = to_float(c.touch_distance2 - distance2);
+  pair.distance = std::sqrt(to_float(distance2));
+  pair.overlap = pair.gap2 / (c.touch_distance + pair.distance);
+  const float inverse = 1.0F / pair.distance;
+  pair.normal = distance2 == 0 ? Vec2f{is_lower ? 1.0F : -1.0F, 0.0F} : pair.offset * inverse;
+  return pair;
+}
+
+PF_HD inline void add_velocity(const StepConstants& c, Vec2f change_mps, ContactSums& sums) {
+  sums.velocity_x += to_fixed<kVelocityBits>(change_mps.x * c.per_velocity_step);
+  sums.velocity_y += to_fixed<kVelocityBits>(change_mps.y * c.per_velocity_step);
 }
 
 // Pushes each parcel of an overlapping pair away by half the overlap. Method `exact` applies it alone to a
@@ -71,13 +89,17 @@ struct PushOutContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
-    const double overlap = c.contact_distance - pair.distance;
-    const double push = -0.5 * overlap * kPushOutUnit;
-    sums.push_x += round_to_int64(push * pair.normal.x);
-    sums.push_y += round_to_int64(push * pair.normal.y);
-    if (self.id < other.id) tally.overlap(static_cast<float>(overlap / c.contact_distance));
+    const float push = -0.5F * pair.overlap;
+    sums.push_x += to_fixed<kPushBits>(push * pair.normal.x);
+    sums.push_y += to_fixed<kPushBits>(push * pair.normal.y);
+    if (self.id < other.id) tally.overlap(pair.overlap * c.per_touch_distance);
   }
 };
+
+// Change of a parcel's velocity over the speed of approach in a contact of `impulse`.
+inline double exchange_of(const ParcelConstants& parcels) {
+  return 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale;
+}
 
 // The seed's method with corrected signs, as a Jacobi step: every contact reads the state before the step.
 // Overlapping pairs are pushed apart. Approaching pairs exchange the impulse that makes v_rel,n' = -e v_rel,n
@@ -87,15 +109,13 @@ struct ImpulseContact {
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     PushOutContact::respond(c, self, other, pair, sums, tally);
-    const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
-    const double approach = dot(relative, pair.normal);
-    if (!(approach < 0.0)) return;
-    const ParcelConstants& parcels = c.physics.parcels;
-    const double change = 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale * approach;
+    const float approach = dot(other.velocity - self.velocity, pair.normal);
+    if (!(approach < 0.0F)) return;
+    const float change = c.exchange * approach;
     add_velocity(c, pair.normal * change, sums);
     if (self.id < other.id) {
       tally.begin_contact();
-      tally.impulse(impulse_counts(c, -change));
+      tally.impulse(impulse_counts(-change, c.per_impulse));
     }
   }
 };
@@ -107,19 +127,16 @@ struct SpringContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
-    const double unit_m = c.physics.world.unit_m;
-    const double overlap = c.contact_distance - pair.distance;
-    const Vec2d relative = to_double(other.velocity) - to_double(self.velocity);
-    const double approach = dot(relative, pair.normal);
-    const double repulsion_mps =
-        (c.spring_rate_per_s2 * overlap * unit_m - c.damping_rate_per_s * approach) * c.dt_s;
+    const Vec2f relative = other.velocity - self.velocity;
+    const float approach = dot(relative, pair.normal);
+    const float repulsion_mps = c.spring_mps * pair.overlap - c.damping_share * approach;
     add_velocity(c, pair.normal * -repulsion_mps, sums);
     if (self.id < other.id) {
-      tally.overlap(static_cast<float>(overlap / c.contact_distance));
-      tally.impulse(impulse_counts(c, repulsion_mps * pair.distance / c.contact_distance));
-      const Vec2d before = pair.offset * unit_m - relative * c.dt_s;
-      const double contact_m = c.contact_distance * unit_m;
-      if (dot(before, before) >= contact_m * contact_m) tally.begin_contact();
+      tally.overlap(pair.overlap * c.per_touch_distance);
+      tally.impulse(impulse_counts(repulsion_mps * (pair.distance * c.per_touch_distance), c.per_impulse));
+      // The square of the distance a step ago minus that of the contact distance, without its large terms.
+      const Vec2f moved = relative * c.advance;
+      if (dot(moved, moved) - 2.0F * dot(pair.offset, moved) >= pair.gap2) tally.begin_contact();
     }
   }
 };
@@ -128,9 +145,9 @@ struct SpringContact {
 template <class Contact, EventTally Tally>
 PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const Parcel& other, Vec2i offset,
                               ContactSums& sums, Tally& tally) {
-  const PairGeometry pair = pair_geometry(offset, self.id, other.id);
-  if (pair.distance2 >= c.contact_distance2 || is_retired(other.position)) return;
-  Contact::respond(c, self, other, pair, sums, tally);
+  const std::uint64_t distance2 = squared(offset.x) + squared(offset.y);
+  if (distance2 >= c.touch_distance2 || is_retired(other.position)) return;
+  Contact::respond(c, self, other, pair_geometry(c, offset, distance2, self.id < other.id), sums, tally);
 }
 
 }  // namespace pf

@@ -9,6 +9,8 @@ namespace pf {
 
 constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
 
+constexpr int kVelocityBits = 20;  // of a fraction of StepConstants::velocity_step_mps, in sums over contacts
+
 struct Parcel {
   Vec2i position;
   Vec2f velocity;
@@ -20,18 +22,28 @@ struct StepConstants {
   Physics physics;
   double dt_s = 0.0;
   double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
-  double contact_distance2 = 0.0;  // (2 r)^2, position units squared
   double contact_distance = 0.0;   // 2 r, position units
   float filter_distance2 = 0.0F;   // slightly above contact_distance2, for the cheap first test in float
   std::int32_t contact_reach = 0;  // contact distance, rounded up
   double ball_contact_m = 0.0;     // R + r
-  double per_velocity_unit = 0.0;  // counts of a velocity sum per m/s (a power of two)
-  double velocity_unit_mps = 0.0;
-  double per_impulse_unit = 0.0;  // counts of a ball sum per m/s of parcel velocity change
+  double velocity_unit_mps = 0.0;  // of sums over contacts
+  double per_impulse_unit = 0.0;   // counts of a ball sum per m/s of parcel velocity change
   double impulse_unit_kg_mps = 0.0;
-  double per_impulse_count = 0.0;   // counts of the sum over pair impulses per m/s
-  double spring_rate_per_s2 = 0.0;  // k / m of the spring-dashpot
-  double damping_rate_per_s = 0.0;  // gamma / m
+  double per_impulse_count = 0.0;  // counts of the sum over pair impulses per m/s
+
+  // For contacts and moves of the time-stepped methods, which are computed in float.
+  std::uint64_t touch_distance2 =
+      0;                        // smallest squared distance at which parcels do not touch, units squared
+  float touch_distance = 0.0F;  // 2 r, position units
+  float per_touch_distance = 0.0F;
+  float advance = 0.0F;  // position units per (m/s), for this dt: the sum of these two
+  float advance_rest = 0.0F;
+  float velocity_step_mps = 0.0F;  // 2^kVelocityBits velocity units: a power of two
+  float per_velocity_step = 0.0F;
+  float per_impulse = 0.0F;    // per_impulse_count: a power of two
+  float exchange = 0.0F;       // `impulse`: change of velocity over approach
+  float spring_mps = 0.0F;     // `spring`: change of velocity in a step per position unit of overlap
+  float damping_share = 0.0F;  // `spring`: change of velocity in a step over approach
 };
 
 }  // namespace pf

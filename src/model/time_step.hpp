@@ -2,8 +2,10 @@
 // and the CUDA kernel both call this text.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
+#include "core/fixed_point.hpp"
 #include "core/random.hpp"
 #include "model/ball.hpp"
 #include "model/contact.hpp"
@@ -11,14 +13,24 @@
 
 namespace pf {
 
-// Displacement in 2^-32 position units. It is rounded without bias: 16 random bits per axis, keyed by (seed,
-// id, step), choose between the two neighbours.
-struct Displacement {
+// Displacement of a step along an axis, in position units. It is rounded without bias: 16 random bits per
+// axis, keyed by (seed, id, step), choose between the two neighbours. Undefined for 2^30 units and more. In
+// floats that hold the product to 2^-46 of it.
+PF_HD inline std::int32_t displacement(const StepConstants& c, float velocity_mps, std::uint32_t random16) {
+  const float moved = velocity_mps * c.advance;
+  const std::int32_t whole = round_to_int32(moved);
+  const float lost = lost_in_product(velocity_mps, c.advance, moved) + velocity_mps * c.advance_rest;
+  const float rest = (moved - static_cast<float>(whole)) + lost;
+  return whole + ((round_to_int32(rest * 65536.0F) + static_cast<std::int32_t>(random16)) >> 16);
+}
+
+// In 2^-32 position units, and for a fraction of the step.
+struct FineDisplacement {
   std::int64_t x = 0;
   std::int64_t y = 0;
 };
 
-PF_HD inline Displacement displacement(const StepConstants& c, Vec2d velocity_mps, double fraction) {
+PF_HD inline FineDisplacement displacement(const StepConstants& c, Vec2d velocity_mps, double fraction) {
   return {round_to_int64(velocity_mps.x * (c.advance_scale * fraction)),
           round_to_int64(velocity_mps.y * (c.advance_scale * fraction))};
 }
@@ -27,65 +39,107 @@ PF_HD inline std::int64_t round_at_random(std::int64_t fixed, std::uint32_t rand
   return (fixed + ((static_cast<std::int64_t>(random16) << 16) + 32768)) >> 32;
 }
 
-// Replaces velocity and displacement if the parcel hits the ball within the step.
+// The 16 random bits of a parcel's step for each axis.
+struct RandomBits {
+  std::uint32_t x, y;
+};
+
+// A parcel's step, but for its start.
+struct Movement {
+  Vec2f velocity;  // m/s, after the step
+  Vec2i moved;     // position units
+};
+
+// Replaces the movement if the parcel hits the ball within the step. Returns false if the displacement is NaN
+// or not below 2^30 units. In double: few parcels are near a ball.
 template <Boundary kBoundary, EventTally Tally>
-PF_HD inline void hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, Vec2d& velocity,
-                           Displacement& moved, Tally& tally) {
+PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, RandomBits random,
+                           Movement& movement, Tally& tally) {
   const World& world = c.physics.world;
   const Vec2i near = separation<kBoundary>(world, ball.centre, position);
   const Vec2d offset = to_double(near) * world.unit_m + (to_metres(world, ball.centre) - ball.position_m);
+  const Vec2d velocity = to_double(movement.velocity);
   const Vec2d relative = velocity - ball.velocity_mps;
   const double t = time_of_impact(offset, relative, c.ball_contact_m, c.dt_s);
-  if (t < 0.0) return;
+  if (t < 0.0) return true;
   const Vec2d at_impact = offset + relative * t;
   const double distance = sqrt(dot(at_impact, at_impact));
   const Vec2d normal = distance > 0.0 ? at_impact * (1.0 / distance) : Vec2d{1.0, 0.0};
   const BallImpulse impulse =
       ball_impulse(c.physics.ball, c.physics.parcels, normal, relative, ball.spin_radps);
   const double before = t / c.dt_s;
-  const Displacement first = displacement(c, velocity, before);
-  velocity += impulse.per_mass_mps;
-  const Displacement second = displacement(c, velocity, 1.0 - before);
+  const Vec2d after_hit = velocity + impulse.per_mass_mps;
+  const FineDisplacement first = displacement(c, velocity, before);
+  const FineDisplacement second = displacement(c, after_hit, 1.0 - before);
   const double overlap_units = (c.ball_contact_m - distance) / world.unit_m;
   const double push = overlap_units > 1.0 ? overlap_units * 4294967296.0 : 0.0;
-  moved = {first.x + second.x + round_to_int64(push * normal.x),
-           first.y + second.y + round_to_int64(push * normal.y)};
+  const std::int64_t x = round_at_random(first.x + second.x + round_to_int64(push * normal.x), random.x);
+  const std::int64_t y = round_at_random(first.y + second.y + round_to_int64(push * normal.y), random.y);
   tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.per_impulse_unit),
                   round_to_int64(-impulse.per_mass_mps.y * c.per_impulse_unit),
                   round_to_int64(-impulse.tangential_mps * c.per_impulse_unit)});
+  movement = {to_float(after_hit), {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)}};
+  return x < kHalfSide && x > -kHalfSide && y < kHalfSide && y > -kHalfSide;
 }
 
-PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation, std::int64_t moved) {
-  const std::int64_t distance = separation < 0 ? -static_cast<std::int64_t>(separation) : separation;
-  const std::int64_t whole = moved >> 32;  // shifted first: NaN rounds to the smallest integer
-  const std::int64_t own = whole < 0 ? -whole : whole;
-  return distance <= static_cast<std::int64_t>(ball.reach) + own + 2;
+PF_HD inline std::uint32_t magnitude(std::int32_t value) {
+  return value < 0 ? 0U - static_cast<std::uint32_t>(value) : static_cast<std::uint32_t>(value);
+}
+
+PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation, std::int32_t moved) {
+  const std::uint32_t own = magnitude(moved);
+  return magnitude(separation) <= static_cast<std::uint32_t>(ball.reach) + own + 2;
 }
 
 // Applies the boundary along one axis to the position after the step. Returns true if the parcel is inside.
 template <Boundary kBoundary>
-PF_HD inline bool apply_boundary(std::int64_t& position, float& velocity, std::int32_t half,
+PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::int32_t half,
                                  std::int32_t radius) {
   if constexpr (kBoundary == Boundary::open) {
-    return position >= -static_cast<std::int64_t>(half) && position <= half;
+    return position >= -half && position <= half;
   } else if constexpr (kBoundary == Boundary::periodic) {
+    if (position >= -half && position < half) return true;
     const std::int64_t period = 2LL * half;
-    while (position >= half) position -= period;  // more than once in a step through a thin world
-    while (position < -static_cast<std::int64_t>(half)) position += period;
+    std::int64_t inside = position;
+    while (inside >= half) inside -= period;  // more than once in a step through a thin world
+    while (inside < -static_cast<std::int64_t>(half)) inside += period;
+    position = static_cast<std::int32_t>(inside);
     return true;
   } else {
+    if (position >= radius - half && position <= half - radius) return true;
     const std::int64_t limit = static_cast<std::int64_t>(half) - radius;
-    if (position > limit) {
-      position = 2 * limit - position;
+    std::int64_t inside = position;
+    if (inside > limit) {
+      inside = 2 * limit - inside;
       velocity = velocity > 0.0F ? -velocity : velocity;
-      if (position < -limit) position = -limit;
-    } else if (position < -limit) {
-      position = -2 * limit - position;
+      if (inside < -limit) inside = -limit;
+    } else if (inside < -limit) {
+      inside = -2 * limit - inside;
       velocity = velocity < 0.0F ? -velocity : velocity;
-      if (position > limit) position = limit;
+      if (inside > limit) inside = limit;
     }
+    position = static_cast<std::int32_t>(inside);
     return true;
   }
+}
+
+// The velocity after all contacts.
+PF_HD inline Vec2f velocity_after(const StepConstants& c, Vec2f velocity_mps, const ContactSums& sums) {
+  return {velocity_mps.x + from_fixed<kVelocityBits>(sums.velocity_x) * c.velocity_step_mps,
+          velocity_mps.y + from_fixed<kVelocityBits>(sums.velocity_y) * c.velocity_step_mps};
+}
+
+// How far all contacts push, position units.
+PF_HD inline Vec2i push_after(const ContactSums& sums) {
+  return {static_cast<std::int32_t>((sums.push_x + 32768) >> kPushBits),
+          static_cast<std::int32_t>((sums.push_y + 32768) >> kPushBits)};
+}
+
+// A square below the limit of finite speeds, and a displacement below 2^30 units.
+PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
+  const Vec2f moved = velocity_mps * c.advance;
+  return dot(velocity_mps, velocity_mps) < kMaxFiniteSpeed2 && std::fabs(moved.x) < 0x1p30F &&
+         std::fabs(moved.y) < 0x1p30F;
 }
 
 // Returns self after the step. kBall: true if a ball exists. step_key: see rounding_key(). A parcel whose
@@ -94,42 +148,42 @@ template <bool kBall, Boundary kBoundary, StepTally Tally>
 PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
                                 const Parcel& self, const ContactSums& sums, Tally& tally) {
   const World& world = c.physics.world;
-  Vec2d velocity = to_double(self.velocity);
-  velocity.x += static_cast<double>(sums.velocity_x) * c.velocity_unit_mps;
-  velocity.y += static_cast<double>(sums.velocity_y) * c.velocity_unit_mps;
-  const Vec2i push = {static_cast<std::int32_t>((sums.push_x + 32768) >> 16),
-                      static_cast<std::int32_t>((sums.push_y + 32768) >> 16)};
+  const Vec2i push = push_after(sums);
   const Vec2i start = self.position + push;
-  Displacement moved = displacement(c, velocity, 1.0);
+  const std::uint32_t bits = mix32(self.id ^ step_key);
+  const RandomBits random{bits >> 16, bits & 0xFFFFU};
+  Movement movement;
+  movement.velocity = velocity_after(c, self.velocity, sums);
+  bool is_valid = is_in_range(c, movement.velocity);
+  if (is_valid) {
+    movement.moved = {displacement(c, movement.velocity.x, random.x),
+                      displacement(c, movement.velocity.y, random.y)};
+  }
   if constexpr (kBall) {
     const Vec2i near = separation<kBoundary>(world, ball.centre, start);
-    if (may_reach_ball(ball, near.x, moved.x) && may_reach_ball(ball, near.y, moved.y)) {
-      hit_ball<kBoundary>(c, ball, start, velocity, moved, tally);
+    if (is_valid && may_reach_ball(ball, near.x, movement.moved.x) &&
+        may_reach_ball(ball, near.y, movement.moved.y)) {
+      is_valid = hit_ball<kBoundary>(c, ball, start, random, movement, tally);
     }
   }
-  const std::uint32_t random = mix32(self.id ^ step_key);
-  const std::int64_t move_x = round_at_random(moved.x, random >> 16);
-  const std::int64_t move_y = round_at_random(moved.y, random & 0xFFFFU);
-  const std::int64_t displaced_x = (move_x < 0 ? -move_x : move_x) + (push.x < 0 ? -push.x : push.x);
-  const std::int64_t displaced_y = (move_y < 0 ? -move_y : move_y) + (push.y < 0 ? -push.y : push.y);
-  const std::int64_t displaced = displaced_x > displaced_y ? displaced_x : displaced_y;
-  Vec2f new_velocity = to_float(velocity);
-  const float speed2 = new_velocity.x * new_velocity.x + new_velocity.y * new_velocity.y;
-  if (!(speed2 < kMaxFiniteSpeed2) || displaced >= kHalfSide) {
+  const std::uint32_t displaced_x = magnitude(movement.moved.x) + magnitude(push.x);
+  const std::uint32_t displaced_y = magnitude(movement.moved.y) + magnitude(push.y);
+  const std::uint32_t displaced = displaced_x > displaced_y ? displaced_x : displaced_y;
+  const float speed2 = dot(movement.velocity, movement.velocity);
+  if (!is_valid || !(speed2 < kMaxFiniteSpeed2) || displaced >= static_cast<std::uint32_t>(kHalfSide)) {
     tally.invalid(self.id);
     return self;
   }
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
-  std::int64_t x = start.x + move_x;
-  std::int64_t y = start.y + move_y;
+  Parcel after{start + movement.moved, movement.velocity, self.id};
   const std::int32_t radius = c.contact_reach / 2;
-  const bool inside_x = apply_boundary<kBoundary>(x, new_velocity.x, world.half.x, radius);
-  const bool inside_y = apply_boundary<kBoundary>(y, new_velocity.y, world.half.y, radius);
+  const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
+  const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);
   if (!inside_x || !inside_y) {
     tally.retired();
-    return {{kRetired, 0}, new_velocity, self.id};
+    after.position = {kRetired, 0};
   }
-  return {{static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)}, new_velocity, self.id};
+  return after;
 }
 
 // Key of the random roundings of one step. step: steps since the reset.

@@ -67,6 +67,25 @@ TEST(Rounding, IsIndependentBetweenSteps) {
   expect_independent_halves(num_up, num_next, num_both, kNum);
 }
 
+// Over all random numbers the mean displacement of a step is velocity times step, up to 2^-17 units, and
+// 2^-23 of its fraction: floats hold both parts of the product. Steps of up to a sixteenth of the world.
+TEST(Rounding, OfAStepHasNoBias) {
+  Physics physics;
+  physics.world = make_world(8.0, 8.0, Boundary::periodic);
+  physics.parcels = {1, 0.5, 1.0, 1.0, 1.0, 1.0, true};
+  for (const double dt_s : {1e-9, 3.3e-6, 0.0123, 0.5}) {
+    const StepConstants c = make_step_constants(physics, dt_s, 0.0);
+    for (const float velocity : {0.7F, -0.7F, 1.0F / 3.0F, -0.123456F, 1e-5F, 0.99999994F}) {
+      const double units = static_cast<double>(velocity) * dt_s / physics.world.unit_m;
+      const double whole = std::floor(units);
+      double sum = 0.0;
+      for (std::uint32_t random = 0; random < 65536; ++random)
+        sum += static_cast<double>(displacement(c, velocity, random)) - whole;
+      EXPECT_NEAR(sum / 65536.0, units - whole, 0x1p-16) << velocity << " m/s for " << dt_s << " s";
+    }
+  }
+}
+
 // Over all random numbers a displacement of k / 2^16 units is rounded up in k of 2^16 cases, whatever its
 // lower bits are, up to half of one. A displacement to the other side is rounded as the mirror image.
 TEST(Rounding, HasNoBiasInAnyFraction) {

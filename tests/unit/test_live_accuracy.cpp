@@ -89,10 +89,11 @@ double growth_of_spring(double restitution, double contact_s, double dt_s) {
   Settings settings = gas(2, 0.01);
   settings.restitution = restitution;
   const StepConstants c = make_step_constants(derive_physics(settings), dt_s, contact_s);
+  const double spring_rate = static_cast<double>(c.spring_mps) / c.physics.world.unit_m;
   double x = 1.0;
   double v = 0.0;
   for (int i = 0; i < 20000 && std::fabs(x) < 1e6; ++i) {
-    v -= 2.0 * dt_s * (c.spring_rate_per_s2 * x + c.damping_rate_per_s * v);
+    v -= 2.0 * (spring_rate * x + static_cast<double>(c.damping_share) * v);
     x += dt_s * v;
   }
   return std::fabs(x);

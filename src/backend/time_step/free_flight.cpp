@@ -18,25 +18,6 @@ namespace {
 // Bound on the reach of a ball, so that sums of it and a displacement fit 32 bits.
 constexpr std::int32_t kMaxReach = 1 << 29;
 
-// Adding this to a number of magnitude below 2^51 leaves its nearest integer, ties to even, in the low bits.
-constexpr double kRounder = 6755399441055744.0;  // 1.5 * 2^52
-// The same for multiples of 2^-32 of a number of magnitude below 2^19.
-constexpr double kFineRounder = 0x1p-32 * kRounder;
-
-// Shuffles of the mixed ids of four parcels, in both halves of a register, into the random bits of
-// round_at_random for two of them: 16 for x and 16 for y, times 2^16.
-PF_VECTOR __m256i bits_of_first_two() {
-  const char z = -1;
-  return _mm256_set_epi8(z, z, z, z, 5, 4, z, z, z, z, z, z, 7, 6, z, z,  //
-                         z, z, z, z, 1, 0, z, z, z, z, z, z, 3, 2, z, z);
-}
-
-PF_VECTOR __m256i bits_of_last_two() {
-  const char z = -1;
-  return _mm256_set_epi8(z, z, z, z, 13, 12, z, z, z, z, z, z, 15, 14, z, z,  //
-                         z, z, z, z, 9, 8, z, z, z, z, z, z, 11, 10, z, z);
-}
-
 PF_VECTOR __m256i mix32(__m256i z) {
   z = _mm256_mullo_epi32(_mm256_xor_si256(z, _mm256_srli_epi32(z, 16)), _mm256_set1_epi32(0x7FEB352D));
   z = _mm256_mullo_epi32(_mm256_xor_si256(z, _mm256_srli_epi32(z, 15)),
@@ -51,10 +32,9 @@ PF_VECTOR __m256i pairs_of(Vec2i v) { return _mm256_set1_epi64x(bit_copy<long lo
 
 // Constants of the loop, in every lane.
 struct Lanes {
-  __m256d advance_scale;  // position units per (m/s)
-  __m256 max_velocity;    // along an axis
+  __m256 advance, advance_rest;  // position units per (m/s)
+  __m256 max_velocity;           // along an axis
   __m256i step_key;
-  __m256i rounding;         // of round_at_random, and the offset of kFineRounder
   __m256i highest, lowest;  // positions that the boundary does not act on
   __m256i ball, ball_reach, half, period;
   __m128i rough_shift;
@@ -72,10 +52,10 @@ __attribute__((PF_AVX2)) Lanes make_lanes(const FreeFlightInput& in) {
   const Vec2i half = c.physics.world.half;
   const std::int32_t margin = kBoundary == Boundary::walls ? c.contact_reach / 2 : 0;
   const std::int32_t last = kBoundary == Boundary::periodic ? 1 : margin;
-  return {_mm256_set1_pd(0x1p-32 * c.advance_scale),
+  return {_mm256_set1_ps(c.advance),
+          _mm256_set1_ps(c.advance_rest),
           _mm256_set1_ps(max_velocity(c)),
           _mm256_set1_epi32(static_cast<std::int32_t>(in.step_key)),
-          _mm256_set1_epi64x(32768 - bit_copy<long long>(kFineRounder)),
           pairs_of({half.x - last, half.y - last}),
           pairs_of({margin - half.x, margin - half.y}),
           pairs_of(in.ball.centre),
@@ -85,29 +65,16 @@ __attribute__((PF_AVX2)) Lanes make_lanes(const FreeFlightInput& in) {
           _mm_cvtsi32_si128(in.rough_shift)};
 }
 
-// A displacement of |v| < 2^30 units in two parts: the low 32 bits of `whole` plus the high ones of `rest`.
-struct Rounded {
-  __m256i whole, rest;
-};
-
-// displacement() and round_at_random() of model/time_step.hpp for two parcels, in units instead of 2^-32
-// units: the same number over a power of two, whose fraction is rounded to 2^-32.
-PF_VECTOR Rounded round(const Lanes& c, const Vec2f* velocity, __m256i random) {
-  const __m256d moved = _mm256_mul_pd(_mm256_cvtps_pd(_mm_loadu_ps(&velocity->x)), c.advance_scale);
-  const __m256d rounder = _mm256_set1_pd(kRounder);
-  const __m256d whole = _mm256_add_pd(moved, rounder);
-  const __m256d fraction = _mm256_sub_pd(moved, _mm256_sub_pd(whole, rounder));  // exact
-  const __m256d fine = _mm256_add_pd(fraction, _mm256_set1_pd(kFineRounder));
-  return {_mm256_castpd_si256(whole),
-          _mm256_add_epi64(_mm256_castpd_si256(fine), _mm256_add_epi64(random, c.rounding))};
-}
-
-// Displacements of four parcels.
-PF_VECTOR __m256i displacement(const Rounded& a, const Rounded& b) {
-  const __m256 whole = _mm256_shuffle_ps(_mm256_castsi256_ps(a.whole), _mm256_castsi256_ps(b.whole), 0x88);
-  const __m256 rest = _mm256_shuffle_ps(_mm256_castsi256_ps(a.rest), _mm256_castsi256_ps(b.rest), 0xDD);
-  const __m256i sum = _mm256_add_epi32(_mm256_castps_si256(whole), _mm256_castps_si256(rest));
-  return _mm256_permute4x64_epi64(sum, 0xD8);
+// displacement() of model/time_step.hpp for four parcels. random: the mixed id of each, twice.
+PF_VECTOR __m256i displacement(const Lanes& c, __m256 velocity, __m256i random) {
+  const __m256 moved = _mm256_mul_ps(velocity, c.advance);
+  const __m256i whole = _mm256_cvtps_epi32(moved);
+  const __m256 lost =
+      _mm256_add_ps(_mm256_fmsub_ps(velocity, c.advance, moved), _mm256_mul_ps(velocity, c.advance_rest));
+  const __m256 rest = _mm256_add_ps(_mm256_sub_ps(moved, _mm256_cvtepi32_ps(whole)), lost);
+  const __m256i counts = _mm256_cvtps_epi32(_mm256_mul_ps(rest, _mm256_set1_ps(65536.0F)));
+  const __m256i bits = _mm256_blend_epi16(_mm256_srli_epi32(random, 16), random, 0x44);
+  return _mm256_add_epi32(whole, _mm256_srai_epi32(_mm256_add_epi32(counts, bits), 16));
 }
 
 // Moves four parcels and returns the magnitude of their displacements. Adds to `others` those whose step is
@@ -115,14 +82,12 @@ PF_VECTOR __m256i displacement(const Rounded& a, const Rounded& b) {
 template <bool kBall, Boundary kBoundary>
 PF_VECTOR __m256i fly(const Lanes& c, const FreeFlightInput& in, std::size_t i, __m256i random,
                       std::vector<std::uint32_t>& others) {
-  const __m256i moved =
-      displacement(round(c, in.velocity + i, _mm256_shuffle_epi8(random, bits_of_first_two())),
-                   round(c, in.velocity + i + 2, _mm256_shuffle_epi8(random, bits_of_last_two())));
+  const __m256 velocity = _mm256_loadu_ps(&in.velocity[i].x), sign = _mm256_set1_ps(-0.0F);
+  const __m256i moved = displacement(c, velocity, random);
   auto* const at = reinterpret_cast<__m256i*>(in.position + i);
   const __m256i before = _mm256_loadu_si256(at);
   __m256i after = _mm256_add_epi32(before, moved), magnitude = _mm256_abs_epi32(moved);
 
-  const __m256 velocity = _mm256_loadu_ps(&in.velocity[i].x), sign = _mm256_set1_ps(-0.0F);
   // A negative zero becomes a positive one, as if an empty sum were added.
   __m256i is_other = _mm256_cmpeq_epi32(_mm256_castps_si256(velocity), _mm256_castps_si256(sign));
   is_other = _mm256_or_si256(is_other, _mm256_castps_si256(_mm256_cmp_ps(_mm256_andnot_ps(sign, velocity),
@@ -166,10 +131,10 @@ __attribute__((PF_AVX2)) void fly_range(const FreeFlightInput& in, std::size_t b
     __builtin_prefetch(in.id + i + kAhead);
     const __m256i ids = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(in.id + i));
     const __m256i random = mix32(_mm256_xor_si256(ids, lanes.step_key));
-    const __m256i first =
-        fly<kBall, kBoundary>(lanes, in, i, _mm256_permute2x128_si256(random, random, 0x00), result.others);
-    const __m256i last = fly<kBall, kBoundary>(
-        lanes, in, i + 4, _mm256_permute2x128_si256(random, random, 0x11), result.others);
+    const __m256i of_first = _mm256_permutevar8x32_epi32(random, _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3)),
+                  of_last = _mm256_permutevar8x32_epi32(random, _mm256_setr_epi32(4, 4, 5, 5, 6, 6, 7, 7));
+    const __m256i first = fly<kBall, kBoundary>(lanes, in, i, of_first, result.others),
+                  last = fly<kBall, kBoundary>(lanes, in, i + 4, of_last, result.others);
     max_displacement = _mm256_max_epi32(max_displacement, _mm256_max_epi32(first, last));
   }
   for (std::size_t i = whole; i < end; ++i) result.others.push_back(static_cast<std::uint32_t>(i));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/resize.hpp"
@@ -10,6 +11,9 @@
 
 namespace pf {
 namespace {
+
+// Position units. Together with the longest flight that free_flight.hpp knows less than a step may be.
+constexpr std::uint32_t kMaxPush = 1 << 22;
 
 Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
   return {parcels.position[i], parcels.velocity[i], parcels.id[i]};
@@ -100,12 +104,34 @@ void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
   for (const TouchedParcel& touched : share.touched) {
     if (touched.parcel >= begin && touched.parcel < end) {
       share.due.push_back(touched);
+      contacts_[touched.parcel] = static_cast<std::uint32_t>(share.due.size());
     } else {
       share.touched[num_kept] = touched;
       contacts_[touched.parcel] = static_cast<std::uint32_t>(++num_kept);
     }
   }
   share.touched.resize(num_kept);
+}
+
+// Applies the contacts of the parcels that are due, so that they fly on like those that touch none. Returns a
+// bound on how far they are pushed, position units. One that is pushed too far for that gets no velocity.
+std::int32_t PairedLoop::apply_contacts(const StepConstants& constants, Share& share, ParcelArrays& now) {
+  std::uint32_t farthest = 0;
+  share.before.clear();
+  for (const TouchedParcel& touched : share.due) {
+    const std::uint32_t i = touched.parcel;
+    share.before.push_back(parcel_at(now, i));
+    const Vec2i push = push_after(touched.sums);
+    const std::uint32_t pushed = std::max(magnitude(push.x), magnitude(push.y));
+    now.velocity[i] = velocity_after(constants, now.velocity[i], touched.sums);
+    if (pushed > kMaxPush) {
+      now.velocity[i].x = std::numeric_limits<float>::quiet_NaN();
+    } else {
+      now.position[i] += push;
+      farthest = std::max(farthest, pushed);
+    }
+  }
+  return static_cast<std::int32_t>(farthest);
 }
 
 template <bool kBall, Boundary kBoundary>
@@ -115,29 +141,31 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
   ParcelArrays& now = work.parcels.current;
   Share& share = work.share;
   CpuTally& tally = work.tally;
-  const auto finish = [&](std::uint32_t i, const ContactSums& sums) {
-    return finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, parcel_at(now, i), sums, tally);
-  };
-  const auto set = [&](std::uint32_t i, const Parcel& after) {
-    now.position[i] = after.position;
-    now.velocity[i] = after.velocity;
-    rough_.set(i, after.position);
-  };
   list_due(share, begin, end);
-  share.after.clear();
-  for (const TouchedParcel& touched : share.due) share.after.push_back(finish(touched.parcel, touched.sums));
+  const std::int32_t farthest_push = apply_contacts(loop.constants, share, now);
   share.flights.others.clear();
   const FreeFlight fly = choose_free_flight(kBall, kBoundary);
   fly({loop.constants, loop.ball, loop.key, now.velocity.data(), now.id.data(), now.position.data(),
        rough_.data(), rough_.scale().shift()},
       begin, end, share.flights);
-  tally.moved(share.flights.max_displacement, 0.0F);
+  tally.moved(share.flights.max_displacement + farthest_push, 0.0F);
   for (const std::uint32_t i : share.flights.others) {
-    if (!parcels.is_copy(i) && !is_retired(now.position[i]) && contacts_[i] == 0) set(i, finish(i, {}));
+    if (parcels.is_copy(i) || is_retired(now.position[i])) continue;
+    const bool is_due = contacts_[i] != 0;
+    const Parcel before = is_due ? share.before[contacts_[i] - 1] : parcel_at(now, i);
+    const ContactSums sums = is_due ? share.due[contacts_[i] - 1].sums : ContactSums{};
+    const Parcel after =
+        finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, before, sums, tally);
+    now.position[i] = after.position;
+    now.velocity[i] = after.velocity;
+    rough_.set(i, after.position);
+    contacts_[i] = 0;
   }
-  for (std::size_t k = 0; k < share.due.size(); ++k) {
-    set(share.due[k].parcel, share.after[k]);
-    contacts_[share.due[k].parcel] = 0;
+  for (const TouchedParcel& touched : share.due) {
+    std::uint32_t& contact = contacts_[touched.parcel];
+    const Vec2f velocity = now.velocity[touched.parcel];
+    if (contact != 0) tally.moved(0, dot(velocity, velocity));
+    contact = 0;
   }
 }
 

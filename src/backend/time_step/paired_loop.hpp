@@ -60,7 +60,7 @@ class PairedLoop {
     std::vector<TouchedParcel> touched;  // parcels of the share that have not moved
     std::vector<TouchedParcel> beyond;   // parcels of other shares
     std::vector<TouchedParcel> due;      // those that move now
-    std::vector<Parcel> after;           // of each of `due`, after the step
+    std::vector<Parcel> before;          // of each of `due`, before the step
     FreeFlights flights;
     bool holds(std::uint32_t i) const { return i >= begin && i < end; }
     void add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts);
@@ -83,12 +83,14 @@ class PairedLoop {
   template <bool kBall, Boundary kBoundary>
   void move(const Work& work, std::size_t begin, std::size_t end);
   void list_due(Share& share, std::size_t begin, std::size_t end);
+  std::int32_t apply_contacts(const StepConstants& constants, Share& share, ParcelArrays& now);
 
   ThreadTeam& team_;
   PairSearch search_;
   RoughPositions rough_;  // current ones
   std::vector<Share> shares_;
-  std::vector<std::uint32_t> contacts_;  // 1 + place in `touched` of the parcel's share; 0: it touches none
+  // 1 + place in `touched` of the parcel's share, or in `due` once it is there; 0: the parcel touches none.
+  std::vector<std::uint32_t> contacts_;
 };
 
 }  // namespace pf

@@ -132,7 +132,7 @@ PF_HD inline void collide(const ExactConstants& c, Trajectory& first, Trajectory
   first.velocity = to_float(v1 + e * k);
   second.velocity = to_float(v2 - e * k);
   tally.begin_contact();
-  tally.impulse(impulse_counts(c.run, -k * distance));
+  tally.impulse(impulse_counts(-k * distance, c.run.per_impulse_count));
   tally.overlap(static_cast<float>((c.run.contact_distance - distance) / c.run.contact_distance));
 }
 
