@@ -68,6 +68,7 @@ void CudaDomain::reserve(std::size_t num) {
       in_equal_parts(static_cast<std::size_t>(kSlack * static_cast<double>(num)) + kMinSlack);
   next_ = {};
   cell_sort_ = {};
+  num_counted_ = 0;
   contact_memory_ = {};
   DeviceParcels larger(capacity);
   copy_on_device(larger.position.data(), current_.position.data(), num_, stream_);
@@ -85,7 +86,7 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
   const DeviceScope scope(device_);
   synchronize();
   slabs_ = slabs;
-  num_ = num_copies_ = num_dropped_ = num_near_ = 0;
+  num_ = num_copies_ = num_dropped_ = num_near_ = num_counted_ = 0;
   has_new_motion_ = false;
   if (capacity_ / 4 > num + kMinSlack) {
     current_ = {};
@@ -112,24 +113,24 @@ void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bit
   if (traffic_.capacity() < num_at_once) traffic_ = DeviceBuffer<Parcel>(num_at_once);
   for (std::size_t begin = 0; begin < parcels.size(); begin += num_at_once) {
     const auto num = static_cast<std::uint32_t>(std::min(num_at_once, parcels.size() - begin));
-    to_device(traffic_.data(), parcels.data() + begin, num, stream_);
-    launch_append(traffic_.data(), num, id_bits, num_, current_.pointers(), stream_);
+    to_device(traffic_.data(), parcels.data() + begin, num, copy_stream_);
+    launch_append(traffic_.data(), num, id_bits, num_, current_.pointers(), copy_stream_);
     num_ += num;
   }
-  synchronize();  // the caller's memory
+  PF_CUDA(cudaStreamSynchronize(copy_stream_));  // the caller's memory
 }
 
 void CudaDomain::download_counts() {
-  to_host(host_counts_.data(), counts_.data(), kNumCounts, stream_);
-  synchronize();
+  to_host(host_counts_.data(), counts_.data(), kNumCounts, copy_stream_);
+  PF_CUDA(cudaStreamSynchronize(copy_stream_));
 }
 
 const Parcel* CudaDomain::download(const std::uint32_t* index, std::size_t num) {
   if (traffic_.capacity() < num) traffic_ = DeviceBuffer<Parcel>(num + num / 4);
   if (host_traffic_.capacity() < num) host_traffic_ = PinnedBuffer<Parcel>(num + num / 4);
-  launch_gather(current_.pointers(), index, static_cast<std::uint32_t>(num), traffic_.data(), stream_);
-  to_host(host_traffic_.data(), traffic_.data(), num, stream_);
-  synchronize();
+  launch_gather(current_.pointers(), index, static_cast<std::uint32_t>(num), traffic_.data(), copy_stream_);
+  to_host(host_traffic_.data(), traffic_.data(), num, copy_stream_);
+  PF_CUDA(cudaStreamSynchronize(copy_stream_));
   return host_traffic_.data();
 }
 
@@ -140,21 +141,27 @@ BorderLists CudaDomain::border_lists(std::uint32_t* left, std::uint32_t* near) c
   return {inside, {left, counts_.data()}, {near, counts_.data() + 1}, counts_.data() + 2};
 }
 
-void CudaDomain::release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
+// Until the sort, stream_ counts the parcels that stay, and copy_stream_ does all else.
+void CudaDomain::release(const StepConstants& constants, std::int64_t margin,
+                         std::vector<std::vector<Parcel>>& out) {
   const DeviceScope scope(device_);
   auto* left = reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys);
   std::uint32_t* near = left + capacity_;
-  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, kNumCounts * sizeof(std::uint32_t), stream_));
-  launch_find_borders(current_.pointers(), 0, num_, margins(margin), border_lists(left, near), stream_);
+  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, kNumCounts * sizeof(std::uint32_t), copy_stream_));
+  launch_find_borders(current_.pointers(), 0, num_, margins(margin), border_lists(left, near), copy_stream_);
   download_counts();
   const std::uint32_t num_left = host_counts_.data()[0];
   num_near_ = host_counts_.data()[1];
   const Parcel* parcels = download(left, num_left);
   launch_drop(current_.pointers(), left, num_left, stream_);
-  for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
-  // Parcels that come in may take the scratch memory away.
   if (near_.capacity() < num_near_) near_ = DeviceBuffer<std::uint32_t>(num_near_ + num_near_ / 4);
   copy_on_device(near_.data(), near, num_near_, stream_);
+  PF_CUDA(cudaEventRecord(copied_, stream_));
+  PF_CUDA(cudaStreamWaitEvent(copy_stream_, copied_, 0));
+  // There will be about as many copies as before.
+  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_ - num_left, step_cells(constants));
+  begin_counting();
+  for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
   num_dropped_ = num_copies_ + num_left;
   num_copies_ = 0;
   first_adopted_ = num_;
@@ -176,12 +183,12 @@ void CudaDomain::find_near_adopted(const SlabMargins& slabs) {
   const std::uint32_t num_adopted = num_ - first_adopted_;
   if (near_.capacity() < num_near_ + num_adopted) {
     DeviceBuffer<std::uint32_t> larger(num_near_ + num_adopted + num_near_ / 4);
-    copy_on_device(larger.data(), near_.data(), num_near_, stream_);
-    synchronize();
+    copy_on_device(larger.data(), near_.data(), num_near_, copy_stream_);
+    PF_CUDA(cudaStreamSynchronize(copy_stream_));
     near_ = std::move(larger);
   }
   const BorderLists lists = border_lists(nullptr, near_.data());  // none of them has left
-  launch_find_borders(current_.pointers(), first_adopted_, num_adopted, slabs, lists, stream_);
+  launch_find_borders(current_.pointers(), first_adopted_, num_adopted, slabs, lists, copy_stream_);
   download_counts();
   num_near_ = host_counts_.data()[1];
 }
@@ -199,9 +206,9 @@ void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parce
   }
   sent_.make_room();
   std::uint32_t* by_slab = counts_.data() + 2;
-  to_device(by_slab, next, slabs_.num, stream_);
+  to_device(by_slab, next, slabs_.num, copy_stream_);
   launch_divide_by_slab(current_.pointers(), near_.data(), num_near_, slabs, {by_slab, sent_.index.data()},
-                        stream_);
+                        copy_stream_);
   const Parcel* parcels = download(sent_.index.data(), sent_.size());
   for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
 }
@@ -212,20 +219,27 @@ void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
   num_copies_ += static_cast<std::uint32_t>(parcels.size());
 }
 
+void CudaDomain::begin_counting() {
+  keys_ = cell_sort_.begin(grid_, stream_);
+  launch_count_kept(grid_, current_.pointers(), 0, num_, keys_, stream_);
+  num_counted_ = num_;
+}
+
 std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
   const ScopedPhase timing(times, Phase::sort);
   const DeviceScope scope(device_);
   copies_.make_room();
   launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
-  const std::uint32_t num_kept = num_ - num_dropped_;
-  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_kept, step_cells(constants));
-  launch_count_kept(grid_, current_.pointers(), num_, cell_sort_.begin(grid_, stream_), stream_);
+  if (num_counted_ == 0) begin_counting();
+  launch_count_kept(grid_, current_.pointers(), num_counted_, num_ - num_counted_, keys_, stream_);
+  num_counted_ = 0;
   cell_sort_.sum_counts(grid_, stream_);
   cell_sort_.scatter(current_.pointers(), next_.pointers(), num_, stream_);
   std::swap(current_, next_);
-  num_ = num_kept;
+  num_ -= num_dropped_;
   num_dropped_ = 0;
   displacement_ = 0;
+  margin_ = margin;
   return static_cast<std::int64_t>(kWidestStepReach * constants.contact_distance) - constants.contact_reach;
 }
 
@@ -266,7 +280,10 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.slots = slots_.data();
   launch_.method = step.method;
   launch_.num = num_;
-  launch_.has_copies = num_copies_ > 0;
+  if (num_copies_ > 0) {
+    launch_.low_without_copies = slabs_.edge(index_) + margin_;
+    launch_.high_without_copies = slabs_.edge(index_ + 1) - margin_;
+  }
   launch_.near = near_.data();
   launch_.num_near = num_near_;
   launch_contacts(launch_, stream_);

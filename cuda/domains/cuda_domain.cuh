@@ -30,7 +30,8 @@ class CudaDomain final : public Domain {
   CudaDomain& operator=(const CudaDomain&) = delete;
 
   void clear(const Slabs& slabs, std::size_t num) override;
-  void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
+  void release(const StepConstants& constants, std::int64_t margin,
+               std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override { append(parcels, 0); }
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
@@ -93,6 +94,8 @@ class CudaDomain final : public Domain {
   void append(const std::vector<Parcel>& parcels, std::uint32_t id_bits);
   BorderLists border_lists(std::uint32_t* left, std::uint32_t* near) const;
   void find_near_adopted(const SlabMargins& slabs);
+  // Of all that is here.
+  void begin_counting();
   void download_counts();
   // Parcels index[k], in page-locked memory until the next call.
   const Parcel* download(const std::uint32_t* index, std::size_t num);
@@ -108,16 +111,19 @@ class CudaDomain final : public Domain {
   std::uint32_t num_copies_ = 0;     // of these
   std::uint32_t num_dropped_ = 0;    // of these
   std::uint32_t first_adopted_ = 0;  // since release()
+  std::uint32_t num_counted_ = 0;    // for the next sort, the first ones
   std::uint32_t num_near_ = 0;       // own parcels near other slabs
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
   DeviceParcels next_;     // where a sort scatters to; between sorts scratch of the contacts
   DeviceCellSort cell_sort_;
+  SortKeys keys_;  // while counting
   ContactMemory contact_memory_;
   DeviceBuffer<Parcel> traffic_;  // parcels that come or go
   PinnedBuffer<Parcel> host_traffic_;
   GridShape grid_;
   std::int64_t displacement_ = 0;     // bound on displacements along an axis since the sort, position units
+  std::int64_t margin_ = 0;           // of the last sort, position units
   Margin sent_, copies_;              // own parcels that others copied; copies of others'
   DeviceBuffer<std::uint32_t> near_;  // indices of own parcels near other slabs, as in sent_, but each once
   bool has_new_motion_ = false;       // in copies_.host_motion, or on its way on copy_stream_

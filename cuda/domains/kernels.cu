@@ -96,12 +96,12 @@ __global__ void count_up_kernel(std::uint32_t first, std::uint32_t n, std::uint3
   if (k < n) index[k] = first + k;
 }
 
-__global__ void count_kept_kernel(const GridShape grid, const ParcelPointers parcels, std::uint32_t n,
-                                  const SortKeys keys) {
-  const std::uint32_t i = thread_index();
-  const bool is_kept = i < n && parcels.id[i] != kDroppedId;
+__global__ void count_kept_kernel(const GridShape grid, const ParcelPointers parcels, std::uint32_t first,
+                                  std::uint32_t n, const SortKeys keys) {
+  const std::uint32_t k = thread_index(), i = first + k;
+  const bool is_kept = k < n && parcels.id[i] != kDroppedId;
   count_in_cell(grid, keys, i, is_kept ? parcels.position[i] : Vec2i{}, is_kept);
-  if (i < n && !is_kept) keys.key[i] = kNoCell;
+  if (k < n && !is_kept) keys.key[i] = kNoCell;
 }
 
 __global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
@@ -169,9 +169,9 @@ void launch_count_up(std::uint32_t first, std::uint32_t n, std::uint32_t* index,
   launch("launch of count_up_kernel", count_up_kernel, n, stream, first, n, index);
 }
 
-void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t n,
-                       const SortKeys& keys, cudaStream_t stream) {
-  launch("launch of count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, n, keys);
+void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t first,
+                       std::uint32_t n, const SortKeys& keys, cudaStream_t stream) {
+  launch("launch of count_kept_kernel", count_kept_kernel, n, stream, grid, parcels, first, n, keys);
 }
 
 void launch_count_pixels(const ParcelPointers& parcels, std::uint32_t n, const World& world,

@@ -54,9 +54,9 @@ void launch_append(const Parcel* parcels, std::uint32_t num, std::uint32_t id_bi
 // index[k] = first + k.
 void launch_count_up(std::uint32_t first, std::uint32_t num, std::uint32_t* index, cudaStream_t stream);
 
-// Counts the parcels that are not dropped. The others get no cell.
-void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t num,
-                       const SortKeys& keys, cudaStream_t stream);
+// Counts the parcels from `first` on that are not dropped. The others get no cell.
+void launch_count_kept(const GridShape& grid, const ParcelPointers& parcels, std::uint32_t first,
+                       std::uint32_t num, const SortKeys& keys, cudaStream_t stream);
 
 // Adds the shares of own parcels, every one_in-th id, to the pixels of a picture.
 struct CountedPicture {

@@ -47,7 +47,8 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
     const auto displacement = static_cast<std::int32_t>(
         launch.state->max_displacement < kHalfSide ? launch.state->max_displacement : kHalfSide);
     search_later<kBoundary>(launch.space, position, circle, displacement, [&](std::uint32_t j) {
-      if (!launch.has_copies || !(is_copy(launch, i) || is_copy(launch, j))) visit(i, j);
+      const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
+      if (is_inside || !(is_copy(launch, i) || is_copy(launch, j))) visit(i, j);
     });
   }
 }

@@ -72,8 +72,9 @@ struct StepLaunch {
   TallySlot* slots = nullptr;  // kNumSlots
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
-  std::uint32_t num = 0;                // parcels, copies included
-  bool has_copies = false;              // some ids have kCopyBit
+  std::uint32_t num = 0;  // parcels, copies included
+  // Parcels that are here along x, low <= x < high, neither have kCopyBit nor touch one that has.
+  std::int64_t low_without_copies = INT64_MIN, high_without_copies = INT64_MAX;
   const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch copies
   std::uint32_t num_near = 0;
 };

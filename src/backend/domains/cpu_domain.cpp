@@ -53,7 +53,7 @@ void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
 }
 
 // One pass over all parcels also lists those that copy_margins will look at.
-void CpuDomain::release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
+void CpuDomain::release(const StepConstants&, std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
   ParcelArrays& from = parcels_.current;
   const std::int64_t low = slabs_.edge(index_) + margin, high = slabs_.edge(index_ + 1) - margin;
   const std::int64_t first = index_ == 0 ? INT32_MIN : slabs_.edge(index_),

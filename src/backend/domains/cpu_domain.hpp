@@ -18,7 +18,8 @@ class CpuDomain final : public Domain {
   CpuDomain& operator=(const CpuDomain&) = delete;
 
   void clear(const Slabs& slabs, std::size_t num) override;
-  void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
+  void release(const StepConstants& constants, std::int64_t margin,
+               std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override;
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
   void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;

@@ -39,7 +39,9 @@ class Domain {
 
   // The sort of all slabs, in this order.
   // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies. margin: that of 3.
-  virtual void release(std::int64_t margin, std::vector<std::vector<Parcel>>& out) = 0;
+  // constants: those of 5. A GPU works on while the caller continues.
+  virtual void release(const StepConstants& constants, std::int64_t margin,
+                       std::vector<std::vector<Parcel>>& out) = 0;
   // 2. Takes over those of other slabs.
   virtual void adopt(const std::vector<Parcel>& parcels) = 0;
   // 3. Copies parcels within `margin` of another slab, position units, to out[slab].

@@ -12,8 +12,8 @@ namespace {
 
 // Width of the margin, in contact distances, on processors and on GPUs; in a dilute gas, whose cells are
 // wider, in mean distances of parcels. It takes part in no result. Cells set how far parcels may move until
-// the next sort; these margins cut that short by a seventh at most.
-constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.0, kDiluteMarginWidth = 0.75;
+// the next sort; the margin of processors cuts that short by a seventh at most, that of GPUs does not.
+constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.75, kDiluteMarginWidth = 0.75;
 
 // What a rank knows after a step. All ranks learn it from all.
 struct StepOutcome {
@@ -32,7 +32,10 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
 }  // namespace
 
 DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus)
-    : carrier_(carrier), ranks_(carrier, num_domains), team_(num_threads), gpus_(gpus) {
+    : carrier_(carrier),
+      ranks_(carrier, num_domains),
+      team_(gpus == nullptr ? num_threads : ranks_.num_local()),
+      gpus_(gpus) {
   slabs_.num = num_domains;
   for (unsigned d = 0; d < ranks_.num_local(); ++d) {
     const unsigned index = ranks_.first_local() + d, place = carrier.rank_here() * ranks_.num_local() + d;
@@ -74,7 +77,7 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
     ScopedPhase timing(report.times, Phase::sort);
     Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
     margin_ = margin_of(constants, physics_.parcels.num, gpus_ != nullptr ? kGpuMarginWidth : kMarginWidth);
-    side_by_side([&](Domain& domain, std::size_t d) { domain.release(margin_, out[d]); });
+    side_by_side([&](Domain& domain, std::size_t d) { domain.release(constants, margin_, out[d]); });
     ranks_.exchange(out, in, ranks_.all_counts(out));
     side_by_side([&](Domain& domain, std::size_t d) {
       for (const std::vector<Parcel>& parcels : in[d]) domain.adopt(parcels);

@@ -2,6 +2,7 @@
 // the same arguments; results hold on every rank unless stated otherwise.
 #pragma once
 
+#include <exception>
 #include <memory>
 #include <vector>
 
@@ -13,7 +14,8 @@ namespace pf {
 
 class DomainGroup {
  public:
-  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. gpus: null if domains
+  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank, if domains are on
+  // processors; GPUs have a thread each. gpus: null if domains
   // are on processors. carrier and gpus must outlive it.
   DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus);
   // Of domains on GPUs: chooses how motion goes between them. Before anything else. Throws UserError on rank
@@ -54,18 +56,23 @@ class DomainGroup {
   void spawn(const SpawnPlan& plan);
   void distribute(const ParcelSnapshot& parcels);
   void sum_memory();
-  // work(domain, its place on this rank), one domain to a thread; those on GPUs one after the other, since
-  // errors must not end a thread.
+  // work(domain, its place on this rank), one domain to a thread. Throws the first domain's error.
   template <class Work>
   void side_by_side(const Work& work) {
-    if (gpus_ != nullptr) {
-      for (std::size_t d = 0; d < domains_.size(); ++d) work(*domains_[d], d);
-      return;
-    }
+    std::vector<std::exception_ptr> errors(domains_.size());
     team_.run([&](unsigned thread) {
       const auto [begin, end] = team_.share(thread, domains_.size());
-      for (std::size_t d = begin; d < end; ++d) work(*domains_[d], d);
+      for (std::size_t d = begin; d < end; ++d) {
+        try {
+          work(*domains_[d], d);
+        } catch (...) {
+          errors[d] = std::current_exception();
+        }
+      }
     });
+    for (const std::exception_ptr& error : errors) {
+      if (error != nullptr) std::rethrow_exception(error);
+    }
   }
   void sort(const StepConstants& constants, StepReport& report);
   void update_copies();
