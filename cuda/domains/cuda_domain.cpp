@@ -50,6 +50,7 @@ CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(devi
   PF_CUDA(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
   PF_CUDA(cudaStreamCreateWithPriority(&copy_stream_, cudaStreamNonBlocking, highest));
   PF_CUDA(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming));
+  clear_slots();
 }
 
 CudaDomain::~CudaDomain() {
@@ -87,7 +88,7 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
   synchronize();
   slabs_ = slabs;
   num_ = num_copies_ = num_dropped_ = num_near_ = num_counted_ = 0;
-  has_new_motion_ = false;
+  has_new_motion_ = is_sorted_ = false;
   if (capacity_ / 4 > num + kMinSlack) {
     current_ = {};
     next_ = {};
@@ -120,137 +121,6 @@ void CudaDomain::append(const std::vector<Parcel>& parcels, std::uint32_t id_bit
   PF_CUDA(cudaStreamSynchronize(copy_stream_));  // the caller's memory
 }
 
-void CudaDomain::download_counts() {
-  to_host(host_counts_.data(), counts_.data(), kNumCounts, copy_stream_);
-  PF_CUDA(cudaStreamSynchronize(copy_stream_));
-}
-
-const Parcel* CudaDomain::download(const std::uint32_t* index, std::size_t num) {
-  if (traffic_.capacity() < num) traffic_ = DeviceBuffer<Parcel>(num + num / 4);
-  if (host_traffic_.capacity() < num) host_traffic_ = PinnedBuffer<Parcel>(num + num / 4);
-  launch_gather(current_.pointers(), index, static_cast<std::uint32_t>(num), traffic_.data(), copy_stream_);
-  to_host(host_traffic_.data(), traffic_.data(), num, copy_stream_);
-  PF_CUDA(cudaStreamSynchronize(copy_stream_));
-  return host_traffic_.data();
-}
-
-// counts_: of the parcels that have left, of those near a border, and of those near each slab.
-BorderLists CudaDomain::border_lists(std::uint32_t* left, std::uint32_t* near) const {
-  const Slabs::Span inside{index_ == 0 ? INT32_MIN : slabs_.edge(index_),
-                           index_ + 1 == slabs_.num ? INT64_MAX : slabs_.edge(index_ + 1)};
-  return {inside, {left, counts_.data()}, {near, counts_.data() + 1}, counts_.data() + 2};
-}
-
-// Until the sort, stream_ counts the parcels that stay, and copy_stream_ does all else.
-void CudaDomain::release(const StepConstants& constants, std::int64_t margin,
-                         std::vector<std::vector<Parcel>>& out) {
-  const DeviceScope scope(device_);
-  auto* left = reinterpret_cast<std::uint32_t*>(cell_sort_.scratch().keys);
-  std::uint32_t* near = left + capacity_;
-  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, kNumCounts * sizeof(std::uint32_t), copy_stream_));
-  launch_find_borders(current_.pointers(), 0, num_, margins(margin), border_lists(left, near), copy_stream_);
-  download_counts();
-  const std::uint32_t num_left = host_counts_.data()[0];
-  num_near_ = host_counts_.data()[1];
-  const Parcel* parcels = download(left, num_left);
-  launch_drop(current_.pointers(), left, num_left, stream_);
-  if (near_.capacity() < num_near_) near_ = DeviceBuffer<std::uint32_t>(num_near_ + num_near_ / 4);
-  copy_on_device(near_.data(), near, num_near_, stream_);
-  PF_CUDA(cudaEventRecord(copied_, stream_));
-  PF_CUDA(cudaStreamWaitEvent(copy_stream_, copied_, 0));
-  // There will be about as many copies as before.
-  grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_ - num_left, step_cells(constants));
-  begin_counting();
-  for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
-  num_dropped_ = num_copies_ + num_left;
-  num_copies_ = 0;
-  first_adopted_ = num_;
-  has_new_motion_ = false;
-}
-
-SlabMargins CudaDomain::margins(std::int64_t margin) const {
-  SlabMargins margins{};
-  for (unsigned k = 0; k < slabs_.num; ++k) margins.slab[k] = slabs_.span(k);
-  margins.num = slabs_.num;
-  margins.own = index_;
-  margins.margin = margin;
-  margins.extent = slabs_.world.boundary == Boundary::periodic ? slabs_.extent() : 0;
-  return margins;
-}
-
-// Adds those that came in to the lists of parcels near a border.
-void CudaDomain::find_near_adopted(const SlabMargins& slabs) {
-  const std::uint32_t num_adopted = num_ - first_adopted_;
-  if (near_.capacity() < num_near_ + num_adopted) {
-    DeviceBuffer<std::uint32_t> larger(num_near_ + num_adopted + num_near_ / 4);
-    copy_on_device(larger.data(), near_.data(), num_near_, copy_stream_);
-    PF_CUDA(cudaStreamSynchronize(copy_stream_));
-    near_ = std::move(larger);
-  }
-  const BorderLists lists = border_lists(nullptr, near_.data());  // none of them has left
-  launch_find_borders(current_.pointers(), first_adopted_, num_adopted, slabs, lists, copy_stream_);
-  download_counts();
-  num_near_ = host_counts_.data()[1];
-}
-
-void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) {
-  const DeviceScope scope(device_);
-  const SlabMargins slabs = margins(margin);
-  find_near_adopted(slabs);
-  sent_.clear(slabs_.num);
-  copies_.clear(slabs_.num);
-  std::uint32_t* next = host_counts_.data() + 2;
-  for (unsigned k = 0; k < slabs_.num; ++k) {
-    sent_.set_size(k, next[k]);
-    next[k] = static_cast<std::uint32_t>(sent_.begin(k));
-  }
-  sent_.make_room();
-  std::uint32_t* by_slab = counts_.data() + 2;
-  to_device(by_slab, next, slabs_.num, copy_stream_);
-  launch_divide_by_slab(current_.pointers(), near_.data(), num_near_, slabs, {by_slab, sent_.index.data()},
-                        copy_stream_);
-  const Parcel* parcels = download(sent_.index.data(), sent_.size());
-  for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
-}
-
-void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
-  copies_.set_size(slab, parcels.size());
-  append(parcels, kCopyBit);
-  num_copies_ += static_cast<std::uint32_t>(parcels.size());
-}
-
-void CudaDomain::begin_counting() {
-  keys_ = cell_sort_.begin(grid_, stream_);
-  launch_count_kept(grid_, current_.pointers(), 0, num_, keys_, stream_);
-  num_counted_ = num_;
-}
-
-std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) {
-  const ScopedPhase timing(times, Phase::sort);
-  const DeviceScope scope(device_);
-  copies_.make_room();
-  launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
-  if (num_counted_ == 0) begin_counting();
-  launch_count_kept(grid_, current_.pointers(), num_counted_, num_ - num_counted_, keys_, stream_);
-  num_counted_ = 0;
-  cell_sort_.sum_counts(grid_, stream_);
-  cell_sort_.scatter(current_.pointers(), next_.pointers(), num_, stream_);
-  std::swap(current_, next_);
-  num_ -= num_dropped_;
-  num_dropped_ = 0;
-  displacement_ = 0;
-  margin_ = margin;
-  return static_cast<std::int64_t>(kWidestStepReach * constants.contact_distance) - constants.contact_reach;
-}
-
-void CudaDomain::find_borders() {
-  const DeviceScope scope(device_);
-  cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
-  cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
-  cell_sort_.update_indices(near_.data(), num_near_, stream_);
-  synchronize();
-}
-
 void CudaDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
   const ParcelMotion* motion = sent_.host_motion.data();
   out.assign(motion + sent_.begin(slab), motion + sent_.end(slab));
@@ -269,7 +139,6 @@ void CudaDomain::start(const TimeStep& step) {
   host_state_->rounding_key = step.key;
   host_state_->max_displacement = displacement_;
   to_device(state_.data(), host_state_.get(), 1, stream_);
-  PF_CUDA(cudaMemsetAsync(slots_.data(), 0, kNumSlots * sizeof(TallySlot), stream_));
   launch_ = {};
   launch_.constants = step.constants;
   launch_.space = {slabs_.world, grid_, cell_sort_.cell_start(), num_,
@@ -281,8 +150,9 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.method = step.method;
   launch_.num = num_;
   if (num_copies_ > 0) {
-    launch_.low_without_copies = slabs_.edge(index_) + margin_;
-    launch_.high_without_copies = slabs_.edge(index_ + 1) - margin_;
+    const std::int64_t width = step.constants.contact_reach + displacement_;
+    launch_.low_without_copies = slabs_.edge(index_) + width;
+    launch_.high_without_copies = slabs_.edge(index_ + 1) - width;
   }
   launch_.near = near_.data();
   launch_.num_near = num_near_;
@@ -323,6 +193,11 @@ void CudaDomain::step_borders() {
   launch_pack(current_.pointers(), sent_.index.data(), sent_.size(), sent_.motion.data(), stream_);
   if (!is_linked_) to_host(sent_.host_motion.data(), sent_.motion.data(), sent_.size(), stream_);
   to_host(host_slots_.data(), slots_.data(), kNumSlots, stream_);
+  clear_slots();
+}
+
+void CudaDomain::clear_slots() {
+  PF_CUDA(cudaMemsetAsync(slots_.data(), 0, kNumSlots * sizeof(TallySlot), stream_));
 }
 
 CpuTally CudaDomain::finish() {

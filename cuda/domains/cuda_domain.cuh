@@ -93,6 +93,7 @@ class CudaDomain final : public Domain {
   void reserve(std::size_t num);
   void append(const std::vector<Parcel>& parcels, std::uint32_t id_bits);
   BorderLists border_lists(std::uint32_t* left, std::uint32_t* near) const;
+  void find_borders_of_all(std::int64_t margin, const BorderLists& lists);
   void find_near_adopted(const SlabMargins& slabs);
   // Of all that is here.
   void begin_counting();
@@ -100,6 +101,7 @@ class CudaDomain final : public Domain {
   // Parcels index[k], in page-locked memory until the next call.
   const Parcel* download(const std::uint32_t* index, std::size_t num);
   SlabMargins margins(std::int64_t margin) const;
+  void clear_slots();
   void synchronize() const { PF_CUDA(cudaStreamSynchronize(stream_)); }
 
   unsigned index_;
@@ -122,8 +124,8 @@ class CudaDomain final : public Domain {
   DeviceBuffer<Parcel> traffic_;  // parcels that come or go
   PinnedBuffer<Parcel> host_traffic_;
   GridShape grid_;
+  bool is_sorted_ = false;
   std::int64_t displacement_ = 0;     // bound on displacements along an axis since the sort, position units
-  std::int64_t margin_ = 0;           // of the last sort, position units
   Margin sent_, copies_;              // own parcels that others copied; copies of others'
   DeviceBuffer<std::uint32_t> near_;  // indices of own parcels near other slabs, as in sent_, but each once
   bool has_new_motion_ = false;       // in copies_.host_motion, or on its way on copy_stream_

@@ -47,12 +47,9 @@ __device__ void list_near(const SlabMargins& slabs, const BorderLists& lists, st
   if (is_near_any) lists.near.index[atomicAdd(lists.near.count, 1U)] = i;
 }
 
-__global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t first, std::uint32_t n,
-                                    const __grid_constant__ SlabMargins slabs, const BorderLists lists) {
-  const std::uint32_t k = thread_index();
-  if (k >= n) return;
-  const std::uint32_t i = first + k, id = parcels.id[i];
-  if ((id & kCopyBit) != 0) {
+__device__ void list_border(const ParcelPointers& parcels, std::uint32_t i, const SlabMargins& slabs,
+                            const BorderLists& lists) {
+  if ((parcels.id[i] & kCopyBit) != 0) {
     parcels.id[i] = kDroppedId;
     return;
   }
@@ -63,6 +60,28 @@ __global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t 
   } else {
     lists.left.index[atomicAdd(lists.left.count, 1U)] = i;
   }
+}
+
+__global__ void find_borders_kernel(const ParcelPointers parcels, std::uint32_t first, std::uint32_t n,
+                                    const __grid_constant__ SlabMargins slabs, const BorderLists lists) {
+  const std::uint32_t k = thread_index();
+  if (k < n) list_border(parcels, first + k, slabs, lists);
+}
+
+// A warp for each row.
+__global__ void find_borders_in_columns_kernel(const ParcelPointers parcels, const SortedColumns columns,
+                                               const __grid_constant__ SlabMargins slabs,
+                                               const BorderLists lists) {
+  const std::uint32_t row = thread_index() / 32, lane = threadIdx.x % 32;
+  const GridShape& grid = columns.grid;
+  if (row >= static_cast<std::uint32_t>(grid.y.num)) return;
+  const auto num_columns = static_cast<std::uint32_t>(grid.x.num);
+  const std::uint32_t* start = columns.cell_start + row * num_columns;
+  const auto visit = [&](std::uint32_t first, std::uint32_t end) {
+    for (std::uint32_t i = first + lane; i < end; i += 32) list_border(parcels, i, slabs, lists);
+  };
+  visit(start[0], start[columns.first_inner]);
+  visit(start[columns.end_inner], start[num_columns]);
 }
 
 __global__ void divide_by_slab_kernel(const ParcelPointers parcels, const std::uint32_t* near,
@@ -147,6 +166,12 @@ void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std:
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t n,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream) {
   launch("launch of find_borders_kernel", find_borders_kernel, n, stream, parcels, first, n, slabs, lists);
+}
+
+void launch_find_borders_in_columns(const ParcelPointers& parcels, const SortedColumns& columns,
+                                    const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream) {
+  launch("launch of find_borders_in_columns_kernel", find_borders_in_columns_kernel,
+         static_cast<std::uint32_t>(columns.grid.y.num) * 32, stream, parcels, columns, slabs, lists);
 }
 
 void launch_divide_by_slab(const ParcelPointers& parcels, const std::uint32_t* near, std::uint32_t n,

@@ -34,6 +34,14 @@ struct BorderLists {
 // Adds parcels from `first` on to the lists. Drops copies.
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t num,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream);
+// The same for all parcels but those that were in columns first_inner <= column < end_inner at the sort.
+struct SortedColumns {
+  GridShape grid;
+  const std::uint32_t* cell_start;
+  std::uint32_t first_inner, end_inner;
+};
+void launch_find_borders_in_columns(const ParcelPointers& parcels, const SortedColumns& columns,
+                                    const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream);
 // Drops the parcels of a list.
 void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
                  cudaStream_t stream);

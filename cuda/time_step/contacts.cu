@@ -37,6 +37,8 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   const Vec2i* position = launch.from.position;
   const Vec2i centre = position[i];
   if (is_retired(centre)) return;
+  const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
+  if (kBorders && is_inside) return;
   const SearchCircle circle{centre, i, search_reach(launch.constants, *launch.state),
                             launch.constants.filter_distance2};
   if constexpr (kBorders) {
@@ -47,7 +49,6 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
     const auto displacement = static_cast<std::int32_t>(
         launch.state->max_displacement < kHalfSide ? launch.state->max_displacement : kHalfSide);
     search_later<kBoundary>(launch.space, position, circle, displacement, [&](std::uint32_t j) {
-      const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
       if (is_inside || !(is_copy(launch, i) || is_copy(launch, j))) visit(i, j);
     });
   }
