@@ -93,13 +93,13 @@ DeviceLimits device_limits() {
   std::istringstream in(text != nullptr ? text : "");
   for (std::string limit; in >> limit;) {
     constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=",
-                               kSolver = "solver_blocks=", kDoubles = "floats_per_double=";
+                               kSolver = "solver_blocks=", kMany = "many_parcels=";
     if (limit.starts_with(kMultiprocessors)) {
       limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
     } else if (limit.starts_with(kMemory)) {
       limits.memory_bytes = number_of(limit, kMemory.size()) * 1'000'000;
-    } else if (limit.starts_with(kDoubles)) {
-      limits.floats_per_double = static_cast<std::uint32_t>(number_of(limit, kDoubles.size()));
+    } else if (limit.starts_with(kMany)) {
+      limits.many_parcels = static_cast<std::uint32_t>(number_of(limit, kMany.size()));
     } else if (limit.starts_with(kSolver)) {
       limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size()));
       if (limits.solver_blocks > 2)
@@ -107,7 +107,7 @@ DeviceLimits device_limits() {
     } else {
       throw UserError(
           fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, "
-                      "floats_per_double=N, solver_blocks=N",
+                      "many_parcels=N, solver_blocks=N",
                       kLimitsVariable, in_quotes(limit)));
     }
   }
@@ -119,13 +119,6 @@ std::uint32_t usable_multiprocessors() {
   PF_CUDA(cudaGetDevice(&device));
   PF_CUDA(cudaDeviceGetAttribute(&num, cudaDevAttrMultiProcessorCount, device));
   return std::min(static_cast<std::uint32_t>(num), device_limits().num_multiprocessors);
-}
-
-std::uint32_t floats_per_double() {
-  int device = 0, ratio = 0;
-  PF_CUDA(cudaGetDevice(&device));
-  PF_CUDA(cudaDeviceGetAttribute(&ratio, cudaDevAttrSingleToDoublePrecisionPerfRatio, device));
-  return std::max(static_cast<std::uint32_t>(ratio), device_limits().floats_per_double);
 }
 
 // Asked once for each device, since it is needed at every launch.

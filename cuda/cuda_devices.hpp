@@ -19,7 +19,7 @@ std::string cuda_device_obstacle(int device);
 struct DeviceLimits {
   std::uint32_t num_multiprocessors = UINT32_MAX;
   std::size_t memory_bytes = SIZE_MAX;  // of all allocations together
-  std::uint32_t floats_per_double = 0;  // at least
+  std::uint32_t many_parcels = 0;       // from so many on steps are done in parts; 0: where that is faster
   std::uint32_t solver_blocks = 0;      // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
 };
 
@@ -31,9 +31,6 @@ std::uint32_t usable_multiprocessors();
 
 // Whether the code for the current device has begin_in_turn() (cuda/launch.cuh).
 bool has_launches_in_turn();
-
-// Operations on floats that the current device computes in the time of one on doubles.
-std::uint32_t floats_per_double();
 
 // Free bytes of the current device's memory within the limits.
 std::size_t usable_memory_bytes();

@@ -20,9 +20,9 @@ std::int64_t displacement_in_step(const StepConstants& constants, const StepStat
 }
 
 // Whether a step in parts is faster: of many parcels, few of which touch at a time. The sums of those that do
-// are atomics in memory. It takes a quarter of the doubles, so it pays much sooner where these are slow.
+// are atomics in memory.
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
-  if (floats_per_double() >= kFewDoubles) return num_parcels >= kManyParcelsForFewDoubles;
+  if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
   return num_parcels >= kManyParcels && area_fraction_of(physics) <= kMostDense &&
          !row_of(method).contacts_last;
 }

@@ -33,14 +33,10 @@ inline CellSize step_cells(const StepConstants& constants) {
 }
 
 // From so many parcels on, and up to such an area fraction, three kernels are faster than one. H200, Gps of
-// three and of one: 5 10^5 15.1 and 16.1, 7 10^5 17.4 and 17.4, 10^6 20.6 and 18.4; 10^7 at 0.35 21.6
-// and 19.7, at 0.45 17.6 and 17.3, at 0.55 13.8 and 15.2.
-constexpr std::uint32_t kManyParcels = 700'000;
+// three and of one: 5 10^5 16.8 and 17.5, 6 10^5 18.3 and 18.3; 10^7 at 0.5 16.3 and 17.2, at 0.55 13.6 and
+// 15.5. `spring` has ten times as many contacts: 10^7 14.7 and 20.2.
+constexpr std::uint32_t kManyParcels = 600'000;
 constexpr double kMostDense = 0.45;
-// On a device that computes so many floats in the time of a double (docs/performance.md; computed from counts
-// of instructions, not measured).
-constexpr std::uint32_t kFewDoubles = 16;
-constexpr std::uint32_t kManyParcelsForFewDoubles = 30'000;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory.
 struct alignas(32) DeviceSums {

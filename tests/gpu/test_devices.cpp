@@ -41,15 +41,15 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
-// A device whose doubles are slow takes steps in parts for fewer parcels, for `spring`, and in a crowd.
-TEST_F(Devices, SlowDoublesGiveTheSameBits) {
+// Few parcels, `spring` and a crowd, of which steps in one kernel are faster.
+TEST_F(Devices, StepsInPartsGiveTheSameBits) {
   Settings spring = court(50000, Boundary::periodic), crowd = court(50000, Boundary::walls);
   spring.method = Method::spring;
   crowd.area_fraction = 0.6;
   for (const Settings& s : {court(50000, Boundary::open), spring, crowd}) {
     ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
     const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
-    limit("floats_per_double=64");
+    limit("many_parcels=1");
     EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu);
   }
 }
@@ -89,7 +89,7 @@ TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").num_multiprocessors, 4U);
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").memory_bytes, 500'000'000U);
   EXPECT_EQ(read("solver_blocks=2").solver_blocks, 2U);
-  EXPECT_EQ(read("floats_per_double=64").floats_per_double, 64U);
+  EXPECT_EQ(read("many_parcels=64").many_parcels, 64U);
   EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
   for (const char* wrong :
        {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x", "solver_blocks=3"})
