@@ -35,7 +35,7 @@ void expect_same(const Parcels& actual, const Parcels& expected) {
 // comes back at once, on this side of the border.
 class SlabSort : public Domains {
  protected:
-  static constexpr unsigned kOwn = 1;
+  static constexpr unsigned kMiddle = 1;
   static constexpr std::uint32_t kFirstNewId = 100'000;
 
   void SetUp() override {
@@ -49,15 +49,15 @@ class SlabSort : public Domains {
     margin_ = constants().contact_reach;
     if (are_domains_on_gpus()) {
       gpus_ = domain_gpus();
-      domain_ = gpus_->make(kOwn, 0);
+      domain_ = gpus_->make(kMiddle, 0);
     } else {
-      domain_ = std::make_unique<CpuDomain>(kOwn, team_);
+      domain_ = std::make_unique<CpuDomain>(kMiddle, team_);
     }
     const ParcelSnapshot snapshot = spawned.backend->snapshot();
     std::vector<Parcel> own;
     for (std::uint32_t id = 0; id < snapshot.position.size(); ++id) {
       const Parcel parcel{snapshot.position[id], {id % 2 == 0 ? kSpeed : -kSpeed, 0.0F}, id};
-      if (slabs_.owner(parcel.position.x) == kOwn) own.push_back(parcel);
+      if (slabs_.owner(parcel.position.x) == kMiddle) own.push_back(parcel);
     }
     domain_->clear(slabs_, own.size());
     domain_->adopt(own);
@@ -89,7 +89,7 @@ class SlabSort : public Domains {
     Parcels stay, left[3];
     for (const auto& [id, parcel] : own_) {
       const unsigned owner = slabs_.owner(parcel.position.x);
-      (owner == kOwn ? stay : left[owner]).emplace(id, parcel);
+      (owner == kMiddle ? stay : left[owner]).emplace(id, parcel);
     }
     std::size_t num = 0;
     for (unsigned k = 0; k < slabs_.num; ++k) {
@@ -97,7 +97,7 @@ class SlabSort : public Domains {
       num += out[k].size();
       for (Parcel parcel : out[k]) {
         parcel.position.x =
-            static_cast<std::int32_t>(k < kOwn ? slabs_.edge(kOwn) : slabs_.edge(kOwn + 1) - 1);
+            static_cast<std::int32_t>(k < kMiddle ? slabs_.edge(kMiddle) : slabs_.edge(kMiddle + 1) - 1);
         come_back.push_back(parcel);
       }
     }
@@ -113,7 +113,7 @@ class SlabSort : public Domains {
     for (unsigned k = 0; k < slabs_.num; ++k) {
       Parcels near;
       for (const auto& [id, parcel] : own_) {
-        if (k != kOwn && slabs_.distance(parcel.position.x, slabs_.span(k)) <= margin_)
+        if (k != kMiddle && slabs_.distance(parcel.position.x, slabs_.span(k)) <= margin_)
           near.emplace(id, parcel);
       }
       expect_same(by_id(out[k]), near);
@@ -124,8 +124,8 @@ class SlabSort : public Domains {
 
   // Parcels of the neighbours, between two sorts.
   void add_copies(std::uint32_t first_id) {
-    for (const unsigned k : {kOwn - 1, kOwn + 1}) {
-      const std::int64_t low = k < kOwn ? slabs_.edge(kOwn) - margin_ : slabs_.edge(kOwn + 1);
+    for (const unsigned k : {kMiddle - 1, kMiddle + 1}) {
+      const std::int64_t low = k < kMiddle ? slabs_.edge(kMiddle) - margin_ : slabs_.edge(kMiddle + 1);
       std::vector<Parcel> copies;
       for (std::uint32_t j = 0; j < 20; ++j) copies.push_back(at_random(first_id++, {low, low + margin_}));
       domain_->add_copies(k, copies);
@@ -151,7 +151,8 @@ class SlabSort : public Domains {
   void sort(std::uint32_t num_new, std::uint32_t first_id) {
     std::vector<Parcel> adopted;
     num_left_ += release(adopted);
-    for (std::uint32_t j = 0; j < num_new; ++j) adopted.push_back(at_random(first_id + j, slabs_.span(kOwn)));
+    for (std::uint32_t j = 0; j < num_new; ++j)
+      adopted.push_back(at_random(first_id + j, slabs_.span(kMiddle)));
     domain_->adopt(adopted);
     own_.merge(by_id(adopted));
     num_near_ += copy_margins();
