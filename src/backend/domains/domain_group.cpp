@@ -34,7 +34,8 @@ std::int64_t margin_of(const StepConstants& constants, std::uint32_t num_parcels
 DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus)
     : carrier_(carrier),
       ranks_(carrier, num_domains),
-      team_(gpus == nullptr ? num_threads : ranks_.num_local()),
+      team_(num_threads),
+      gpu_team_(gpus == nullptr ? 1 : ranks_.num_local()),
       gpus_(gpus) {
   slabs_.num = num_domains;
   for (unsigned d = 0; d < ranks_.num_local(); ++d) {

@@ -14,8 +14,7 @@ namespace pf {
 
 class DomainGroup {
  public:
-  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank, if domains are on
-  // processors; GPUs have a thread each. gpus: null if domains
+  // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. gpus: null if domains
   // are on processors. carrier and gpus must outlive it.
   DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus);
   // Of domains on GPUs: chooses how motion goes between them. Before anything else. Throws UserError on rank
@@ -60,8 +59,9 @@ class DomainGroup {
   template <class Work>
   void side_by_side(const Work& work) {
     std::vector<std::exception_ptr> errors(domains_.size());
-    team_.run([&](unsigned thread) {
-      const auto [begin, end] = team_.share(thread, domains_.size());
+    ThreadTeam& team = gpus_ != nullptr ? gpu_team_ : team_;
+    team.run([&](unsigned thread) {
+      const auto [begin, end] = team.share(thread, domains_.size());
       for (std::size_t d = begin; d < end; ++d) {
         try {
           work(*domains_[d], d);
@@ -82,6 +82,7 @@ class DomainGroup {
   Carrier& carrier_;
   DomainRanks ranks_;
   ThreadTeam team_;
+  ThreadTeam gpu_team_;  // a thread for each domain, if they are on GPUs
   DomainGpus* gpus_;
   Slabs slabs_;
   std::vector<std::unique_ptr<Domain>> domains_;

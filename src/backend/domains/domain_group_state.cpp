@@ -110,12 +110,10 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
 
 std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const CountStyle& style) {
   const std::size_t num = std::size_t{grid.width} * grid.height;
-  // Domains on GPUs take turns.
-  std::vector<std::vector<std::uint32_t>> images(gpus_ != nullptr ? 1 : domains_.size());
+  std::vector<std::vector<std::uint32_t>> images(domains_.size());
   side_by_side([&](Domain& domain, std::size_t d) {
-    std::vector<std::uint32_t>& image = images[d % images.size()];
-    image.resize(num);
-    domain.count(grid, style, image);
+    images[d].resize(num);
+    domain.count(grid, style, images[d]);
   });
   std::vector<std::uint32_t> sum = std::move(images[0]);
   const auto add = [&](const std::uint32_t* pixels) {
