@@ -32,16 +32,22 @@ struct ContactSums {
   std::int64_t push_y = 0;
 
   PF_HD ContactSums& operator+=(const ContactSums& o) {
-    velocity_x += o.velocity_x;
-    velocity_y += o.velocity_y;
-    push_x += o.push_x;
-    push_y += o.push_y;
+    velocity_x = sum_of(velocity_x, o.velocity_x);
+    velocity_y = sum_of(velocity_y, o.velocity_y);
+    push_x = sum_of(push_x, o.push_x);
+    push_y = sum_of(push_y, o.push_y);
     return *this;
+  }
+
+ private:
+  // Modulo 2^64, as the GPU's atomics: what stands for a change that is not finite may be among them.
+  PF_HD static std::int64_t sum_of(std::int64_t a, std::int64_t b) {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
   }
 };
 
-// What a contact adds for the other parcel of the pair. The smallest integer, which stands for a change that
-// is not finite, is its own opposite.
+// What a contact adds for the other parcel of the pair. The smallest integer, which stands for a change out
+// of range, is its own opposite.
 PF_HD inline ContactSums operator-(const ContactSums& sums) {
   const auto opposite = [](std::int64_t sum) {
     return static_cast<std::int64_t>(0U - static_cast<std::uint64_t>(sum));

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "core/fixed_point.hpp"
 #include "core/random.hpp"
@@ -14,8 +15,8 @@
 namespace pf {
 
 // Displacement of a step along an axis, in position units. It is rounded without bias: 16 random bits per
-// axis, keyed by (seed, id, step), choose between the two neighbours. Undefined for 2^30 units and more. In
-// floats that hold the product to 2^-46 of it.
+// axis, keyed by (seed, id, step), choose between the two neighbours. Undefined for 2^30 units and more. Two
+// floats hold the product to 2^-46 of it, of which the fraction of a unit is then rounded to 2^-16 units.
 PF_HD inline std::int32_t displacement(const StepConstants& c, float velocity_mps, std::uint32_t random16) {
   const float moved = velocity_mps * c.advance;
   const std::int32_t whole = round_to_int32(moved);
@@ -123,10 +124,19 @@ PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::i
   }
 }
 
+// The change of a velocity by all contacts along an axis. NaN if one of them was out of the range of
+// to_fixed(), 2^10 of the reference speed: that leaves a sum which 2^8 contacts within it cannot have. (Two
+// such contacts of a parcel in one step cancel.)
+PF_HD inline float velocity_change_mps(const StepConstants& c, std::int64_t sum) {
+  constexpr std::int64_t kLimit = 1LL << (30 + kVelocityBits + 8);
+  if (sum <= -kLimit || sum >= kLimit) return std::numeric_limits<float>::quiet_NaN();
+  return from_fixed<kVelocityBits>(sum) * c.velocity_step_mps;
+}
+
 // The velocity after all contacts.
 PF_HD inline Vec2f velocity_after(const StepConstants& c, Vec2f velocity_mps, const ContactSums& sums) {
-  return {velocity_mps.x + from_fixed<kVelocityBits>(sums.velocity_x) * c.velocity_step_mps,
-          velocity_mps.y + from_fixed<kVelocityBits>(sums.velocity_y) * c.velocity_step_mps};
+  return {velocity_mps.x + velocity_change_mps(c, sums.velocity_x),
+          velocity_mps.y + velocity_change_mps(c, sums.velocity_y)};
 }
 
 // How far all contacts push, position units.

@@ -107,6 +107,8 @@ STEPPED = [
     Fault("periodic_edge", "time_step.hpp", "2LL * half", "2LL * half", "2LL * half - 2000",
           "parcels enter 2000 units beside the right position"),
     Fault("push_rounding", "time_step.hpp", "(sums.push_x + 32768) >> kPushBits", "32768", "0", "push-outs are rounded down"),
+    Fault("change_limit", "time_step.hpp", "sum <= -kLimit || sum >= kLimit", "sum <= -kLimit || sum >= kLimit", "false",
+          "a change of velocity out of range is not reported"),
     Fault("overlap", "contact.hpp", "pair.gap2 / (c.touch_distance + pair.distance)", "c.touch_distance",
           "0.99F * c.touch_distance", "overlaps count as 0.5 % larger"),
     Fault("lost_product", "time_step.hpp", "lost_in_product(velocity_mps, c.advance, moved)",

@@ -49,6 +49,23 @@ TEST_P(PushOut, LeavesAPairJustTouching) {
 
 INSTANTIATE_TEST_SUITE_P(Methods, PushOut, testing::Values(Method::impulse, Method::exact));
 
+// Sums hold changes below 1,024 reference speeds (here 1 m/s). What is beyond is reported, and stays in
+// place.
+TEST(Contact, ThatChangesVelocitiesTooMuchIsReported) {
+  for (const Neighbors neighbors : {Neighbors::grid, Neighbors::all_pairs}) {
+    for (const float speed : {1000.0F, 1100.0F}) {
+      Settings s = two_discs(Method::impulse, 1.0);
+      s.neighbors = neighbors;
+      SceneRun run(s, 1);
+      place_pair(run, {0.999, 0.0}, {speed / 2, 0.0F}, {-speed / 2, 0.0F});
+      const bool is_beyond = speed > 1024.0F;
+      EXPECT_EQ(run.advance(1, 1e-9).totals.num_invalid, is_beyond ? 2U : 0U) << speed;
+      const float expected = is_beyond ? speed / 2 : -speed / 2;
+      EXPECT_FLOAT_EQ(run.backend->snapshot().velocity[0].x, expected) << speed;
+    }
+  }
+}
+
 // The contact distance is 1.5 m. The parcel starts inside it and approaches. Bounds as above, and 1e-9 of a
 // unit for the ball's position.
 TEST(PushOut, LeavesAParcelJustTouchingTheBall) {

@@ -67,8 +67,8 @@ TEST(Rounding, IsIndependentBetweenSteps) {
   expect_independent_halves(num_up, num_next, num_both, kNum);
 }
 
-// Over all random numbers the mean displacement of a step is velocity times step, up to 2^-17 units, and
-// 2^-23 of its fraction: floats hold both parts of the product. Steps of up to a sixteenth of the world.
+// Over all random numbers the mean displacement of a step is velocity times step, up to 2^-16 units: its
+// fraction is rounded to that. Steps of up to a sixteenth of the world.
 TEST(Rounding, OfAStepHasNoBias) {
   Physics physics;
   physics.world = make_world(8.0, 8.0, Boundary::periodic);

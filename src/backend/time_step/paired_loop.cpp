@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-// Position units. Together with the longest flight that free_flight.hpp knows less than a step may be.
+// Position units. Together with the longest flight that free_flight.cpp knows less than a step may be.
 constexpr std::uint32_t kMaxPush = 1 << 22;
 
 Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
