@@ -139,10 +139,15 @@ PF_HD inline Vec2f velocity_after(const StepConstants& c, Vec2f velocity_mps, co
           velocity_mps.y + velocity_change_mps(c, sums.velocity_y)};
 }
 
-// How far all contacts push, position units.
+// How far all contacts push along an axis, position units; kHalfSide stands for that far and farther, either
+// way.
+PF_HD inline std::int32_t push_after(std::int64_t sum) {
+  const std::int64_t units = (sum + 32768) >> kPushBits;
+  return units > -kHalfSide && units < kHalfSide ? static_cast<std::int32_t>(units) : kHalfSide;
+}
+
 PF_HD inline Vec2i push_after(const ContactSums& sums) {
-  return {static_cast<std::int32_t>((sums.push_x + 32768) >> kPushBits),
-          static_cast<std::int32_t>((sums.push_y + 32768) >> kPushBits)};
+  return {push_after(sums.push_x), push_after(sums.push_y)};
 }
 
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
@@ -159,12 +164,12 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
                                 const Parcel& self, const ContactSums& sums, Tally& tally) {
   const World& world = c.physics.world;
   const Vec2i push = push_after(sums);
-  const Vec2i start = self.position + push;
   const std::uint32_t bits = mix32(self.id ^ step_key);
   const RandomBits random{bits >> 16, bits & 0xFFFFU};
   Movement movement;
   movement.velocity = velocity_after(c, self.velocity, sums);
-  bool is_valid = is_in_range(c, movement.velocity);
+  bool is_valid = is_in_range(c, movement.velocity) && push.x != kHalfSide && push.y != kHalfSide;
+  const Vec2i start = is_valid ? self.position + push : self.position;
   if (is_valid) {
     movement.moved = {displacement(c, movement.velocity.x, random.x),
                       displacement(c, movement.velocity.y, random.y)};

@@ -7,6 +7,7 @@
 #include "backend/cpu_tally.hpp"
 #include "model/exact/collision.hpp"
 #include "model/spring.hpp"
+#include "model/time_step.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -48,6 +49,15 @@ TEST_P(PushOut, LeavesAPairJustTouching) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, PushOut, testing::Values(Method::impulse, Method::exact));
+
+// A sum that is too large for a position, or stands for a push out of range, must not wrap to a small one.
+TEST(PushOut, OfHalfTheWorldAndMoreIsNoDistance) {
+  const std::int64_t unit = 1 << kPushBits, limit = kHalfSide * unit;
+  EXPECT_EQ(push_after(limit - unit), kHalfSide - 1);
+  EXPECT_EQ(push_after(unit - limit), 1 - kHalfSide);
+  for (const std::int64_t sum : {limit, -limit, 4 * limit + 5 * unit, INT64_MIN})
+    EXPECT_EQ(push_after(sum), kHalfSide) << sum;
+}
 
 // Sums hold changes below 1,024 reference speeds (here 1 m/s). What is beyond is reported, and stays in
 // place.
