@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <utility>
+#include <vector>
 
 #include "cuda/check.cuh"
 
@@ -57,6 +58,16 @@ class OwnedArray {
 // On the current device.
 template <class T>
 using DeviceBuffer = OwnedArray<T, DeviceMemory>;
+
+// The first `count` elements; waits for the stream.
+template <class T>
+std::vector<T> download(const DeviceBuffer<T>& from, std::size_t count, cudaStream_t stream) {
+  std::vector<T> values(count);
+  PF_CUDA(cudaMemcpyAsync(values.data(), from.data(), count * sizeof(T), cudaMemcpyDeviceToHost, stream));
+  PF_CUDA(cudaStreamSynchronize(stream));
+  return values;
+}
+
 // Page-locked, on the host.
 template <class T>
 using PinnedBuffer = OwnedArray<T, PinnedMemory>;

@@ -5,14 +5,6 @@ namespace pf {
 namespace {
 
 template <class T>
-std::vector<T> download(const DeviceBuffer<T>& from, std::size_t count, cudaStream_t stream) {
-  std::vector<T> values(count);
-  PF_CUDA(cudaMemcpyAsync(values.data(), from.data(), count * sizeof(T), cudaMemcpyDeviceToHost, stream));
-  PF_CUDA(cudaStreamSynchronize(stream));
-  return values;
-}
-
-template <class T>
 void upload(const std::vector<T>& values, DeviceBuffer<T>& to, cudaStream_t stream) {
   PF_CUDA(
       cudaMemcpyAsync(to.data(), values.data(), values.size() * sizeof(T), cudaMemcpyHostToDevice, stream));

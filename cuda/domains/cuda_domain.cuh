@@ -20,7 +20,7 @@ class CudaDomain final : public Domain {
   // their margins need more.
   static constexpr double kSlack = 1.05;
   static constexpr double kBytesPerParcel =
-      kSlack * (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t)) +
+      kSlack * (2.0 * (sizeof(Vec2i) + sizeof(Vec2f) + sizeof(std::uint32_t) + 0.125) +
                 DeviceCellSort::kBytesPerParcel + ContactMemory::kBytesPerParcel);
 
   // index: of the slab. device: the current one.

@@ -99,6 +99,7 @@ void CudaBackend::push_out(const StepRequest& request) {
 void CudaBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts && num_parcels_ > 0) push_out(request);
   make_room_for_exact(request.contact_clock_s > 0.0);
+  clear_crowded();
   exact_.enter(exact_launch(request), stream_);
   read_exact_state();
   expected_displacement_ = 0;

@@ -14,8 +14,11 @@ constexpr unsigned kMoveBlock = 128;
 constexpr unsigned kPerThread = 2;  // parcels, to wait for memory once
 
 __device__ ContactSums as_sums(const DeviceSums& sums) {
-  return {static_cast<std::int64_t>(sums.velocity_x), static_cast<std::int64_t>(sums.velocity_y),
-          static_cast<std::int64_t>(sums.push_x), static_cast<std::int64_t>(sums.push_y)};
+  constexpr unsigned kHighBits = 64 - kCountShift;
+  const std::int64_t push_x = static_cast<std::int64_t>(sums.counted_push_x << kHighBits) >> kHighBits;
+  const std::uint64_t count = (sums.counted_push_x - static_cast<std::uint64_t>(push_x)) >> kCountShift;
+  return {static_cast<std::int64_t>(sums.velocity_x), static_cast<std::int64_t>(sums.velocity_y), push_x,
+          static_cast<std::int64_t>(sums.push_y), static_cast<std::uint8_t>(count)};
 }
 
 __device__ bool is_same(Vec2f a, Vec2f b) {
@@ -47,22 +50,26 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    if (i >= launch.num) continue;
-    if (i % 32 == 0 && touched[k] != 0) launch.contacts.touched[i / 32] = 0;
-    Parcel before = parcels[k];
-    const bool is_copy = (before.id & kCopyBit) != 0;
-    before.id &= kIdBits;
-    Parcel after = before;
-    if (!is_retired(before.position) && !is_copy) {
-      ContactSums sums;
-      if ((touched[k] >> (i % 32) & 1U) != 0) sums = as_sums(sums_of(launch.contacts, i));
-      after = finish_step<kBall, kBoundary>(c, launch.state->motion, launch.state->rounding_key, before, sums,
-                                            tally);
-      launch.from.position[i] = after.position;
-      if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
+    bool is_crowded_after = false;  // of a copy it does not matter
+    if (i < launch.num) {
+      if (i % 32 == 0 && touched[k] != 0) launch.contacts.touched[i / 32] = 0;
+      Parcel before = parcels[k];
+      const bool is_copy = (before.id & kCopyBit) != 0;
+      before.id &= kIdBits;
+      Parcel after = before;
+      if (!is_retired(before.position) && !is_copy) {
+        ContactSums sums;
+        if ((touched[k] >> (i % 32) & 1U) != 0) sums = as_sums(sums_of(launch.contacts, i));
+        after = finish_step<kBall, kBoundary>(c, launch.state->motion, launch.state->rounding_key, before, sums,
+                                              tally);
+        launch.from.position[i] = after.position;
+        if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
+        is_crowded_after = after.is_crowded != 0;
+      }
+      if (launch.draw.position_m != nullptr)
+        draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
     }
-    if (launch.draw.position_m != nullptr)
-      draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
+    set_crowded_of_warp(launch.from, i, is_crowded_after, launch.num);
   }
   reduce_warp(tally, block_tally);
   __syncthreads();

@@ -134,6 +134,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.position[j] = from.position[i];
       to.velocity[j] = from.velocity[i];
       to.id[j] = from.id[i];
+      to.is_crowded[j] = from.is_crowded[i];
       if (has_tick) to.tick[j] = from.tick[i];
       if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
       if (has_slot) to.slot[j] = from.slot[i];

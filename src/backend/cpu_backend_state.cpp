@@ -14,6 +14,7 @@ ParcelSnapshot CpuBackend::snapshot() {
 void CpuBackend::take_snapshot(ParcelSnapshot& snapshot) {
   snapshot.position.resize(size());
   snapshot.velocity.resize(size());
+  snapshot.crowded.clear();
   snapshot.step = step_;
   const std::vector<Vec2i>& position = positions();
   const ParcelArrays& parcels = parcels_.current;
@@ -24,6 +25,10 @@ void CpuBackend::take_snapshot(ParcelSnapshot& snapshot) {
       snapshot.velocity[parcels.id[i]] = parcels.velocity[i];
     }
   });
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (parcels.is_crowded[i] != 0) snapshot.crowded.push_back(parcels.id[i]);
+  }
+  std::ranges::sort(snapshot.crowded);
 }
 
 void CpuBackend::save(BackendState& state) {

@@ -30,12 +30,14 @@ struct ContactSums {
   std::int64_t velocity_y = 0;
   std::int64_t push_x = 0;  // counts of 1 / kPushOutUnit position units
   std::int64_t push_y = 0;
+  std::uint8_t num_contacts = 0;  // modulo 2^8
 
   PF_HD ContactSums& operator+=(const ContactSums& o) {
     velocity_x = sum_of(velocity_x, o.velocity_x);
     velocity_y = sum_of(velocity_y, o.velocity_y);
     push_x = sum_of(push_x, o.push_x);
     push_y = sum_of(push_y, o.push_y);
+    num_contacts = static_cast<std::uint8_t>(num_contacts + o.num_contacts);
     return *this;
   }
 
@@ -52,7 +54,8 @@ PF_HD inline ContactSums operator-(const ContactSums& sums) {
   const auto opposite = [](std::int64_t sum) {
     return static_cast<std::int64_t>(0U - static_cast<std::uint64_t>(sum));
   };
-  return {opposite(sums.velocity_x), opposite(sums.velocity_y), opposite(sums.push_x), opposite(sums.push_y)};
+  return {opposite(sums.velocity_x), opposite(sums.velocity_y), opposite(sums.push_x), opposite(sums.push_y),
+          sums.num_contacts};
 }
 
 // Geometry of a touching pair, seen from self, in position units. Coincident centres get the normal (1, 0),
@@ -107,9 +110,15 @@ inline double exchange_of(const ParcelConstants& parcels) {
   return 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale;
 }
 
+// Share of its impulse that a contact of a crowded parcel exchanges. Energy cannot grow if, at each parcel, it
+// is at most 2 / ((1 + e) L), where L is the largest eigenvalue of the sum of n n^T over the contacts' normals
+// n: 1 for one contact, at most 3 for six neighbours (docs/physics.md).
+constexpr float kCrowdShare = 1.0F / 3.0F;
+
 // The seed's method with corrected signs, as a Jacobi step: every contact reads the state before the step.
 // Overlapping pairs are pushed apart. Approaching pairs exchange the impulse that makes v_rel,n' = -e v_rel,n
-// at impulse_scale 1.
+// at impulse_scale 1. In a crowd each parcel would get too much that way from all its contacts together, and
+// the crowd would heat up without end; there a contact exchanges a share.
 struct ImpulseContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
@@ -117,7 +126,8 @@ struct ImpulseContact {
     PushOutContact::respond(c, self, other, pair, sums, tally);
     const float approach = dot(other.velocity - self.velocity, pair.normal);
     if (!(approach < 0.0F)) return;
-    const float change = c.exchange * approach;
+    const bool is_in_crowd = (self.is_crowded | other.is_crowded) != 0;
+    const float change = (is_in_crowd ? c.exchange * kCrowdShare : c.exchange) * approach;
     add_velocity(c, pair.normal * change, sums);
     if (self.id < other.id) {
       tally.begin_contact();
@@ -153,6 +163,7 @@ PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const 
                               ContactSums& sums, Tally& tally) {
   const std::uint64_t distance2 = squared(offset.x) + squared(offset.y);
   if (distance2 >= c.touch_distance2 || is_retired(other.position)) return;
+  ++sums.num_contacts;
   Contact::respond(c, self, other, pair_geometry(c, offset, distance2, self.id < other.id), sums, tally);
 }
 

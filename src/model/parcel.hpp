@@ -9,12 +9,16 @@ namespace pf {
 
 constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
 
+constexpr std::uint32_t kCrowd = 3;
+
 constexpr int kVelocityBits = 20;  // of a fraction of StepConstants::velocity_step_mps, in sums over contacts
 
 struct Parcel {
   Vec2i position;
   Vec2f velocity;
   std::uint32_t id = 0;
+  std::uint32_t is_crowded = 0;  // 1: it touched kCrowd others or more in its last step, by any method but
+                                 // `exact`; else 0
 };
 
 // Constants of a step, derived once per frame on the host.

@@ -150,6 +150,10 @@ PF_HD inline Vec2i push_after(const ContactSums& sums) {
   return {push_after(sums.push_x), push_after(sums.push_y)};
 }
 
+PF_HD inline std::uint32_t is_crowded_by(const ContactSums& sums) {
+  return sums.num_contacts >= kCrowd ? 1 : 0;
+}
+
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
 PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
   const Vec2f moved = velocity_mps * c.advance;
@@ -190,7 +194,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     return self;
   }
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
-  Parcel after{start + movement.moved, movement.velocity, self.id};
+  Parcel after{start + movement.moved, movement.velocity, self.id, is_crowded_by(sums)};
   const std::int32_t radius = c.contact_reach / 2;
   const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
   const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);

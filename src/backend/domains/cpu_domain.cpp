@@ -18,6 +18,7 @@ void CpuDomain::append(const Parcel& parcel, std::uint32_t slot) {
   to.position.push_back(parcel.position);
   to.velocity.push_back(parcel.velocity);
   to.id.push_back(parcel.id);
+  to.is_crowded.push_back(static_cast<std::uint8_t>(parcel.is_crowded));
   to.slot.push_back(slot);
 }
 
@@ -27,6 +28,7 @@ void CpuDomain::start_appending(std::size_t num) {
   reserve_tightly(to.position, total + kSearchPadding);
   reserve_tightly(to.velocity, total + kSearchPadding);
   reserve_tightly(to.id, total);
+  reserve_tightly(to.is_crowded, total);
   reserve_tightly(to.slot, total);
   to.position.resize(to.id.size());
   to.velocity.resize(to.id.size());
@@ -47,6 +49,7 @@ void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
   to.position.clear();
   to.velocity.clear();
   to.id.clear();
+  to.is_crowded.clear();
   to.slot.clear();
   start_appending(num);
   finish_appending();
@@ -69,7 +72,7 @@ void CpuDomain::release(const StepConstants&, std::int64_t margin, std::vector<s
       near_.push_back(i);
       continue;
     }
-    if (!is_copy) out[slabs_.owner(x)].push_back({from.position[i], from.velocity[i], from.id[i]});
+    if (!is_copy) out[slabs_.owner(x)].push_back(from[i]);
     from.position[i] = {kRetired, 0};
     from.slot[i] = kDropped;
   }
@@ -96,7 +99,7 @@ void CpuDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel
       if (k == index_ || slabs_.distance(position.x, spans[k]) > margin) continue;
       if (own.slot[i] == 0) own.slot[i] = ++num_slots_;
       borders_[k].sent.push_back(own.slot[i]);
-      out[k].push_back({position, own.velocity[i], own.id[i]});
+      out[k].push_back(own[i]);
     }
   }
   parcels_.last_own_slot = num_slots_;
@@ -126,9 +129,11 @@ void CpuDomain::drop() {
     all.position[kept] = all.position[i];
     all.velocity[kept] = all.velocity[i];
     all.id[kept] = all.id[i];
+    all.is_crowded[kept] = all.is_crowded[i];
     all.slot[kept++] = all.slot[i];
   }
   all.id.resize(kept);
+  all.is_crowded.resize(kept);
   all.slot.resize(kept);
   all.position.resize(kept + kSearchPadding);
   all.velocity.resize(kept + kSearchPadding);
@@ -150,7 +155,7 @@ void CpuDomain::find_borders() {
 void CpuDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
   out.clear();
   for (const std::uint32_t i : borders_[slab].sent)
-    out.push_back({parcels_.current.position[i], parcels_.current.velocity[i]});
+    out.push_back({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.is_crowded[i]});
 }
 
 void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
@@ -158,14 +163,14 @@ void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   for (std::size_t k = 0; k < copies.size(); ++k) {
     parcels_.current.position[copies[k]] = in[k].position;
     parcels_.current.velocity[copies[k]] = in[k].velocity;
+    parcels_.current.is_crowded[copies[k]] = static_cast<std::uint8_t>(in[k].is_crowded);
   }
   stepper_.add_moved(copies);
 }
 
 void CpuDomain::visit(const std::function<void(const Parcel&)>& see) const {
   for (std::size_t i = 0; i < parcels_.size(); ++i) {
-    if (!parcels_.is_copy(i))
-      see({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.id[i]});
+    if (!parcels_.is_copy(i)) see(parcels_.current[i]);
   }
 }
 

@@ -28,6 +28,7 @@ namespace pf {
 struct ParcelMotion {
   Vec2i position;
   Vec2f velocity;
+  std::uint32_t is_crowded;
 };
 
 class Domain {

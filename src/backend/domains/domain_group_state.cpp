@@ -1,4 +1,5 @@
 // The state of all domains as others set and read it.
+#include <algorithm>
 #include <exception>
 
 #include "backend/domains/domain_group.hpp"
@@ -63,10 +64,14 @@ void DomainGroup::resume(const Physics& physics, const BallState& ball, const Pa
 void DomainGroup::distribute(const ParcelSnapshot& parcels) {
   Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
   if (ranks_.is_first()) {
+    auto crowded = parcels.crowded.begin();
     for (std::size_t i = 0; i < parcels.position.size(); ++i) {
       const Vec2i position = parcels.position[i];
       const unsigned owner = is_retired(position) ? 0 : slabs_.owner(position.x);
-      out[0][owner].push_back({position, parcels.velocity[i], static_cast<std::uint32_t>(i)});
+      const bool is_crowded = crowded != parcels.crowded.end() && *crowded == i;
+      if (is_crowded) ++crowded;
+      out[0][owner].push_back(
+          {position, parcels.velocity[i], static_cast<std::uint32_t>(i), is_crowded ? 1U : 0U});
     }
   }
   ranks_.exchange(out, in, ranks_.all_counts(out));
@@ -83,11 +88,14 @@ void DomainGroup::gather(ParcelSnapshot& parcels) {
   const std::vector<Parcel> all = ranks_.gather(mine);
   parcels.position.resize(all.size());
   parcels.velocity.resize(all.size());
+  parcels.crowded.clear();
   parcels.step = step_;
   for (const Parcel& parcel : all) {
     parcels.position[parcel.id] = parcel.position;
     parcels.velocity[parcel.id] = parcel.velocity;
+    if (parcel.is_crowded != 0) parcels.crowded.push_back(parcel.id);
   }
+  std::ranges::sort(parcels.crowded);
 }
 
 void DomainGroup::draw(const DrawBuffers& buffers) {

@@ -15,10 +15,6 @@ namespace {
 // Position units. Together with the longest flight that free_flight.cpp knows less than a step may be.
 constexpr std::uint32_t kMaxPush = 1 << 22;
 
-Parcel parcel_at(const ParcelArrays& parcels, std::uint32_t i) {
-  return {parcels.position[i], parcels.velocity[i], parcels.id[i]};
-}
-
 }  // namespace
 
 // Wide cells last longer, narrow ones hold fewer candidates. These are fastest at area fractions 0.1 to 0.65
@@ -52,7 +48,7 @@ void PairedLoop::touch(const Work& work, TouchingPair pair) {
   const std::vector<std::uint32_t>& id = parcels.current.id;
   if (parcels.is_copy(self) || (id[other] < id[self] && !parcels.is_copy(other))) std::swap(self, other);
   if (parcels.is_copy(self)) return;
-  const Parcel one = parcel_at(parcels.current, self), two = parcel_at(parcels.current, other);
+  const Parcel one = parcels.current[self], two = parcels.current[other];
   if (is_retired(one.position) || is_retired(two.position)) return;
   const StepConstants& constants = work.loop.constants;
   const World& world = constants.physics.world;
@@ -120,7 +116,7 @@ std::int32_t PairedLoop::apply_contacts(const StepConstants& constants, Share& s
   share.before.clear();
   for (const TouchedParcel& touched : share.due) {
     const std::uint32_t i = touched.parcel;
-    share.before.push_back(parcel_at(now, i));
+    share.before.push_back(now[i]);
     const Vec2i push = push_after(touched.sums);
     const std::uint32_t pushed = std::max(magnitude(push.x), magnitude(push.y));
     now.velocity[i] = velocity_after(constants, now.velocity[i], touched.sums);
@@ -152,7 +148,7 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
   for (const std::uint32_t i : share.flights.others) {
     if (parcels.is_copy(i) || is_retired(now.position[i])) continue;
     const bool is_due = contacts_[i] != 0;
-    const Parcel before = is_due ? share.before[contacts_[i] - 1] : parcel_at(now, i);
+    const Parcel before = is_due ? share.before[contacts_[i] - 1] : now[i];
     const ContactSums sums = is_due ? share.due[contacts_[i] - 1].sums : ContactSums{};
     const Parcel after =
         finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, before, sums, tally);
@@ -161,7 +157,9 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
     rough_.set(i, after.position);
     contacts_[i] = 0;
   }
+  std::fill_n(now.is_crowded.data() + begin, end - begin, std::uint8_t{0});
   for (const TouchedParcel& touched : share.due) {
+    now.is_crowded[touched.parcel] = static_cast<std::uint8_t>(is_crowded_by(touched.sums));
     std::uint32_t& contact = contacts_[touched.parcel];
     const Vec2f velocity = now.velocity[touched.parcel];
     if (contact != 0) tally.moved(0, dot(velocity, velocity));

@@ -23,10 +23,11 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
   SearchScratch scratch;
   for (std::size_t i = begin; i < end; ++i) {
     if (parcels_.is_copy(i)) continue;
-    const Parcel self{position[i], parcels_.current.velocity[i], parcels_.current.id[i]};
+    const Parcel self = parcels_.current[i];
     if (is_retired(self.position)) {
       parcels_.next.position[i] = self.position;
       parcels_.next.velocity[i] = self.velocity;
+      parcels_.next.is_crowded[i] = 0;
       if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, self.position, self.velocity);
       continue;
     }
@@ -34,7 +35,7 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
     if constexpr (has_contacts<Contact>) {
       loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
       for (const std::uint32_t j : scratch.candidates) {
-        const Parcel other{position[j], parcels_.current.velocity[j], parcels_.current.id[j]};
+        const Parcel other = parcels_.current[j];
         const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
         add_contact<Contact>(c, self, other, offset, sums, tally);
       }
@@ -46,6 +47,7 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
     parcels_.next.position[i].y = after.position.y;
     parcels_.next.velocity[i].x = after.velocity.x;
     parcels_.next.velocity[i].y = after.velocity.y;
+    parcels_.next.is_crowded[i] = static_cast<std::uint8_t>(after.is_crowded);
     if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, after.position, after.velocity);
   }
 }
@@ -111,6 +113,7 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
     });
     std::swap(parcels_.current.position, parcels_.next.position);
     std::swap(parcels_.current.velocity, parcels_.next.velocity);
+    std::swap(parcels_.current.is_crowded, parcels_.next.is_crowded);
   }
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
