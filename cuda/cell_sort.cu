@@ -28,7 +28,7 @@ __global__ void scatter_kernel(const SortKeys keys, const std::uint32_t* cell_st
   to.position[place] = from.position[i];
   to.velocity[place] = from.velocity[i];
   to.id[place] = from.id[i];
-  if (is_crowded(from, i) != 0) set_crowded(to, place, 1);
+  if (is_heated(from, i) != 0) set_heated(to, place, 1);
   if (from.tick != nullptr) to.tick[place] = from.tick[i];
   if (from.last_contact_tick != nullptr) to.last_contact_tick[place] = from.last_contact_tick[i];
 }
@@ -92,7 +92,7 @@ void DeviceCellSort::sum_counts(const GridShape& grid, cudaStream_t stream) {
 void DeviceCellSort::scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t n,
                              cudaStream_t stream) {
   if (n == 0) return;
-  PF_CUDA(cudaMemsetAsync(to.crowded, 0, DeviceParcels::num_words(n) * sizeof(std::uint32_t), stream));
+  PF_CUDA(cudaMemsetAsync(to.heated, 0, DeviceParcels::num_words(n) * sizeof(std::uint32_t), stream));
   scatter_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys(), cell_start_.data(), from, to, n);
   PF_LAUNCHED("scatter_kernel");
 }

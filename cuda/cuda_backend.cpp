@@ -102,7 +102,7 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
     on_device.row_blocked_first = first.data();
     on_device.row_blocked_count = count.data();
     launch_spawn(on_device, plan.row_start[plan.num_rows], current_.pointers(), stream_);
-    clear_crowded();
+    clear_heated();
     PF_CUDA(cudaStreamSynchronize(stream_));
   }
   StepState state;
@@ -139,11 +139,11 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   PF_CUDA(cudaMemcpyAsync(current_.velocity.data(), snapshot.velocity.data(), n * sizeof(Vec2f),
                           cudaMemcpyHostToDevice, stream_));
   launch_number(current_.id.data(), n, stream_);
-  clear_crowded();
-  if (!snapshot.crowded.empty()) {
+  clear_heated();
+  if (!snapshot.heated.empty()) {
     std::vector<std::uint32_t> words(DeviceParcels::num_words(n));
-    for (const std::uint32_t id : snapshot.crowded) words[id / 32] |= 1U << (id % 32);
-    PF_CUDA(cudaMemcpyAsync(current_.crowded.data(), words.data(), words.size() * sizeof(std::uint32_t),
+    for (const std::uint32_t id : snapshot.heated) words[id / 32] |= 1U << (id % 32);
+    PF_CUDA(cudaMemcpyAsync(current_.heated.data(), words.data(), words.size() * sizeof(std::uint32_t),
                             cudaMemcpyHostToDevice, stream_));
   }
   StepState state = read_state();
@@ -152,9 +152,9 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
   sorted_ = false;
 }
 
-void CudaBackend::clear_crowded() {
+void CudaBackend::clear_heated() {
   if (capacity_ > 0)
-    PF_CUDA(cudaMemsetAsync(current_.crowded.data(), 0, current_.crowded.bytes(), stream_));
+    PF_CUDA(cudaMemsetAsync(current_.heated.data(), 0, current_.heated.bytes(), stream_));
 }
 
 DrawBuffers CudaBackend::device_draw_buffers(const DrawBuffers& wanted) {
@@ -191,7 +191,7 @@ ParcelSnapshot CudaBackend::snapshot() {
 void CudaBackend::take_snapshot(ParcelSnapshot& to) {
   to.position.resize(num_parcels_);
   to.velocity.resize(num_parcels_);
-  to.crowded.clear();
+  to.heated.clear();
   to.step = read_state().step;
   if (num_parcels_ == 0) return;
   const DeviceBuffer<Vec2i> position(num_parcels_);
@@ -201,13 +201,13 @@ void CudaBackend::take_snapshot(ParcelSnapshot& to) {
                           cudaMemcpyDeviceToHost, stream_));
   PF_CUDA(cudaMemcpyAsync(to.velocity.data(), velocity.data(), num_parcels_ * sizeof(Vec2f),
                           cudaMemcpyDeviceToHost, stream_));
-  list_crowded(to.crowded);
+  list_heated(to.heated);
 }
 
-// Waits for the stream. Mostly no parcel is crowded.
-void CudaBackend::list_crowded(std::vector<std::uint32_t>& to) {
+// Waits for the stream. Mostly no parcel is heated.
+void CudaBackend::list_heated(std::vector<std::uint32_t>& to) {
   const std::vector<std::uint32_t> words =
-      download(current_.crowded, DeviceParcels::num_words(num_parcels_), stream_);
+      download(current_.heated, DeviceParcels::num_words(num_parcels_), stream_);
   if (std::ranges::all_of(words, [](std::uint32_t word) { return word == 0; })) return;
   const std::vector<std::uint32_t> id = download(current_.id, num_parcels_, stream_);
   for (std::uint32_t i = 0; i < num_parcels_; ++i) {

@@ -95,8 +95,8 @@ class CudaBackend final : public Backend {
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
   void take_snapshot(ParcelSnapshot& to);
-  void clear_crowded();
-  void list_crowded(std::vector<std::uint32_t>& to);
+  void clear_heated();
+  void list_heated(std::vector<std::uint32_t>& to);
   ParcelSums sums() const;
   StepState read_state();
   void write_state(const StepState& state);

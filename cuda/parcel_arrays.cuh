@@ -17,7 +17,7 @@ struct ParcelPointers {
   Vec2i* position = nullptr;
   Vec2f* velocity = nullptr;
   std::uint32_t* id = nullptr;
-  std::uint32_t* crowded = nullptr;            // a bit for each, see Parcel; (n + 31) / 32 entries
+  std::uint32_t* heated = nullptr;            // a bit for each, see Parcel; (n + 31) / 32 entries
   std::uint32_t* tick = nullptr;               // method `exact` only, else null
   std::uint32_t* last_contact_tick = nullptr;  // method `exact` with a contact duration only, else null
 };
@@ -27,46 +27,46 @@ struct DeviceParcels {
   DeviceBuffer<Vec2i> position;
   DeviceBuffer<Vec2f> velocity;
   DeviceBuffer<std::uint32_t> id;
-  DeviceBuffer<std::uint32_t> crowded;
+  DeviceBuffer<std::uint32_t> heated;
   DeviceBuffer<std::uint32_t> tick, last_contact_tick;
 
   DeviceParcels() = default;
   // One position more, which a search may read and ignores.
   explicit DeviceParcels(std::size_t capacity)
-      : position(capacity + 1), velocity(capacity), id(capacity), crowded(num_words(capacity)) {}
+      : position(capacity + 1), velocity(capacity), id(capacity), heated(num_words(capacity)) {}
 
   // Of a bit for each of so many parcels.
   static constexpr std::size_t num_words(std::size_t num_parcels) { return (num_parcels + 31) / 32; }
 
   ParcelPointers pointers() const {
     return {position.data(), velocity.data(), id.data(),
-            crowded.data(),  tick.data(),     last_contact_tick.data()};
+            heated.data(),  tick.data(),     last_contact_tick.data()};
   }
   std::size_t bytes() const {
-    return position.bytes() + velocity.bytes() + id.bytes() + crowded.bytes() + tick.bytes() +
+    return position.bytes() + velocity.bytes() + id.bytes() + heated.bytes() + tick.bytes() +
            last_contact_tick.bytes();
   }
 };
 
 #if defined(__CUDACC__)
-__device__ inline std::uint32_t is_crowded(const ParcelPointers& parcels, std::uint32_t i) {
-  return parcels.crowded[i / 32] >> (i % 32) & 1U;
+__device__ inline std::uint32_t is_heated(const ParcelPointers& parcels, std::uint32_t i) {
+  return parcels.heated[i / 32] >> (i % 32) & 1U;
 }
 
 // While other threads may set bits of the same word.
-__device__ inline void set_crowded(const ParcelPointers& parcels, std::uint32_t i, std::uint32_t value) {
+__device__ inline void set_heated(const ParcelPointers& parcels, std::uint32_t i, std::uint32_t value) {
   const std::uint32_t bit = 1U << (i % 32);
   if (value != 0)
-    atomicOr(&parcels.crowded[i / 32], bit);
+    atomicOr(&parcels.heated[i / 32], bit);
   else
-    atomicAnd(&parcels.crowded[i / 32], ~bit);
+    atomicAnd(&parcels.heated[i / 32], ~bit);
 }
 
 // Sets the bits of a warp's parcels, i and following. Whole warps call it.
-__device__ inline void set_crowded_of_warp(const ParcelPointers& parcels, std::uint32_t i, bool value,
+__device__ inline void set_heated_of_warp(const ParcelPointers& parcels, std::uint32_t i, bool value,
                                            std::uint32_t num) {
   const unsigned word = __ballot_sync(0xFFFFFFFFU, value);
-  if (i % 32 == 0 && i < num) parcels.crowded[i / 32] = word;
+  if (i % 32 == 0 && i < num) parcels.heated[i / 32] = word;
 }
 #endif
 

@@ -121,7 +121,7 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   step_ball(launch);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
-  std::swap(current_.crowded, next_.crowded);
+  std::swap(current_.heated, next_.heated);
 }
 
 // The same for many parcels.

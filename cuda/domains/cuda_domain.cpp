@@ -75,7 +75,7 @@ void CudaDomain::reserve(std::size_t num) {
   copy_on_device(larger.position.data(), current_.position.data(), num_, stream_);
   copy_on_device(larger.velocity.data(), current_.velocity.data(), num_, stream_);
   copy_on_device(larger.id.data(), current_.id.data(), num_, stream_);
-  copy_on_device(larger.crowded.data(), current_.crowded.data(), DeviceParcels::num_words(num_), stream_);
+  copy_on_device(larger.heated.data(), current_.heated.data(), DeviceParcels::num_words(num_), stream_);
   synchronize();
   current_ = std::move(larger);
   next_ = DeviceParcels(capacity);

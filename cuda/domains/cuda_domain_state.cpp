@@ -9,15 +9,15 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   const DeviceScope scope(device_);
   std::vector<Vec2i> position(num_);
   std::vector<Vec2f> velocity(num_);
-  std::vector<std::uint32_t> id(num_), crowded(DeviceParcels::num_words(num_));
+  std::vector<std::uint32_t> id(num_), heated(DeviceParcels::num_words(num_));
   to_host(position.data(), current_.position.data(), num_, stream_);
   to_host(velocity.data(), current_.velocity.data(), num_, stream_);
   to_host(id.data(), current_.id.data(), num_, stream_);
-  to_host(crowded.data(), current_.crowded.data(), crowded.size(), stream_);
+  to_host(heated.data(), current_.heated.data(), heated.size(), stream_);
   synchronize();
   for (std::uint32_t i = 0; i < num_; ++i) {
     if ((id[i] & kCopyBit) == 0)
-      see({position[i], velocity[i], id[i] & kIdBits, crowded[i / 32] >> (i % 32) & 1U});
+      see({position[i], velocity[i], id[i] & kIdBits, heated[i / 32] >> (i % 32) & 1U});
   }
 }
 

@@ -100,7 +100,7 @@ __global__ void gather_kernel(const ParcelPointers parcels, const std::uint32_t*
   const std::uint32_t k = thread_index();
   if (k >= n) return;
   const std::uint32_t i = index[k];
-  to[k] = {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_crowded(parcels, i)};
+  to[k] = {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_heated(parcels, i)};
 }
 
 __global__ void append_kernel(const Parcel* parcels, std::uint32_t n, std::uint32_t id_bits,
@@ -110,7 +110,7 @@ __global__ void append_kernel(const Parcel* parcels, std::uint32_t n, std::uint3
   to.position[first + i] = parcels[i].position;
   to.velocity[first + i] = parcels[i].velocity;
   to.id[first + i] = parcels[i].id | id_bits;
-  set_crowded(to, first + i, parcels[i].is_crowded);
+  set_heated(to, first + i, parcels[i].is_heated);
 }
 
 __global__ void count_up_kernel(std::uint32_t first, std::uint32_t n, std::uint32_t* index) {
@@ -150,7 +150,7 @@ __global__ void pack_kernel(const ParcelPointers parcels, const std::uint32_t* i
   const std::uint32_t k = thread_index();
   if (k >= n) return;
   const std::uint32_t i = index[k];
-  motion[k] = {parcels.position[i], parcels.velocity[i], is_crowded(parcels, i)};
+  motion[k] = {parcels.position[i], parcels.velocity[i], is_heated(parcels, i)};
 }
 
 __global__ void unpack_kernel(const ParcelMotion* motion, const std::uint32_t* index, std::uint32_t n,
@@ -159,7 +159,7 @@ __global__ void unpack_kernel(const ParcelMotion* motion, const std::uint32_t* i
   if (k >= n) return;
   parcels.position[index[k]] = motion[k].position;
   parcels.velocity[index[k]] = motion[k].velocity;
-  set_crowded(parcels, index[k], motion[k].is_crowded);
+  set_heated(parcels, index[k], motion[k].is_heated);
 }
 
 }  // namespace

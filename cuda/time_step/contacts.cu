@@ -103,7 +103,7 @@ __device__ bool is_half_around(const World& world, Vec2i offset) {
 
 __device__ Parcel parcel_at(const StepLaunch& launch, std::uint32_t i) {
   const ParcelPointers& parcels = launch.from;
-  return {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_crowded(parcels, i)};
+  return {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_heated(parcels, i)};
 }
 
 // The contact of parcel i with parcel j, seen from i alone.
@@ -131,8 +131,8 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
     return;
   }
   const ParcelPointers& parcels = launch.from;
-  const Parcel one{parcels.position[i], parcels.velocity[i], 0, is_crowded(parcels, i)},
-      two{parcels.position[j], parcels.velocity[j], 1, is_crowded(parcels, j)};
+  const Parcel one{parcels.position[i], parcels.velocity[i], 0, is_heated(parcels, i)},
+      two{parcels.position[j], parcels.velocity[j], 1, is_heated(parcels, j)};
   if (is_retired(one.position)) return;
   const World& world = launch.constants.physics.world;
   const Vec2i offset = separation<kBoundary>(world, one.position, two.position);

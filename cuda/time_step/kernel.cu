@@ -21,7 +21,7 @@ template <class Contact, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
                       DeviceTally& tally) {
   const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j],
-                     is_crowded(launch.from, j)};
+                     is_heated(launch.from, j)};
   const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
   add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
 }
@@ -80,18 +80,18 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   __syncthreads();
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   DeviceTally tally{&block_tally};
-  bool is_crowded_after = false;
+  bool is_heated_after = false;
   if (i < launch.num) {
     const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i],
-                      is_crowded(launch.from, i)};
+                      is_heated(launch.from, i)};
     const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally);
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
-    is_crowded_after = after.is_crowded != 0;
+    is_heated_after = after.is_heated != 0;
     if (launch.draw.position_m != nullptr)
       draw_parcel(launch.draw, launch.constants.physics.world, i, after.position, after.velocity);
   }
-  set_crowded_of_warp(launch.to, i, is_crowded_after, launch.num);
+  set_heated_of_warp(launch.to, i, is_heated_after, launch.num);
   reduce_warp(tally, block_tally);
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);

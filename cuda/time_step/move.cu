@@ -50,7 +50,7 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    bool is_crowded_after = false;  // of a copy it does not matter
+    bool is_heated_after = false;  // of a copy it does not matter
     if (i < launch.num) {
       if (i % 32 == 0 && touched[k] != 0) launch.contacts.touched[i / 32] = 0;
       Parcel before = parcels[k];
@@ -64,12 +64,12 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
                                               tally);
         launch.from.position[i] = after.position;
         if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
-        is_crowded_after = after.is_crowded != 0;
+        is_heated_after = after.is_heated != 0;
       }
       if (launch.draw.position_m != nullptr)
         draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
     }
-    set_crowded_of_warp(launch.from, i, is_crowded_after, launch.num);
+    set_heated_of_warp(launch.from, i, is_heated_after, launch.num);
   }
   reduce_warp(tally, block_tally);
   __syncthreads();

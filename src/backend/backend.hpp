@@ -43,7 +43,7 @@ struct StepReport {
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
-  std::vector<std::uint32_t> crowded;  // ids of crowded parcels (Parcel::is_crowded), ascending
+  std::vector<std::uint32_t> heated;  // ids of heated parcels (Parcel::is_heated), ascending
   std::uint64_t step = 0;              // since the reset; keys the random roundings of the next step
 };
 

@@ -124,6 +124,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   to.tick.resize(from.tick.size());
   to.last_contact_tick.resize(from.last_contact_tick.size());
   resize_tightly(to.slot, from.slot.size());
+  std::ranges::fill(to.is_heated, 0);  // few are
   const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty(),
              has_slot = !from.slot.empty();
   team.run([&](unsigned thread) {
@@ -134,7 +135,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
       to.position[j] = from.position[i];
       to.velocity[j] = from.velocity[i];
       to.id[j] = from.id[i];
-      to.is_crowded[j] = from.is_crowded[i];
+      if (from.is_heated[i] != 0) to.is_heated[j] = 1;
       if (has_tick) to.tick[j] = from.tick[i];
       if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
       if (has_slot) to.slot[j] = from.slot[i];

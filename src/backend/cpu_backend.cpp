@@ -32,7 +32,7 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
       parcels_.current.position[i] = parcel.position;
       parcels_.current.velocity[i] = parcel.velocity;
       parcels_.current.id[i] = parcel.id;
-      parcels_.current.is_crowded[i] = 0;
+      parcels_.current.is_heated[i] = 0;
     }
   });
 }
@@ -58,8 +58,8 @@ void CpuBackend::restore(const ParcelSnapshot& snapshot) {
   std::copy(snapshot.position.begin(), snapshot.position.end(), parcels_.current.position.begin());
   std::copy(snapshot.velocity.begin(), snapshot.velocity.end(), parcels_.current.velocity.begin());
   for (std::size_t i = 0; i < size(); ++i) parcels_.current.id[i] = static_cast<std::uint32_t>(i);
-  std::ranges::fill(parcels_.current.is_crowded, 0);
-  for (const std::uint32_t id : snapshot.crowded) parcels_.current.is_crowded[id] = 1;
+  std::ranges::fill(parcels_.current.is_heated, 0);
+  for (const std::uint32_t id : snapshot.heated) parcels_.current.is_heated[id] = 1;
 }
 
 void CpuBackend::sort_if_needed(const StepConstants& constants, const StepRequest& request,
@@ -116,7 +116,7 @@ void CpuBackend::push_apart(const StepRequest& request) {
 // Another method, or a larger radius, may leave overlapping parcels.
 void CpuBackend::start_exact(const StepRequest& request) {
   if (physics_.parcels.contacts) push_apart(request);
-  std::ranges::fill(parcels_.current.is_crowded, 0);
+  std::ranges::fill(parcels_.current.is_heated, 0);
   exact_.enter(physics_, request.contact_clock_s, parcels_);
 }
 

@@ -14,7 +14,7 @@ ParcelSnapshot CpuBackend::snapshot() {
 void CpuBackend::take_snapshot(ParcelSnapshot& snapshot) {
   snapshot.position.resize(size());
   snapshot.velocity.resize(size());
-  snapshot.crowded.clear();
+  snapshot.heated.clear();
   snapshot.step = step_;
   const std::vector<Vec2i>& position = positions();
   const ParcelArrays& parcels = parcels_.current;
@@ -26,9 +26,9 @@ void CpuBackend::take_snapshot(ParcelSnapshot& snapshot) {
     }
   });
   for (std::size_t i = 0; i < size(); ++i) {
-    if (parcels.is_crowded[i] != 0) snapshot.crowded.push_back(parcels.id[i]);
+    if (parcels.is_heated[i] != 0) snapshot.heated.push_back(parcels.id[i]);
   }
-  std::ranges::sort(snapshot.crowded);
+  std::ranges::sort(snapshot.heated);
 }
 
 void CpuBackend::save(BackendState& state) {

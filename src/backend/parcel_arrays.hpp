@@ -17,7 +17,7 @@ struct ParcelArrays {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
   std::vector<std::uint32_t> id;
-  std::vector<std::uint8_t> is_crowded;  // see Parcel
+  std::vector<std::uint8_t> is_heated;  // see Parcel
   // Method `exact` only, otherwise empty: position is that of the parcel's last event, and tick its time.
   std::vector<std::uint32_t> tick;
   std::vector<std::uint32_t> last_contact_tick;  // with parcel or wall, for the TC model only
@@ -29,17 +29,17 @@ struct ParcelArrays {
     resize_tightly(position, n + kSearchPadding);
     resize_tightly(velocity, n + kSearchPadding);
     resize_tightly(id, n);
-    resize_tightly(is_crowded, n);
+    resize_tightly(is_heated, n);
     tick.clear();
     last_contact_tick.clear();
     slot.clear();
   }
 
-  Parcel operator[](std::size_t i) const { return {position[i], velocity[i], id[i], is_crowded[i]}; }
+  Parcel operator[](std::size_t i) const { return {position[i], velocity[i], id[i], is_heated[i]}; }
 
   std::uint64_t memory_bytes() const {
     return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() +
-           is_crowded.capacity() + 4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + slot.capacity());
+           is_heated.capacity() + 4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + slot.capacity());
   }
 };
 

@@ -37,7 +37,7 @@ void for_each_array(State& state, const Do& apply) {
   auto& backend = state.backend;
   apply("position", backend.parcels.position);
   apply("velocity", backend.parcels.velocity);
-  apply("crowded", backend.parcels.crowded);
+  apply("heated", backend.parcels.heated);
   apply("anchor", backend.exact.anchor);
   apply("tick", backend.exact.tick);
   apply("last_contact_tick", backend.exact.last_contact_tick);
@@ -193,9 +193,9 @@ void check_consistent(const Input& input, const RunState& state, const std::stri
   const std::size_t n = b.parcels.position.size();
   const auto wanted =
       state.settings.air == Air::parcels ? static_cast<std::size_t>(state.settings.num_parcels) : 0;
-  const std::vector<std::uint32_t>& crowded = b.parcels.crowded;
+  const std::vector<std::uint32_t>& heated = b.parcels.heated;
   const bool fits = n == wanted && b.parcels.velocity.size() == n &&
-                    (crowded.empty() || (crowded.back() < n && std::ranges::is_sorted(crowded))) &&
+                    (heated.empty() || (heated.back() < n && std::ranges::is_sorted(heated))) &&
                     b.exact.anchor.size() == b.exact.tick.size() &&
                     b.exact.anchor.size() == (b.exact.active ? n : 0) &&
                     (b.exact.last_contact_tick.empty() || b.exact.last_contact_tick.size() == n) &&
@@ -261,7 +261,7 @@ RunState read_checkpoint(const fs::path& file) {
   RunState state = run_state_from_text(state_line, {}, input.name());
   state.backend.parcels.position.swap(sizes.backend.parcels.position);
   state.backend.parcels.velocity.swap(sizes.backend.parcels.velocity);
-  state.backend.parcels.crowded.swap(sizes.backend.parcels.crowded);
+  state.backend.parcels.heated.swap(sizes.backend.parcels.heated);
   state.backend.exact.anchor.swap(sizes.backend.exact.anchor);
   state.backend.exact.tick.swap(sizes.backend.exact.tick);
   state.backend.exact.last_contact_tick.swap(sizes.backend.exact.last_contact_tick);

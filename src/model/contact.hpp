@@ -110,15 +110,14 @@ inline double exchange_of(const ParcelConstants& parcels) {
   return 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale;
 }
 
-// Share of its impulse that a contact of a crowded parcel exchanges. Energy cannot grow if, at each parcel, it
-// is at most 2 / ((1 + e) L), where L is the largest eigenvalue of the sum of n n^T over the contacts' normals
-// n: 1 for one contact, at most 3 for six neighbours (docs/physics.md).
-constexpr float kCrowdShare = 1.0F / 3.0F;
+// Share of its impulse that a contact of a heated parcel exchanges: with so much of it no crowd gains energy,
+// up to six contacts a parcel (docs/physics.md, Contacts).
+constexpr float kHeatedShare = 1.0F / 3.0F;
 
 // The seed's method with corrected signs, as a Jacobi step: every contact reads the state before the step.
 // Overlapping pairs are pushed apart. Approaching pairs exchange the impulse that makes v_rel,n' = -e v_rel,n
-// at impulse_scale 1. In a crowd each parcel would get too much that way from all its contacts together, and
-// the crowd would heat up without end; there a contact exchanges a share.
+// at impulse_scale 1. In a crowd a parcel may get too much that way from all its contacts together, and the
+// crowd would heat up without end; so contacts of parcels that it has heated exchange a share.
 struct ImpulseContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
@@ -126,8 +125,8 @@ struct ImpulseContact {
     PushOutContact::respond(c, self, other, pair, sums, tally);
     const float approach = dot(other.velocity - self.velocity, pair.normal);
     if (!(approach < 0.0F)) return;
-    const bool is_in_crowd = (self.is_crowded | other.is_crowded) != 0;
-    const float change = (is_in_crowd ? c.exchange * kCrowdShare : c.exchange) * approach;
+    const bool is_heated = (self.is_heated | other.is_heated) != 0;
+    const float change = (is_heated ? c.exchange * kHeatedShare : c.exchange) * approach;
     add_velocity(c, pair.normal * change, sums);
     if (self.id < other.id) {
       tally.begin_contact();

@@ -17,8 +17,9 @@ struct Parcel {
   Vec2i position;
   Vec2f velocity;
   std::uint32_t id = 0;
-  std::uint32_t is_crowded = 0;  // 1: it touched kCrowd others or more in its last step, by any method but
-                                 // `exact`; else 0
+  // 1: it touched kCrowd others or more in its last step, and these contacts made it faster; else 0. Method
+  // `exact` leaves 0.
+  std::uint32_t is_heated = 0;
 };
 
 // Constants of a step, derived once per frame on the host.

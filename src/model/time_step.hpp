@@ -150,8 +150,9 @@ PF_HD inline Vec2i push_after(const ContactSums& sums) {
   return {push_after(sums.push_x), push_after(sums.push_y)};
 }
 
-PF_HD inline std::uint32_t is_crowded_by(const ContactSums& sums) {
-  return sums.num_contacts >= kCrowd ? 1 : 0;
+// Parcel::is_heated after these contacts. m/s.
+PF_HD inline std::uint32_t is_heated_by(const ContactSums& sums, Vec2f before, Vec2f after) {
+  return sums.num_contacts >= kCrowd && dot(after, after) > dot(before, before) ? 1 : 0;
 }
 
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
@@ -172,6 +173,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   const RandomBits random{bits >> 16, bits & 0xFFFFU};
   Movement movement;
   movement.velocity = velocity_after(c, self.velocity, sums);
+  const std::uint32_t is_heated = is_heated_by(sums, self.velocity, movement.velocity);
   bool is_valid = is_in_range(c, movement.velocity) && push.x != kHalfSide && push.y != kHalfSide;
   const Vec2i start = is_valid ? self.position + push : self.position;
   if (is_valid) {
@@ -194,7 +196,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     return self;
   }
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
-  Parcel after{start + movement.moved, movement.velocity, self.id, is_crowded_by(sums)};
+  Parcel after{start + movement.moved, movement.velocity, self.id, is_heated};
   const std::int32_t radius = c.contact_reach / 2;
   const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
   const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);

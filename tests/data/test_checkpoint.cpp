@@ -80,6 +80,27 @@ TEST_F(Checkpoint, KeepsLongTicks) {
   }
 }
 
+// Which parcels are heated decides about the impulses of the next step.
+TEST_F(Checkpoint, KeepsCrowds) {
+  RandomScene scene;
+  scene.settings = golden_gas(Method::impulse, Boundary::walls, 1.0, 0.65);
+  scene.settings.dt_s = 0.04;
+  scene.num_frames = 40;
+  for (const int saved_after : {3, 21}) {
+    scene.saved_after = saved_after;
+    const End expected = run(scene);
+    RunState state = read_checkpoint(file_);
+    EXPECT_GT(state.backend.parcels.heated.size(), 5U);
+    Simulation again(state, make_cpu_backend(1));
+    advance(again, scene.num_frames - saved_after);
+    EXPECT_EQ(end_of(again), expected) << "saved after frame " << saved_after;
+    state.backend.parcels.heated.clear();
+    Simulation forgetful(state, make_cpu_backend(1));
+    advance(forgetful, scene.num_frames - saved_after);
+    EXPECT_NE(end_of(forgetful).state_hash, expected.state_hash);
+  }
+}
+
 // The air of each launch has a seed of its own, and the ball leaves several times.
 TEST_F(Checkpoint, GoesOnThroughLaunches) {
   RandomScene scene;

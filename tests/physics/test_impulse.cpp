@@ -118,6 +118,78 @@ TEST(Impulse, HeadOnTripleLosesAllEnergy) {
   EXPECT_EQ(energy_ratio({{-1, 0}, {0, 0}, {1, 0}}, {{1.0F, 0.0F}, {}, {-1.0F, 0.0F}}), 0.0);
 }
 
+// Ids of the parcels that are heated after a step. Parcel 0 is in the middle, the others touch it there.
+std::vector<std::uint32_t> heated_in(const std::vector<double>& degrees, const std::vector<Vec2f>& velocity) {
+  SceneRun run(unit_discs(static_cast<std::int64_t>(velocity.size()), 16.0));
+  ParcelSnapshot state{{{0, 0}}, velocity};
+  for (const double of : degrees) {
+    const double angle = of * kPi / 180.0;
+    const Vec2d at{0.999 * std::cos(angle), 0.999 * std::sin(angle)};
+    state.position.push_back(to_units(run.physics.world, at));
+  }
+  run.backend->restore(state);
+  EXPECT_TRUE(run.backend->snapshot().heated.empty());
+  run.advance(1, 0.01);
+  std::vector<std::uint32_t> heated = run.backend->snapshot().heated;
+  run.advance(1, 0.01);  // all have been pushed apart
+  EXPECT_TRUE(run.backend->snapshot().heated.empty());
+  return heated;
+}
+
+TEST(Impulse, ThreeContactsHeatAParcelThatGetsFaster) {
+  const Vec2f rest{}, right{1.0F, 0.0F};
+  EXPECT_EQ(heated_in({180.0, 60.0, -60.0}, {rest, right, rest, rest}), std::vector<std::uint32_t>{0});
+  EXPECT_TRUE(heated_in({180.0, 60.0}, {rest, right, rest}).empty()) << "two contacts";
+  EXPECT_TRUE(heated_in({0.0, 120.0, -120.0}, {right, rest, rest, rest}).empty()) << "it gets slower";
+}
+
+// Two discs of equal mass that hit head-on exchange their velocities, heated ones a third of the difference.
+// Rounding: see above.
+TEST(Impulse, ContactsOfHeatedParcelsExchangeAThird) {
+  for (const std::vector<std::uint32_t>& heated : {std::vector<std::uint32_t>{}, {0}, {1}, {0, 1}}) {
+    SceneRun run(unit_discs(2, 16.0));
+    const auto at = [&](double x) { return to_units(run.physics.world, {x, 0.0}); };
+    run.backend->restore({{at(0.0), at(0.999)}, {{1.0F, 0.0F}, {-0.5F, 0.0F}}, heated});
+    run.advance(1, 1e-4);
+    const ParcelSnapshot after = run.backend->snapshot();
+    const float exchanged = heated.empty() ? 1.5F : 0.5F;
+    EXPECT_NEAR(after.velocity[0].x, 1.0F - exchanged, 4e-7) << heated.size();
+    EXPECT_NEAR(after.velocity[1].x, -0.5F + exchanged, 4e-7) << heated.size();
+    EXPECT_TRUE(after.heated.empty());
+  }
+}
+
+struct Dense {
+  double area_fraction, least, most;  // energy over that at the start
+};
+
+class DenseGas : public testing::TestWithParam<Dense> {};
+
+// An elastic gas over 210 steps of 0.035 diameters. Without shares of impulses the energy grew to 1.03 times at
+// 0.5, 3.4 at 0.6, and 4e6 at 0.65. What remains are the errors of triple contacts: seen with ten seeds, 0.99 to
+// 1.02, 0.90 to 1.14, 0.13 to 0.27, below 0.05.
+TEST_P(DenseGas, DoesNotHeatUp) {
+  const Dense& dense = GetParam();
+  Settings s = gas(4000, dense.area_fraction);
+  s.restitution = 1.0;
+  SceneRun run(s);
+  const double before = run.backend->measure().parcel_energy_j;
+  double most = 0.0;
+  for (int k = 0; k < 21; ++k) {
+    run.advance(10, 0.035);
+    most = std::max(most, run.backend->measure().parcel_energy_j / before);
+  }
+  const double end = run.backend->measure().parcel_energy_j / before;
+  EXPECT_GT(end, dense.least);
+  EXPECT_LT(most, dense.most);
+  RecordProperty("energy", std::to_string(end));
+  RecordProperty("most", std::to_string(most));
+}
+
+INSTANTIATE_TEST_SUITE_P(AreaFraction, DenseGas,
+                         testing::Values(Dense{0.5, 0.9, 1.1}, Dense{0.6, 0.5, 1.5}, Dense{0.65, 0.0, 1.8},
+                                         Dense{0.7, 0.0, 2.0}));
+
 // The same triple with one collision a step later than the other loses no energy.
 TEST(Impulse, SuccessiveContactsKeepEnergy) {
   SceneRun run(unit_discs(3, 16.0));

@@ -164,6 +164,8 @@ inline void add_stepped(std::vector<GoldenScene>& list) {
       golden("impulse_broken", golden_gas(Method::impulse, Boundary::walls), 20, 0.01, break_some));
   list.push_back(
       golden("impulse_crowd", golden_gas(Method::impulse, Boundary::walls), 60, 0.02, crowd_together));
+  list.push_back(
+      golden("impulse_dense", golden_gas(Method::impulse, Boundary::periodic, 1.0, 0.65), 100, 0.04));
   list.push_back(golden("spring_crowd", golden_gas(Method::spring, Boundary::periodic, 0.5), 200, 0.005,
                         crowd_together));
 }

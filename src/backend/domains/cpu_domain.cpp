@@ -18,7 +18,7 @@ void CpuDomain::append(const Parcel& parcel, std::uint32_t slot) {
   to.position.push_back(parcel.position);
   to.velocity.push_back(parcel.velocity);
   to.id.push_back(parcel.id);
-  to.is_crowded.push_back(static_cast<std::uint8_t>(parcel.is_crowded));
+  to.is_heated.push_back(static_cast<std::uint8_t>(parcel.is_heated));
   to.slot.push_back(slot);
 }
 
@@ -28,7 +28,7 @@ void CpuDomain::start_appending(std::size_t num) {
   reserve_tightly(to.position, total + kSearchPadding);
   reserve_tightly(to.velocity, total + kSearchPadding);
   reserve_tightly(to.id, total);
-  reserve_tightly(to.is_crowded, total);
+  reserve_tightly(to.is_heated, total);
   reserve_tightly(to.slot, total);
   to.position.resize(to.id.size());
   to.velocity.resize(to.id.size());
@@ -49,7 +49,7 @@ void CpuDomain::clear(const Slabs& slabs, std::size_t num) {
   to.position.clear();
   to.velocity.clear();
   to.id.clear();
-  to.is_crowded.clear();
+  to.is_heated.clear();
   to.slot.clear();
   start_appending(num);
   finish_appending();
@@ -129,11 +129,11 @@ void CpuDomain::drop() {
     all.position[kept] = all.position[i];
     all.velocity[kept] = all.velocity[i];
     all.id[kept] = all.id[i];
-    all.is_crowded[kept] = all.is_crowded[i];
+    all.is_heated[kept] = all.is_heated[i];
     all.slot[kept++] = all.slot[i];
   }
   all.id.resize(kept);
-  all.is_crowded.resize(kept);
+  all.is_heated.resize(kept);
   all.slot.resize(kept);
   all.position.resize(kept + kSearchPadding);
   all.velocity.resize(kept + kSearchPadding);
@@ -155,7 +155,7 @@ void CpuDomain::find_borders() {
 void CpuDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
   out.clear();
   for (const std::uint32_t i : borders_[slab].sent)
-    out.push_back({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.is_crowded[i]});
+    out.push_back({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.is_heated[i]});
 }
 
 void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
@@ -163,7 +163,7 @@ void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   for (std::size_t k = 0; k < copies.size(); ++k) {
     parcels_.current.position[copies[k]] = in[k].position;
     parcels_.current.velocity[copies[k]] = in[k].velocity;
-    parcels_.current.is_crowded[copies[k]] = static_cast<std::uint8_t>(in[k].is_crowded);
+    parcels_.current.is_heated[copies[k]] = static_cast<std::uint8_t>(in[k].is_heated);
   }
   stepper_.add_moved(copies);
 }

@@ -64,14 +64,14 @@ void DomainGroup::resume(const Physics& physics, const BallState& ball, const Pa
 void DomainGroup::distribute(const ParcelSnapshot& parcels) {
   Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
   if (ranks_.is_first()) {
-    auto crowded = parcels.crowded.begin();
+    auto heated = parcels.heated.begin();
     for (std::size_t i = 0; i < parcels.position.size(); ++i) {
       const Vec2i position = parcels.position[i];
       const unsigned owner = is_retired(position) ? 0 : slabs_.owner(position.x);
-      const bool is_crowded = crowded != parcels.crowded.end() && *crowded == i;
-      if (is_crowded) ++crowded;
+      const bool is_heated = heated != parcels.heated.end() && *heated == i;
+      if (is_heated) ++heated;
       out[0][owner].push_back(
-          {position, parcels.velocity[i], static_cast<std::uint32_t>(i), is_crowded ? 1U : 0U});
+          {position, parcels.velocity[i], static_cast<std::uint32_t>(i), is_heated ? 1U : 0U});
     }
   }
   ranks_.exchange(out, in, ranks_.all_counts(out));
@@ -88,14 +88,14 @@ void DomainGroup::gather(ParcelSnapshot& parcels) {
   const std::vector<Parcel> all = ranks_.gather(mine);
   parcels.position.resize(all.size());
   parcels.velocity.resize(all.size());
-  parcels.crowded.clear();
+  parcels.heated.clear();
   parcels.step = step_;
   for (const Parcel& parcel : all) {
     parcels.position[parcel.id] = parcel.position;
     parcels.velocity[parcel.id] = parcel.velocity;
-    if (parcel.is_crowded != 0) parcels.crowded.push_back(parcel.id);
+    if (parcel.is_heated != 0) parcels.heated.push_back(parcel.id);
   }
-  std::ranges::sort(parcels.crowded);
+  std::ranges::sort(parcels.heated);
 }
 
 void DomainGroup::draw(const DrawBuffers& buffers) {

@@ -157,9 +157,12 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
     rough_.set(i, after.position);
     contacts_[i] = 0;
   }
-  std::fill_n(now.is_crowded.data() + begin, end - begin, std::uint8_t{0});
-  for (const TouchedParcel& touched : share.due) {
-    now.is_crowded[touched.parcel] = static_cast<std::uint8_t>(is_crowded_by(touched.sums));
+  std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
+  for (std::size_t k = 0; k < share.due.size(); ++k) {
+    const TouchedParcel& touched = share.due[k];
+    const Vec2f before = share.before[k].velocity;
+    now.is_heated[touched.parcel] = static_cast<std::uint8_t>(
+        is_heated_by(touched.sums, before, velocity_after(loop.constants, before, touched.sums)));
     std::uint32_t& contact = contacts_[touched.parcel];
     const Vec2f velocity = now.velocity[touched.parcel];
     if (contact != 0) tally.moved(0, dot(velocity, velocity));

@@ -19,7 +19,6 @@ constexpr double kMaxSearchReach = 2.0;
 template <class Contact, bool kBall, Boundary kBoundary>
 void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
   const StepConstants& c = loop.constants;
-  const Vec2i* position = parcels_.current.position.data();
   SearchScratch scratch;
   for (std::size_t i = begin; i < end; ++i) {
     if (parcels_.is_copy(i)) continue;
@@ -27,7 +26,7 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
     if (is_retired(self.position)) {
       parcels_.next.position[i] = self.position;
       parcels_.next.velocity[i] = self.velocity;
-      parcels_.next.is_crowded[i] = 0;
+      parcels_.next.is_heated[i] = 0;
       if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, self.position, self.velocity);
       continue;
     }
@@ -47,7 +46,7 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
     parcels_.next.position[i].y = after.position.y;
     parcels_.next.velocity[i].x = after.velocity.x;
     parcels_.next.velocity[i].y = after.velocity.y;
-    parcels_.next.is_crowded[i] = static_cast<std::uint8_t>(after.is_crowded);
+    parcels_.next.is_heated[i] = static_cast<std::uint8_t>(after.is_heated);
     if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, after.position, after.velocity);
   }
 }
@@ -113,7 +112,7 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
     });
     std::swap(parcels_.current.position, parcels_.next.position);
     std::swap(parcels_.current.velocity, parcels_.next.velocity);
-    std::swap(parcels_.current.is_crowded, parcels_.next.is_crowded);
+    std::swap(parcels_.current.is_heated, parcels_.next.is_heated);
   }
   CpuTally sum;
   for (const CpuTally& tally : tallies) sum.add(tally);
