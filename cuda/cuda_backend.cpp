@@ -153,8 +153,7 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
 }
 
 void CudaBackend::clear_heated() {
-  if (capacity_ > 0)
-    PF_CUDA(cudaMemsetAsync(current_.heated.data(), 0, current_.heated.bytes(), stream_));
+  if (capacity_ > 0) PF_CUDA(cudaMemsetAsync(current_.heated.data(), 0, current_.heated.bytes(), stream_));
 }
 
 DrawBuffers CudaBackend::device_draw_buffers(const DrawBuffers& wanted) {

@@ -45,6 +45,7 @@ class CudaBackend final : public Backend {
   struct Submitted {
     std::uint32_t num_steps = 0;
     std::uint64_t num_sorts = 0;
+    std::uint32_t num_ends = 0;  // of end_steps()
     bool exact = false;
     double per_impulse_count = 1.0;
     double impulse_unit_kg_mps = 0.0;
@@ -90,7 +91,8 @@ class CudaBackend final : public Backend {
   void step(StepLaunch& launch, LaunchStep launch_parcels);
   void step_in_parts(StepLaunch& launch);
   bool make_room_for_contacts();
-  void step_ball(const StepLaunch& launch);
+  void note_step(StepLaunch& launch, bool ends_now);
+  void end_steps(StepLaunch& launch);
   bool sort_is_due(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
@@ -114,7 +116,7 @@ class CudaBackend final : public Backend {
   DeviceBuffer<Vec2f> draw_position_;  // for draw targets in host memory only
   DeviceBuffer<float> draw_speed_;
   DeviceBuffer<StepState> state_{1};
-  DeviceBuffer<TallySlot> slots_{kNumSlots};
+  DeviceBuffer<TallySlot> slots_{kMaxOpenSteps * kNumSlots};
   PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;

@@ -17,7 +17,7 @@ struct ParcelPointers {
   Vec2i* position = nullptr;
   Vec2f* velocity = nullptr;
   std::uint32_t* id = nullptr;
-  std::uint32_t* heated = nullptr;            // a bit for each, see Parcel; (n + 31) / 32 entries
+  std::uint32_t* heated = nullptr;             // a bit for each, see Parcel; (n + 31) / 32 entries
   std::uint32_t* tick = nullptr;               // method `exact` only, else null
   std::uint32_t* last_contact_tick = nullptr;  // method `exact` with a contact duration only, else null
 };
@@ -40,7 +40,7 @@ struct DeviceParcels {
 
   ParcelPointers pointers() const {
     return {position.data(), velocity.data(), id.data(),
-            heated.data(),  tick.data(),     last_contact_tick.data()};
+            heated.data(),   tick.data(),     last_contact_tick.data()};
   }
   std::size_t bytes() const {
     return position.bytes() + velocity.bytes() + id.bytes() + heated.bytes() + tick.bytes() +
@@ -64,7 +64,7 @@ __device__ inline void set_heated(const ParcelPointers& parcels, std::uint32_t i
 
 // Sets the bits of a warp's parcels, i and following. Whole warps call it.
 __device__ inline void set_heated_of_warp(const ParcelPointers& parcels, std::uint32_t i, bool value,
-                                           std::uint32_t num) {
+                                          std::uint32_t num) {
   const unsigned word = __ballot_sync(0xFFFFFFFFU, value);
   if (i % 32 == 0 && i < num) parcels.heated[i / 32] = word;
 }

@@ -66,12 +66,13 @@ void CudaBackend::submit(const StepRequest& request) {
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
-  submitted_ = {request.num_steps, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
+  submitted_ = {request.num_steps, 0, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
 
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
     if (searches && sort_is_due(constants)) {
+      end_steps(launch);
       sort(constants);
       ++submitted_.num_sorts;
     }
@@ -82,6 +83,7 @@ void CudaBackend::submit(const StepRequest& request) {
     else
       step(launch, launch_step);
   }
+  end_steps(launch);
   if (request.draw) copy_to_host(draw, *request.draw);
   PF_CUDA(
       cudaMemcpyAsync(host_state_.get(), state_.data(), sizeof(StepState), cudaMemcpyDeviceToHost, stream_));
@@ -109,7 +111,7 @@ bool CudaBackend::make_room_for_contacts() {
   return true;
 }
 
-// One step of parcels and ball.
+// One step of parcels, and of the ball, if there is one.
 void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   launch.space.grid = grid_;
   launch.from = current_.pointers();
@@ -118,7 +120,7 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
     const PhaseRange range(Phase::collide_integrate);
     launch_parcels(launch, stream_);
   }
-  step_ball(launch);
+  note_step(launch, physics_.ball.exists);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
   std::swap(current_.heated, next_.heated);
@@ -134,14 +136,23 @@ void CudaBackend::step_in_parts(StepLaunch& launch) {
     launch_contacts(launch, stream_);
     launch_move(launch, stream_);
   }
-  step_ball(launch);
+  note_step(launch, true);
 }
 
-void CudaBackend::step_ball(const StepLaunch& launch) {
+// A ball moves after each step. Without one, steps wait for nothing but the parcels.
+void CudaBackend::note_step(StepLaunch& launch, bool ends_now) {
+  ++launch.num_open;
+  if (ends_now || launch.num_open == kMaxOpenSteps) end_steps(launch);
+}
+
+void CudaBackend::end_steps(StepLaunch& launch) {
+  if (launch.num_open == 0) return;
   const PhaseRange range(Phase::ball);
   timer_.mark_ball(stream_);
-  launch_ball(launch.constants, state_.data(), slots_.data(), stream_);
+  launch_end_steps(launch, stream_);
   timer_.mark_ball(stream_);
+  launch.num_open = 0;
+  ++submitted_.num_ends;
 }
 
 StepTotals CudaBackend::collected_totals() const {
@@ -175,7 +186,7 @@ StepTotals CudaBackend::collected_totals() const {
 StepReport CudaBackend::collect() {
   StepReport report;
   report.times = submitted_.exact ? timer_.exact_times(&host_exact_->reconcile_ns)
-                                  : timer_.times(submitted_.num_steps);  // either waits
+                                  : timer_.times(submitted_.num_ends);  // either waits
   if (submitted_.exact && host_exact_->unresolvable != 0)
     throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
   expected_displacement_ =

@@ -57,10 +57,10 @@ PhaseTimes RequestTimer::sort_times() const {
   return times;
 }
 
-PhaseTimes RequestTimer::times(std::uint32_t num_steps) {
+PhaseTimes RequestTimer::times(std::uint32_t num_ends) {
   const double total_ms = wait_ms();
   PhaseTimes times = sort_times();
-  if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * num_steps;
+  if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * num_ends;
   times[Phase::collide_integrate] = std::max(0.0, total_ms - times.total());
   return times;
 }

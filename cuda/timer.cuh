@@ -45,16 +45,16 @@ class RequestTimer {
  public:
   void begin(cudaStream_t stream);
   void mark_sort(cudaStream_t stream);  // before the keys, after the keys, after the gather
-  void mark_ball(cudaStream_t stream);  // before and after one ball kernel
+  void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
   // kStepsPerMarked is marked, since an event between short kernels costs as much as they do.
   void mark_stage(cudaStream_t stream);
   void end(cudaStream_t stream);
 
   // Each of these waits for the end, and adds up to the time from begin to end.
-  // The ball's time is that of the marked step times num_steps. Sorts beyond the first kMaxSorts are not
+  // The ball's time is that of the first mark times num_ends. Sorts beyond the first kMaxSorts are not
   // marked and count as collide_integrate.
-  PhaseTimes times(std::uint32_t num_steps);
+  PhaseTimes times(std::uint32_t num_ends);
   // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
   // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.
   PhaseTimes exact_times(const unsigned long long* reconcile_ns);

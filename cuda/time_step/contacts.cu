@@ -39,15 +39,15 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   if (is_retired(centre)) return;
   const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
   if (kBorders && is_inside) return;
-  const SearchCircle circle{centre, i, search_reach(launch.constants, *launch.state),
+  const long long since_sort = launch.state->max_displacement;
+  const auto displacement = static_cast<std::int32_t>(since_sort < kHalfSide ? since_sort : kHalfSide);
+  const SearchCircle circle{centre, i, search_reach(launch.constants, displacement),
                             launch.constants.filter_distance2};
   if constexpr (kBorders) {
     search<kBoundary, true>(launch.space, position, circle, [&](std::uint32_t j) {
       if (is_copy(launch, j)) visit(i, j);
     });
   } else {
-    const auto displacement = static_cast<std::int32_t>(
-        launch.state->max_displacement < kHalfSide ? launch.state->max_displacement : kHalfSide);
     search_later<kBoundary>(launch.space, position, circle, displacement, [&](std::uint32_t j) {
       if (is_inside || !(is_copy(launch, i) || is_copy(launch, j))) visit(i, j);
     });

@@ -6,8 +6,8 @@
 namespace pf {
 
 // Half side of the search box of every parcel.
-__device__ inline std::int32_t search_reach(const StepConstants& c, const StepState& state) {
-  const long long reach = c.contact_reach + state.max_displacement;
+__device__ inline std::int32_t search_reach(const StepConstants& c, std::int32_t displacement) {
+  const long long reach = static_cast<long long>(c.contact_reach) + displacement;
   return static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide);
 }
 

@@ -16,12 +16,40 @@ constexpr unsigned kBlock = 256;
 // 6 limit registers to 40: 0.0481 ns per parcel-step at 10^7 on an H200, 0.0505 with 5, 0.0549 with 4.
 constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
 
-// Adds the contact of a parcel with parcel j to its sums, if they touch.
+// Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
+// Whole warps call it.
+__device__ inline std::int32_t displacement_since_sort(const StepLaunch& launch) {
+  constexpr unsigned kFar = 1U << 27;  // in a step, and in the sum over 16 of them: the sum has 32 bits
+  static_assert(kMaxOpenSteps <= 16);
+  const StepState& state = *launch.state;
+  const unsigned lane = threadIdx.x % 32;
+  const unsigned open =
+      launch.num_open == 0 ? 0 : warp_add(lane < launch.num_open ? min(state.displacement[lane], kFar) : 0);
+  const long long sum = state.max_displacement + open;
+  return open < kFar && sum < kHalfSide ? static_cast<std::int32_t>(sum) : kHalfSide;
+}
+
+// Key of the random roundings of this step.
+__device__ inline std::uint32_t key_of(const StepLaunch& launch) {
+  const StepState& state = *launch.state;
+  return launch.num_open == 0 ? state.rounding_key
+                              : rounding_key(launch.constants.physics.seed, state.step + launch.num_open);
+}
+
+// Adds a block's tally to those of the step. One thread calls it.
+__device__ inline void add_block(const StepLaunch& launch, const TallySlot& block) {
+  add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block);
+  unsigned& displacement = launch.state->displacement[launch.num_open];
+  if (__ldcg(&displacement) < block.max_displacement) atomicMax(&displacement, block.max_displacement);
+}
+
+// Adds the contact of parcel i with parcel j to its sums, if they touch. Whether self is heated is read here
+// only, and counted for the other: it matters for the pair, and few parcels touch.
 template <class Contact, Boundary kBoundary>
-__device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t j, ContactSums& sums,
-                      DeviceTally& tally) {
+__device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_t i, std::uint32_t j,
+                      ContactSums& sums, DeviceTally& tally) {
   const Parcel other{launch.from.position[j], launch.from.velocity[j], launch.from.id[j],
-                     is_heated(launch.from, j)};
+                     is_heated(launch.from, i) | is_heated(launch.from, j)};
   const Vec2i offset = separation<kBoundary>(launch.constants.physics.world, self.position, other.position);
   add_contact<Contact>(launch.constants, self, other, offset, sums, tally);
 }
@@ -31,8 +59,9 @@ __device__ void touch(const StepLaunch& launch, const Parcel& self, std::uint32_
 template <class Contact, Boundary kBoundary>
 __device__ __noinline__ void add_crowd(const StepLaunch& launch, const SearchCircle& circle,
                                        const Parcel& self, ContactSums& sums, DeviceTally& tally) {
-  search<kBoundary, true>(launch.space, launch.from.position, circle,
-                          [&](std::uint32_t j) { touch<Contact, kBoundary>(launch, self, j, sums, tally); });
+  search<kBoundary, true>(launch.space, launch.from.position, circle, [&](std::uint32_t j) {
+    touch<Contact, kBoundary>(launch, self, circle.self, j, sums, tally);
+  });
 }
 
 // Sums the contacts of parcel i with all parcels that touch it.
@@ -54,21 +83,26 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
     return sums;
   }
   ContactSums sums;
-  while (partners.num > 0) touch<Contact, kBoundary>(launch, self, partners.pop(), sums, tally);
+  while (partners.num > 0) touch<Contact, kBoundary>(launch, self, i, partners.pop(), sums, tally);
   return sums;
 }
+
+// The same for all parcels.
+struct OfStep {
+  std::int32_t reach;
+  std::uint32_t key;
+};
 
 // The parcel after the step.
 template <class Contact, bool kBall, Boundary kBoundary>
 __device__ Parcel step_parcel(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
-                              DeviceTally& tally) {
+                              const OfStep& of_step, DeviceTally& tally) {
   if (is_retired(self.position)) return self;
-  const StepConstants& c = launch.constants;
-  const StepState& state = *launch.state;
   ContactSums sums;
   if constexpr (has_contacts<Contact>)
-    sums = sum_contacts<Contact, kBoundary>(launch, self, i, search_reach(c, state), tally);
-  return finish_step<kBall, kBoundary>(c, state.motion, state.rounding_key, self, sums, tally);
+    sums = sum_contacts<Contact, kBoundary>(launch, self, i, of_step.reach, tally);
+  return finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, of_step.key, self, sums,
+                                       tally);
 }
 
 template <class Contact, bool kBall, Boundary kBoundary>
@@ -76,15 +110,21 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     step_kernel(const __grid_constant__ StepLaunch launch) {
   begin_in_turn();
   __shared__ TallySlot block_tally;
-  if (threadIdx.x == 0) block_tally = {};
+  __shared__ OfStep of_step;
+  if (threadIdx.x < 32) {
+    const std::int32_t displacement = displacement_since_sort(launch);
+    if (threadIdx.x == 0) {
+      block_tally = {};
+      of_step = {search_reach(launch.constants, displacement), key_of(launch)};
+    }
+  }
   __syncthreads();
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   DeviceTally tally{&block_tally};
   bool is_heated_after = false;
   if (i < launch.num) {
-    const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i],
-                      is_heated(launch.from, i)};
-    const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, tally);
+    const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+    const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, of_step, tally);
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;
     is_heated_after = after.is_heated != 0;
@@ -94,7 +134,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   set_heated_of_warp(launch.to, i, is_heated_after, launch.num);
   reduce_warp(tally, block_tally);
   __syncthreads();
-  if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
+  if (threadIdx.x == 0) add_block(launch, block_tally);
 }
 
 __device__ void plan_step(const StepConstants& c, StepState& state) {
@@ -106,29 +146,37 @@ __device__ void plan_step(const StepConstants& c, StepState& state) {
 __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, StepState* state,
                                      TallySlot* slots) {
   begin_in_turn();
-  if (threadIdx.x < kNumSlots) slots[threadIdx.x] = {};
+  slots[threadIdx.x] = {};
+  if (threadIdx.x < kMaxOpenSteps) state->displacement[threadIdx.x] = 0;
   if (threadIdx.x != 0) return;
   state->totals = {};
   plan_step(c, *state);
 }
 
-__global__ void __launch_bounds__(kNumSlots)
-    ball_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
+// A warp sums the slots of each open step.
+__global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
+    end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
   begin_in_turn();
+  __shared__ TallySlot sums[kMaxOpenSteps];
   const TallySlot sum = sum_slots(slots[threadIdx.x]);
   slots[threadIdx.x] = {};
+  if (threadIdx.x % 32 == 0) sums[threadIdx.x / 32] = sum;
+  __syncthreads();
   if (threadIdx.x != 0) return;
-  add_to_totals(sum, *state);
-  state->last_displacement = static_cast<std::int32_t>(sum.max_displacement);
-  state->max_displacement += state->last_displacement;
-  if (c.physics.ball.exists) {
+  for (unsigned k = 0; k < blockDim.x / kNumSlots; ++k) {
+    add_to_totals(sums[k], *state);
+    state->last_displacement = static_cast<std::int32_t>(sums[k].max_displacement);
+    state->max_displacement += state->last_displacement;
+    state->displacement[k] = 0;
+    state->step += 1;
+  }
+  if (c.physics.ball.exists) {  // of a single step
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
     BallState ball = state->ball;
     advance_ball(c.physics.world, c.physics.ball, hits, c.impulse_unit_kg_mps, c.dt_s, ball);
     state->ball = ball;
   }
-  state->step += 1;
   plan_step(c, *state);
 }
 
@@ -154,11 +202,12 @@ void launch_push_out(const StepLaunch& launch, cudaStream_t stream) {
 
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream) {
-  launch_in_turn(begin_request_kernel, 1, kNumSlots, stream, constants, state, slots);
+  launch_in_turn(begin_request_kernel, 1, kMaxOpenSteps * kNumSlots, stream, constants, state, slots);
 }
 
-void launch_ball(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream) {
-  launch_in_turn(ball_kernel, 1, kNumSlots, stream, constants, state, slots);
+void launch_end_steps(const StepLaunch& launch, cudaStream_t stream) {
+  launch_in_turn(end_steps_kernel, 1, launch.num_open * kNumSlots, stream, launch.constants, launch.state,
+                 launch.slots);
 }
 
 }  // namespace pf

@@ -38,8 +38,8 @@ inline CellSize step_cells(const StepConstants& constants) {
 constexpr std::uint32_t kManyParcels = 600'000;
 constexpr double kMostDense = 0.45;
 
-// Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The number of contacts
-// is in the high bits of push_x, whose contacts push by less than 2^(kCountShift - 1 - 8) each.
+// Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The number of
+// contacts is in the high bits of push_x, whose contacts push by less than 2^(kCountShift - 1 - 8) each.
 struct alignas(32) DeviceSums {
   unsigned long long velocity_x, velocity_y, counted_push_x, push_y;
 };
@@ -67,7 +67,8 @@ struct StepLaunch {
   ParcelPointers to;        // of launch_step and launch_push_out; must not overlap `from`; id unused
   ContactScratch contacts;  // of the others
   StepState* state = nullptr;
-  TallySlot* slots = nullptr;  // kNumSlots
+  TallySlot* slots = nullptr;  // kNumSlots for each of kMaxOpenSteps steps; a domain has those of one
+  std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
   std::uint32_t num = 0;  // parcels, copies included
@@ -77,11 +78,11 @@ struct StepLaunch {
   std::uint32_t num_near = 0;
 };
 
-// One step of the parcels; the ball moves in launch_ball.
+// One step of the parcels. launch_end_steps follows, without a ball after kMaxOpenSteps steps at the latest.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels.
+// parcels. launch_end_steps follows each step.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
@@ -93,7 +94,8 @@ void launch_push_out(const StepLaunch& launch, cudaStream_t stream);
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream);
 
-// Ends a step: adds the slots to the totals and clears them, moves the ball, and plans its next motion.
-void launch_ball(const StepConstants& constants, StepState* state, TallySlot* slots, cudaStream_t stream);
+// Ends the open steps: adds their slots to the totals and clears them, moves the ball, and plans its next
+// motion.
+void launch_end_steps(const StepLaunch& launch, cudaStream_t stream);
 
 }  // namespace pf

@@ -60,8 +60,8 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
       if (!is_retired(before.position) && !is_copy) {
         ContactSums sums;
         if ((touched[k] >> (i % 32) & 1U) != 0) sums = as_sums(sums_of(launch.contacts, i));
-        after = finish_step<kBall, kBoundary>(c, launch.state->motion, launch.state->rounding_key, before, sums,
-                                              tally);
+        after = finish_step<kBall, kBoundary>(c, launch.state->motion, launch.state->rounding_key, before,
+                                              sums, tally);
         launch.from.position[i] = after.position;
         if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
         is_heated_after = after.is_heated != 0;

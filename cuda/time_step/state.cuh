@@ -42,11 +42,16 @@ struct RequestTotals {
   unsigned int first_invalid_id;
 };
 
+// Without a ball so many steps may follow one another before launch_end_steps.
+constexpr unsigned kMaxOpenSteps = 16;
+
+// As of the last launch_end_steps.
 struct StepState {
   BallState ball;
   BallMotion motion;            // in the next step
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
+  unsigned int displacement[kMaxOpenSteps]{};  // along an axis, of each step since; position units
   std::int32_t last_displacement = 0;  // largest displacement along an axis in the last step, position units
   long long max_displacement = 0;      // bound since the sort, summed over steps
   RequestTotals totals{};

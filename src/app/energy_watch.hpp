@@ -1,6 +1,6 @@
-// Notices a gas that blows up. Where parcels are crowded, a time-stepped method pushes them out of each other
-// into others and so heats the gas, the faster the longer its steps are. In the end parcels cross the world
-// in a step, lie in the cells at its walls, and a step takes as long as all pairs.
+// Notices a gas that blows up. With long steps, or an air.impulse_scale above 1, a time-stepped method heats
+// the gas. In the end parcels cross the world in a step, lie in the cells at its walls, and a step takes as
+// long as all pairs.
 #pragma once
 
 #include <optional>

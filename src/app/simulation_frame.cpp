@@ -155,9 +155,9 @@ void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
   if (growth == 0.0) return;
   view.paused = true;
   view.message = fmt::format(
-      "Paused: the energy has grown {:.0f}-fold, which only the steps of method {} do in this crowd. Take "
-      "method "
-      "exact, a shorter run.dt_s or a lower air.area_fraction, then reset.",
+      "Paused: the energy has grown {:.0f}-fold, which only the steps of method {} do here. Take method "
+      "exact, a "
+      "shorter run.dt_s or a lower air.area_fraction, then reset.",
       growth, method_name(settings.method));
 }
 

@@ -43,8 +43,8 @@ struct StepReport {
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
   std::vector<Vec2f> velocity;
-  std::vector<std::uint32_t> heated;  // ids of heated parcels (Parcel::is_heated), ascending
-  std::uint64_t step = 0;              // since the reset; keys the random roundings of the next step
+  std::vector<std::uint32_t> heated{};  // ids of heated parcels (Parcel::is_heated), ascending
+  std::uint64_t step = 0;               // since the reset; keys the random roundings of the next step
 };
 
 // Trajectories of method `exact`, parcels by id, and its time. Empty while another method holds the state.

@@ -38,8 +38,8 @@ struct ParcelArrays {
   Parcel operator[](std::size_t i) const { return {position[i], velocity[i], id[i], is_heated[i]}; }
 
   std::uint64_t memory_bytes() const {
-    return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() +
-           is_heated.capacity() + 4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + slot.capacity());
+    return sizeof(Vec2i) * position.capacity() + sizeof(Vec2f) * velocity.capacity() + is_heated.capacity() +
+           4 * (id.capacity() + tick.capacity() + last_contact_tick.capacity() + slot.capacity());
   }
 };
 

@@ -38,7 +38,7 @@ constexpr Vec2i kNowhere{kRetired, 0};
 // Numbers of a frame in the form of the file.
 struct Frame {
   std::vector<float> position, velocity;
-  std::vector<std::uint8_t> present;
+  std::vector<std::uint8_t> present, heated;
   std::int64_t num_present = 0;
   double speed2_sum = 0.0;
 
@@ -51,6 +51,8 @@ void Frame::take(const RunState& state, const DumpLayout& layout) {
   position.assign(3 * layout.num_rows(), kNan);
   velocity.assign(3 * layout.num_rows(), 0.0F);
   present.assign(layout.num_rows(), 0);
+  heated.assign(layout.num_rows(), 0);
+  for (const std::uint32_t id : parcels.heated) heated[id] = 1;
   num_present = 0;
   speed2_sum = 0.0;
   for (std::size_t i = 0; i < parcels.position.size(); ++i) {
@@ -121,7 +123,10 @@ void H5DumpFile::open_series() {
   open(path::kEdges, H5T_NATIVE_DOUBLE);
   open(path::kPresent, H5T_NATIVE_UINT8);
   if (layout_.format.has_velocity) open(path::kVelocity, H5T_NATIVE_FLOAT);
-  if (layout_.format.has_state) open(path::kUnits, H5T_NATIVE_INT32);
+  if (layout_.format.has_state) {
+    open(path::kUnits, H5T_NATIVE_INT32);
+    open(path::kHeated, H5T_NATIVE_UINT8);
+  }
   if (layout_.has_exact) open(path::kAnchor, H5T_NATIVE_INT32);
   if (layout_.has_exact) open(path::kTick, H5T_NATIVE_UINT32);
   if (layout_.has_contact_ticks) open(path::kContactTick, H5T_NATIVE_UINT32);
@@ -162,6 +167,7 @@ void H5DumpFile::put_parcels(const BackendState& state) {
   put(dump_path::kPresent, frame_.present.data());
   put(dump_path::kVelocity, frame_.velocity.data());
   put(dump_path::kUnits, positions);
+  put(dump_path::kHeated, frame_.heated.data());
   put(dump_path::kAnchor, has_trajectories ? exact.anchor.data() : positions);
   put(dump_path::kTick, has_trajectories ? exact.tick.data() : no_ticks_.data());
   put(dump_path::kContactTick,
@@ -192,7 +198,7 @@ void H5DumpFile::put_observables(const RunState& state) {
 }
 
 std::uint64_t H5DumpFile::frame_bytes() const {
-  constexpr std::uint64_t kMostPerParcel = 12 + 12 + 1 + 8 + 8 + 4 + 4;
+  constexpr std::uint64_t kMostPerParcel = 12 + 12 + 1 + 8 + 1 + 8 + 4 + 4;
   return layout_.num_parcels * kMostPerParcel * 11 / 10 + (1U << 18);
 }
 

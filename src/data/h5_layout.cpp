@@ -84,7 +84,10 @@ void Filling::add_parcels() {
   add_box();
   if (layout_.format.has_velocity) add_element(dump_path::kVelocity, H5T_NATIVE_FLOAT, {n, 3});
   add_element(dump_path::kPresent, H5T_NATIVE_UINT8, {n});
-  if (layout_.format.has_state) add_element(dump_path::kUnits, H5T_NATIVE_INT32, {n, 2});
+  if (layout_.format.has_state) {
+    add_element(dump_path::kUnits, H5T_NATIVE_INT32, {n, 2});
+    add_element(dump_path::kHeated, H5T_NATIVE_UINT8, {n});
+  }
   if (layout_.has_exact) {
     add_element(dump_path::kAnchor, H5T_NATIVE_INT32, {n, 2});
     add_element(dump_path::kTick, H5T_NATIVE_UINT32, {n});

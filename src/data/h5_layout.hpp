@@ -14,6 +14,7 @@ constexpr const char* kTime = "particles/parcels/position/time";
 constexpr const char* kVelocity = "particles/parcels/velocity/value";
 constexpr const char* kPresent = "particles/parcels/present/value";
 constexpr const char* kUnits = "particles/parcels/position_units/value";
+constexpr const char* kHeated = "particles/parcels/heated/value";
 constexpr const char* kAnchor = "particles/parcels/anchor_units/value";
 constexpr const char* kTick = "particles/parcels/anchor_tick/value";
 constexpr const char* kContactTick = "particles/parcels/last_contact_tick/value";
@@ -31,7 +32,7 @@ constexpr const char* kSettings = "parameters/settings";
 constexpr const char* kFormat = "parameters/format";
 }  // namespace dump_path
 
-constexpr std::int64_t kDumpFormat = 1;
+constexpr std::int64_t kDumpFormat = 2;
 constexpr std::size_t kRunTextBytes = 8192;  // of a frame's run_state
 
 // What does not change within a file.

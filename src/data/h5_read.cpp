@@ -90,8 +90,8 @@ std::string Reader::run_text(std::uint64_t frame) const {
 }
 
 void Reader::check_sizes(std::size_t n) const {
-  for (const char* path : {dump_path::kPosition, dump_path::kVelocity, dump_path::kUnits, dump_path::kAnchor,
-                           dump_path::kTick, dump_path::kContactTick}) {
+  for (const char* path : {dump_path::kPosition, dump_path::kVelocity, dump_path::kUnits, dump_path::kHeated,
+                           dump_path::kAnchor, dump_path::kTick, dump_path::kContactTick}) {
     if (!h5::exists(file_.id(), path)) continue;
     const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_.id(), path).id());
     if (extent.size() < 2 || extent[1] != std::max<hsize_t>(n, 1))
@@ -111,6 +111,11 @@ void Reader::read_parcels(std::uint64_t frame, std::size_t n, BackendState& stat
   h5::read_row(file_.id(), dump_path::kVelocity, frame, H5T_NATIVE_FLOAT, velocity.data());
   state.parcels.velocity.resize(n);
   for (std::size_t i = 0; i < n; ++i) state.parcels.velocity[i] = {velocity[3 * i], velocity[3 * i + 1]};
+  std::vector<std::uint8_t> heated;
+  read(dump_path::kHeated, H5T_NATIVE_UINT8, heated);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (heated[i] != 0) state.parcels.heated.push_back(static_cast<std::uint32_t>(i));
+  }
   if (!state.exact.active) return;
   if (!h5::exists(file_.id(), dump_path::kAnchor))
     refuse("lacks the anchors of method exact", "give a checkpoint or another dump");

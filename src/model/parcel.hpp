@@ -10,6 +10,7 @@ namespace pf {
 constexpr float kMaxFiniteSpeed2 = 1e30F;  // (m/s)^2; a larger square, or NaN, counts as not finite
 
 constexpr std::uint32_t kCrowd = 3;
+constexpr float kHeating = 2.0F;
 
 constexpr int kVelocityBits = 20;  // of a fraction of StepConstants::velocity_step_mps, in sums over contacts
 
@@ -17,8 +18,8 @@ struct Parcel {
   Vec2i position;
   Vec2f velocity;
   std::uint32_t id = 0;
-  // 1: it touched kCrowd others or more in its last step, and these contacts made it faster; else 0. Method
-  // `exact` leaves 0.
+  // 1: it touched kCrowd others or more in its last step, and these contacts raised its energy to more than
+  // kHeating times; else 0. Method `exact` leaves 0. (A retired parcel's does not matter.)
   std::uint32_t is_heated = 0;
 };
 

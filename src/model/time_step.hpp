@@ -152,7 +152,7 @@ PF_HD inline Vec2i push_after(const ContactSums& sums) {
 
 // Parcel::is_heated after these contacts. m/s.
 PF_HD inline std::uint32_t is_heated_by(const ContactSums& sums, Vec2f before, Vec2f after) {
-  return sums.num_contacts >= kCrowd && dot(after, after) > dot(before, before) ? 1 : 0;
+  return sums.num_contacts >= kCrowd && dot(after, after) > kHeating * dot(before, before) ? 1 : 0;
 }
 
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
@@ -193,7 +193,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   const float speed2 = dot(movement.velocity, movement.velocity);
   if (!is_valid || !(speed2 < kMaxFiniteSpeed2) || displaced >= static_cast<std::uint32_t>(kHalfSide)) {
     tally.invalid(self.id);
-    return self;
+    return {self.position, self.velocity, self.id};
   }
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
   Parcel after{start + movement.moved, movement.velocity, self.id, is_heated};

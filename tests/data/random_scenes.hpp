@@ -33,7 +33,7 @@ inline RandomScene random_scene(unsigned number) {
   const auto method = static_cast<Method>(number % 3);
   const auto boundary = static_cast<Boundary>(number / 3 % 3);
   const double losses[] = {1.0, 0.9, 0.5};
-  Settings s = gas(between(120, 300), 0.05 * between(1, 8), boundary);
+  Settings s = gas(between(120, 300), 0.05 * between(1, 13), boundary);
   in_own_box(s);
   s.method = method;
   s.restitution = losses[between(0, 2)];

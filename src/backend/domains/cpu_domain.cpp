@@ -155,7 +155,8 @@ void CpuDomain::find_borders() {
 void CpuDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
   out.clear();
   for (const std::uint32_t i : borders_[slab].sent)
-    out.push_back({parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.is_heated[i]});
+    out.push_back(
+        {parcels_.current.position[i], parcels_.current.velocity[i], parcels_.current.is_heated[i]});
 }
 
 void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {

@@ -28,7 +28,7 @@ namespace pf {
 struct ParcelMotion {
   Vec2i position;
   Vec2f velocity;
-  std::uint32_t is_heated;
+  std::uint32_t is_heated = 0;
 };
 
 class Domain {

@@ -145,6 +145,7 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
        rough_.data(), rough_.scale().shift()},
       begin, end, share.flights);
   tally.moved(share.flights.max_displacement + farthest_push, 0.0F);
+  std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
   for (const std::uint32_t i : share.flights.others) {
     if (parcels.is_copy(i) || is_retired(now.position[i])) continue;
     const bool is_due = contacts_[i] != 0;
@@ -154,19 +155,18 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
         finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, before, sums, tally);
     now.position[i] = after.position;
     now.velocity[i] = after.velocity;
+    now.is_heated[i] = static_cast<std::uint8_t>(after.is_heated);
     rough_.set(i, after.position);
     contacts_[i] = 0;
   }
-  std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
   for (std::size_t k = 0; k < share.due.size(); ++k) {
     const TouchedParcel& touched = share.due[k];
-    const Vec2f before = share.before[k].velocity;
-    now.is_heated[touched.parcel] = static_cast<std::uint8_t>(
-        is_heated_by(touched.sums, before, velocity_after(loop.constants, before, touched.sums)));
-    std::uint32_t& contact = contacts_[touched.parcel];
-    const Vec2f velocity = now.velocity[touched.parcel];
-    if (contact != 0) tally.moved(0, dot(velocity, velocity));
-    contact = 0;
+    const std::uint32_t i = touched.parcel;
+    if (contacts_[i] == 0) continue;
+    const Vec2f before = share.before[k].velocity, after = now.velocity[i];
+    tally.moved(0, dot(after, after));
+    now.is_heated[i] = static_cast<std::uint8_t>(is_heated_by(touched.sums, before, after));
+    contacts_[i] = 0;
   }
 }
 
