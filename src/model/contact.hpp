@@ -30,7 +30,7 @@ struct ContactSums {
   std::int64_t velocity_y = 0;
   std::int64_t push_x = 0;  // counts of 1 / kPushOutUnit position units
   std::int64_t push_y = 0;
-  std::uint8_t num_contacts = 0;  // modulo 2^8
+  std::uint8_t num_contacts = 0;  // of `impulse`, modulo 2^8
 
   PF_HD ContactSums& operator+=(const ContactSums& o) {
     velocity_x = sum_of(velocity_x, o.velocity_x);
@@ -122,6 +122,7 @@ struct ImpulseContact {
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
+    ++sums.num_contacts;
     PushOutContact::respond(c, self, other, pair, sums, tally);
     const float approach = dot(other.velocity - self.velocity, pair.normal);
     if (!(approach < 0.0F)) return;
@@ -162,7 +163,6 @@ PF_HD inline void add_contact(const StepConstants& c, const Parcel& self, const 
                               ContactSums& sums, Tally& tally) {
   const std::uint64_t distance2 = squared(offset.x) + squared(offset.y);
   if (distance2 >= c.touch_distance2 || is_retired(other.position)) return;
-  ++sums.num_contacts;
   Contact::respond(c, self, other, pair_geometry(c, offset, distance2, self.id < other.id), sums, tally);
 }
 

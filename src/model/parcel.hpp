@@ -18,8 +18,8 @@ struct Parcel {
   Vec2i position;
   Vec2f velocity;
   std::uint32_t id = 0;
-  // 1: it touched kCrowd others or more in its last step, and these contacts raised its energy to more than
-  // kHeating times; else 0. Method `exact` leaves 0. (A retired parcel's does not matter.)
+  // 1: in its last step, of `impulse`, it touched kCrowd others or more, and these contacts raised its energy
+  // to more than kHeating times; else 0. (A retired parcel's does not matter.)
   std::uint32_t is_heated = 0;
 };
 
