@@ -25,7 +25,7 @@ constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
 constexpr double kDisplacementRounding = 3.0;    // position units a step
 
 // Steps taken together may move the fastest parcel by so much of what search circles may grow by. Gps of a
-// gas on an H200, steps of 0.035 d/c, with 2, 3 and 4 steps at a time: 10^5 1.58, 1.84, 1.93;
+// gas on an H200, steps of 0.035 d/c, with 2 (in square cells), 3 and 4 at a time: 10^5 1.58, 1.84, 1.93;
 // 10^6 6.3, 6.8, 6.3; 10^7 10.8, 11.1, 11.4; 10^8 11.7, 12.1, 12.4. Of a million the longest clusters set the
 // time.
 double share_of_reach(std::uint32_t num_parcels) {

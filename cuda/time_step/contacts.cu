@@ -87,11 +87,13 @@ __device__ void add_to(unsigned long long& sum, std::int64_t counts) {
 
 __device__ void add_sums(const ContactScratch& contacts, std::uint32_t i, const ContactSums& sums,
                          std::int64_t sign) {
+  // Stands for a push out of range in 56 bits, as INT64_MIN does in 64: it is its own opposite there.
+  constexpr std::int64_t kOutOfRange = -(1LL << (kCountShift - 1));
+  const std::int64_t push_x = sums.push_x == INT64_MIN ? kOutOfRange : sign * sums.push_x;
   DeviceSums& to = sums_of(contacts, i);
   add_to(to.velocity_x, sign * sums.velocity_x);
   add_to(to.velocity_y, sign * sums.velocity_y);
-  add_to(to.counted_push_x,
-         sign * sums.push_x + (static_cast<std::int64_t>(sums.num_contacts) << kCountShift));
+  add_to(to.counted_push_x, push_x + (static_cast<std::int64_t>(sums.num_contacts) << kCountShift));
   add_to(to.push_y, sign * sums.push_y);
 }
 

@@ -111,6 +111,9 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   begin_in_turn();
   __shared__ TallySlot block_tally;
   __shared__ OfStep of_step;
+  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
+  Parcel self{};  // on its way while the first warp works
+  if (i < launch.num) self = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
   if (threadIdx.x < 32) {
     const std::int32_t displacement = displacement_since_sort(launch);
     if (threadIdx.x == 0) {
@@ -119,11 +122,9 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
     }
   }
   __syncthreads();
-  const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   DeviceTally tally{&block_tally};
   bool is_heated_after = false;
   if (i < launch.num) {
-    const Parcel self{launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
     const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, of_step, tally);
     launch.to.position[i] = after.position;
     launch.to.velocity[i] = after.velocity;

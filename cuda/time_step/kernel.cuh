@@ -39,7 +39,8 @@ constexpr std::uint32_t kManyParcels = 600'000;
 constexpr double kMostDense = 0.45;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The number of
-// contacts is in the high bits of push_x, whose contacts push by less than 2^(kCountShift - 1 - 8) each.
+// contacts is in the high bits of push_x, whose contacts, 255 at most, push by less than 2^(kCountShift - 1 -
+// 8) each.
 struct alignas(32) DeviceSums {
   unsigned long long velocity_x, velocity_y, counted_push_x, push_y;
 };

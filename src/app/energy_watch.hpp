@@ -12,7 +12,7 @@ namespace pf {
 class EnergyWatch {
  public:
   static constexpr double kBlownUp =
-      10.0;  // times the energy: nothing in a scene does that but too long steps
+      10.0;  // times the energy: nothing in a scene does that but long steps and large impulses
 
   // Call at the end of each frame, with its totals. Returns by what factor the energy of parcels and ball has
   // grown since parcels overlapped deeply for the first time, if that is more than kBlownUp; otherwise 0. It

@@ -156,8 +156,8 @@ void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
   view.paused = true;
   view.message = fmt::format(
       "Paused: the energy has grown {:.0f}-fold, which only the steps of method {} do here. Take method "
-      "exact, a "
-      "shorter run.dt_s or a lower air.area_fraction, then reset.",
+      "exact, "
+      "a shorter run.dt_s, air.impulse_scale = 1 or a lower air.area_fraction, then reset.",
       growth, method_name(settings.method));
 }
 

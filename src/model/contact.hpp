@@ -110,8 +110,9 @@ inline double exchange_of(const ParcelConstants& parcels) {
   return 0.5 * (1.0 + parcels.restitution) * parcels.impulse_scale;
 }
 
-// Share of its impulse that a contact of a heated parcel exchanges: with so much of it no crowd gains energy,
-// up to six contacts a parcel (docs/physics.md, Contacts).
+// Share of its impulse that a contact of a heated parcel exchanges: if all contacts of a crowd did, it would
+// gain no energy, as long as parcels have six neighbours that do not overlap each other (docs/physics.md,
+// Contacts).
 constexpr float kHeatedShare = 1.0F / 3.0F;
 
 // The seed's method with corrected signs, as a Jacobi step: every contact reads the state before the step.

@@ -52,6 +52,14 @@ inline RandomScene random_scene(unsigned number) {
               ", world " + std::to_string(static_cast<int>(boundary)) + ", ball " + std::to_string(ball)};
 }
 
+// An elastic gas so dense that crowds heat parcels in most steps.
+inline RandomScene heating_scene(int saved_after) {
+  Settings s = golden_gas(Method::impulse, Boundary::walls, 1.0, 0.65);
+  s.num_parcels = 1000;
+  s.dt_s = 0.04;
+  return {s, 12, saved_after, "dense scene"};
+}
+
 struct End {
   std::uint64_t state_hash = 0, event_hash = 0, num_collisions = 0, num_hits = 0, num_steps = 0;
   double simulated_s = 0.0, ball_distance_m = 0.0;

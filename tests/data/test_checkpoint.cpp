@@ -82,11 +82,7 @@ TEST_F(Checkpoint, KeepsLongTicks) {
 
 // Which parcels are heated decides about the impulses of the next step.
 TEST_F(Checkpoint, KeepsHeatedParcels) {
-  RandomScene scene;
-  scene.settings = golden_gas(Method::impulse, Boundary::walls, 1.0, 0.65);
-  scene.settings.num_parcels = 1000;
-  scene.settings.dt_s = 0.04;
-  scene.num_frames = 12;
+  RandomScene scene = heating_scene(0);
   int num_with_heated = 0, num_changed = 0;
   for (scene.saved_after = 2; scene.saved_after < scene.num_frames; ++scene.saved_after) {
     const End expected = run(scene);

@@ -51,11 +51,15 @@ class Dump : public testing::Test {
 #if PF_HAVE_HDF5
 
 TEST_F(Dump, GoesOnFromAnyFrameToTheSameBits) {
-  for (unsigned number = 0; number < 12; ++number) {
-    const RandomScene scene = random_scene(number);
+  for (unsigned number = 0; number < 13; ++number) {
+    const RandomScene scene = number < 12 ? random_scene(number) : heating_scene(8);
     const End expected = run(scene, {true, true, static_cast<int>(number % 3)});
     const int from = std::min(scene.saved_after, num_written_ - 1);
-    Simulation again(read_h5_frame(file_, from), make_cpu_backend(1));
+    const RunState state = read_h5_frame(file_, from);
+    if (number == 12) {
+      EXPECT_FALSE(state.backend.parcels.heated.empty());
+    }
+    Simulation again(state, make_cpu_backend(1));
     advance(again, scene.num_frames - from);
     EXPECT_EQ(end_of(again), expected) << scene.text << ", from frame " << from;
     Simulation last(read_h5_frame(file_, std::nullopt), make_cpu_backend(1));

@@ -70,6 +70,7 @@ TEST(Determinism, RestoredSnapshotHasTheSameState) {
 
 TEST(Determinism, RestoredSnapshotContinuesIdentically) {
   expect_restored_goes_on_as_it_did(gas(1000), make_cpu_backend(2));
+  expect_heated_are_restored(make_cpu_backend(2));
 }
 
 }  // namespace

@@ -14,6 +14,9 @@ namespace {
 TEST_F(Domains, RestoreASnapshot) {
   expect_restored_is_the_same_state(gas(900), domains(3));
   expect_restored_goes_on_as_it_did(gas(900), domains(3));
+  expect_heated_are_restored(domains(3));
+  ThreadRanks ranks(2);
+  expect_heated_are_restored(ranks.make_backend(4));
 }
 
 TEST_F(Domains, GoOnFromAStateOfTheOtherBackendAndBack) {

@@ -36,8 +36,8 @@ class GpuCheckpoint : public Gpu {
 };
 
 TEST_F(GpuCheckpoint, GoesOnOnEitherBackendToTheSameBits) {
-  for (unsigned number = 0; number < kNumScenes; ++number) {
-    const RandomScene scene = random_scene(number);
+  for (unsigned number = 0; number <= kNumScenes; ++number) {
+    const RandomScene scene = number < kNumScenes ? random_scene(number) : heating_scene(8);
     Simulation whole(scene.settings, on_cpu());
     advance(whole, scene.num_frames);
     const End expected = end_of(whole);

@@ -5,6 +5,7 @@
 
 #include "core/error.hpp"
 #include "gpu/gpu_scenes.hpp"
+#include "model/methods.hpp"
 #include "support/snapshot_checks.hpp"
 
 namespace pf::test {
@@ -64,6 +65,46 @@ TEST_F(Gpu, SameBitsForAnyRequests) {
   EXPECT_EQ(hash(7, 10), hash(35, 2));
 }
 
+// Without a ball up to 16 steps of a request follow one another before they are ended.
+TEST_F(Gpu, SameBitsForAnyRequestsWithoutABall) {
+  SceneRun cpu(gas(5000), make_cpu_backend(0)), gpu(gas(5000), make_cuda_backend(0));
+  for (const std::uint32_t steps : {15U, 16U, 17U, 1U, 33U, 64U, 2U}) {
+    const StepTotals on_cpu = cpu.advance(steps).totals, on_gpu = gpu.advance(steps).totals;
+    EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << steps;
+    EXPECT_EQ(on_gpu.num_collisions, on_cpu.num_collisions) << steps;
+    EXPECT_EQ(on_gpu.impulse_sum_mps, on_cpu.impulse_sum_mps) << steps;
+    EXPECT_EQ(on_gpu.max_overlap_diameters, on_cpu.max_overlap_diameters) << steps;
+  }
+}
+
+// Contacts exchange too much, so that parcels leave the range of numbers after some steps.
+TEST_F(Gpu, NamesTheFirstInvalidStepOfMany) {
+  Settings s = gas(2000, 0.4);
+  s.impulse_scale = 1.5;
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  const StepTotals on_cpu = cpu.advance(40).totals, on_gpu = gpu.advance(40).totals;
+  EXPECT_GT(on_cpu.first_invalid_step, 16U);
+  EXPECT_EQ(on_gpu.first_invalid_step, on_cpu.first_invalid_step);
+  EXPECT_EQ(on_gpu.first_invalid_id, on_cpu.first_invalid_id);
+  EXPECT_EQ(on_gpu.num_invalid, on_cpu.num_invalid);
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash());
+}
+
+// In a gas where crowds heat parcels.
+TEST_F(Gpu, SameBitsWhenTheMethodChangesInACrowd) {
+  SceneRun cpu(gas(3000, 0.65), make_cpu_backend(0)), gpu(gas(3000, 0.65), make_cuda_backend(0));
+  for (const Method method :
+       {Method::impulse, Method::spring, Method::impulse, Method::exact, Method::impulse}) {
+    for (SceneRun* run : {&cpu, &gpu}) {
+      run->settings.method = method;
+      run->advance(method == Method::impulse ? 25 : 3, method == Method::spring ? 0.002 : 0.04);
+    }
+    EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << method_name(method);
+    EXPECT_EQ(gpu.backend->snapshot().heated, cpu.backend->snapshot().heated) << method_name(method);
+    EXPECT_EQ(cpu.backend->snapshot().heated.empty(), method != Method::impulse) << method_name(method);
+  }
+}
+
 TEST_F(Gpu, SameBitsWithSpringAllPairsAndNoContacts) {
   Settings spring = gas(20000, 0.5);
   spring.method = Method::spring;
@@ -105,6 +146,7 @@ TEST_F(Gpu, SnapshotAndRestoreKeepTheState) {
 
 TEST_F(Gpu, ARestoredSnapshotContinuesTheSame) {
   expect_restored_goes_on_as_it_did(gas(5000), make_cuda_backend(0));
+  expect_heated_are_restored(make_cuda_backend(0));
 }
 
 TEST_F(Gpu, MeasuresAgreeWithTheCpu) {

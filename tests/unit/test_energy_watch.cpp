@@ -44,6 +44,14 @@ TEST(EnergyWatch, PausesAGasThatBlowsUpOnce) {
       << "it has told so: " << run.view().message;
 }
 
+TEST(EnergyWatch, PausesAGasThatLongStepsHeat) {
+  Settings s = gas(2000, 0.2);
+  s.dt_s = 0.5;
+  Watched run(s);
+  EXPECT_TRUE(run.pauses_within(1000));
+  EXPECT_NE(run.view().message.find("energy has grown"), std::string::npos) << run.view().message;
+}
+
 // After a reset it starts anew: there is no less reason to stop than before.
 TEST(EnergyWatch, StartsAnewWithAFlight) {
   Watched run(heating_gas());
