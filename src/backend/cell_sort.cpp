@@ -130,12 +130,21 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   team.run([&](unsigned thread) {
     if (thread >= slices_.size()) return;
     const Slice slice = slices_[thread];
+    // Pointers, since a byte that is written might be a part of any vector to the compiler.
+    const std::uint32_t *keys = keys_.data(), *from_id = from.id.data();
+    const Vec2i* from_position = from.position.data();
+    const Vec2f* from_velocity = from.velocity.data();
+    const std::uint8_t* from_heated = from.is_heated.data();
+    std::uint32_t *offsets = offsets_.data(), *to_id = to.id.data();
+    Vec2i* to_position = to.position.data();
+    Vec2f* to_velocity = to.velocity.data();
+    std::uint8_t* to_heated = to.is_heated.data();
     for (std::size_t i = slice.begin; i < slice.end; ++i) {
-      const std::uint32_t j = offsets_[slice.count_of(keys_[i])]++;
-      to.position[j] = from.position[i];
-      to.velocity[j] = from.velocity[i];
-      to.id[j] = from.id[i];
-      if (from.is_heated[i] != 0) to.is_heated[j] = 1;
+      const std::uint32_t j = offsets[slice.count_of(keys[i])]++;
+      to_position[j] = from_position[i];
+      to_velocity[j] = from_velocity[i];
+      to_id[j] = from_id[i];
+      if (from_heated[i] != 0) to_heated[j] = 1;
       if (has_tick) to.tick[j] = from.tick[i];
       if (has_contacts) to.last_contact_tick[j] = from.last_contact_tick[i];
       if (has_slot) to.slot[j] = from.slot[i];

@@ -71,6 +71,7 @@ void PairedLoop::prefetch(const ParcelArrays& parcels, std::uint32_t i) const {
   __builtin_prefetch(&parcels.position[i]);
   __builtin_prefetch(&parcels.velocity[i]);
   __builtin_prefetch(&parcels.id[i]);
+  __builtin_prefetch(&parcels.is_heated[i]);
   __builtin_prefetch(&contacts_[i]);
 }
 
