@@ -38,9 +38,9 @@ inline CellSize step_cells(const StepConstants& constants) {
 constexpr std::uint32_t kManyParcels = 600'000;
 constexpr double kMostDense = 0.45;
 
-// Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The number of
-// contacts is in the high bits of push_x, whose contacts, 255 at most, push by less than 2^(kCountShift - 1 -
-// 8) each.
+// Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
+// counted_push_x from kCountShift on count the contacts; those below hold the pushes of up to 255 contacts,
+// each less than 2^47 counts.
 struct alignas(32) DeviceSums {
   unsigned long long velocity_x, velocity_y, counted_push_x, push_y;
 };

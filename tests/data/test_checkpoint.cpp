@@ -101,6 +101,19 @@ TEST_F(Checkpoint, KeepsHeatedParcels) {
   EXPECT_GE(num_changed, 3);
 }
 
+TEST_F(Checkpoint, RefusesHeatedParcelsThatCannotBe) {
+  Simulation simulation(heating_scene(0).settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  for (const std::vector<std::uint32_t>& heated :
+       {std::vector<std::uint32_t>{3, 5, 999}, {3, 3}, {5, 3}, {3, 1000}}) {
+    state.backend.parcels.heated = heated;
+    write_checkpoint(file_, state);
+    const bool is_refused = refusal().find("its arrays do not fit its settings") != std::string::npos;
+    EXPECT_EQ(is_refused, heated.size() == 2) << heated[1];
+  }
+}
+
 // The air of each launch has a seed of its own, and the ball leaves several times.
 TEST_F(Checkpoint, GoesOnThroughLaunches) {
   RandomScene scene;
