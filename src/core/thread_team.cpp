@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kMaxSpins = 4000;  // before a thread sleeps; some 100 microseconds
 constexpr int kSpinsPerYield = 128;
+constexpr int kSpinsBeforeHelp = 32;  // for each part; some microseconds
 
 void pause() {
 #if defined(__x86_64__)
@@ -28,9 +29,10 @@ void await_change(const std::atomic<std::uint32_t>& value, std::uint32_t old) {
 
 }  // namespace
 
-ThreadTeam::ThreadTeam(unsigned num_threads) : num_threads_(num_threads) {
-  for (unsigned thread = 1; thread < num_threads; ++thread) {
-    threads_.emplace_back([this, thread] { serve(thread); });
+ThreadTeam::ThreadTeam(unsigned num_threads)
+    : num_threads_(num_threads), parts_(std::make_unique<Part[]>(num_threads)) {
+  for (unsigned part = 1; part < num_threads; ++part) {
+    threads_.emplace_back([this, part] { serve(part); });
   }
 }
 
@@ -44,18 +46,42 @@ void ThreadTeam::run(const std::function<void(unsigned)>& work) {
   if (num_threads_ == 1) return work(0);
   work_ = &work;
   running_.store(num_threads_ - 1, std::memory_order_relaxed);
-  started_.fetch_add(1, std::memory_order_release);
+  const std::uint32_t number = started_.fetch_add(1, std::memory_order_release) + 1;
   started_.notify_all();
   work(0);
+  for (unsigned part = 1; part < num_threads_ && !finishes_soon(); ++part) {
+    if (take(part, number)) do_part(part);
+  }
   while (const std::uint32_t left = running_.load(std::memory_order_acquire)) await_change(running_, left);
 }
 
-void ThreadTeam::serve(unsigned thread) {
-  for (std::uint32_t seen = 0;; ++seen) {
+// Returns whether the threads are done with all parts, at once or while one spins.
+bool ThreadTeam::finishes_soon() const {
+  for (int spin = 0; spin < kSpinsBeforeHelp; ++spin) {
+    if (running_.load(std::memory_order_acquire) == 0) return true;
+    pause();
+  }
+  return false;
+}
+
+// Before a function starts, its predecessor's number is in all parts: each was taken once. So a thread that
+// still knows an older number gets nothing.
+bool ThreadTeam::take(unsigned part, std::uint32_t number) {
+  std::uint32_t before = number - 1;
+  return parts_[part].taken.compare_exchange_strong(before, number, std::memory_order_acq_rel);
+}
+
+void ThreadTeam::do_part(unsigned part) {
+  (*work_)(part);
+  if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+}
+
+void ThreadTeam::serve(unsigned part) {
+  for (std::uint32_t seen = 0;;) {
     await_change(started_, seen);
+    seen = started_.load(std::memory_order_acquire);
     if (stopping_) return;
-    (*work_)(thread);
-    if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+    if (take(part, seen)) do_part(part);
   }
 }
 

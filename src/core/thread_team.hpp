@@ -1,11 +1,14 @@
 // A fixed team of threads that runs one function at a time over a fixed partition. Idle threads spin for a
-// while before they sleep: waking a thread takes ten times as long as many of the functions it runs.
+// while before they sleep: waking a thread takes ten times as long as many of the functions it runs. A thread
+// that is late, since it wakes or the system runs something else in its place, is not waited for: the calling
+// thread does its part.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -21,25 +24,35 @@ class ThreadTeam {
 
   unsigned size() const { return num_threads_; }
 
-  // Runs work(thread) on every thread, thread = 0 .. size() - 1, and returns when all are done.
-  void run(const std::function<void(unsigned thread)>& work);
+  // Runs work(part) once for every part, 0 .. size() - 1, and returns when all are done. Each part has a thread
+  // of its own, or is done by the calling one after others. A part may not wait for another one.
+  void run(const std::function<void(unsigned part)>& work);
 
-  // Share [begin, end) of `count` items for one thread. Shares are contiguous and in thread order.
+  // Share [begin, end) of `count` items for one part. Shares are contiguous and in the order of parts.
   struct Share {
     std::size_t begin, end;
   };
-  Share share(unsigned thread, std::size_t count) const {
-    return {count * thread / num_threads_, count * (thread + 1) / num_threads_};
+  Share share(unsigned part, std::size_t count) const {
+    return {count * part / num_threads_, count * (part + 1) / num_threads_};
   }
 
  private:
-  void serve(unsigned thread);
+  // In a cache line of its own: threads take their parts at the same time.
+  struct alignas(64) Part {
+    std::atomic<std::uint32_t> taken{0};  // number of the last function of which a thread took this part
+  };
+
+  void serve(unsigned part);
+  bool take(unsigned part, std::uint32_t number);
+  void do_part(unsigned part);
+  bool finishes_soon() const;
 
   unsigned num_threads_;
   std::atomic<std::uint32_t> started_{0};  // number of functions started
-  std::atomic<std::uint32_t> running_{0};  // threads, without the calling one, still in the last function
+  std::atomic<std::uint32_t> running_{0};  // parts of the last function that are not done, without the first one
   const std::function<void(unsigned)>* work_ = nullptr;
   bool stopping_ = false;
+  std::unique_ptr<Part[]> parts_;
   std::vector<std::jthread> threads_;
 };
 
