@@ -51,7 +51,7 @@ class ThreadTeam {
   std::atomic<std::uint32_t> started_{0};  // number of functions started
   std::atomic<std::uint32_t> running_{0};  // parts of the last function that are not done, without the first one
   const std::function<void(unsigned)>* work_ = nullptr;
-  bool stopping_ = false;
+  std::atomic<bool> stopping_{false};  // a thread that is late may look while it is set
   std::unique_ptr<Part[]> parts_;
   std::vector<std::jthread> threads_;
 };
