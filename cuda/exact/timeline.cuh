@@ -55,10 +55,10 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 
 // The next windows are shorter if too many events of this one were applied one after the other: for each of
 // them some hundred could have been applied side by side. Or if the ball's path has many segments, which
-// parcels near it are compared with. They become longer where there is room for four times as much; with twice
-// as much the next one is often too long, and the slowest frames of the court of 10^6 take 5 % longer on an
-// H200. The length that grows is the one that was learnt, not that of the window, which may be one of two equal
-// parts of a step that was hardly too long: from there half a step would never become a whole one.
+// parcels near it are compared with. They become longer where there is room for four times as much; with
+// twice as much the next one is often too long, and the slowest frames of the court of 10^6 take 5 % longer
+// on an H200. The length that grows is the one that was learnt, not that of the window, which may be one of
+// two equal parts of a step that was hardly too long: from there half a step would never become a whole one.
 __device__ inline void learn_from_window(ExactState& state) {
   constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kSegments = 32.0;
   constexpr double kShortest = 0.125, kRoom = 4.0, kLonger = 1.5, kLongest = 4294967296.0;

@@ -65,10 +65,12 @@ bool ThreadTeam::finishes_soon() const {
 }
 
 // Before a function starts, its predecessor's number is in all parts: each was taken once. So a thread that
-// still knows an older number gets nothing.
+// still knows an older number gets nothing. The load spares the thread whose part it is a cache miss.
 bool ThreadTeam::take(unsigned part, std::uint32_t number) {
+  std::atomic<std::uint32_t>& taken = parts_[part].taken;
   std::uint32_t before = number - 1;
-  return parts_[part].taken.compare_exchange_strong(before, number, std::memory_order_acq_rel);
+  return taken.load(std::memory_order_relaxed) == before &&
+         taken.compare_exchange_strong(before, number, std::memory_order_acq_rel);
 }
 
 void ThreadTeam::do_part(unsigned part) {

@@ -24,8 +24,8 @@ class ThreadTeam {
 
   unsigned size() const { return num_threads_; }
 
-  // Runs work(part) once for every part, 0 .. size() - 1, and returns when all are done. Each part has a thread
-  // of its own, or is done by the calling one after others. A part may not wait for another one.
+  // Runs work(part) once for every part, 0 .. size() - 1, and returns when all are done. Each part has a
+  // thread of its own, or is done by the calling one after others. A part may not wait for another one.
   void run(const std::function<void(unsigned part)>& work);
 
   // Share [begin, end) of `count` items for one part. Shares are contiguous and in the order of parts.
@@ -49,7 +49,7 @@ class ThreadTeam {
 
   unsigned num_threads_;
   std::atomic<std::uint32_t> started_{0};  // number of functions started
-  std::atomic<std::uint32_t> running_{0};  // parts of the last function that are not done, without the first one
+  std::atomic<std::uint32_t> running_{0};  // parts of the last function, but the first, that are not done
   const std::function<void(unsigned)>* work_ = nullptr;
   std::atomic<bool> stopping_{false};  // a thread that is late may look while it is set
   std::unique_ptr<Part[]> parts_;
