@@ -1,11 +1,12 @@
-// Other programs on the same processors may take their time, but not make ours wait for each other: beside
-// them, several threads must not be much slower than one.
+// Other programs on the same processors take their share of time, but must not make our threads wait for each
+// other: beside them two threads must not be much slower than one.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdio>
 #include <thread>
@@ -17,11 +18,11 @@
 namespace pf::test {
 namespace {
 
-// Processes that never rest, one for each processor.
+// Processes that never rest, two for each processor: with one a processor may have none for a while.
 class BusyProcesses {
  public:
   BusyProcesses() {
-    for (unsigned k = 0; k < std::thread::hardware_concurrency(); ++k) {
+    for (unsigned k = 0; k < 2 * std::thread::hardware_concurrency(); ++k) {
       const pid_t process = ::fork();
       if (process == 0) {
         ::alarm(60);  // ends it if nobody else does
@@ -45,7 +46,7 @@ class BusyProcesses {
 };
 
 double median_ms_of_frame(SceneRun& run) {
-  constexpr int kFrames = 15;
+  constexpr int kFrames = 25;
   constexpr std::uint32_t kSteps = 8;
   std::vector<double> times;
   for (int frame = 0; frame < kFrames; ++frame) {
@@ -57,24 +58,23 @@ double median_ms_of_frame(SceneRun& run) {
   return times[kFrames / 2];
 }
 
-// On two processors of an EPYC beside two such processes the ratio is 1.2; it was 40 to 200 while the calling
-// thread waited for the others, whatever they did.
+// On two processors of an EPYC the ratio is 1.0 to 1.2; it was 11 to 42 while the calling thread waited
+// for the other, whatever that did.
 TEST(BusyMachine, ThreadsDoNotWaitForEachOther) {
-  const unsigned num_threads = std::max(2U, std::thread::hardware_concurrency());
   Settings settings = unit_gas(20000, 0.2, Boundary::walls);
   settings.method = Method::impulse;
-  SceneRun one(settings, 1), several(settings, num_threads);
+  SceneRun one(settings, 1), two(settings, 2);
   one.advance(20);
-  several.advance(20);
-  double ratio = 1e9;
+  two.advance(20);
+  std::array<double, 3> ratios;
   const BusyProcesses others;
-  for (int attempt = 0; attempt < 3 && ratio > 4.0; ++attempt) {
-    const double several_ms = median_ms_of_frame(several), one_ms = median_ms_of_frame(one);
-    ratio = std::min(ratio, several_ms / one_ms);
-    std::printf("frame beside busy processes: %.2f ms with %u threads, %.2f with one\n", several_ms,
-                num_threads, one_ms);
+  for (double& ratio : ratios) {
+    const double two_ms = median_ms_of_frame(two), one_ms = median_ms_of_frame(one);
+    ratio = two_ms / one_ms;
+    std::printf("frame beside busy processes: %.2f ms with two threads, %.2f with one\n", two_ms, one_ms);
   }
-  EXPECT_LT(ratio, 4.0);
+  std::sort(ratios.begin(), ratios.end());
+  EXPECT_LT(ratios[1], 4.0);
 }
 
 }  // namespace
