@@ -31,6 +31,7 @@ namespace pf::cuda {
 // raised, up to the largest one.
 constexpr std::uint32_t kMaxClusterEvents = 512, kLargestClusterEvents = 131072;
 
+constexpr double kLongestWindow = 4294967296.0;   // ticks: longer than any step
 constexpr std::uint32_t kMaxBallSegments = 1024;  // in a window
 constexpr double kPathMargin = 64.0;              // position units
 
@@ -213,7 +214,7 @@ struct ExactState {
   // The window's plan.
   std::uint32_t window_begin = 0, window_end = 0;  // ticks of the step
   std::uint32_t max_events = kMaxClusterEvents;    // of a cluster; with more the window is retried
-  double window_ticks = 4294967296.0;              // longest window, by what was learnt
+  double window_ticks = kLongestWindow;            // longest window, by what was learnt
   ExactBall ball;                                  // at the window's start
 
   // The window's counters.

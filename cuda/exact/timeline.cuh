@@ -61,7 +61,7 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 // two equal parts of a step that was hardly too long: from there half a step would never become a whole one.
 __device__ inline void learn_from_window(ExactState& state) {
   constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kSegments = 32.0;
-  constexpr double kShortest = 0.125, kRoom = 4.0, kLonger = 1.5, kLongest = 4294967296.0;
+  constexpr double kShortest = 0.125, kRoom = 4.0, kLonger = 1.5;
   const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
   const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;
   const double length = state.window_end - state.window_begin;
@@ -70,7 +70,7 @@ __device__ inline void learn_from_window(ExactState& state) {
   if (share < 1.0) {
     state.window_ticks = fmax(length * fmax(share, kShortest), 1.0);
   } else if (share > kRoom) {
-    state.window_ticks = fmin(fmax(length, state.window_ticks) * kLonger, kLongest);
+    state.window_ticks = fmin(fmax(length, state.window_ticks) * kLonger, kLongestWindow);
   }
 }
 

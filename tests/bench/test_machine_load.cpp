@@ -1,12 +1,10 @@
 // The lab tells its own work from that of others. The test must run alone: other tests would count as others.
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <thread>
 
+#include "bench/busy_processes.hpp"
 #include "lab/machine_load.hpp"
 
 namespace pf::test {
@@ -28,16 +26,9 @@ double cores_while_this_process_works() {
 
 double cores_while_another_process_works() {
   const MachineLoad load;
-  const pid_t other = ::fork();
-  if (other == 0) {
-    burn(60.0);
-    ::_exit(0);
-  }
+  const BusyProcesses other(1);
   std::this_thread::sleep_for(std::chrono::duration<double>(kSeconds));
-  const double cores = load.cores_used_by_others();
-  ::kill(other, SIGKILL);
-  ::waitpid(other, nullptr, 0);
-  return cores;
+  return load.cores_used_by_others();
 }
 
 // Other processes of the machine are in both figures: only the difference counts. A load average would give
