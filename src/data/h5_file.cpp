@@ -16,6 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr hsize_t kPageBytes = 4096;
 // Offsets in a superblock of version 3.
 constexpr std::size_t kSuperblockBytes = 48;
 constexpr std::size_t kVersionAt = 8, kFlagsAt = 11, kEndAt = 28, kChecksumAt = 44;
@@ -23,6 +24,15 @@ constexpr std::size_t kVersionAt = 8, kFlagsAt = 11, kEndAt = 28, kChecksumAt = 
 Handle access_list() {
   Handle list(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
   checked(H5Pset_libver_bounds(list.id(), H5F_LIBVER_V110, H5F_LIBVER_V110), "format 1.10");
+  return list;
+}
+
+// No object of the file's metadata that fits into a page lies across two: a kill may end a write between
+// pages.
+Handle creation_list() {
+  Handle list(H5Pcreate(H5P_FILE_CREATE), H5Pclose, "file creation");
+  checked(H5Pset_file_space_strategy(list.id(), H5F_FSPACE_STRATEGY_PAGE, false, 1), "space by pages");
+  checked(H5Pset_file_space_page_size(list.id(), kPageBytes), "size of pages");
   return list;
 }
 
@@ -68,17 +78,17 @@ GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>&
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const fs::path aside = file.string() + ".part";
   {
-    Handle made(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access_list().id()), H5Fclose,
+    Handle made(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, creation_list().id(), access_list().id()), H5Fclose,
                 aside.c_str());
     fill(made.id());
     if (!made.reset()) checked(-1, aside.c_str());
   }
-  fs::rename(aside, file);
-  file_ = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
+  file_ = Handle(H5Fopen(aside.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
                  file.c_str());
-  fd_ = ::open(file.c_str(), O_RDWR);
+  fd_ = ::open(aside.c_str(), O_RDWR);
   if (fd_ < 0) fail(path_);
   reserve(0);
+  fs::rename(aside, file);
 }
 
 GrowingFile::~GrowingFile() {

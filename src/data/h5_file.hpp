@@ -4,7 +4,8 @@
 // whole at any time. But the mode leaves flags in the superblock (bytes 0 to 47) with which the file cannot
 // be opened after a crash without repair, and an end of file that it updates only when the file is closed.
 // put_superblock() writes these 48 bytes: no flags, and an end of file up to which the file has been extended
-// beforehand.
+// beforehand. A kill may also end a write, at a border of two pages of the system's memory; so metadata lie
+// in pages of that size, and none that fits into one lies across two.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +18,8 @@ namespace pf::h5 {
 
 class GrowingFile {
  public:
-  // Makes the file aside, has `fill` create all groups and data sets, and renames it. Throws DeviceError.
+  // Makes the file aside, has `fill` create all groups and data sets, and renames it when it may be read.
+  // Throws DeviceError.
   GrowingFile(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
   ~GrowingFile();
   GrowingFile(const GrowingFile&) = delete;

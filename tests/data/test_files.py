@@ -250,7 +250,8 @@ def killed(bench):
             most = max(most, check_frames(numpy, file, f"killed, {k}"))
         if shutil.which("h5ls"):
             done = subprocess.run(["h5ls", "-r", bench.path("k.h5")], capture_output=True, text=True)
-            check(done.returncode == 0 and "/particles/parcels/position/value" in done.stdout, "   h5ls opens it")
+            check(done.returncode == 0 and "/particles/parcels/position/value" in done.stdout,
+                  f"   h5ls opens it{done.stderr and ': ' + done.stderr[-500:]}")
         if (bench.folder / "k.xdmf").exists():
             check((bench.folder / "k.xdmf").read_text().endswith("</Xdmf>\n"), "   the XDMF file is whole")
     check(most > 2, f"up to {most} frames were written")
@@ -268,7 +269,10 @@ def wait_until(what, holds):
 
 def is_begun(file):
     """The program tries first whether it can write: then the file is empty for a moment."""
-    return file.exists() and file.stat().st_size > 0
+    try:
+        return file.stat().st_size > 0
+    except FileNotFoundError:
+        return False
 
 
 def goes_on(bench):
