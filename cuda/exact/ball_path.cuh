@@ -16,6 +16,41 @@ __device__ inline const BallSegment* ball_path(const StepContext& step) {
   return step.memory.ball_paths[step.state.ball_path];
 }
 
+// A path to compare parcels with. is_straight: it stays within kPathMargin of its first segment.
+struct BallPath {
+  const BallSegment* segments;
+  std::uint32_t num;
+  bool is_straight;
+};
+
+// The path that solvers assume.
+__device__ __forceinline__ BallPath assumed_path(const StepContext& step) {
+  const ExactState& state = step.state;
+  return {ball_path(step), state.num_ball_segments, state.path_is_straight != 0};
+}
+
+// That of a ball which is a member of a cluster, by its solution.
+__device__ __forceinline__ BallPath solved_path(const StepContext& step) {
+  const ExactState& state = step.state;
+  return {step.memory.ball_paths[state.ball_path ^ 1U], state.num_solved_segments,
+          state.solved_path_is_straight != 0};
+}
+
+// Returns whether the ball joins the cluster of the first parcel that hits it.
+__device__ __forceinline__ bool ball_joins(const StepContext& step) { return step.state.ball_joins != 0; }
+
+// The cluster that has the ball, or kInvalidIndex.
+__device__ __forceinline__ std::uint32_t owner_of_ball(const StepContext& step) {
+  const std::uint32_t owner = load_fresh(&step.state.ball_owner);
+  return owner == kInvalidIndex ? owner : find_root(step, owner);
+}
+
+// Claims the ball for a cluster if it is free. Returns its owner before, kInvalidIndex if it was free.
+__device__ __forceinline__ std::uint32_t claim_ball(const StepContext& step, std::uint32_t cluster) {
+  const std::uint32_t owner = atomicCAS(&step.state.ball_owner, kInvalidIndex, cluster);
+  return owner == kInvalidIndex ? owner : find_root(step, owner);
+}
+
 // A hit on the assumed path: its tick, or kNoTick, its generation, and the segment on which the ball is then.
 struct PathHit {
   std::uint32_t tick = kNoTick, generation = 0, segment = 0;
@@ -51,16 +86,17 @@ __device__ inline std::uint32_t segment_before(const BallSegment* path, std::uin
 
 // The hit of a parcel while the ball is on segment s.
 template <Boundary kBoundary>
-__device__ __forceinline__ PathHit hit_on_segment(const StepContext& step, const BallSegment* path,
+__device__ __forceinline__ PathHit hit_on_segment(const StepContext& step, const BallPath& path,
                                                   std::uint32_t s, const ParcelNearBall& parcel) {
   const ExactConstants& c = step.c;
+  const BallSegment& segment = path.segments[s];
   const std::int32_t anchor = anchor_time(c.plan, parcel.trajectory);
   Event end;
-  if (s + 1 < step.state.num_ball_segments) end = begin_of(path[s + 1]);
+  if (s + 1 < path.num) end = begin_of(path.segments[s + 1]);
   if (static_cast<std::int64_t>(end.tick) < anchor) return {};
-  const std::uint32_t tick = ball_collision_tick<kBoundary>(c, path[s].trajectory, parcel.trajectory);
+  const std::uint32_t tick = ball_collision_tick<kBoundary>(c, segment.trajectory, parcel.trajectory);
   const std::uint32_t generation = max(generation_at(tick, anchor, parcel.next_generation),
-                                       generation_at(tick, path[s].trajectory.tick, path[s].next_generation));
+                                       generation_at(tick, segment.trajectory.tick, segment.next_generation));
   if (tick == kNoTick || comes_before(end, {tick, parcel.id, parcel.id, generation})) return {};
   return {tick, generation, s};
 }
@@ -76,9 +112,9 @@ __device__ __forceinline__ bool begins_with_hit_of(const StepContext& step, cons
 // Returns whether a parcel meets a path that stays within kPathMargin of its first segment. tick: before that
 // it does not.
 template <Boundary kBoundary>
-__device__ bool meets_straight_path(const StepContext& step, const BallSegment* path,
+__device__ bool meets_straight_path(const StepContext& step, const BallTrajectory& first,
                                     const ParcelNearBall& parcel, std::uint32_t& tick) {
-  const RelativeMotion motion = motion_from_ball<kBoundary>(step.c, path[0].trajectory, parcel.trajectory);
+  const RelativeMotion motion = motion_from_ball<kBoundary>(step.c, first, parcel.trajectory);
   const double near = step.c.run.ball_contact + kPathMargin;
   tick = dot(motion.offset, motion.offset) > near * near ? contact_tick(step.c.plan, motion, near) : 0U;
   return tick != kNoTick;
@@ -86,16 +122,14 @@ __device__ bool meets_straight_path(const StepContext& step, const BallSegment* 
 
 // The first hit of a parcel from a segment of the path on.
 template <Boundary kBoundary>
-__device__ PathHit hit_from_segment(const StepContext& step, const ParcelNearBall& parcel,
-                                    std::uint32_t first) {
-  const BallSegment* path = ball_path(step);
-  const std::uint32_t num = step.state.num_ball_segments;
-  if (step.state.path_is_straight != 0 && num > 1) {
+__device__ PathHit hit_from_segment(const StepContext& step, const BallPath& path,
+                                    const ParcelNearBall& parcel, std::uint32_t first) {
+  if (path.is_straight && path.num > 1) {
     std::uint32_t tick = 0;
-    if (!meets_straight_path<kBoundary>(step, path, parcel, tick)) return {};
-    first = max(first, segment_before(path, num, {tick, 0, 0}));
+    if (!meets_straight_path<kBoundary>(step, path.segments[0].trajectory, parcel, tick)) return {};
+    first = max(first, segment_before(path.segments, path.num, {tick, 0, 0}));
   }
-  for (std::uint32_t s = first; s < num; ++s) {
+  for (std::uint32_t s = first; s < path.num; ++s) {
     const PathHit hit = hit_on_segment<kBoundary>(step, path, s, parcel);
     if (hit.tick != kNoTick) return hit;
   }
@@ -106,12 +140,12 @@ __device__ PathHit hit_from_segment(const StepContext& step, const ParcelNearBal
 // yet, the next one cannot be told, and does not matter: the cluster will be solved again.
 template <Boundary kBoundary>
 __device__ PathHit hit_on_path(const StepContext& step, const ParcelNearBall& parcel) {
-  const BallSegment* path = ball_path(step);
-  const std::uint32_t num = step.state.num_ball_segments;
+  const BallPath path = assumed_path(step);
   bool is_known = !parcel.just_hit || !step.has_participant();
-  for (std::uint32_t s = 1; !is_known && s < num; ++s) is_known = begins_with_hit_of(step, path[s], parcel);
+  for (std::uint32_t s = 1; !is_known && s < path.num; ++s)
+    is_known = begins_with_hit_of(step, path.segments[s], parcel);
   if (!is_known) return {};
-  return hit_from_segment<kBoundary>(step, parcel, 0);
+  return hit_from_segment<kBoundary>(step, path, parcel, 0);
 }
 
 // The same by the lanes of half a warp for a parcel that they have in common. Whole warps call it; a half
@@ -119,8 +153,8 @@ __device__ PathHit hit_on_path(const StepContext& step, const ParcelNearBall& pa
 template <Boundary kBoundary>
 __device__ __forceinline__ PathHit hit_on_path_by_half_warp(const StepContext& step,
                                                             const ParcelNearBall& parcel, bool is_real) {
-  const BallSegment* path = ball_path(step);
-  const std::uint32_t num = is_real ? step.state.num_ball_segments : 0U;
+  const BallPath path = assumed_path(step);
+  const std::uint32_t num = is_real ? path.num : 0U;
   const std::uint32_t max_num = warp_max(num);
   bool is_known = !parcel.just_hit || !step.has_participant();
   PathHit found;
@@ -129,7 +163,8 @@ __device__ __forceinline__ PathHit hit_on_path_by_half_warp(const StepContext& s
     const bool searches = s < num && found.tick == kNoTick;
     PathHit hit;
     if (searches) hit = hit_on_segment<kBoundary>(step, path, s, parcel);
-    if (in_half_warp(searches && s > 0 && begins_with_hit_of(step, path[s], parcel)) != 0) is_known = true;
+    if (in_half_warp(searches && s > 0 && begins_with_hit_of(step, path.segments[s], parcel)) != 0)
+      is_known = true;
     const unsigned hits = in_half_warp(hit.tick != kNoTick);
     const unsigned lane = hits != 0 ? __ffs(hits) - 1 : 0U;
     hit = {__shfl_sync(kWholeWarp, hit.tick, lane, kHalfWarp),

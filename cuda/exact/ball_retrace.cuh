@@ -302,11 +302,31 @@ __device__ void trace_ball_path(const StepContext& step, PathHits& space, std::u
   state.ball_path ^= 1U;
 }
 
-// Assumes the hits that parcels expect at the window's start. They were found on the path without hits, so
-// that no segment which a hit begins is known to hold. Called by all threads of one block.
+// Makes the ball a member of a cluster, with all clusters of parcels that expect to hit it. Called by all
+// threads of one block.
+__device__ inline void make_ball_a_member(const StepContext& step) {
+  if (threadIdx.x >= 32) return;
+  std::uint32_t cluster = kInvalidIndex;
+  if (threadIdx.x < step.state.num_ball_hits) {
+    std::uint32_t& place = step.memory.ball_hits[threadIdx.x].cluster;
+    place = cluster = representative_of(step, place);
+  }
+  const std::uint32_t name = warp_min(cluster);
+  if (threadIdx.x != 0) return;
+  step.state.ball_joins = 1;
+  step.state.ball_owner = name;
+}
+
+// Prepares for the hits that parcels expect at the window's start. If they are few, the ball becomes a member
+// of a cluster. Otherwise they are assumed: they were found on the path without hits, so that no segment
+// which a hit begins is known to hold. Called by all threads of one block.
 template <Boundary kBoundary>
 __device__ void expect_hits(const StepContext& step, PathHits& space) {
-  if (!step.has_participant() || step.state.num_ball_hits == 0) return;
+  if (!step.has_participant()) return;
+  if (step.state.num_ball_hits <= kMostHitsOfMember) {
+    make_ball_a_member(step);
+    return;
+  }
   trace_ball_path<kBoundary>(step, space, 1, [](const BallHit&) { return true; });
   __syncthreads();
   if (threadIdx.x != 0) return;

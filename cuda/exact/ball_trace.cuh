@@ -106,7 +106,9 @@ __device__ __forceinline__ SegmentSummary summary_of(const ExactConstants& c, Ex
 // Assumes that nothing hits the ball in the window. Called by one thread.
 __device__ inline void start_ball_path(const RunConstants& run, const StepMemory& memory, ExactState& state) {
   state.num_ball_hits = 0;
-  state.num_ball_segments = 0;
+  state.num_ball_segments = state.num_solved_segments = 0;
+  state.ball_joins = 0;
+  state.ball_owner = kInvalidIndex;
   state.path_is_checked = 1;
   if (state.plan.ball == BallRole::absent) return;
   ExactConstants c{run, state.plan};

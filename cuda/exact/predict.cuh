@@ -144,7 +144,7 @@ __device__ bool hits_participant_now(const StepContext& step, std::uint32_t i) {
   if (is_retired(own.anchor) || !(dot(own.velocity, own.velocity) < kMaxFiniteSpeed2)) return false;
   const std::uint32_t tick = hit_on_path<kBoundary>(step, {own, step.id(i)}).tick;
   if (tick >= step.state.window_end) return false;
-  add_ball_hit(step, {tick, step.id(i), kInvalidIndex, 0, own, 0});
+  add_ball_hit(step, {tick, step.id(i), i, 0, own, 0});
   return true;
 }
 

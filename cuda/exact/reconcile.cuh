@@ -42,6 +42,49 @@ __device__ bool trajectories_collide(const StepContext& step, std::uint32_t i, s
   });
 }
 
+// Calls visit(trajectory, end) for parcel i's trajectories in the window, the start trajectory last, until it
+// returns true. Returns whether it did. end: tick of the step.
+template <class Visit>
+__device__ bool any_trajectory(const StepContext& step, std::uint32_t i, Visit visit) {
+  const Trajectory start = step.start_trajectory(i);
+  if (is_retired(start.anchor)) return false;
+  std::uint32_t start_end = step.c.plan.length;
+  if (step.owner_of(i) != kInvalidIndex &&
+      any_segment(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
+        start_end = static_cast<std::uint32_t>(anchor_time(step.c.plan, trajectory));
+        return visit(trajectory, end);
+      }))
+    return true;
+  return visit(start, start_end);
+}
+
+// Returns whether a trajectory of parcel i in the window hits the ball on a path, from a segment on.
+template <Boundary kBoundary>
+__device__ bool hits_path(const StepContext& step, const BallPath& path, std::uint32_t i,
+                          std::uint32_t first_segment) {
+  const std::uint32_t id = step.id(i);
+  return any_trajectory(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
+    const std::uint32_t tick = hit_from_segment<kBoundary>(step, path, {trajectory, id}, first_segment).tick;
+    return tick != kNoTick && tick <= end;
+  });
+}
+
+// If the ball is a member of a cluster that is solved: parcels of other clusters must not hit it. No free
+// parcel does, since the solver has compared these.
+template <Boundary kBoundary>
+__device__ void find_ball_conflicts(const StepContext& step, const StepTeam& team,
+                                    const BlockCounts& counts) {
+  const StepMemory& memory = step.memory;
+  const std::uint32_t ball = owner_of_ball(step);
+  if (ball == kInvalidIndex || cluster_of(step, ball).solution == kUnsolved) return;
+  const std::uint32_t num_near = min(step.state.num_near_ball, memory.near_ball.capacity);
+  for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
+    const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
+    if (owner == kInvalidIndex || owner == ball || cluster_of(step, owner).solution == kUnsolved) continue;
+    if (hits_path<kBoundary>(step, solved_path(step), i, 0)) add_conflict(step, counts, owner, ball);
+  }
+}
+
 // Each block tests the pairs of neighbours that it noted.
 template <Boundary kBoundary>
 __device__ void find_parcel_conflicts(const StepContext& step, BlockCounts& counts) {
@@ -69,6 +112,7 @@ __device__ void find_conflicts(const StepContext& step, const StepTeam& team, Bl
     state.round_events = 0;
   }
   find_parcel_conflicts<kBoundary>(step, counts);
+  if (ball_joins(step)) find_ball_conflicts<kBoundary>(step, team, counts);
 }
 
 // Gives the members of a cluster to the root of its set. Does nothing if that was done in this round.
@@ -167,32 +211,6 @@ __device__ inline bool belongs_to_solution(const StepContext& step, const BallHi
   return cluster.parent == hit.cluster && cluster.solution != kUnsolved && cluster.attempt == hit.attempt;
 }
 
-// Calls visit(trajectory, end) for parcel i's trajectories in the window, the start trajectory last, until it
-// returns true. Returns whether it did. end: tick of the step.
-template <class Visit>
-__device__ bool any_trajectory(const StepContext& step, std::uint32_t i, Visit visit) {
-  const Trajectory start = step.start_trajectory(i);
-  if (is_retired(start.anchor)) return false;
-  std::uint32_t start_end = step.c.plan.length;
-  if (step.owner_of(i) != kInvalidIndex &&
-      any_segment(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
-        start_end = static_cast<std::uint32_t>(anchor_time(step.c.plan, trajectory));
-        return visit(trajectory, end);
-      }))
-    return true;
-  return visit(start, start_end);
-}
-
-// Returns whether a trajectory of parcel i in the window hits the ball on its path, from a segment on.
-template <Boundary kBoundary>
-__device__ bool hits_path(const StepContext& step, std::uint32_t i, std::uint32_t first_segment) {
-  const std::uint32_t id = step.id(i);
-  return any_trajectory(step, i, [&](const Trajectory& trajectory, std::uint32_t end) {
-    const std::uint32_t tick = hit_from_segment<kBoundary>(step, {trajectory, id}, first_segment).tick;
-    return tick != kNoTick && tick <= end;
-  });
-}
-
 // Returns whether parcel i hits the ball on its start trajectory, and the path does not have that hit. The
 // solver does not see it if the parcel joined its cluster only after that.
 template <Boundary kBoundary>
@@ -265,9 +283,9 @@ __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& coun
   for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
     const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
     if (owner == kInvalidIndex) {
-      if (hits_path<kBoundary>(step, i, 0)) add_cluster(step, counts, i, round);
+      if (hits_path<kBoundary>(step, assumed_path(step), i, 0)) add_cluster(step, counts, i, round);
     } else if (load_fresh(&cluster_of(step, owner).reassigned) != round &&
-               ((has_changed && hits_path<kBoundary>(step, i, num_same - 1)) ||
+               ((has_changed && hits_path<kBoundary>(step, assumed_path(step), i, num_same - 1)) ||
                 (!is_checked && has_unseen_hit<kBoundary>(step, i)))) {
       reassign_members(step, owner, round);
     }
@@ -317,7 +335,8 @@ __device__ __forceinline__ void solve_all(const StepContext& step, ClusterSpace&
   std::uint32_t round = 0;
   do {
     solve_in_rounds<kBoundary>(step, space, counts, round);
-  } while (step.has_participant() && update_ball_path<kBoundary>(step, hits, counts, round));
+  } while (step.has_participant() && !ball_joins(step) &&
+           update_ball_path<kBoundary>(step, hits, counts, round));
 }
 
 }  // namespace pf::cuda

@@ -36,12 +36,20 @@ struct ClustersToSolve {
   bool is_first;
   std::uint32_t num;
   bool are_few;  // a block for each
+  // The ball's cluster, if it is formed now, or kInvalidIndex; and of each lane one of those it is formed of.
+  std::uint32_t ball_owner = kInvalidIndex, part_of_ball_owner = kInvalidIndex;
 
   __device__ __forceinline__ ClustersToSolve(const StepContext& context, const StepTeam& team, bool first)
       : step(context),
         is_first(first),
         num(load_fresh(first ? &context.state.num_representatives : &context.state.num_todo)),
-        are_few(num <= team.num_blocks()) {}
+        are_few(num <= team.num_blocks()) {
+    const ExactState& state = context.state;
+    if (!first || !ball_joins(context) || state.num_ball_hits == 0) return;
+    ball_owner = state.ball_owner;
+    const unsigned lane = threadIdx.x % 32;
+    if (lane < state.num_ball_hits) part_of_ball_owner = context.memory.ball_hits[lane].cluster;
+  }
 
   __device__ __forceinline__ std::uint32_t operator[](std::uint32_t k) const {
     return is_first ? step.memory.representatives.items[k] : step.memory.todo.items[k];
@@ -50,7 +58,12 @@ struct ClustersToSolve {
     return is_first ? step.memory.list_head[cluster] : cluster_of(step, cluster).merged;
   }
   __device__ __forceinline__ bool takes_block(std::uint32_t cluster) const {
-    return are_few || (!is_first && cluster_of(step, cluster).needs_block != 0);
+    return are_few || (is_first ? cluster == ball_owner : cluster_of(step, cluster).needs_block != 0);
+  }
+  // Whether it is solved as a part of the ball's cluster. Whole warps call it.
+  __device__ __forceinline__ bool is_part(std::uint32_t cluster) const {
+    return ball_owner != kInvalidIndex && cluster != ball_owner &&
+           __any_sync(kWholeWarp, part_of_ball_owner == cluster) != 0;
   }
 };
 
@@ -58,10 +71,16 @@ template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const StepTeam& team,
                                                 const ClustersToSolve& clusters, BlockSpace& space,
                                                 BlockCounts& counts) {
-  BlockSolver<kBoundary> solver(step, space, counts);
+  const auto has_ball = [&](std::uint32_t cluster) {
+    return ball_joins(step) && owner_of_ball(step) == cluster;
+  };
   for (std::uint32_t k = team.block(); k < clusters.num; k += team.num_blocks()) {
     const std::uint32_t cluster = clusters[k];
-    if (clusters.takes_block(cluster)) solver.solve(cluster, clusters.list_of(cluster));
+    if (!clusters.takes_block(cluster) || clusters.is_part(cluster)) continue;
+    std::uint32_t list = clusters.list_of(cluster);
+    bool with_ball = __syncthreads_or(has_ball(cluster)) != 0;
+    if (!with_ball) with_ball = BlockSolver<kBoundary, false>(step, space, counts).solve(cluster, list);
+    if (with_ball) BlockSolver<kBoundary, true>(step, space, counts).solve(cluster, list);
   }
 }
 
@@ -81,7 +100,8 @@ __device__ __forceinline__ void solve_by_warps(const StepContext& step, const St
   for (std::uint32_t k = team.block() + team.num_blocks() * (threadIdx.x / 32); k < clusters.num;
        k = after(k)) {
     const std::uint32_t cluster = clusters[k];
-    if (!clusters.takes_block(cluster)) solver.solve(cluster, clusters.list_of(cluster));
+    if (!clusters.takes_block(cluster) && !clusters.is_part(cluster))
+      solver.solve(cluster, clusters.list_of(cluster));
   }
 }
 
@@ -97,7 +117,8 @@ template <Boundary kBoundary>
 __device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, ClusterSpace& space,
                                       BlockCounts& counts, bool is_first) {
   const ClustersToSolve clusters(step, team, is_first);
-  if (clusters.are_few || !is_first) solve_by_blocks<kBoundary>(step, team, clusters, space.block, counts);
+  if (clusters.are_few || !is_first || clusters.ball_owner != kInvalidIndex)
+    solve_by_blocks<kBoundary>(step, team, clusters, space.block, counts);
   __syncthreads();
   if (!clusters.are_few) solve_by_warps<kBoundary>(step, team, clusters, space.warps(), counts);
 }

@@ -7,30 +7,53 @@
 namespace pf::cuda {
 
 // All threads of the block go through the cluster together.
-template <Boundary kBoundary>
-class BlockSolver : BlockPredictions<kBoundary> {
+// kHasBall: the ball is a member.
+template <Boundary kBoundary, bool kHasBall>
+class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
  public:
   __device__ __forceinline__ BlockSolver(const StepContext& step, BlockSpace& space, BlockCounts& counts)
-      : BlockPredictions<kBoundary>(step, space, counts), max_events_(step.state.max_events) {}
+      : BlockPredictions<kBoundary, kHasBall>(step, space, counts), max_events_(step.state.max_events) {}
 
-  // Solves the cluster. list: slot of its first member. All threads call it with the same arguments.
-  __device__ __forceinline__ void solve(std::uint32_t cluster, std::uint32_t list) {
-    const bool fits = members_.start(cluster, list);
+  // Solves the cluster. list: slot of its first member. Returns true instead if the ball has joined the
+  // cluster; list is then that of all present members. All threads call it with the same arguments.
+  __device__ __forceinline__ bool solve(std::uint32_t cluster, std::uint32_t& list) {
+    const bool fits = members_.start(
+        cluster, list, kHasBall && members_.counts.round == 0 && step_.state.num_ball_hits != 0);
     bool solved = false;
     if (fits) {
       do {
-        members_.template load<kBoundary>();
+        members_.template load<kBoundary>(kHasBall);
+        if constexpr (kHasBall) load_ball();
         solved = process_events();
         __syncthreads();
       } while (!solved && members_.absorb());
     }
+    if (!kHasBall && !solved && fits && space_.ball_joins != 0) {
+      members_.store(members_.num());
+      list = space_.table[0];
+      __syncthreads();
+      return true;
+    }
     members_.finish(list, fits, solved);
+    if constexpr (kHasBall) {
+      if (members_.leads()) cluster_of(step_, cluster).needs_block = 1;
+      if (solved && members_.leads()) ball_.finish();
+    }
     __syncthreads();
+    return false;
   }
 
  private:
-  using Base = BlockPredictions<kBoundary>;
-  using Base::c_, Base::kNoPlace, Base::kNumChanged, Base::members_, Base::space_, Base::step_;
+  using Base = BlockPredictions<kBoundary, kHasBall>;
+  using Base::ball_, Base::c_, Base::kNoPlace, Base::kNumChanged, Base::members_, Base::space_, Base::step_;
+
+  static constexpr std::uint32_t kBallPlace = 0xFFFFFFFEU;  // of its event, if it is a member
+
+  // Its first event is found with the members of no event.
+  __device__ __forceinline__ void load_ball() {
+    ball_.load(members_.cluster);
+    if (members_.leads()) space_.flagged[0] = space_.flagged[1] = kNoPlace;
+  }
 
   // The earliest event; its place is that of a member that has it. Each warp looks for itself where that
   // takes one look: it spares a barrier.
@@ -45,37 +68,68 @@ class BlockSolver : BlockPredictions<kBoundary> {
                              max(member.id, event.partner_id), k};
       if (comes_before(own, best)) best = own;
     }
-    return are_few ? first_of_warp(best) : first_of_block(best, space_.first_of_warps);
+    best = are_few ? first_of_warp(best) : first_of_block(best, space_.first_of_warps);
+    if constexpr (!kHasBall) return best;
+    const Event of_ball = space_.ball.event;
+    const OrderedEvent other{of_ball.tick, of_ball.generation, of_ball.partner_id, kBallPartner, kBallPlace};
+    return of_ball.tick != kNoTick && comes_before(other, best) ? other : best;
   }
 
   // Applies events in their order up to the window's end. Returns false if another cluster owns a partner.
   // Everything is inlined once into this loop, so that the kernel's argument stays in the constant bank.
   __device__ __forceinline__ bool process_events() {
-    while (true) {
-      const OrderedEvent next = next_event();
-      if (next.tick == kNoTick) return true;
-      if (members_.tally.num_events == max_events_) {
-        if (members_.leads()) stop_at(step_, next.tick);
-        return true;
+    for (bool is_ball_loaded = !kHasBall;; is_ball_loaded = true) {
+      if (is_ball_loaded) {
+        const OrderedEvent next = next_event();
+        if (next.tick == kNoTick) return true;
+        if (members_.tally.num_events == max_events_) {
+          if (members_.leads()) stop_at(step_, next.tick);
+          return true;
+        }
+        if (!process(next)) return false;
       }
-      const Event event = members_[next.place].event;
-      std::uint32_t other = flag_members(next.place, event);
-      if (other == kInvalidIndex && is_parcel(event.partner)) {
-        other = members_.join(event.partner);
-        if (other == kInvalidIndex) return false;
-      }
-      if (threadIdx.x < 32) apply_event(event, next.place, other);
-      record(next, other);
       __syncthreads();
       this->predict_flagged();
     }
   }
 
+  // Claims the ball for the cluster; or another cluster has it. Called by the first thread.
+  __device__ __forceinline__ void join_ball() {
+    const std::uint32_t owner = claim_ball(step_, members_.cluster);
+    space_.other = owner == kInvalidIndex ? members_.cluster : owner;
+    space_.ball_joins = owner == kInvalidIndex ? 1U : 0U;
+  }
+
+  // Applies an event. Returns false if another cluster owns its partner.
+  __device__ __forceinline__ bool process(const OrderedEvent& next) {
+    const bool of_ball = kHasBall && next.place == kBallPlace;
+    Event event = of_ball ? space_.ball.event : members_[next.place].event;
+    if (!kHasBall && event.partner == kBallPartner && ball_joins(step_)) {
+      if (members_.leads()) join_ball();
+      return false;
+    }
+    std::uint32_t own = of_ball ? kInvalidIndex : next.place;
+    std::uint32_t other = flag_members(own, event);
+    if (other == kInvalidIndex && is_parcel(event.partner)) {
+      other = members_.join(event.partner);
+      if (other == kInvalidIndex) return false;
+      if constexpr (kHasBall) ball_.forget(event.partner);
+    }
+    if (of_ball) {
+      own = other;
+      other = kInvalidIndex;
+      if (is_parcel(event.partner)) event.partner = kBallPartner;
+    }
+    if (threadIdx.x < 32) apply_event(event, own, other);
+    record(next, own, other);
+    return true;
+  }
+
   // Finds the place of an event's partner; kInvalidIndex if it is no member. Flags the members whose own
-  // events the event undoes.
+  // events the event undoes. own: kInvalidIndex if it is one of the ball.
   __device__ __forceinline__ std::uint32_t flag_members(std::uint32_t own, const Event& event) {
     const bool with_parcel = is_parcel(event.partner);
-    const std::uint32_t index = members_[own].index;
+    const std::uint32_t index = own != kInvalidIndex ? members_[own].index : kBallPartner;
     for (std::uint32_t k = threadIdx.x; k < members_.num(); k += kExactBlock) {
       const Member& member = members_[k];
       const std::uint32_t partner = member.event.partner;
@@ -91,17 +145,21 @@ class BlockSolver : BlockPredictions<kBoundary> {
   }
 
   // Called by all threads, so that num_events is equal in all.
-  __device__ __forceinline__ void record(const OrderedEvent& event, std::uint32_t other) {
+  __device__ __forceinline__ void record(const OrderedEvent& event, std::uint32_t own, std::uint32_t other) {
     ++members_.tally.num_events;
     if (threadIdx.x != kExactBlock - 1) return;
-    space_.flagged[0] = static_cast<std::uint16_t>(event.place);
+    space_.flagged[0] = own != kInvalidIndex ? static_cast<std::uint16_t>(own) : kNoPlace;
     space_.flagged[1] = other != kInvalidIndex ? static_cast<std::uint16_t>(other) : kNoPlace;
     space_.event_hash += event_hash(step_.since_reset(event.tick), event.low_id, event.high_id);
   }
 
-  // Applies the event of member `own`; other: its partner, or kInvalidIndex. Called by the first warp: its
-  // first lane has the parcel with the lower id, the others the other one.
+  // Applies the event of member `own`, or of the ball and a wall; other: its partner, or kInvalidIndex.
+  // Called by the first warp: its first lane has the parcel with the lower id, the others the other one.
   __device__ __forceinline__ void apply_event(const Event& event, std::uint32_t own, std::uint32_t other) {
+    if (kHasBall && own == kInvalidIndex) {
+      if (threadIdx.x == 0) ball_.apply(event, event.partner, {});
+      return;
+    }
     const bool with_parcel = other != kInvalidIndex;
     const bool swap = with_parcel && members_[other].id < members_[own].id;
     const bool is_first = threadIdx.x == 0 || !with_parcel;
@@ -116,10 +174,7 @@ class BlockSolver : BlockPredictions<kBoundary> {
       now = is_first ? first : second;
     } else if (threadIdx.x == 0) {
       if (event.partner == kBallPartner) {
-        hit_ball<kBoundary>(step_, member,
-                            {event.tick, member.id, members_.cluster, members_.attempt, member.trajectory,
-                             member.next_generation},
-                            now, tally);
+        hit_ball(event, member, now);
       } else {
         apply_edge(c_, event.partner, now);
       }
@@ -132,6 +187,17 @@ class BlockSolver : BlockPredictions<kBoundary> {
       member.has_changed = kHitBall;
     else
       member.last_contact_tick = c_.plan.start + event.tick;
+  }
+
+  // Collides a member with the ball. now: its trajectory, anchored at the event's tick.
+  __device__ __forceinline__ void hit_ball(const Event& event, const Member& member, Trajectory& now) {
+    const BallTrajectory& ball = kHasBall
+                                     ? space_.ball.now.ball.trajectory
+                                     : note_hit(step_, member,
+                                                {event.tick, member.id, members_.cluster, members_.attempt,
+                                                 member.trajectory, member.next_generation});
+    const BallReaction reaction = collide_with_ball<kBoundary>(c_, ball, event.tick, now, members_.tally);
+    if constexpr (kHasBall) ball_.apply(event, member.id, reaction);
   }
 
   std::uint32_t max_events_;

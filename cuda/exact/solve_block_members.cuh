@@ -1,6 +1,7 @@
 // Method `exact` on the device: the members of a cluster that the threads of a block solve together.
 #pragma once
 
+#include "cuda/exact/ball_trace.cuh"
 #include "cuda/exact/event_order.cuh"
 #include "cuda/exact/solve_common.cuh"
 
@@ -15,6 +16,22 @@ constexpr std::uint32_t kIndexBits = kNoted - 1;
 // Result of a comparison with a member.
 struct ToldEvent {
   std::uint32_t tick, generation;
+};
+
+// Shared memory of a ball that is a member of the cluster.
+struct BlockBall {
+  static constexpr unsigned kMaxOutside = 192;
+
+  // A parcel outside, on its start trajectory. index: kInvalidIndex if it has joined.
+  struct Outside {
+    std::uint32_t index, id;
+  };
+
+  TracedBall now;
+  Event event;  // the next one; its partner is a parcel or a wall
+  Outside outside[kMaxOutside];
+  std::uint32_t num_outside;  // with more than there is room for, all parcels near the ball are compared
+  std::uint32_t is_bent;      // 1 if it leaves the straight path that the list was made for
 };
 
 // Shared memory of the block. A place is an index into the table.
@@ -47,6 +64,8 @@ struct BlockSpace {
   ToldEvent told[2][kTeam];
   Event best[kWarps], at_ball[kWarps];  // of each warp
   std::uint32_t knows_hit[kWarps];
+  BlockBall ball;
+  std::uint32_t ball_joins;  // 1 if the cluster must be solved with the ball
 };
 
 // All threads of the block call the functions of this struct together, unless noted; the first one writes.
@@ -70,8 +89,9 @@ struct BlockMembers {
     return place < kHot ? space.hot[place] : memory.members[space.table[place]];
   }
 
-  // Lists the members: slots from `list` on. Returns whether there is room for all.
-  __device__ __forceinline__ bool start(std::uint32_t name, std::uint32_t list) {
+  // Lists the members: slots from `list` on; or with at_ball those of all clusters that expect to hit it.
+  // Returns whether there is room for all.
+  __device__ __forceinline__ bool start(std::uint32_t name, std::uint32_t list, bool at_ball) {
     cluster = name;
     attempt = counts.round * kMaxAttemptsInRound;
     tally = {};
@@ -80,15 +100,19 @@ struct BlockMembers {
       num_segments = counts.segments;
       num_neighbour_pairs = counts.neighbour_pairs;
       space.num_members = 0;
-      add_list(list);
+      if (!at_ball) add_list(list);
     }
     __syncthreads();
+    if (at_ball) {
+      add_lists_at_ball();
+      __syncthreads();
+    }
     return num() <= kCapacity;
   }
 
   // Puts all members on their start trajectories, and drops what an attempt before has left in the slices.
   template <Boundary kBoundary>
-  __device__ __forceinline__ void load() {
+  __device__ __forceinline__ void load(bool has_ball) {
     num_events_before += tally.num_events;
     tally = {};
     ++attempt;
@@ -97,10 +121,11 @@ struct BlockMembers {
       counts.neighbour_pairs = num_neighbour_pairs;
       space.other = kInvalidIndex;
       space.event_hash = 0;
+      space.ball_joins = 0;
       begin_event();
     }
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
-      (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index);
+      (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index, !has_ball);
       forget_list(k);
     }
     __syncthreads();
@@ -138,14 +163,19 @@ struct BlockMembers {
     return space.joined != kInvalidIndex;
   }
 
-  // Stores the members and the outcome for the other blocks. list: that the cluster was started with.
-  __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
-    const std::uint32_t num_stored = fits ? num() : 0U;
+  // Stores the members, as a list that begins with the first one.
+  __device__ __forceinline__ void store(std::uint32_t num_stored) const {
     for (std::uint32_t k = threadIdx.x; k < num_stored; k += kExactBlock) {
       Member& member = (*this)[k];
       member.next = k + 1 < num_stored ? space.table[k + 1] : kInvalidIndex;
       if (k < kHot) memory.members[space.table[k]] = member;
     }
+  }
+
+  // Stores the members and the outcome for the other blocks. list: that the cluster was started with.
+  __device__ __forceinline__ void finish(std::uint32_t list, bool fits, bool solved) {
+    const std::uint32_t num_stored = fits ? num() : 0U;
+    store(num_stored);
     if (threadIdx.x >= 32) return;
     const float fastest2 = __uint_as_float(warp_max(__float_as_uint(tally.fastest2)));
     if (!leads()) return;
@@ -177,6 +207,23 @@ struct BlockMembers {
   }
 
  private:
+  // Takes the members of all clusters of parcels that expect to hit the ball, each by a lane of the first
+  // warp.
+  __device__ __forceinline__ void add_lists_at_ball() {
+    if (threadIdx.x >= 32) return;
+    const std::uint32_t num_hits = step.state.num_ball_hits;
+    const std::uint32_t name = threadIdx.x < num_hits ? memory.ball_hits[threadIdx.x].cluster : kInvalidIndex;
+    const bool is_first = __ffs(__match_any_sync(kWholeWarp, name)) - 1 == static_cast<int>(threadIdx.x);
+    if (name == kInvalidIndex || !is_first) return;
+    for (std::uint32_t m = memory.list_head[name]; m != kInvalidIndex; m = memory.members[m].next) {
+      const std::uint32_t place = atomicAdd(&space.num_members, 1U);
+      if (place < kCapacity) space.table[place] = m;
+      memory.owner[memory.members[m].index] = cluster;
+    }
+    if (name != cluster) cluster_of(step, name).parent = cluster;
+    __threadfence();
+  }
+
   // Called by the first thread. num_members may become larger than the capacity by one.
   __device__ __forceinline__ void add_list(std::uint32_t list) {
     for (std::uint32_t m = list; m != kInvalidIndex && space.num_members <= kCapacity;

@@ -6,12 +6,12 @@
 // member may meet in the window are listed once.
 #pragma once
 
-#include "cuda/exact/solve_block_members.cuh"
+#include "cuda/exact/solve_block_ball.cuh"
 
 namespace pf::cuda {
 
 // All threads of the block call the functions of this class together.
-template <Boundary kBoundary>
+template <Boundary kBoundary, bool kHasBall>
 class BlockPredictions {
  protected:
   __device__ __forceinline__ BlockPredictions(const StepContext& step, BlockSpace& space, BlockCounts& counts)
@@ -20,6 +20,7 @@ class BlockPredictions {
         state_(step.state),
         space_(space),
         members_{step, step.memory, counts, space},
+        ball_(step, space),
         window_begin_(static_cast<std::int32_t>(step.state.window_begin)) {}
 
   // Predicts the flagged members. The first two of them, if they are there, have new trajectories: the other
@@ -96,18 +97,23 @@ class BlockPredictions {
     const Subject it = subject_of(base + team(), num_flagged);
     Event best, at_ball;
     bool knows_hit = !it.just_hit || !step_.has_participant();
+    const bool finds_ball_event = kHasBall && base == 0;
+    if constexpr (kHasBall) {
+      if (base == 0) at_ball = ball_.first_hit(members_);
+    }
     if (it.is_there) {
-      look_along_path(it, at_ball, knows_hit);
+      if constexpr (!kHasBall) look_along_path(it, at_ball, knows_hit);
       if (rank() == kTeam / 2)
         keep_edge<kBoundary>(step_, it.here, {it.now, it.id, it.next_generation, it.just_hit}, best);
     }
     if (c_.run.physics.parcels.contacts) compare_with_parcels(it, base == 0, best);
-    keep_first(it, best, at_ball, knows_hit);
+    keep_first(it, best, at_ball, knows_hit && !kHasBall, finds_ball_event);
   }
 
   // Stores the first event of a team's threads as the subject's.
   __device__ __forceinline__ void keep_first(const Subject& it, const Event& event,
-                                             const Event& event_at_ball, bool knows_hit) {
+                                             const Event& event_at_ball, bool knows_hit,
+                                             bool finds_ball_event) {
     const unsigned warp = threadIdx.x / 32;
     const Event best = first_in_warp(event), at_ball = first_in_warp(event_at_ball);
     const bool knows = __any_sync(kWholeWarp, knows_hit);
@@ -127,6 +133,7 @@ class BlockPredictions {
       members_[it.place].event = first;
     }
     if (members_.leads()) members_.begin_event();  // all know how many are flagged
+    if (finds_ball_event && threadIdx.x == kExactBlock - 1) ball_.keep_event(space_.at_ball);
     __syncthreads();
   }
 
@@ -143,11 +150,11 @@ class BlockPredictions {
   // the earliest. See hit_on_path for knows_hit.
   __device__ __forceinline__ void look_along_path(const Subject& it, Event& best, bool& knows_hit) const {
     if (c_.plan.ball == BallRole::absent || !step_.template is_near_ball<kBoundary>(it.here)) return;
-    const BallSegment* path = ball_path(step_);
+    const BallPath path = assumed_path(step_);
     const ParcelNearBall parcel{it.now, it.id, it.next_generation, it.just_hit};
-    for (unsigned s = kTeam - 1 - rank(); s < state_.num_ball_segments; s += kTeam) {
+    for (unsigned s = kTeam - 1 - rank(); s < path.num; s += kTeam) {
       keep_hit(hit_on_segment<kBoundary>(step_, path, s, parcel), best);
-      if (s > 0 && begins_with_hit_of(step_, path[s], parcel)) knows_hit = true;
+      if (s > 0 && begins_with_hit_of(step_, path.segments[s], parcel)) knows_hit = true;
     }
   }
 
@@ -301,6 +308,7 @@ class BlockPredictions {
   ExactState& state_;
   BlockSpace& space_;
   BlockMembers members_;
+  BlockBallMember<kBoundary> ball_;
 
  private:
   std::int32_t window_begin_;

@@ -94,13 +94,15 @@ __device__ __forceinline__ bool may_hit_participant(const StepContext& step, Vec
          !is_retired(member.trajectory.anchor);
 }
 
+// looks_at_ball: whether its event may be a hit on the ball's assumed path.
 template <Boundary kBoundary>
-__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i) {
+__device__ __forceinline__ Member member_at_start(const StepContext& step, std::uint32_t i,
+                                                  bool looks_at_ball) {
   Member member = member_without_event(step, i);
   const EventKey event = step.memory.events[i];
   if (tick_of(event) < step.c.plan.length)
     member.event = {tick_of(event), partner_of(event), step.id_of_partner(partner_of(event))};
-  if (may_hit_participant<kBoundary>(step, step.start_positions()[i], member))
+  if (looks_at_ball && may_hit_participant<kBoundary>(step, step.start_positions()[i], member))
     keep_hit(hit_on_path<kBoundary>(step, {member.trajectory, member.id}), member.event);
   return member;
 }
@@ -230,16 +232,15 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
   keep_hit(hit_on_path<kBoundary>(step, it), best);
 }
 
-// Collides a member with the ball. now: its trajectory, anchored at the tick of its event. hit.segment is set
-// here.
-template <Boundary kBoundary>
-__device__ __forceinline__ void hit_ball(const StepContext& step, const Member& member, BallHit hit,
-                                         Trajectory& now, ClusterTally& tally) {
+// Notes the hit of a member on the assumed path, and returns the trajectory that the ball is on. hit.segment
+// is set here.
+__device__ __forceinline__ const BallTrajectory& note_hit(const StepContext& step, const Member& member,
+                                                          BallHit hit) {
   const BallSegment* path = ball_path(step);
   hit.segment =
       segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, member.event.generation});
   if (step.has_participant()) add_ball_hit(step, hit);
-  collide_with_ball<kBoundary>(step.c, path[hit.segment].trajectory, hit.tick, now, tally);
+  return path[hit.segment].trajectory;
 }
 
 }  // namespace pf::cuda

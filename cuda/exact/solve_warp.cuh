@@ -66,6 +66,12 @@ class WarpSolver : WarpPredictions {
       if (is_parcel(event.partner)) {
         other = lane_of(event.partner);
         if (other == kNoLane) return false;
+      } else if (event.partner == kBallPartner && ball_joins(step_)) {
+        std::uint32_t owner = kInvalidIndex;
+        if (lane_ == 0) owner = claim_ball(step_, cluster_);
+        owner = from(owner, 0);
+        other_ = owner == kInvalidIndex ? cluster_ : owner;
+        return false;
       }
       apply_event(event, own, other);
       unsigned stale = bit(own) | bit(other);
@@ -97,9 +103,9 @@ class WarpSolver : WarpPredictions {
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        hit_ball<kBoundary>(step_, it_,
-                            {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation},
-                            now, tally_);
+        const BallTrajectory& ball = note_hit(
+            step_, it_, {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation});
+        collide_with_ball<kBoundary>(c_, ball, event.tick, now, tally_);
       } else {
         apply_edge(c_, event.partner, now);
       }

@@ -55,7 +55,7 @@ class WarpMembers {
       ++num_;
     }
     if (is_member()) {
-      it_ = member_at_start<kBoundary>(step_, memory_.members[slot_].index);
+      it_ = member_at_start<kBoundary>(step_, memory_.members[slot_].index, true);
       here_ = positions_[it_.index];
     }
     __syncwarp();

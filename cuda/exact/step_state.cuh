@@ -34,6 +34,9 @@ constexpr std::uint32_t kMaxClusterEvents = 512, kLargestClusterEvents = 131072;
 constexpr double kLongestWindow = 4294967296.0;   // ticks: longer than any step
 constexpr std::uint32_t kMaxBallSegments = 1024;  // in a window
 constexpr double kPathMargin = 64.0;              // position units
+// With at most so many expected in a window the ball is a member of a cluster; with more its path is assumed.
+constexpr std::uint32_t kMostHitsOfMember = 3;
+static_assert(kMostHitsOfMember <= 32);  // a lane for each
 
 // A parcel of a cluster.
 struct Member {
@@ -77,10 +80,12 @@ struct SegmentCause {
 // A hit that a solution has, or that is expected before there is one.
 struct BallHit {
   std::uint32_t tick, id;
-  std::uint32_t cluster, attempt;  // it counts if that attempt became the cluster's solution
-  Trajectory before;               // of the parcel
-  std::uint32_t next_generation;   // of the parcel on that; see generation_at
-  std::uint32_t segment = 0;       // of a solution: that of the path, as it was assumed, on which the hit is
+  // It counts if that attempt became the cluster's solution. Of an expected hit: the parcel's index, then its
+  // cluster if the ball is a member; and 0.
+  std::uint32_t cluster, attempt;
+  Trajectory before;              // of the parcel
+  std::uint32_t next_generation;  // of the parcel on that; see generation_at
+  std::uint32_t segment = 0;      // of a solution: that of the path, as it was assumed, on which the hit is
 };
 
 // Sums over a cluster's events.
@@ -239,6 +244,13 @@ struct ExactState {
   std::uint32_t num_same_segments = 0;  // leading ones that were on the path before, too
   std::uint32_t path_is_checked = 0;    // 1 if parcels outside clusters do not hit the ball on the path
   std::uint32_t round = 0;
+  // 1 if the ball joins the cluster of the first parcel that hits it. Then that cluster's name, as long as it
+  // is in none kInvalidIndex, and the path by its solution, which lies in the other one of
+  // StepMemory::ball_paths.
+  std::uint32_t ball_joins = 0;
+  std::uint32_t ball_owner = kInvalidIndex;
+  std::uint32_t num_solved_segments = 0;
+  std::uint32_t solved_path_is_straight = 0;
   std::uint32_t num_ball_hits = 0;    // of all solutions in the window
   std::uint32_t num_wall_events = 0;  // of the ball
   unsigned long long wall_event_hash = 0;

@@ -65,8 +65,8 @@ __device__ inline void learn_from_window(ExactState& state) {
   const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
   const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;
   const double length = state.window_end - state.window_begin;
-  const double share =
-      fmin(allowed / (state.serial_events + 1.0), kSegments / (state.num_ball_segments + 1.0));
+  const std::uint32_t num_segments = max(state.num_ball_segments, state.num_solved_segments);
+  const double share = fmin(allowed / (state.serial_events + 1.0), kSegments / (num_segments + 1.0));
   if (share < 1.0) {
     state.window_ticks = fmax(length * fmax(share, kShortest), 1.0);
   } else if (share > kRoom) {
