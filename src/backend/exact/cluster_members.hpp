@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "backend/exact/window.hpp"
 
@@ -128,7 +129,7 @@ class ClusterMembers {
     it.event = memory_.ball_event;
     it.version = 0;
     it.next_generation = 0;
-    it.has_changed = false;
+    it.has_changed = it.is_bent = false;
     it.fastest_mps = 0.0;
     it.segments.clear();
     push_ball();
@@ -140,8 +141,23 @@ class ClusterMembers {
     apply_to_ball(c_, event.tick, event.partner, reaction, it.now);
     it.next_generation = event.generation + 1;
     it.has_changed = true;
+    it.is_bent = it.is_bent || !stays_near_path(it.now.trajectory);
     it.fastest_mps = std::max(it.fastest_mps, surface_speed_mps(c_.run.physics, it.now.trajectory));
     it.event = {};
+  }
+
+  // Parcels that may hit the ball on their start trajectories.
+  template <Boundary kBoundary>
+  const std::vector<std::uint32_t>& parcels_on_path() {
+    if (ball().is_bent) return memory_.near_ball;
+    if (memory_.knows_on_path) return memory_.on_path;
+    memory_.on_path.clear();
+    for (const std::uint32_t i : memory_.near_ball) {
+      const Trajectory parcel = window_.start_trajectory(i);
+      if (!is_retired(parcel.anchor) && comes_near_path<kBoundary>(parcel)) memory_.on_path.push_back(i);
+    }
+    memory_.knows_on_path = true;
+    return memory_.on_path;
   }
 
   WindowContext& window_;
@@ -150,6 +166,27 @@ class ClusterMembers {
   WorkerState& worker_;
   std::uint32_t index_;
   Cluster& cluster_;
+
+ private:
+  // Width of what counts as near the path that the ball has if nothing hits it, position units. The ball
+  // itself may leave it by half of that; the rest is above all roundings.
+  double path_margin() const { return 0.02 * c_.run.contact_distance + 64.0; }
+
+  // Returns whether the ball stays near that path until the epoch ends, on a trajectory that began in the
+  // window.
+  bool stays_near_path(const BallTrajectory& now) const {
+    const Vec2d bend = now.velocity_mps - memory_.ball.trajectory.velocity_mps;
+    const double most = std::max(std::abs(bend.x), std::abs(bend.y)) * c_.plan.units_per_tick *
+                        (c_.plan.length - window_.begin);
+    return most < 0.5 * path_margin();
+  }
+
+  template <Boundary kBoundary>
+  bool comes_near_path(const Trajectory& parcel) const {
+    const RelativeMotion motion = motion_from_ball<kBoundary>(c_, memory_.ball.trajectory, parcel);
+    const double near = c_.run.ball_contact + path_margin();
+    return dot(motion.offset, motion.offset) <= near * near || contact_tick(c_.plan, motion, near) != kNoTick;
+  }
 };
 
 }  // namespace pf

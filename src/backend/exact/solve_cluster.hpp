@@ -163,16 +163,18 @@ class ClusterSolver : ClusterMembers {
   void predict_ball() {
     Event best;
     const BallTrajectory& trajectory = ball().now.trajectory;
-    for (const std::uint32_t i : memory_.near_ball) {
-      if (window_.owner_of(i) == index_) {
-        const Member& it = member(memory_.member_slot[i]);
-        if (!is_retired(it.trajectory.anchor)) keep_earlier(best, ball_collision_with<kBoundary>(it));
-        continue;
-      }
+    for (const std::uint32_t i : parcels_on_path<kBoundary>()) {
+      if (window_.owner_of(i) == index_ && member(memory_.member_slot[i]).has_changed) continue;
       const Trajectory parcel = window_.start_trajectory(i);
       if (is_retired(parcel.anchor)) continue;
       const std::uint32_t tick = window_.ball_tick<kBoundary>(trajectory, parcel);
       keep_earlier(best, {tick, i, id(i), ball_generation(tick)});
+    }
+    for (std::uint32_t m = cluster_.first_member; m < worker_.members.size(); ++m) {
+      const Member& it = member(m);
+      if (!it.has_changed || is_retired(it.trajectory.anchor) || !window_.is_near_ball<kBoundary>(it.index))
+        continue;
+      keep_earlier(best, ball_collision_with<kBoundary>(it));
     }
     Event edge;
     keep_ball_edge_event<kBoundary>(c_, trajectory, edge);

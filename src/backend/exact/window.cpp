@@ -11,6 +11,7 @@ void EpochMemory::prepare_epoch(unsigned num_threads, std::size_t num_parcels) {
 }
 
 void EpochMemory::prepare_window() {
+  knows_on_path = false;
   for (WorkerState& worker : workers) {
     worker.tally = {};
     worker.members.clear();
@@ -23,7 +24,7 @@ void EpochMemory::prepare_window() {
 
 std::uint64_t EpochMemory::memory_bytes() const {
   std::uint64_t bytes = 4 * (owner.capacity() + member_slot.capacity() + due.capacity() + active.capacity() +
-                             near_ball.capacity() + seeds.capacity() + todo.capacity()) +
+                             near_ball.capacity() + on_path.capacity() + seeds.capacity() + todo.capacity()) +
                         sizeof(Cluster) * clusters.capacity() + discs.memory_bytes() +
                         calendar.memory_bytes();
   for (const WorkerState& worker : workers)

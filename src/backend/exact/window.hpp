@@ -56,6 +56,7 @@ struct BallMember {
   std::uint32_t version = 0;
   std::uint32_t next_generation = 0;
   bool has_changed = false;
+  bool is_bent = false;      // its path has left the straight one that EpochMemory::on_path is made for
   double fastest_mps = 0.0;  // of its surface
   std::vector<BallTrajectorySegment> segments;
 };
@@ -174,15 +175,18 @@ struct EpochMemory {
   std::vector<std::uint32_t> owner;        // n + kSearchPadding; cluster, kInvalidIndex between windows
   std::vector<std::uint32_t> member_slot;  // n; of an owned parcel in its worker's members
   std::vector<std::uint32_t> near_ball;    // parcels that may hit the ball in the epoch
-  std::vector<std::uint32_t> due;          // parcels whose kept event lies in the window
-  std::vector<std::uint32_t> active;       // those whose next event does
-  std::vector<std::uint32_t> seeds;        // parcels that clusters start from
+  std::vector<std::uint32_t>
+      on_path;                     // of these those that may on start trajectories, if its path is straight
+  std::vector<std::uint32_t> due;  // parcels whose kept event lies in the window
+  std::vector<std::uint32_t> active;  // those whose next event does
+  std::vector<std::uint32_t> seeds;   // parcels that clusters start from
   std::vector<Cluster> clusters;
   std::vector<std::uint32_t> todo;  // clusters to solve
   ExactBall ball;                   // at the window's start
   Event ball_event;                 // kept, of a participating ball
   BallMember solved_ball;
   std::uint32_t ball_owner = kInvalidIndex;  // cluster
+  bool knows_on_path = false;                // in this window
 
   void prepare_epoch(unsigned num_threads, std::size_t num_parcels);
   void prepare_window();
