@@ -1,7 +1,8 @@
 // The kept events of all parcels, and which of them are due.
 //
 // A parcel's kept event is never later than its true next one. It may be stale: its partner may have left the
-// trajectory that it was predicted on. Each block of parcels has a tick before which none of them is due.
+// trajectory that it was predicted on. Each block of parcels has a tick before which none of them is due, and
+// so has each group of blocks.
 #pragma once
 
 #include <algorithm>
@@ -24,17 +25,19 @@ void lower_to(Unsigned& value, Unsigned to) {
 
 class Calendar {
  public:
-  static constexpr std::size_t kBlock = 64;  // parcels
+  static constexpr std::size_t kBlock = 64;           // parcels
+  static constexpr std::size_t kGroup = 64 * kBlock;  // the same
 
   // Starts an epoch. Then every parcel must be cleared. id: of the parcels, which stays where it is.
   void reset(const std::vector<std::uint32_t>& id) {
     id_ = id.data();
     key_.resize(id.size());
     earliest_.assign((id.size() + kBlock - 1) / kBlock, kNoTick);
+    earliest_in_group_.assign((id.size() + kGroup - 1) / kGroup, kNoTick);
   }
   void clear(std::uint32_t i) { key_[i] = kNoEvent; }
 
-  std::size_t num_blocks() const { return earliest_.size(); }
+  std::size_t num_groups() const { return earliest_in_group_.size(); }
   const void* line(std::uint32_t i) const { return &key_[i]; }  // to prefetch
   std::uint32_t tick(std::uint32_t i) const { return tick_of(key_[i]); }
 
@@ -69,30 +72,30 @@ class Calendar {
   // Has a parcel found when its event is due, also after it was taken out.
   void restore(std::uint32_t i) { lower_block(i, tick(i)); }
 
-  // Appends the parcels of a block whose events come before tick `end`, and takes them out: they are found
+  // Appends the parcels of a group whose events come before tick `end`, and takes them out: they are found
   // again once `set`, `lower` or `restore` has been called for them.
-  void take_due(std::size_t block, std::uint32_t end, std::vector<std::uint32_t>& due) {
-    if (earliest_[block] >= end) return;
-    const std::size_t first = block * kBlock, last = std::min(key_.size(), first + kBlock);
+  void take_due(std::size_t group, std::uint32_t end, std::vector<std::uint32_t>& due) {
+    if (earliest_in_group_[group] >= end) return;
+    constexpr std::size_t kBlocks = kGroup / kBlock;
+    const std::size_t first = group * kBlocks, last = std::min(earliest_.size(), first + kBlocks);
     std::uint32_t rest = kNoTick;
-    for (std::size_t i = first; i < last; ++i) {
-      const std::uint32_t tick = tick_of(key_[i]);
-      if (tick < end)
-        due.push_back(static_cast<std::uint32_t>(i));
-      else
-        rest = std::min(rest, tick);
+    for (std::size_t block = first; block < last; ++block) {
+      if (earliest_[block] < end) earliest_[block] = take_due_of_block(block, end, due);
+      rest = std::min(rest, earliest_[block]);
     }
-    earliest_[block] = rest;
+    earliest_in_group_[group] = rest;
   }
 
   // A tick before which nothing is due.
   std::uint32_t earliest() const {
     std::uint32_t tick = kNoTick;
-    for (const std::uint32_t of_block : earliest_) tick = std::min(tick, of_block);
+    for (const std::uint32_t of_group : earliest_in_group_) tick = std::min(tick, of_group);
     return tick;
   }
 
-  std::uint64_t memory_bytes() const { return 8 * key_.capacity() + 4 * earliest_.capacity(); }
+  std::uint64_t memory_bytes() const {
+    return 8 * key_.capacity() + 4 * (earliest_.capacity() + earliest_in_group_.capacity());
+  }
 
  private:
   // An event as one word: tick and partner.
@@ -109,11 +112,30 @@ class Calendar {
     return b != kNoEvent && id_of(partner_of(a)) < id_of(partner_of(b));
   }
 
-  void lower_block(std::uint32_t i, std::uint32_t tick) { lower_to(earliest_[i / kBlock], tick); }
+  void lower_block(std::uint32_t i, std::uint32_t tick) {
+    lower_to(earliest_[i / kBlock], tick);
+    lower_to(earliest_in_group_[i / kGroup], tick);
+  }
 
-  const std::uint32_t* id_ = nullptr;    // n
-  std::vector<std::uint64_t> key_;       // n
-  std::vector<std::uint32_t> earliest_;  // of each block
+  // Returns the earliest tick of the events that stay.
+  std::uint32_t take_due_of_block(std::size_t block, std::uint32_t end,
+                                  std::vector<std::uint32_t>& due) const {
+    const std::size_t first = block * kBlock, last = std::min(key_.size(), first + kBlock);
+    std::uint32_t rest = kNoTick;
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t tick = tick_of(key_[i]);
+      if (tick < end)
+        due.push_back(static_cast<std::uint32_t>(i));
+      else
+        rest = std::min(rest, tick);
+    }
+    return rest;
+  }
+
+  const std::uint32_t* id_ = nullptr;             // n
+  std::vector<std::uint64_t> key_;                // n
+  std::vector<std::uint32_t> earliest_;           // of each block
+  std::vector<std::uint32_t> earliest_in_group_;  // of each group
 };
 
 }  // namespace pf

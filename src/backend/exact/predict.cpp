@@ -1,6 +1,7 @@
 #include "backend/exact/predict.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "backend/exact/parallel_loops.hpp"
 #include "model/for_boundary.hpp"
@@ -75,15 +76,31 @@ void collect_selected(std::vector<WorkerState>& workers, std::vector<std::uint32
   }
 }
 
+// Ranges of parcels in cells near the ball.
+template <Boundary kBoundary>
+void list_cells_near_ball(const WindowContext& window, CandidateRanges& ranges) {
+  const auto num_parcels = static_cast<std::uint32_t>(window.num_parcels());
+  const auto& [centre, half_side] = window.ball_neighbourhood;
+  const std::int64_t farthest = std::max(std::abs(std::int64_t{centre.x}), std::abs(std::int64_t{centre.y}));
+  const bool is_sorted = window.c.run.physics.parcels.contacts && !window.input.all_pairs;
+  if (!is_sorted || farthest + half_side >= INT32_MAX) return ranges.list_all(num_parcels);
+  ranges.list<kBoundary>(window.input.grid, window.input.cell_start, centre, half_side, num_parcels);
+}
+
 template <Boundary kBoundary>
 void list_near_ball(WindowContext& window) {
   window.memory.near_ball.clear();
   if (!window.c.run.physics.ball.exists) return;
-  for_each_item(window, window.num_parcels(), [&](WorkerState& worker, std::size_t k) {
-    const auto i = static_cast<std::uint32_t>(k);
-    if (is_retired(window.input.position[i]) || !is_finite(window, i)) return;
-    if (window.is_near_ball<kBoundary>(i)) worker.selected.push_back(i);
-  });
+  CandidateRanges ranges;
+  list_cells_near_ball<kBoundary>(window, ranges);
+  for (int r = 0; r < ranges.num; ++r) {
+    const auto [first, last] = ranges.at[r];
+    for_each_item(window, last - first, [&, first = first](WorkerState& worker, std::size_t k) {
+      const auto i = first + static_cast<std::uint32_t>(k);
+      if (is_retired(window.input.position[i]) || !is_finite(window, i)) return;
+      if (window.is_near_ball<kBoundary>(i)) worker.selected.push_back(i);
+    });
+  }
   collect_selected(window.memory.workers, window.memory.near_ball);
 }
 

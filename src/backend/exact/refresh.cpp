@@ -9,21 +9,21 @@
 namespace pf {
 namespace {
 
-constexpr std::size_t kMinSharedBlocks = 2048;
+constexpr std::size_t kMinSharedGroups = 32;
 
 void list_due(WindowContext& window) {
   EpochMemory& memory = window.memory;
   Calendar& calendar = memory.calendar;
   memory.due.clear();
-  const std::size_t num_blocks = calendar.num_blocks();
-  if (num_blocks < kMinSharedBlocks) {
-    for (std::size_t b = 0; b < num_blocks; ++b) calendar.take_due(b, window.end, memory.due);
+  const std::size_t num_groups = calendar.num_groups();
+  if (num_groups < kMinSharedGroups) {
+    for (std::size_t g = 0; g < num_groups; ++g) calendar.take_due(g, window.end, memory.due);
     return;
   }
   window.team.run([&](unsigned thread) {
-    const auto [first, last] = window.team.share(thread, num_blocks);
-    for (std::size_t b = first; b < last; ++b)
-      calendar.take_due(b, window.end, memory.workers[thread].selected);
+    const auto [first, last] = window.team.share(thread, num_groups);
+    for (std::size_t g = first; g < last; ++g)
+      calendar.take_due(g, window.end, memory.workers[thread].selected);
   });
   for (WorkerState& worker : memory.workers) {
     memory.due.insert(memory.due.end(), worker.selected.begin(), worker.selected.end());

@@ -49,7 +49,7 @@ PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& 
 // Plans the epoch that starts now. The ball's role is set by its chords.
 PF_HD inline StepPlan plan_epoch(const RunConstants& run, const ExactProgress& progress) {
   ExactConstants c{run, plan_of_now(run, progress)};
-  c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress);
+  c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress, 1.0);
   c.plan.ball = run.physics.ball.exists ? BallRole::participant : BallRole::absent;
   const std::uint32_t possible = max_step_ticks(c, 0);
   const std::uint64_t to_anchoring = ticks_to_anchoring(progress);
@@ -91,10 +91,10 @@ PF_HD inline StepPlan plan_chord(const RunConstants& run, const ExactProgress& p
   return chord;
 }
 
-// The ball within a chord, at a tick that counts as those of its trajectory. A frozen ball has not yet got its
-// impulses. ball: at the chord's start.
-inline BallState ball_in_chord(const Physics& physics, const StepPlan& chord, const BallTrajectory& trajectory,
-                               std::int64_t tick, BallState ball) {
+// The ball within a chord, at a tick that counts as those of its trajectory. A frozen ball has not yet got
+// its impulses. ball: at the chord's start.
+inline BallState ball_in_chord(const Physics& physics, const StepPlan& chord,
+                               const BallTrajectory& trajectory, std::int64_t tick, BallState ball) {
   const Vec2d moved = displacement_units(chord, trajectory.velocity_mps, tick - trajectory.tick);
   ball.position_m = (trajectory.anchor_units + moved) * physics.world.unit_m;
   ball.velocity_mps = trajectory.velocity_mps;

@@ -58,14 +58,15 @@ PF_HD inline double surface_speed_mps(const Physics& physics, const BallState& b
   return speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
 }
 
-// Bound on speeds that present speeds and a hit by the ball can lead to. reference_mps: of the step's ticks.
+// Bound on speeds that present speeds can lead to, and a hit by the ball, which gives a parcel `per_ball_mps`
+// times the ball's speed. reference_mps: of the step's ticks.
 PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_mps,
-                                      const ExactProgress& progress) {
+                                      const ExactProgress& progress, double per_ball_mps) {
   double fastest = 1e-3 * reference_mps;
   if (progress.fastest_mps > fastest) fastest = progress.fastest_mps;
   if (physics.ball.exists) {
     const double spin = progress.ball.spin_radps < 0.0 ? -progress.ball.spin_radps : progress.ball.spin_radps;
-    const double surface = 2.0 * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
+    const double surface = per_ball_mps * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
     if (surface > fastest) fastest = surface;
   }
   const double bound = kSpeedMargin * fastest;
@@ -192,7 +193,7 @@ PF_HD inline StepPlan plan_step(const RunConstants& run, const ExactProgress& pr
   const std::uint64_t num = parts > 1.0 ? static_cast<std::uint64_t>(parts) + 1 : 1;
   const std::uint64_t part = (wanted + num - 1) / num;
   c.plan.length = part < max_ticks ? static_cast<std::uint32_t>(part) : max_ticks;
-  c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress);
+  c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress, 2.0);
   c.plan.ball = ball_role(run.physics, progress.ball, c.plan.length * c.plan.tick_s);
   const std::uint32_t possible = max_step_ticks(c, progress.max_displacement);
   if (possible < c.plan.length) c.plan.length = possible;
