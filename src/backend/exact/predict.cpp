@@ -31,6 +31,19 @@ void predict_edge(WindowContext& window, std::uint32_t i) {
   if (event.tick != kNoTick) window.memory.calendar.set(i, event);
 }
 
+// Whether one of the parcels begin .. end - 1 may reach the edge in the epoch; also if one has retired.
+template <Boundary kBoundary>
+bool may_reach_edge(const WindowContext& window, std::size_t begin, std::size_t end) {
+  Vec2i low{INT32_MAX, INT32_MAX}, high{-INT32_MAX, -INT32_MAX};
+  for (std::size_t i = begin; i < end; ++i) {
+    const Vec2i position = window.input.position[i];
+    low = {std::min(low.x, position.x), std::min(low.y, position.y)};
+    high = {std::max(high.x, position.x), std::max(high.y, position.y)};
+  }
+  low.x = std::max(low.x, -INT32_MAX);  // not that of a retired parcel, which reaches no edge
+  return pf::may_reach_edge<kBoundary>(window.c, low) || pf::may_reach_edge<kBoundary>(window.c, high);
+}
+
 // Discs and events at an edge of parcels begin .. end - 1.
 template <Boundary kBoundary>
 void look_ahead(WindowContext& window, WorkerState& worker, std::size_t begin, std::size_t end) {
@@ -40,11 +53,9 @@ void look_ahead(WindowContext& window, WorkerState& worker, std::size_t begin, s
   const SpeedBounds speeds = set_discs(paths, begin, end, window.memory.discs);
   worker.tally.moved(0, speeds.max2);
   if (!speeds.all_finite) report_invalid(window, worker, begin, end);
-  for (std::size_t i = begin; i < end; ++i) {
-    const auto k = static_cast<std::uint32_t>(i);
-    window.memory.calendar.clear(k);
-    if constexpr (kBoundary != Boundary::periodic) predict_edge<kBoundary>(window, k);
-  }
+  window.memory.calendar.clear(begin, end);
+  if (!may_reach_edge<kBoundary>(window, begin, end)) return;
+  for (std::size_t i = begin; i < end; ++i) predict_edge<kBoundary>(window, static_cast<std::uint32_t>(i));
 }
 
 // Predicts the collisions of parcels begin .. end - 1 with parcels of higher index.
