@@ -114,9 +114,7 @@ __device__ __forceinline__ bool begins_with_hit_of(const StepContext& step, cons
 template <Boundary kBoundary>
 __device__ bool meets_straight_path(const StepContext& step, const BallTrajectory& first,
                                     const ParcelNearBall& parcel, std::uint32_t& tick) {
-  const RelativeMotion motion = motion_from_ball<kBoundary>(step.c, first, parcel.trajectory);
-  const double near = step.c.run.ball_contact + kPathMargin;
-  tick = dot(motion.offset, motion.offset) > near * near ? contact_tick(step.c.plan, motion, near) : 0U;
+  tick = tick_near_ball<kBoundary>(step.c, first, parcel.trajectory, step.c.run.ball_contact + kPathMargin);
   return tick != kNoTick;
 }
 

@@ -1,5 +1,5 @@
-// A dump whose writer is killed at any byte: each write to the file is done again in a copy, up to each page
-// of the system, since a kill may end a write there, and the copy is read.
+// A dump whose writer is killed at any moment: each write to the file is done again in a copy, up to each
+// page of the system, since a kill may end a write there, and the copy is read.
 //
 // pwrite() and ftruncate() of this program, which HDF5 calls, are therefore those of this file.
 #include <fcntl.h>

@@ -35,7 +35,9 @@ class Calendar {
     earliest_.assign((id.size() + kBlock - 1) / kBlock, kNoTick);
     earliest_in_group_.assign((id.size() + kGroup - 1) / kGroup, kNoTick);
   }
-  void clear(std::size_t begin, std::size_t end) { std::fill(&key_[0] + begin, &key_[0] + end, kNoEvent); }
+  void clear(std::size_t begin, std::size_t end) {
+    std::fill(key_.data() + begin, key_.data() + end, kNoEvent);
+  }
 
   std::size_t num_groups() const { return earliest_in_group_.size(); }
   const void* line(std::uint32_t i) const { return &key_[i]; }  // to prefetch

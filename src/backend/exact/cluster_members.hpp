@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 
 #include "backend/exact/window.hpp"
 
@@ -176,16 +175,13 @@ class ClusterMembers {
   // window.
   bool stays_near_path(const BallTrajectory& now) const {
     const Vec2d bend = now.velocity_mps - memory_.ball.trajectory.velocity_mps;
-    const double most = std::max(std::abs(bend.x), std::abs(bend.y)) * c_.plan.units_per_tick *
-                        (c_.plan.length - window_.begin);
-    return most < 0.5 * path_margin();
+    return bend_units(c_.plan, bend, window_.begin) < 0.5 * path_margin();
   }
 
   template <Boundary kBoundary>
   bool comes_near_path(const Trajectory& parcel) const {
-    const RelativeMotion motion = motion_from_ball<kBoundary>(c_, memory_.ball.trajectory, parcel);
     const double near = c_.run.ball_contact + path_margin();
-    return dot(motion.offset, motion.offset) <= near * near || contact_tick(c_.plan, motion, near) != kNoTick;
+    return tick_near_ball<kBoundary>(c_, memory_.ball.trajectory, parcel, near) != kNoTick;
   }
 };
 

@@ -10,7 +10,7 @@ namespace pf {
 namespace {
 
 // Hits by the ball that made parcels faster than the bound come again; the bound is lowered slowly.
-constexpr double kForgottenInEpoch = 0.98;
+constexpr double kKeptOfBound = 0.98;
 constexpr double kCellWidth = 2.8;  // contact distances. Measured at N = 10^5, area fraction 0.2.
 
 ExactConstants constants_now(const RunConstants& run, const ExactProgress& progress) {
@@ -142,7 +142,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   epoch_->num_invalid = tally.num_invalid;
   epoch_->first_invalid_id = tally.first_invalid_id;
   progress_.fastest_mps = std::sqrt(static_cast<double>(tally.max_speed2));
-  progress_.raised_bound_mps *= kForgottenInEpoch;
+  progress_.raised_bound_mps *= kKeptOfBound;
   if (chord_) predict_chord(parcels, report);
 }
 

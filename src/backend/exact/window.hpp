@@ -175,11 +175,10 @@ struct EpochMemory {
   std::vector<std::uint32_t> owner;        // n + kSearchPadding; cluster, kInvalidIndex between windows
   std::vector<std::uint32_t> member_slot;  // n; of an owned parcel in its worker's members
   std::vector<std::uint32_t> near_ball;    // parcels that may hit the ball in the epoch
-  std::vector<std::uint32_t>
-      on_path;                     // of these those that may on start trajectories, if its path is straight
-  std::vector<std::uint32_t> due;  // parcels whose kept event lies in the window
-  std::vector<std::uint32_t> active;  // those whose next event does
-  std::vector<std::uint32_t> seeds;   // parcels that clusters start from
+  std::vector<std::uint32_t> on_path;      // those near the straight path that it has if nothing hits it
+  std::vector<std::uint32_t> due;          // parcels whose kept event lies in the window
+  std::vector<std::uint32_t> active;       // those whose next event does
+  std::vector<std::uint32_t> seeds;        // parcels that clusters start from
   std::vector<Cluster> clusters;
   std::vector<std::uint32_t> todo;  // clusters to solve
   ExactBall ball;                   // at the window's start

@@ -95,6 +95,22 @@ PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const Ba
   return contact_tick(c.plan, motion_from_ball<kBoundary>(c, ball, parcel), c.run.ball_contact);
 }
 
+// Tick from which on a parcel is within `distance` of the ball, position units; 0 if it is when both
+// trajectories begin; kNoTick: never in the step.
+template <Boundary kBoundary>
+PF_HD inline std::uint32_t tick_near_ball(const ExactConstants& c, const BallTrajectory& ball,
+                                          const Trajectory& parcel, double distance) {
+  const RelativeMotion motion = motion_from_ball<kBoundary>(c, ball, parcel);
+  if (dot(motion.offset, motion.offset) <= distance * distance) return 0;
+  return contact_tick(c.plan, motion, distance);
+}
+
+// Largest distance between the ball and where it would be with another velocity, from a tick to the step's
+// end, position units. bend_mps: the difference of its velocities.
+PF_HD inline double bend_units(const StepPlan& plan, Vec2d bend_mps, std::uint32_t from) {
+  return speed_of(bend_mps) * plan.units_per_tick * (plan.length - from);
+}
+
 // Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel
 // that it may touch in the step. closing_speed_mps: bound on the sum of both speeds. Position units.
 template <class Real>

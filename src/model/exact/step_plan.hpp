@@ -58,15 +58,15 @@ PF_HD inline double surface_speed_mps(const Physics& physics, const BallState& b
   return speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
 }
 
-// Bound on speeds that present speeds can lead to, and a hit by the ball, which gives a parcel `per_ball_mps`
-// times the ball's speed. reference_mps: of the step's ticks.
+// Bound on speeds that present speeds can lead to, and hits by the ball. reference_mps: of the step's ticks.
+// ball_factor: a hit is assumed to give a parcel at most so many times the ball's speed.
 PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_mps,
-                                      const ExactProgress& progress, double per_ball_mps) {
+                                      const ExactProgress& progress, double ball_factor) {
   double fastest = 1e-3 * reference_mps;
   if (progress.fastest_mps > fastest) fastest = progress.fastest_mps;
   if (physics.ball.exists) {
     const double spin = progress.ball.spin_radps < 0.0 ? -progress.ball.spin_radps : progress.ball.spin_radps;
-    const double surface = per_ball_mps * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
+    const double surface = ball_factor * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
     if (surface > fastest) fastest = surface;
   }
   const double bound = kSpeedMargin * fastest;
