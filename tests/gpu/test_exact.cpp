@@ -69,6 +69,22 @@ TEST_F(Gpu, ExactSameBitsInTheLayerBeforeAFastBall) {
   }
 }
 
+// A ball that each hit turns: it meets parcels that its straight path does not.
+TEST_F(Gpu, ExactSameBitsOfALightBallInACrowd) {
+  for (const double ball_kg : {1e-3, 1e-4, 1e-5, 3e-6}) {
+    for (const double restitution : {1.0, 0.5}) {
+      Settings s = court(20000, Boundary::walls);
+      s.method = Method::exact;
+      s.restitution = restitution;
+      s.area_fraction = 0.5;
+      s.ball_mass_kg = ball_kg;
+      expect_same_hashes(s, 2000);
+      s.num_parcels = 300'000;  // the ball is as wide as a hundred parcels
+      expect_same_hashes(s, 300);
+    }
+  }
+}
+
 TEST_F(Gpu, ExactTimesItsStages) {
   Settings s = gas(200'000);
   s.method = Method::exact;
