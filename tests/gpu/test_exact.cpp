@@ -79,7 +79,7 @@ TEST_F(Gpu, ExactSameBitsOfALightBallInACrowd) {
       s.area_fraction = 0.5;
       s.ball_mass_kg = ball_kg;
       expect_same_hashes(s, 2000);
-      s.num_parcels = 300'000;  // the ball is as wide as a hundred parcels
+      s.num_parcels = 300'000;  // the ball is six parcels wide
       expect_same_hashes(s, 300);
     }
   }
