@@ -43,23 +43,16 @@ void store_members(WindowContext& window) {
   memory.ball_event = memory.solved_ball.event;
 }
 
-bool has_changed(const EpochMemory& memory, std::uint32_t i) {
-  const std::uint32_t owner = memory.owner[i];
-  if (owner == kInvalidIndex) return false;
-  return memory.workers[memory.clusters[owner].thread].members[memory.member_slot[i]].has_changed;
-}
-
-// Parcels outside a cluster that will collide with its members earlier than they knew. A neighbour that has
-// changed since then has another event: if it took the note's, which is stale, both of the pair would have
-// the same stale event, which must not be (is_valid in refresh.cpp).
+// Parcels outside a cluster that will collide with its members earlier than they knew. If the neighbour has
+// changed since then, too, the note is stale, and does no harm.
 void apply_notes(WindowContext& window, const Cluster& cluster) {
   EpochMemory& memory = window.memory;
   const WorkerState& solver = memory.workers[cluster.thread];
   for (std::uint32_t k = cluster.first_note; k < cluster.first_note + cluster.num_notes; ++k) {
     const NeighbourNote& note = solver.notes[k];
     const Member& member = solver.members[note.member];
-    if (member.trajectory.tick != note.anchor_tick || has_changed(memory, note.neighbour)) continue;
-    memory.calendar.lower(note.neighbour, note.tick, member.index);
+    if (member.trajectory.tick == note.anchor_tick)
+      memory.calendar.lower(note.neighbour, note.tick, member.index);
   }
 }
 

@@ -38,10 +38,8 @@ bool is_valid(const WindowContext& window, std::uint32_t i) {
   const Event event = calendar.event(i);
   // A participating ball keeps its collisions itself. A parcel has one only where a window was cut before it.
   if (!is_parcel(event.partner)) return event.partner != kBallPartner || !window.has_participant();
-  // Both would keep a collision that is to come, or an earlier event.
-  const Event of_partner = calendar.event(event.partner);
-  if (of_partner.tick == event.tick && of_partner.partner == i) return true;
-  if (of_partner.tick > event.tick) return false;
+  // The partner would keep a collision that is to come, or an earlier event.
+  if (calendar.tick(event.partner) > event.tick) return false;
   const Trajectory partner = window.start_trajectory(event.partner);
   return !is_retired(partner.anchor) &&
          collision_tick<kBoundary>(window.c, window.start_trajectory(i), partner) == event.tick;
