@@ -80,10 +80,14 @@ void print_flight(const json& report, const StepTotals& totals) {
       flight["p99_ms"].get<double>(), flight["worst_ms"].get<double>(),
       flight["worst_frame"].get<std::uint64_t>(), flight["worst_at_s"].get<double>(),
       flight["worst_over_mean"].get<double>());
-  if (!report["exact"].is_null()) {
-    fmt::print("  {} events, {} solved, {} rounds, {} retried, largest cluster {} events\n",
-               totals.num_events, totals.num_solved_events, totals.num_rounds, totals.num_retried_steps,
-               totals.largest_cluster);
+  const json& exact = report["exact"];
+  if (!exact.is_null()) {
+    fmt::print(
+        "  {} events, {} solved, {} rounds, {} retried, largest cluster {} events\n"
+        "  overlaps of up to {:.3g} position units, event hash {}\n",
+        totals.num_events, totals.num_solved_events, totals.num_rounds, totals.num_retried_steps,
+        totals.largest_cluster, exact["max_overlap_units"].get<double>(),
+        exact["event_hash"].get<std::string>());
   }
   fmt::print("  state hash {}\n", report["state_hash"].get<std::string>());
 }

@@ -127,9 +127,11 @@ json ball_report(const BallConstants& constants, const BallState& ball, const St
 }
 
 // null for time-stepped methods.
-json exact_report(const Settings& settings, const StepTotals& totals) {
+json exact_report(const Settings& settings, const Physics& physics, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
-  return {{"rounds", totals.num_rounds},
+  const double units_per_diameter = 2.0 * physics.parcels.radius_m / physics.world.unit_m;
+  return {{"max_overlap_units", number(totals.max_overlap_diameters * units_per_diameter)},
+          {"rounds", totals.num_rounds},
           {"redone_steps", totals.num_retried_steps},
           {"events", totals.num_events},
           {"solved_events", totals.num_solved_events},
@@ -241,7 +243,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"compressibility", compressibility(parcels, all, simulated_s_, speed_mps)},
       {"max_overlap_diameters", all.num_collisions > 0 ? number(all.max_overlap_diameters) : json(nullptr)},
       {"num_retired", all.num_retired},
-      {"exact", exact_report(settings, all)},
+      {"exact", exact_report(settings, physics, all)},
       {"ball", ball_report(physics.ball, ball, all, ball_distance_m)},
       {"state_hash", fmt::format("{:016x}", backend.state_hash())},
       {"memory_bytes", backend.memory_bytes()},

@@ -60,6 +60,7 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
 
 RunConstants make_run_constants(const Physics& physics, double contact_clock_s) {
   constexpr double kMinSeparation = 0x1p-20;  // of the reference speed
+  constexpr double kUndoTicks = 0x1p14;       // in which an overlap is undone
   RunConstants run;
   static_cast<StepConstants&>(run) = make_step_constants(physics, 0.0, 0.0);
   run.ball_contact = run.ball_contact_m / physics.world.unit_m;
@@ -68,6 +69,8 @@ RunConstants make_run_constants(const Physics& physics, double contact_clock_s) 
   ticks.units_per_tick = ticks.tick_s / physics.world.unit_m;
   ticks.reference_speed_mps = physics.reference_speed_mps;
   ticks.min_separation_speed_mps = kMinSeparation * physics.reference_speed_mps;
+  if (physics.parcels.restitution < 1.0)
+    ticks.separation_mps_per_unit = 1.0 / (kUndoTicks * ticks.units_per_tick);
   const double contact_ticks = std::ceil(contact_clock_s / ticks.tick_s);
   ticks.contact_duration_ticks =
       static_cast<std::uint32_t>(std::fmin(contact_ticks, static_cast<double>(kAnchorPeriod)));

@@ -50,7 +50,7 @@ TEST(Ticks, EventsComeAtTheNearestTick) {
 }
 
 // The same durations and relative speeds, counted in ticks 2^k times as long.
-TEST(Ticks, LongerTicksKeepContactDurationAndRelativeSeparationSpeed) {
+TEST(Ticks, LongerTicksKeepContactDurationAndRelativeSeparationSpeeds) {
   const double duration_s = 0.3;
   const TickScale reference = run_constants(duration_s).reference_ticks;
   for (const std::uint32_t exponent : {1U, 5U, 12U}) {
@@ -63,8 +63,32 @@ TEST(Ticks, LongerTicksKeepContactDurationAndRelativeSeparationSpeed) {
         << "rounded up to a tick";
     EXPECT_EQ(scale.min_separation_speed_mps / scale.reference_speed_mps, reference.min_separation_speed_mps)
         << "relative to the speeds in a gas so cold";
+    EXPECT_GT(scale.separation_mps_per_unit, 0.0);
+    EXPECT_EQ(scale.separation_mps_per_unit * scale.tick_s,
+              reference.separation_mps_per_unit * reference.tick_s)
+        << "overlaps are undone in as many ticks";
   }
   EXPECT_EQ(scaled(run_constants().reference_ticks, 9).contact_duration_ticks, 0U) << "none stays none";
+}
+
+// Search boxes hold every parcel that has moved since the sort, by three roundings a step as well.
+TEST(Progress, AStepAddsThePathOfTheFastestParcel) {
+  const RunConstants run = run_constants();
+  const ExactConstants c{run, plan_of(run)};
+  const double path = 5.0 * c.plan.units_per_tick * c.plan.length;
+  for (const bool is_slowed : {false, true}) {
+    ExactProgress progress;
+    progress.fastest_mps = is_slowed ? 5.0 : 3.0;
+    progress.max_displacement = 100;
+    StepResult result;
+    result.fastest_at_start_mps = 3.0;
+    result.fastest_after_mps = is_slowed ? 2.0 : 5.0;
+    advance_progress(c, result, progress);
+    EXPECT_GE(static_cast<double>(progress.max_displacement), 100.0 + path);
+    EXPECT_LE(static_cast<double>(progress.max_displacement), 100.0 + path + 3.0);
+    EXPECT_EQ(progress.fastest_mps, is_slowed ? 3.0 : 5.0) << "from now on";
+    EXPECT_EQ(progress.now, c.plan.length);
+  }
 }
 
 // The age of a contact stays the same in other ticks, rounded up to one of them.

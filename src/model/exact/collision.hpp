@@ -128,6 +128,16 @@ PF_HD inline bool is_in_contact(const StepPlan& plan, std::uint32_t tick, std::u
          plan.start + tick - last_contact_tick <= plan.contact_duration_ticks;
 }
 
+// Least normal speed at which two bodies part after an event. overlap: of their stored positions, position
+// units. What roundings may have added up to is undone in a set number of ticks. More than that was there
+// from the start: then it stays.
+PF_HD inline double least_separation_mps(const TickScale& scale, double overlap) {
+  constexpr double kRounding = 0.5, kLargest = 8.0;
+  const double least = scale.min_separation_speed_mps;
+  if (!(overlap > kRounding && overlap <= kLargest)) return least;
+  return least + (overlap - kRounding) * scale.separation_mps_per_unit;
+}
+
 // Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e
 // of their stored centres: k = (1 + e_n) b / (2 |e|^2), v1 += k e, v2 -= k e. The normal is not normalised,
 // and all is double until the velocities are stored. elastic: no loss in this event (the TC model, Luding and
@@ -142,14 +152,15 @@ PF_HD inline void collide(const ExactConstants& c, Trajectory& first, Trajectory
   const double distance = sqrt(e2);
   const double b = dot(e, v2 - v1);
   const double restitution = elastic ? 1.0 : c.run.physics.parcels.restitution;
-  const double min_separation = c.plan.min_separation_speed_mps * distance;
+  const double overlap = c.run.contact_distance - distance;
+  const double min_separation = least_separation_mps(c.plan, overlap) * distance;
   const double separation_b = -restitution * b > min_separation ? -restitution * b : min_separation;
   const double k = (b - separation_b) / (2.0 * e2);
   first.velocity = to_float(v1 + e * k);
   second.velocity = to_float(v2 - e * k);
   tally.begin_contact();
   tally.impulse(impulse_counts(-k * distance, c.run.per_impulse_count));
-  tally.overlap(static_cast<float>((c.run.contact_distance - distance) / c.run.contact_distance));
+  tally.overlap(static_cast<float>(overlap / c.run.contact_distance));
 }
 
 // Change of the ball by a collision, per parcel mass.
@@ -174,8 +185,8 @@ PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallT
   const double recoil =
       c.plan.ball == BallRole::participant ? 1.0 + physics.parcels.mass_kg / physics.ball.mass_kg : 1.0;
   const double separation_mps = dot(relative + impulse.per_mass_mps * recoil, normal);
-  if (separation_mps < c.plan.min_separation_speed_mps)
-    impulse.per_mass_mps += normal * ((c.plan.min_separation_speed_mps - separation_mps) / recoil);
+  const double least_mps = least_separation_mps(c.plan, c.run.ball_contact - distance);
+  if (separation_mps < least_mps) impulse.per_mass_mps += normal * ((least_mps - separation_mps) / recoil);
   parcel.velocity = to_float(to_double(parcel.velocity) + impulse.per_mass_mps);
   tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.run.per_impulse_unit),
                   round_to_int64(-impulse.per_mass_mps.y * c.run.per_impulse_unit),

@@ -155,6 +155,7 @@ PF_HD inline TickScale scaled(const TickScale& reference, std::uint32_t exponent
   scale.tick_s *= factor;
   scale.units_per_tick *= factor;
   scale.min_separation_speed_mps /= factor;
+  scale.separation_mps_per_unit /= factor;
   scale.reference_speed_mps /= factor;
   scale.contact_duration_ticks = static_cast<std::uint32_t>(
       (reference.contact_duration_ticks + (1ULL << exponent) - 1) >> exponent);  // zero stays zero

@@ -45,6 +45,7 @@ struct TickScale {
   double units_per_tick = 0.0;  // position units covered in a tick at 1 m/s
   double reference_speed_mps = 0.0;
   double min_separation_speed_mps = 0.0;     // normal speed after an event: no event repeats in no time
+  double separation_mps_per_unit = 0.0;      // more of it per position unit of overlap; 0: never more
   std::uint32_t contact_duration_ticks = 0;  // of the TC model; 0: off
 };
 
