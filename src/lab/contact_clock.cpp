@@ -7,13 +7,16 @@
 #include "lab/flight_case.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/study.hpp"
+#include "model/kinetic_theory.hpp"
+#include "scene/derive.hpp"
 
 namespace pf {
 namespace {
 
 using nlohmann::json;
 
-// Contact durations, shortest mean free times. The first is the measure of all others.
+// Contact durations, mean free times of parcels as fast as the fastest body. The first is the measure of all
+// others.
 constexpr double kClocks[] = {0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
 constexpr double kFlightRestitutions[] = {0.9, 0.5, 0.0};
 
@@ -30,7 +33,16 @@ json gas_point(double restitution, double clock, bool quick) {
     const json row = measure_gas(gas, steps, make_cpu_backend(1));
     runs.push_back({row.at("collisions"), row.at("energy_ratio")});
   }
-  return {{"case", "gas"}, {"restitution", restitution}, {"clock", clock}, {"runs", runs}};
+  return {{"case", "gas"},
+          {"restitution", restitution},
+          {"clock", clock},
+          {"default_clock", Settings{}.contact_clock},
+          {"runs", runs}};
+}
+
+double mean_free_time_s(const Physics& physics) {
+  return 1.0 /
+         enskog_rate_per_s(area_fraction_of(physics), physics.reference_speed_mps, physics.parcels.radius_m);
 }
 
 // Flights over the court: path and speed lost at the end, and collisions per parcel, of each seed.
@@ -39,7 +51,10 @@ json flight_point(double restitution, double clock, bool quick) {
   Settings s = court_settings({quick ? 4000 : 20000, 0.1, restitution});
   s.method = Method::exact;
   s.displacement_per_step = 0.5;
-  s.contact_clock = clock;
+  const Physics physics = derive_physics(s);
+  const double default_clock = contact_clock_s(s, physics) / mean_free_time_s(physics);
+  s.contact_clock = 0.0;
+  s.contact_clock_s = clock * mean_free_time_s(physics);
   const double launch_mps = std::hypot(s.ball_vx_mps, s.ball_vy_mps);
   const std::unique_ptr<Backend> backend = make_cpu_backend(1);
   json runs = json::array();
@@ -50,7 +65,11 @@ json flight_point(double restitution, double clock, bool quick) {
         {moved.x, moved.y, launch_mps - speed_of(flight.ball),
          2.0 * static_cast<double>(flight.totals.num_collisions) / static_cast<double>(s.num_parcels)});
   }
-  return {{"case", "flight"}, {"restitution", restitution}, {"clock", clock}, {"runs", runs}};
+  return {{"case", "flight"},
+          {"restitution", restitution},
+          {"clock", clock},
+          {"default_clock", default_clock},
+          {"runs", runs}};
 }
 
 std::vector<LabPoint> plan(const LabContext& context) {

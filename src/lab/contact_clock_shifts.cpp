@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "lab/mean_error.hpp"
-#include "scene/settings.hpp"
 
 namespace pf {
 namespace {
@@ -51,7 +50,6 @@ void add_shifts(json& row, const json& without) {
 }  // namespace
 
 void conclude_contact_clock(json& result) {
-  result["default_clock"] = Settings{}.contact_clock;
   const json points = result.at("points");
   for (json& row : result["points"]) {
     const auto without = std::find_if(points.begin(), points.end(), [&](const json& other) {

@@ -60,6 +60,11 @@ BallConstants derive_ball(const Settings& s) {
 
 double hot_speed_mps(const Settings& s) { return s.hot_radius_m > 0.0 ? s.hot_speed_mps : 0.0; }
 
+// Speed that the fastest of the parcels have on average.
+double air_speed_mps(const Settings& s) {
+  return std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), hot_speed_mps(s)});
+}
+
 Vec2d world_size_m(const Settings& s) {
   if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
   if (s.parcel_radius_m <= 0.0) {
@@ -182,8 +187,7 @@ Physics derive_physics(const Settings& s) {
   const double ball_mps =
       s.ball_present ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m
                      : 0.0;
-  physics.reference_speed_mps =
-      std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), hot_speed_mps(s), ball_mps, 1e-6});
+  physics.reference_speed_mps = std::max({air_speed_mps(s), ball_mps, 1e-6});
   check_spring(s);
   check_exact(s, physics);
   const Vec2d rounded_size = size_of(physics.world);
@@ -260,8 +264,9 @@ double spring_contact_s(const Settings& s, double dt_s) {
 double contact_clock_s(const Settings& s, const Physics& physics) {
   if (s.contact_clock_s > 0.0 || physics.parcels.num == 0) return s.contact_clock_s;
   if (s.restitution == 1.0) return 0.0;
-  return s.contact_clock /
-         enskog_rate_per_s(area_fraction_of(physics), physics.reference_speed_mps, physics.parcels.radius_m);
+  constexpr double kSlowerThanTheBall = 0.1;
+  const double speed_mps = std::max(air_speed_mps(s), kSlowerThanTheBall * physics.reference_speed_mps);
+  return s.contact_clock / enskog_rate_per_s(area_fraction_of(physics), speed_mps, physics.parcels.radius_m);
 }
 
 }  // namespace pf

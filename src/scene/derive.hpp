@@ -37,10 +37,9 @@ double displacement_of_step(const Settings& settings, const Physics& physics, co
 // Contact duration of `spring`: the setting, or 20 steps if that is 0.
 double spring_contact_s(const Settings& settings, double dt_s);
 
-// Contact duration of the TC model in `exact`, from the settings: in seconds, or as a share of the shortest
-// mean free time at the start. That is the time between collisions in a gas of this area fraction whose
-// parcels have the reference speed: their own, or the ball's if it is faster. 0 if nothing is lost in a
-// collision. physics: from the same settings.
+// Contact duration of the TC model in `exact`, from the settings: in seconds, or as a share of the mean free
+// time at the start. That is the time between collisions in a gas of this area fraction whose parcels have
+// their own speed, or a tenth of the ball's if that is more. 0 if nothing is lost in a collision. physics: from the same settings.
 double contact_clock_s(const Settings& settings, const Physics& physics);
 
 // Plans the initial positions, and owns the tables that the plan points to.

@@ -73,7 +73,7 @@ struct Settings {
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
   bool allow_unstable = false;    // `spring` may take steps beyond its stability bound
-  double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, shortest mean free times
+  double contact_clock = 1e-3;    // contact duration of the TC model in `exact`, mean free times
   double contact_clock_s = 0.0;   // the same in seconds; 0: from contact_clock
   ProfileAxis profile = ProfileAxis::off;
   std::int64_t profile_bins = 128;
