@@ -24,6 +24,8 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
       do {
         members_.template load<kBoundary>(kHasBall);
         if constexpr (kHasBall) load_ball();
+        this->list_members();
+        __syncthreads();
         solved = process_events();
         __syncthreads();
       } while (!solved && members_.absorb());

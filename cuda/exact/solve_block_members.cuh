@@ -81,6 +81,7 @@ struct BlockMembers {
   std::uint32_t attempt = 0;
   std::uint32_t num_segments = 0, num_neighbour_pairs = 0;  // in the slices at the start; of the first thread
   std::uint32_t num_events_before = 0;                      // in the attempts before
+  std::uint32_t num_listed = 0;  // members that may have lists of the attempts before
   ClusterTally tally;  // of the first warp's lanes: hits, and the largest speed; the rest of the first thread
 
   __device__ __forceinline__ bool leads() const { return threadIdx.x == 0; }
@@ -96,6 +97,7 @@ struct BlockMembers {
     attempt = counts.round * kMaxAttemptsInRound;
     tally = {};
     num_events_before = 0;
+    num_listed = 0;
     if (leads()) {
       num_segments = counts.segments;
       num_neighbour_pairs = counts.neighbour_pairs;
@@ -126,9 +128,26 @@ struct BlockMembers {
     }
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
       (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index, !has_ball);
-      forget_list(k);
+      if (k >= num_listed) forget_list(k);
     }
+    mend_lists();
+    num_listed = num();
     __syncthreads();
+  }
+
+  // Makes the lists of the attempts before good for the next one: nothing is noted, and none of the parcels
+  // that have come since is outside.
+  __device__ __forceinline__ void mend_lists() {
+    std::uint32_t* entries = &space.near[0][0];
+    for (unsigned e = threadIdx.x; e < min(num_listed, kHot) * BlockSpace::kMaxNear; e += kExactBlock) {
+      std::uint32_t entry = entries[e];
+      if (entry == kInvalidIndex) continue;
+      entry &= ~kNoted;
+      for (std::uint32_t k = num_listed; k < num(); ++k) {
+        if (memory.members[space.table[k]].index == (entry & kIndexBits)) entry = kInvalidIndex;
+      }
+      entries[e] = entry;
+    }
   }
 
   // The place of parcel i, which joins the cluster if it is free, without an event. Otherwise kInvalidIndex;

@@ -30,6 +30,23 @@ class BlockPredictions {
     for (unsigned base = 0; base < num; base += kTeams) predict(base, num);
   }
 
+  // Lists what is near the members that have no list yet, each by a team: all of them at once takes no longer
+  // than each of them before its first event.
+  __device__ __forceinline__ void list_members() {
+    if (!c_.run.physics.parcels.contacts) return;
+    const unsigned num = min(members_.num(), BlockSpace::kHot);
+    for (unsigned place = team(); place < num; place += kTeams) {
+      if (space_.num_near[place] != BlockSpace::kNotListed) continue;
+      const Subject it = subject_at(place, false);
+      if (!it.is_there) continue;
+      NearParcels near = kept_list(it);
+      const Search search = search_around(it, true);
+      Cursor cursor(step_.launch.space, search.box);
+      list_near(it, search, cursor, near);
+      if (!cursor.has_more()) keep_list(it, search, near);
+    }
+  }
+
   static constexpr std::uint16_t kNoPlace = 0xFFFF;
   static constexpr unsigned kNumChanged = BlockSpace::kNumChanged;
 
@@ -79,12 +96,16 @@ class BlockPredictions {
   __device__ __forceinline__ Subject subject_of(unsigned number, unsigned num_flagged) const {
     const std::uint32_t place = number < num_flagged ? space_.flagged[number] : kNoPlace;
     if (place == kNoPlace) return {};
+    return subject_at(place, number < kNumChanged);
+  }
+
+  __device__ __forceinline__ Subject subject_at(std::uint32_t place, bool has_changed) const {
     const Member& member = members_[place];
     return {place,
             member.index,
             member.id,
             !is_retired(member.trajectory.anchor),
-            number < kNumChanged,
+            has_changed,
             member.has_changed == kHitBall,
             member.trajectory,
             member.next_generation,
@@ -256,7 +277,7 @@ class BlockPredictions {
     Search search{};
     if (!is_wanted) return search;
     const double max_mps = c_.plan.max_speed_mps;
-    search.listed_mps = fmaxf(it.fastest_mps, fminf(2.0F * it.fastest_mps, static_cast<float>(max_mps)));
+    search.listed_mps = fmaxf(it.fastest_mps, static_cast<float>(max_mps));
     const double closing_mps = static_cast<double>(search.listed_mps) + max_mps;
     const double before = closing_mps * c_.plan.units_per_tick * window_begin_;
     const double radius = search_radius(c_, closing_mps);
