@@ -128,12 +128,12 @@ __device__ void predict_member(const StepContext& step, const Member& member,
   if (is_retired(own.anchor)) return;
   Event best;
   if (step.c.run.physics.parcels.contacts)
-    visit_collisions<kBoundary, false, 32>(
-        step, i, own, step.c.plan.max_speed_mps, near_space, [&](std::uint32_t j, std::uint32_t tick) {
-          if (tick == kNoTick) return;
-          step.keep_collision(tick, j, best);
-          if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
-        });
+    visit_collisions<kBoundary, false, 32>(step, i, own, step.c.plan.max_speed_mps, near_space,
+                                           [&](std::uint32_t j, std::uint32_t tick) {
+                                             if (tick == kNoTick) return;
+                                             step.keep_collision(tick, j, best);
+                                             if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
+                                           });
   if (leads) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
   if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
   if (leads && is_near_participant<kBoundary>(step, i)) step.memory.earliest[i / kTile] = 0;
