@@ -117,54 +117,32 @@ __device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i,
   }
 }
 
-// Predicts the next event of a member that is marked. Each parcel that it will meet learns of it, if the
-// member is on a new trajectory. A whole warp calls it.
+// Predicts the marked members of a block's slice, after all trajectories are committed, each by a team. Each
+// parcel that a changed one will meet learns of it. Members no longer belong to clusters.
 template <Boundary kBoundary>
-__device__ void predict_member(const StepContext& step, const Member& member,
-                               NearList<kExactBlock>::Space& near_space) {
-  const std::uint32_t i = member.index;
-  const bool has_changed = member.has_changed != kWasDue, leads = threadIdx.x % 32 == 0;
-  const Trajectory own = step.start_trajectory(i);
-  if (is_retired(own.anchor)) return;
-  Event best;
-  if (step.c.run.physics.parcels.contacts)
-    visit_collisions<kBoundary, false, 32>(step, i, own, step.c.plan.max_speed_mps, near_space,
-                                           [&](std::uint32_t j, std::uint32_t tick) {
-                                             if (tick == kNoTick) return;
-                                             step.keep_collision(tick, j, best);
-                                             if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
-                                           });
-  if (leads) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
-  if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
-  if (leads && is_near_participant<kBoundary>(step, i)) step.memory.earliest[i / kTile] = 0;
-}
-
-// The largest number of members of a slice. Whole warps call it.
-__device__ inline std::uint32_t most_members(const StepMemory& memory) {
-  std::uint32_t most = 0;
-  for (std::uint32_t s = threadIdx.x % 32; s < memory.num_slices; s += 32)
-    most = max(most, memory.counts[s].members);
-  return warp_max(most);
-}
-
-// Predicts the marked members of all slices, after all trajectories are committed. A large cluster has all of
-// its members in one slice, so those that follow each other there go to different blocks. Members no longer
-// belong to clusters. The grid calls it.
-template <Boundary kBoundary>
-__device__ void predict_members(const StepContext& step, NearList<kExactBlock>::Space& near_space) {
+__device__ void predict_members(const StepContext& step, std::uint32_t num_members,
+                                NearList<kExactBlock>::Space& near_space) {
   const StepMemory& memory = step.memory;
-  constexpr std::uint32_t kWarps = kExactBlock / 32;
-  const std::uint32_t most = most_members(memory);
-  for (std::uint32_t first = threadIdx.x / 32; first < most; first += kExactBlock) {
-    const std::uint32_t k = first + threadIdx.x % 32 * kWarps;
-    const std::uint32_t slice = (blockIdx.x + k) % memory.num_slices;
-    const std::uint32_t slot = slice * memory.member_capacity + k;
-    const bool is_there = k < memory.counts[slice].members;
-    if (is_there) memory.owner[memory.members[slot].index] = kInvalidIndex;
-    unsigned marked = __ballot_sync(kWholeWarp, is_there && memory.members[slot].has_changed != kUnchanged);
-    for (; marked != 0; marked &= marked - 1)
-      predict_member<kBoundary>(step, memory.members[__shfl_sync(kWholeWarp, slot, __ffs(marked) - 1)],
-                                near_space);
+  const bool leads = threadIdx.x % kLanesOfParcel == 0;
+  for (std::uint32_t k = threadIdx.x / kLanesOfParcel; k < num_members; k += kExactBlock / kLanesOfParcel) {
+    const Member& member = memory.members[blockIdx.x * memory.member_capacity + k];
+    const std::uint32_t i = member.index;
+    if (leads) memory.owner[i] = kInvalidIndex;
+    const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;
+    const Trajectory own = step.start_trajectory(i);
+    if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
+    Event best;
+    if (step.c.run.physics.parcels.contacts)
+      visit_collisions<kBoundary, false, kLanesOfParcel>(step, i, own, step.c.plan.max_speed_mps, near_space,
+                                                         [&](std::uint32_t j, std::uint32_t tick) {
+                                                           if (tick == kNoTick) return;
+                                                           step.keep_collision(tick, j, best);
+                                                           if (has_changed)
+                                                             keep_if_earlier(step, j, event_key(tick, i));
+                                                         });
+    if (leads) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
+    if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
+    if (leads && is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;
   }
 }
 

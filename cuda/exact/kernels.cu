@@ -129,18 +129,18 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
 template <Boundary kBoundary>
 __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& space, bool solved) {
   const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
-  if (threadIdx.x == 0) step.memory.counts[blockIdx.x] = {0, 0, num_members};
   const bool goes_on = step.state.window_end < step.state.plan.length;
   if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
   if (solved && goes_on) {
     cg::this_grid().sync();
     const ExactConstants c = constants_of_step(step.launch);
-    predict_members<kBoundary>({step.launch, c}, space.near);
+    predict_members<kBoundary>({step.launch, c}, num_members, space.near);
   }
   __syncthreads();
   if (threadIdx.x == 0) {
     add_slot(step.launch.slots[blockIdx.x % kNumSlots], space.tally);
     space.tally = {};
+    step.memory.counts[blockIdx.x] = {};
   }
   cg::this_grid().sync();
 }

@@ -50,7 +50,6 @@ struct BlockSpace {
   std::uint16_t flagged[kCapacity + 2];  // places of members to predict; the first two are those of the event
   Member hot[kHot];
   std::uint32_t near[kHot][kMaxNear];
-  float listed_mps[kHot];        // the lists hold for speeds up to that
   std::uint16_t num_near[kHot];  // or kNotListed
   std::uint32_t num_members, num_flagged;
   std::uint32_t other;    // cluster that stopped this one

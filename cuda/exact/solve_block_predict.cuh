@@ -39,11 +39,11 @@ class BlockPredictions {
       if (space_.num_near[place] != BlockSpace::kNotListed) continue;
       const Subject it = subject_at(place, false);
       if (!it.is_there) continue;
-      NearParcels near = kept_list(it);
+      NearParcels near{space_.piece[team()], 0, false};
       const Search search = search_around(it, true);
       Cursor cursor(step_.launch.space, search.box);
       list_near(it, search, cursor, near);
-      if (!cursor.has_more()) keep_list(it, search, near);
+      if (!cursor.has_more()) keep_list(it, near);
     }
   }
 
@@ -63,7 +63,6 @@ class BlockPredictions {
     bool just_hit = false;     // by the ball
     Trajectory now{};
     std::uint32_t next_generation = 0;
-    float fastest_mps = 0.0F;
     Vec2i here{};  // position at the step's start
   };
 
@@ -85,7 +84,6 @@ class BlockPredictions {
   struct Search {
     Vec2i at_begin;  // the subject's position at the window's start
     float radius2;   // of the circle around it
-    float listed_mps;
     SearchBox box;
   };
 
@@ -109,7 +107,6 @@ class BlockPredictions {
             member.has_changed == kHitBall,
             member.trajectory,
             member.next_generation,
-            member.fastest_mps,
             step_.start_positions()[member.index]};
   }
 
@@ -214,7 +211,7 @@ class BlockPredictions {
     }
     if (!is_whole || near.is_kept) return;
     team_barrier();
-    keep_list(it, search, near);
+    keep_list(it, near);
   }
 
   __device__ __forceinline__ Body member_to_compare(const Subject& it, std::uint32_t place) const {
@@ -262,23 +259,21 @@ class BlockPredictions {
 
   // ---- lists of parcels outside
 
-  // The list that the subject has, if it holds for its speed.
+  // The list that the subject has.
   __device__ __forceinline__ NearParcels kept_list(const Subject& it) const {
     if (!it.is_there) return {nullptr, 0, true};
-    if (it.place < BlockSpace::kHot && space_.num_near[it.place] != BlockSpace::kNotListed &&
-        it.fastest_mps <= space_.listed_mps[it.place])
+    if (it.place < BlockSpace::kHot && space_.num_near[it.place] != BlockSpace::kNotListed)
       return {space_.near[it.place], space_.num_near[it.place], true};
     return {space_.piece[team()], 0, false};
   }
 
-  // The search for the parcels that the subject may meet in the window at up to twice its largest speed so
-  // far. They lie in a circle around its position at the window's start; the box is that of MemberSearch.
+  // The search for the parcels that the subject may meet in the window, however fast it becomes: a window in
+  // which the bound on speeds is too low counts for nothing. They lie in a circle around its position at the
+  // window's start.
   __device__ __forceinline__ Search search_around(const Subject& it, bool is_wanted) const {
     Search search{};
     if (!is_wanted) return search;
-    const double max_mps = c_.plan.max_speed_mps;
-    search.listed_mps = fmaxf(it.fastest_mps, static_cast<float>(max_mps));
-    const double closing_mps = static_cast<double>(search.listed_mps) + max_mps;
+    const double closing_mps = 2.0 * c_.plan.max_speed_mps;
     const double before = closing_mps * c_.plan.units_per_tick * window_begin_;
     const double radius = search_radius(c_, closing_mps);
     search.box = box_around<kBoundary>(step_.launch.space, it.here, step_.search_reach(radius));
@@ -314,13 +309,10 @@ class BlockPredictions {
   }
 
   // Makes the parcels found the member's list.
-  __device__ __forceinline__ void keep_list(const Subject& it, const Search& search,
-                                            const NearParcels& near) {
+  __device__ __forceinline__ void keep_list(const Subject& it, const NearParcels& near) {
     if (it.place >= BlockSpace::kHot || near.num > BlockSpace::kMaxNear) return;
     if (rank() < near.num) space_.near[it.place][rank()] = near.entries[rank()];
-    if (rank() != 0) return;
-    space_.num_near[it.place] = static_cast<std::uint16_t>(near.num);
-    space_.listed_mps[it.place] = search.listed_mps;
+    if (rank() == 0) space_.num_near[it.place] = static_cast<std::uint16_t>(near.num);
   }
 
  protected:
