@@ -119,6 +119,8 @@ void CudaBackend::set_physics(const Physics& physics) {
   if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
   // Walls are a radius away: a parcel that is now beyond its limit moves farther than any step would.
   if (physics.parcels.radius_m != physics_.parcels.radius_m) sorted_ = false;
+  // `exact` keeps bounds on speeds by regions since the sort where there is a ball.
+  if (physics.ball.exists != physics_.ball.exists) sorted_ = false;
   physics_ = physics;
 }
 

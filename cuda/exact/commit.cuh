@@ -55,6 +55,8 @@ __device__ void store(const StepContext& step, const Member& member, bool step_g
   parcels.position[i] = now.anchor;
   parcels.velocity[i] = now.velocity;
   parcels.tick[i] = now.tick;
+  const float fastest2 = fmaxf(dot(now.velocity, now.velocity), member.fastest_mps * member.fastest_mps);
+  if (!is_retired(now.anchor)) raise_bound_of<kBoundary>(step, now.anchor, fastest2);
   if (parcels.last_contact_tick) parcels.last_contact_tick[i] = member.last_contact_tick;
   write_end_position<kBoundary>(step, i, now);
   if (step_goes_on)
@@ -133,7 +135,8 @@ __device__ void predict_members(const StepContext& step, std::uint32_t num_membe
     if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
     Event best;
     if (step.c.run.physics.parcels.contacts)
-      visit_collisions<kBoundary, false, kLanesOfParcel>(step, i, own, step.c.plan.max_speed_mps, near_space,
+      visit_collisions<kBoundary, false, kLanesOfParcel>(step, i, own, extent_between_windows(step, own),
+                                                         near_space,
                                                          [&](std::uint32_t j, std::uint32_t tick) {
                                                            if (tick == kNoTick) return;
                                                            step.keep_collision(tick, j, best);

@@ -52,7 +52,7 @@ __device__ void draw_current(const ExactLaunch& launch, std::uint32_t i) {
               memory.trajectories.velocity[i]);
 }
 
-template <Boundary kBoundary>
+template <Boundary kBoundary, bool kByRegion>
 __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     predict_kernel(const __grid_constant__ ExactLaunch launch) {
   __shared__ NearList<kBlock>::Space near_space;
@@ -62,7 +62,7 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
     return;
   }
   const ExactConstants c = constants_of_step(launch);
-  predict<kBoundary, true>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
+  predict<kBoundary, true, kByRegion>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
 }
 
 // Lies in the same place: nothing searches for neighbours while the ball's path is traced.
@@ -202,7 +202,7 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
     } else {
       for (std::uint32_t first = blockIdx.x * kBlock; first < launch.space.num_parcels;
            first += gridDim.x * kBlock)
-        predict<kBoundary, false>(step, first + threadIdx.x, blockIdx.x, space.near);
+        predict<kBoundary, false, true>(step, first + threadIdx.x, blockIdx.x, space.near);
     }
   }
   cg::this_grid().sync();
@@ -306,7 +306,9 @@ std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball) {
 
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream) {
   for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
-    predict_kernel<kBoundary><<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+    const auto kernel = launch.memory.region_speed2 == nullptr ? predict_kernel<kBoundary, false>
+                                                               : predict_kernel<kBoundary, true>;
+    kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
   });
   PF_LAUNCHED("predict_kernel");
 }

@@ -1,5 +1,8 @@
 #include "cuda/exact/memory.cuh"
 
+#include "cuda/check.cuh"
+#include "cuda/exact/region_grid.hpp"
+
 namespace pf::cuda {
 namespace {
 
@@ -57,11 +60,18 @@ void ExactMemory::reserve(std::uint32_t num_parcels, bool has_ball) {
   reserved_ = num_parcels;
 }
 
+std::uint32_t* ExactMemory::start_regions(const GridShape& grid, cudaStream_t stream) {
+  const std::size_t num = num_regions(grid);
+  if (num > region_speed2_.capacity()) region_speed2_ = DeviceBuffer<std::uint32_t>(num);
+  PF_CUDA(cudaMemsetAsync(region_speed2_.data(), 0, num * sizeof(std::uint32_t), stream));
+  return region_speed2_.data();
+}
+
 std::size_t ExactMemory::bytes() const {
-  return earliest_.bytes() + active_.bytes() + counts_.bytes() + representatives_.bytes() + members_.bytes() +
-         clusters_.bytes() + segments_.bytes() + neighbour_pairs_.bytes() + near_ball_.bytes() +
-         todo_.bytes() + conflicts_.bytes() + ball_segments_.bytes() + segment_causes_.bytes() +
-         ball_hits_.bytes();
+  return earliest_.bytes() + region_speed2_.bytes() + active_.bytes() + counts_.bytes() +
+         representatives_.bytes() + members_.bytes() + clusters_.bytes() + segments_.bytes() +
+         neighbour_pairs_.bytes() + near_ball_.bytes() + todo_.bytes() + conflicts_.bytes() +
+         ball_segments_.bytes() + segment_causes_.bytes() + ball_hits_.bytes();
 }
 
 Vec2i* ExactMemory::positions(const DeviceParcels& next, std::uint32_t buffer) {

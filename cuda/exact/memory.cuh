@@ -43,12 +43,16 @@ class ExactMemory {
   // ball; and the ticks of current and next.
   static constexpr double kBytesPerParcel = 44.0 + 2.0 + 2.0 + 2.0 + 1.0 + 8.0;
 
-  // The table above.
+  // Gives the regions of a grid their bounds on speeds, all 0.
+  std::uint32_t* start_regions(const GridShape& grid, cudaStream_t stream);
+
+  // The table above, and lists.
   StepMemory lay_out(const DeviceParcels& current, const DeviceParcels& next,
                      const DeviceCellSort& cell_sort) const;
   // Where positions[buffer] lies.
   static Vec2i* positions(const DeviceParcels& next, std::uint32_t buffer);
 
+  std::uint32_t* region_speed2() const { return region_speed2_.data(); }
   ExactState* state() const { return state_.data(); }
 
  private:
@@ -60,7 +64,7 @@ class ExactMemory {
   // Items in a slice.
   std::uint32_t active_capacity_ = 0, member_capacity_ = 0, segment_capacity_ = 0,
                 neighbour_pair_capacity_ = 0;
-  DeviceBuffer<std::uint32_t> earliest_, active_, representatives_, near_ball_, todo_;
+  DeviceBuffer<std::uint32_t> earliest_, region_speed2_, active_, representatives_, near_ball_, todo_;
   DeviceBuffer<SliceCounts> counts_;
   DeviceBuffer<Member> members_;
   DeviceBuffer<Cluster> clusters_;

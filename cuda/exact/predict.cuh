@@ -4,6 +4,7 @@
 
 #include "cuda/exact/ball_path.cuh"
 #include "cuda/exact/positions.cuh"
+#include "cuda/exact/region_speeds.cuh"
 
 namespace pf::cuda {
 
@@ -12,16 +13,15 @@ namespace pf::cuda {
 constexpr unsigned kLanesOfParcel = 16;
 
 // Calls visit(j, tick) for the collisions of parcel i, on its start trajectory `own`, with each other parcel.
-// fastest_mps: bound on the others' speeds. kLanes consecutive threads may share the work; each sees its
+// extent: of the search for these. kLanes consecutive threads may share the work; each sees its
 // share of the collisions.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
 __device__ void visit_collisions(const StepContext& step, std::uint32_t i, const Trajectory& own,
-                                 double fastest_mps, NearList<kExactBlock>::Space& near_space, Visit visit) {
+                                 const SearchExtent& extent, NearList<kExactBlock>::Space& near_space,
+                                 Visit visit) {
   const Vec2i* positions = step.start_positions();
   const Vec2i here = positions[i];
-  const float speed = sqrtf(dot(own.velocity, own.velocity));
-  const float radius = search_radius(step.c, speed + static_cast<float>(fastest_mps));
-  const SearchCircle circle{here, i, step.search_reach(radius), radius * radius};
+  const SearchCircle circle{here, i, extent.reach, extent.radius * extent.radius};
   const auto may_collide_with = [&](std::uint32_t j) {
     const Vec2i offset = separation<kBoundary>(step.launch.space.world, here, positions[j]);
     return may_collide(offset, step.memory.trajectories.velocity[j] - own.velocity, step.contact_distance(),
@@ -44,6 +44,12 @@ __device__ void visit_collisions(const StepContext& step, std::uint32_t i, const
   }
 }
 
+// Of the search around a parcel that is predicted anew between windows.
+__device__ inline SearchExtent extent_between_windows(const StepContext& step, const Trajectory& own) {
+  return search_extent(step, sqrtf(dot(own.velocity, own.velocity)),
+                       static_cast<float>(step.c.plan.max_speed_mps));
+}
+
 // Reports parcel i as not finite.
 __device__ inline void note_invalid(const StepContext& step, std::uint32_t i) {
   TallySlot& slot = step.launch.slots[blockIdx.x % kNumSlots];
@@ -64,7 +70,7 @@ __device__ void keep_edge_and_frozen_ball(const StepContext& step, std::uint32_t
 
 // Earliest event of parcel i. Sets speed2, (m/s)^2, to 0 if it has retired or is not finite, and writes where
 // the parcel is at the step's end if no event changes its trajectory.
-template <Boundary kBoundary, bool kReadOnly>
+template <Boundary kBoundary, bool kReadOnly, bool kByRegion>
 __device__ Event predict_event(const StepContext& step, std::uint32_t i,
                                NearList<kExactBlock>::Space& near_space, float& speed2) {
   const Trajectory own = step.start_trajectory(i);
@@ -82,10 +88,15 @@ __device__ Event predict_event(const StepContext& step, std::uint32_t i,
     return best;
   }
   write_end_position<kBoundary>(step, i, own);
-  if (step.c.run.physics.parcels.contacts)
+  if (step.c.run.physics.parcels.contacts) {
+    const float speed = sqrtf(speed2);
+    const auto fastest = static_cast<float>(step.state.progress.fastest_mps);
+    const SearchExtent extent = kByRegion ? search_extent_here<kBoundary, kReadOnly>(step, i, speed, fastest)
+                                          : search_extent(step, speed, fastest);
     visit_collisions<kBoundary, kReadOnly>(
-        step, i, own, step.state.progress.fastest_mps, near_space,
+        step, i, own, extent, near_space,
         [&](std::uint32_t j, std::uint32_t tick) { step.keep_collision(tick, j, best); });
+  }
   keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
   return best;
 }
@@ -160,7 +171,7 @@ __device__ void set_earliest(const StepContext& step, std::uint32_t i, std::uint
 }
 
 // Predicts for parcel i if there is one. Whole warps call it. kReadOnly: see search().
-template <Boundary kBoundary, bool kReadOnly>
+template <Boundary kBoundary, bool kReadOnly, bool kByRegion>
 __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t slice,
                         NearList<kExactBlock>::Space& near_space) {
   const StepMemory& memory = step.memory;
@@ -168,7 +179,7 @@ __device__ void predict(const StepContext& step, std::uint32_t i, std::uint32_t 
   std::uint32_t tick = kNoTick;
   float speed2 = 0.0F;
   if (i < step.launch.space.num_parcels) {
-    const Event event = predict_event<kBoundary, kReadOnly>(step, i, near_space, speed2);
+    const Event event = predict_event<kBoundary, kReadOnly, kByRegion>(step, i, near_space, speed2);
     is_active = hits_participant_now<kBoundary>(step, i) || event.tick < step.state.window_end;
     tick = event.tick;
     memory.events[i] = event_key(event.tick, event.partner);
@@ -214,7 +225,7 @@ __device__ Event predict_share(const StepContext& step, std::uint32_t i,
   const Trajectory own = step.start_trajectory(i);
   Event best;
   visit_collisions<kBoundary, false, kLanesOfParcel>(
-      step, i, own, step.c.plan.max_speed_mps, near_space,
+      step, i, own, extent_between_windows(step, own), near_space,
       [&](std::uint32_t j, std::uint32_t tick) { step.keep_collision(tick, j, best); });
   if (threadIdx.x % kLanesOfParcel == 0) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
   return best;

@@ -77,6 +77,7 @@ ExactLaunch CudaBackend::exact_launch(const StepRequest& request) const {
   launch.space = {physics_.world, grid_, cell_sort_.cell_start(), num_parcels_,
                   request.neighbors == Neighbors::all_pairs || needs_all_pairs(launch.run)};
   launch.memory = lay_out_exact();
+  launch.memory.region_speed2 = sorted_ && physics_.ball.exists ? exact_memory_.region_speed2() : nullptr;
   launch.state = exact_memory_.state();
   launch.step_state = state_.data();
   launch.slots = slots_.data();
@@ -150,6 +151,7 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
     cell_sort_.scatter(current_.pointers(), next_.pointers(), num_parcels_, stream_);
     std::swap(current_, next_);
     launch.memory = lay_out_exact();
+    if (physics_.ball.exists) launch.memory.region_speed2 = exact_memory_.start_regions(grid_, stream_);
     cuda::launch_locate(launch, stream_);
   }
   timer_.mark_sort(stream_);

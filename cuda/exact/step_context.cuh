@@ -109,6 +109,14 @@ struct StepContext {
     const Real reach = radius + static_cast<Real>(state.progress.max_displacement) * kAboveRoundings;
     return static_cast<std::int32_t>(reach < Real{kMaxReach} ? reach : Real{kMaxReach});
   }
+  // The same if those parcels have not been faster than speed_mps since the sort.
+  __device__ std::int32_t search_reach(float radius, float speed_mps) const {
+    constexpr float kAboveRoundings = 1.0F + 1e-5F;
+    const auto units = static_cast<float>(state.progress.units_since_sort);
+    const auto roundings = static_cast<float>(state.progress.roundings_since_sort);
+    const float reach = radius + (speed_mps * units + roundings) * kAboveRoundings;
+    return static_cast<std::int32_t>(reach < float{kMaxReach} ? reach : float{kMaxReach});
+  }
 };
 
 // A block's part of one slice, for kernels that give a slice to several blocks.

@@ -159,8 +159,10 @@ struct StepMemory {
   // At the step's start, by tracing the present trajectory back, and at its end. ExactState::current_buffer:
   // start.
   Vec2i* positions[2] = {};
-  EventKey* events = nullptr;             // kept ones
-  std::uint32_t* earliest = nullptr;      // of each tile: none but active parcels keep an earlier event
+  EventKey* events = nullptr;         // kept ones
+  std::uint32_t* earliest = nullptr;  // of each tile: none but active parcels keep an earlier event
+  std::uint32_t* region_speed2 =
+      nullptr;                            // of each region; see exact/region_speeds.cuh; null: there are none
   std::uint32_t* owner = nullptr;         // cluster, or kInvalidIndex
   std::uint32_t* member_slot = nullptr;   // of an owned or active parcel
   std::uint32_t* list_head = nullptr;     // slot of a cluster's first member, at its representative

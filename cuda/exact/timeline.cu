@@ -1,4 +1,5 @@
 // Kernels of method `exact` between steps.
+#include "cuda/exact/region_speeds.cuh"
 #include "cuda/exact/timeline.cuh"
 
 #include <algorithm>
@@ -86,12 +87,20 @@ template <Boundary kBoundary>
 __global__ void locate_kernel(const __grid_constant__ ExactLaunch launch) {
   const std::uint32_t i = parcel_of_thread();
   ExactState& state = *launch.state;
-  if (i == 0) state.progress.max_displacement = 0;
+  if (i == 0) {
+    state.progress.max_displacement = 0;
+    state.progress.units_since_sort = state.progress.roundings_since_sort = 0.0;
+  }
   if (i >= launch.space.num_parcels) return;
   ExactConstants c{launch.run, {scaled(launch.run.reference_ticks, state.progress.tick_exponent)}};
   c.plan.start = static_cast<std::uint32_t>(state.progress.now >> state.progress.tick_exponent);
-  const Trajectory trajectory = StepContext{launch, c}.start_trajectory(i);
-  launch.memory.positions[state.current_buffer][i] = position_at<kBoundary>(c, trajectory, 0);
+  const StepContext step{launch, c};
+  const Trajectory trajectory = step.start_trajectory(i);
+  const Vec2i position = position_at<kBoundary>(c, trajectory, 0);
+  launch.memory.positions[state.current_buffer][i] = position;
+  const float speed2 = dot(trajectory.velocity, trajectory.velocity);
+  if (is_retired(position) || !(speed2 < kMaxFiniteSpeed2)) return;
+  raise_bounds<kBoundary>(step, position, static_cast<std::int32_t>(kRoundingMargin), speed2);
 }
 
 __global__ void copy_positions_kernel(const __grid_constant__ ExactLaunch launch, Vec2i* out) {

@@ -13,6 +13,8 @@ struct ExactProgress {
   std::uint64_t now = 0;              // ticks of the reference speed since the reset
   std::uint32_t tick_exponent = 0;    // a tick of steps and trajectories lasts 2^tick_exponent of these
   std::int64_t max_displacement = 0;  // bound on displacements along an axis since the sort, position units
+  double units_since_sort = 0.0;      // position units that 1 m/s has covered since the sort
+  double roundings_since_sort = 0.0;  // position units
   double fastest_mps = 0.0;           // bound on the parcels' speeds now
   double raised_bound_mps = 0.0;      // after a step in which a speed exceeded the bound; 0: none
   double preferred_ticks = 0.0;       // length of a step with a preferred number of events; 0: unknown
@@ -319,7 +321,11 @@ PF_HD inline void advance_progress(const ExactConstants& c, const StepResult& re
                                    ExactProgress& progress) {
   const double after = result.fastest_after_mps, at_start = result.fastest_at_start_mps;
   const double fastest = after > progress.fastest_mps ? after : progress.fastest_mps;
-  progress.max_displacement += static_cast<std::int64_t>(fastest * c.plan.units_per_tick * c.plan.length) + 3;
+  constexpr int kRounding = 3;  // position units
+  const double units = c.plan.units_per_tick * c.plan.length;
+  progress.max_displacement += static_cast<std::int64_t>(fastest * units) + kRounding;
+  progress.units_since_sort += units;
+  progress.roundings_since_sort += kRounding;
   progress.fastest_mps = after > at_start ? after : at_start;
   progress.raised_bound_mps = 0.0;
   progress.preferred_ticks = preferred_ticks(c.run.physics, c.plan.length, result.num_events);
