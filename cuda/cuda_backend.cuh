@@ -54,9 +54,10 @@ class CudaBackend final : public Backend {
   // When the steps of a request of method `exact` end, and when they need a sort.
   struct ExactRequest {
     std::vector<cuda::ExactTimeline::End> ends;
+    std::uint32_t num_together = 1;  // steps that are taken as one
     bool searches = false;           // else nothing is ever sorted
     bool sorts_within = false;       // steps may stop on their way for a sort
-    double displacement = 0.0;       // expected in a step, position units
+    double displacement = 0.0;       // expected in these, position units
     double sort_displacement = 0.0;  // since the sort; beyond it parcels are sorted again, position units
   };
 
@@ -70,10 +71,12 @@ class CudaBackend final : public Backend {
   void check_room_for_exact(bool with_contact_ticks) const;
   cuda::ExactLaunch exact_launch(const StepRequest& request) const;
   cuda::StepMemory lay_out_exact() const;
-  std::uint32_t steps_together(const RunConstants& run, const StepRequest& request, double most) const;
+  std::uint32_t steps_together(const RunConstants& run, const StepRequest& request,
+                               double displacement) const;
   ExactRequest plan_exact(const RunConstants& run, const StepRequest& request);
   void finish_exact(StepReport& report);
   void step_exact(const ExactRequest& plan, cuda::ExactLaunch& launch);
+  static void set_ends(const ExactRequest& plan, std::size_t first, cuda::ExactLaunch& launch);
   bool exact_sort_is_due(const ExactRequest& plan) const;
   void sort_exact(cuda::ExactLaunch& launch);
   void launch_exact_stages(const cuda::ExactLaunch& launch);

@@ -183,8 +183,9 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
   const bool is_done = state.progress.now >= launch.until;
   grid.sync();
   if (grid.thread_rank() == 0) {
-    const std::uint64_t until = is_done ? launch.next_until : launch.until;
-    if (until > state.progress.now) plan_next(launch, until);
+    const std::uint64_t now = state.progress.now;
+    if (!is_done) plan_next(launch, launch.until, chord_until(launch, now));
+    if (is_done && launch.next_until > now) plan_next(launch, launch.next_until, launch.next_chord_end);
   }
   if (is_done) return false;
   grid.sync();
@@ -259,7 +260,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
     // and planning it again changes nothing.
     if (is_over(launch) && state.paused == 0 && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
         launch.next_until > state.progress.now)
-      plan_next(launch, launch.next_until);
+      plan_next(launch, launch.next_until, launch.next_chord_end);
     return;
   }
   const SlicePart part = part_of_block();
@@ -275,7 +276,8 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (threadIdx.x != 0) return;
   state.to_commit = 0;
   state.num_committed = 0;
-  if (launch.next_until > state.progress.now && state.paused == 0) plan_next(launch, launch.next_until);
+  if (launch.next_until > state.progress.now && state.paused == 0)
+    plan_next(launch, launch.next_until, launch.next_chord_end);
 }
 
 __global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_constant__ ExactLaunch launch) {

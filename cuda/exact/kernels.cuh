@@ -8,20 +8,25 @@
 
 namespace pf::cuda {
 
+constexpr std::uint32_t kMaxChords = 8;  // requested steps that are taken as one
+
 // Argument of all kernels.
 struct ExactLaunch {
   RunConstants run;
   DeviceSearch space;
   StepMemory memory;
   ExactState* state = nullptr;
-  StepState* step_state = nullptr;     // receives the request's totals and the ball
-  TallySlot* slots = nullptr;          // kNumSlots
-  DrawBuffers draw;                    // device memory; null pointers: nothing is drawn
-  bool ball_was_set = false;           // from outside, since the last request
-  bool goes_on = false;                // the last request ended within a step
-  std::uint64_t budget_ns = 0;         // of the request; 0: none
-  std::uint64_t until = 0;             // tick of the reference speed at which the step ends
-  std::uint64_t next_until = 0;        // at which the one after it ends; 0: there is none
+  StepState* step_state = nullptr;  // receives the request's totals and the ball
+  TallySlot* slots = nullptr;       // kNumSlots
+  DrawBuffers draw;                 // device memory; null pointers: nothing is drawn
+  bool ball_was_set = false;        // from outside, since the last request
+  bool goes_on = false;             // the last request ended within a step
+  std::uint64_t budget_ns = 0;      // of the request; 0: none
+  // Ticks of the reference speed at which the step ends, and the one after it; 0: there is none.
+  std::uint64_t until = 0, next_until = 0;
+  // Where a ball's chords end at the latest, ascending, up to `until`; and the first one of the step after
+  // it.
+  std::uint64_t chord_ends[kMaxChords] = {}, next_chord_end = 0;
   std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never
 };
 

@@ -24,6 +24,13 @@ constexpr double kMaxSortDisplacement = kMaxReach / 64.0;
 constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
 constexpr double kDisplacementRounding = 3.0;    // position units a step
 
+// Where there is a ball: so many contact distances may the fastest parcel move in steps that are taken
+// together, and since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole)
+// 8.6, 13.9, and 9.5, 15.0 with one step at a time; 8.8, 14.6 with three times the distance since a sort.
+// 10^7 (105 frames) 29.5, 72.8; 38.6, 80.8; 29.3, 74.5.
+constexpr double kFarthestWithBall = 3.0, kUnsortedWithBall = 1.0;
+constexpr std::uint32_t kMostChords = 4;
+
 // Steps taken together may move the fastest parcel by so much of what search circles may grow by. Gps of a
 // gas on an H200, steps of 0.035 d/c, with 2 (in square cells), 3 and 4 at a time: 10^5 1.58, 1.84, 1.93;
 // 10^6 6.3, 6.8, 6.3; 10^7 10.8, 11.1, 11.4; 10^8 11.7, 12.1, 12.4. Of a million the longest clusters set the
@@ -161,31 +168,37 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
   ++submitted_.num_sorts;
 }
 
-// Number of the request's steps to take as one. The ball's chords end with steps; without a ball only the
-// number of events matters. `most`: of them, so that search boxes hold few parcels.
+// Number of the request's steps to take as one. displacement: of the fastest parcel in one, position units.
 std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
-                                          double most) const {
+                                          double displacement) const {
   const ExactProgress& progress = host_exact_->progress;
-  if (physics_.ball.exists || progress.preferred_ticks == 0.0) return 1;
+  const auto limited = [](double num, double most) {  // `most` if num is not a number: nothing moves
+    return static_cast<std::uint32_t>(num < most ? std::max(num, 1.0) : most);
+  };
+  if (physics_.ball.exists)
+    return limited(kFarthestWithBall * run.contact_distance / displacement, kMostChords);
+  if (progress.preferred_ticks == 0.0) return 1;
+  const double most = share_of_reach(num_parcels_) * (kWidestReach - 1.0) * run.contact_distance;
   const double ticks_of_step = request.dt_s / scaled(run.reference_ticks, progress.tick_exponent).tick_s;
-  const double together = std::min({progress.preferred_ticks / ticks_of_step, most, 1e6});
-  return std::max(1U, static_cast<std::uint32_t>(std::max(together, 0.0)));
+  return limited(std::min(progress.preferred_ticks / ticks_of_step, most / displacement), 1e6);
 }
 
 CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const StepRequest& request) {
   const TickScale& ticks = run.reference_ticks;
+  const bool has_ball = physics_.ball.exists;
   ExactRequest plan;
   plan.searches = physics_.parcels.contacts && !needs_all_pairs(run) && num_parcels_ > 0;
   plan.displacement = host_exact_->progress.fastest_mps * ticks.units_per_tick * request.dt_s / ticks.tick_s;
-  const double widest = (kWidestReach - 1.0) * run.contact_distance;
-  const std::uint32_t num_together =
-      steps_together(run, request, share_of_reach(num_parcels_) * widest / plan.displacement);
-  plan.ends = exact_.plan_ends(request, num_together, ticks.tick_s);
-  plan.displacement *= num_together;
+  plan.ends = exact_.plan_ends(request, ticks.tick_s);
+  plan.num_together = steps_together(run, request, plan.displacement);
+  plan.displacement *= plan.num_together;
   // Parcels that move too far in a step are sorted again on its way; the host then waits for each part of it.
-  plan.sorts_within = plan.searches && 2.0 * plan.displacement > widest;
+  const double widest = (kWidestReach - 1.0) * run.contact_distance;
+  const double farthest = has_ball ? kFarthestWithBall * run.contact_distance : 0.5 * widest;
+  plan.sorts_within = plan.searches && plan.displacement > farthest;
+  const double unsorted = plan.sorts_within ? 0.5 * widest : widest - 2.0 * plan.displacement;
   plan.sort_displacement =
-      std::min(plan.sorts_within ? 0.5 * widest : widest - 2.0 * plan.displacement, kMaxSortDisplacement);
+      std::min(has_ball ? kUnsortedWithBall * run.contact_distance : unsorted, kMaxSortDisplacement);
   return plan;
 }
 
@@ -222,6 +235,18 @@ void CudaBackend::step_exact(const ExactRequest& plan, ExactLaunch& launch) {
            host_exact_->paused == 0);
 }
 
+// The launch takes the requested steps from the first on that are taken together.
+void CudaBackend::set_ends(const ExactRequest& plan, std::size_t first, ExactLaunch& launch) {
+  const auto& ends = plan.ends;
+  const std::size_t next = std::min(first + plan.num_together, ends.size());
+  const std::size_t after_next = std::min(next + plan.num_together, ends.size());
+  launch.until = ends[next - 1].tick;
+  launch.next_until = next < ends.size() ? ends[after_next - 1].tick : 0;
+  launch.next_chord_end = next < ends.size() ? ends[next].tick : 0;
+  for (std::size_t k = 0; k < cuda::kMaxChords; ++k)
+    launch.chord_ends[k] = ends[std::min(first + k, next - 1)].tick;
+}
+
 void CudaBackend::submit_exact(const StepRequest& request) {
   const bool has_contact_ticks = current_.last_contact_tick.capacity() > 0;
   if (exact_.active() && (request.contact_clock_s > 0.0) != has_contact_ticks) stop_exact();
@@ -238,13 +263,11 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   if (plan.sorts_within) launch.sort_displacement = static_cast<std::int64_t>(plan.sort_displacement);
 
   timer_.begin(stream_);
-  launch.until = plan.ends.empty() ? 0 : plan.ends.front().tick;
+  if (!plan.ends.empty()) set_ends(plan, 0, launch);
   cuda::launch_begin_exact_request(launch, stream_);
-  for (std::size_t k = 0; k < plan.ends.size(); ++k) {
-    const bool is_last = k + 1 == plan.ends.size();
-    launch.until = plan.ends[k].tick;
-    launch.next_until = is_last ? 0 : plan.ends[k + 1].tick;
-    launch.draw = is_last ? draw : DrawBuffers{};
+  for (std::size_t first = 0; first < plan.ends.size(); first += plan.num_together) {
+    set_ends(plan, first, launch);
+    launch.draw = launch.next_until == 0 ? draw : DrawBuffers{};
     step_exact(plan, launch);
   }
   if (request.draw) {

@@ -205,7 +205,7 @@ struct ExactState {
   // The ball's chord: a piece of its flight that is straight in the model (model/exact/epoch_plan.hpp).
   StepPlan chord;
   std::uint32_t has_chord = 0;
-  std::uint32_t chord_done = 0;  // ticks, at the step's start
+  std::int32_t chord_begin = 0;  // tick of the step
   BallSums chord_hits;           // on a frozen ball
 
   // The step's plan.

@@ -19,8 +19,7 @@ void ExactTimeline::enter(const ExactLaunch& launch, cudaStream_t stream) {
   is_mid_step_ = false;
 }
 
-const std::vector<ExactTimeline::End>& ExactTimeline::plan_ends(const StepRequest& request,
-                                                                std::uint32_t num_together, double tick_s) {
+const std::vector<ExactTimeline::End>& ExactTimeline::plan_ends(const StepRequest& request, double tick_s) {
   request_ = request;
   ends_.clear();
   if (request.num_done == 0) series_start_s_ = time_s_;
@@ -29,7 +28,7 @@ const std::vector<ExactTimeline::End>& ExactTimeline::plan_ends(const StepReques
   for (std::uint32_t k = 1; k <= request.num_steps; ++k) {
     const double end_s = series_start_s_ + (request.num_done + k) * request.dt_s;
     const auto end = static_cast<std::uint64_t>(std::llround(end_s / tick_s));
-    if ((k % num_together == 0 || k == request.num_steps) && end > last) ends_.push_back({last = end, k});
+    if (end > last) ends_.push_back({last = end, k});
   }
   return ends_;
 }

@@ -48,7 +48,8 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
   __syncthreads();
   if (threadIdx.x != 0) return;
   state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
-  if (launch.until > state.progress.now) plan_next(launch, launch.until);
+  if (launch.until > state.progress.now)
+    plan_next(launch, launch.until, chord_until(launch, state.progress.now));
 }
 
 __global__ void reset_state_kernel(ExactState* state, std::uint64_t now) {

@@ -29,12 +29,67 @@ __device__ inline bool is_solved(const ExactState& state) {
          fastest_of_all_mps(state) <= state.plan.max_speed_mps;
 }
 
+// ---- the ball's chords. Each function is called by one thread.
+
+// The tick up to which windows may reach: where the step ends, or the ball's chord.
+__device__ inline std::uint32_t end_of_windows(const ExactState& state) {
+  if (state.plan.ball != BallRole::participant) return state.plan.length;
+  return min(state.plan.length, static_cast<std::uint32_t>(state.chord_begin) + state.chord.length);
+}
+
+// Starts the chord that begins at a tick of the step, and ends at the latest at `until`.
+__device__ inline void begin_chord(const RunConstants& run, std::uint64_t until, std::uint32_t tick,
+                                   ExactState& state) {
+  ExactProgress progress = state.progress;
+  progress.now += static_cast<std::uint64_t>(tick) << progress.tick_exponent;
+  state.chord = plan_chord(run, progress, until);
+  state.chord_begin = static_cast<std::int32_t>(tick);
+  state.chord_hits = {};
+  state.ball = ball_in_step({run, state.chord}, progress);
+  state.ball.trajectory.tick += state.chord_begin;
+  state.has_chord = 1;
+}
+
+// Moves the ball to the end of its chord, a tick of the step.
+__device__ inline void end_chord(const RunConstants& run, std::uint32_t tick, ExactState& state) {
+  state.has_chord = 0;
+  if (run.physics.ball.held) return;
+  ExactProgress progress = state.progress;
+  progress.now += static_cast<std::uint64_t>(tick) << progress.tick_exponent;
+  ExactBall ball = state.ball;
+  ball.trajectory.tick -= state.chord_begin;
+  finish_ball({run, state.chord}, ball, state.chord_hits, progress);
+  state.progress.ball = progress.ball;
+  state.progress.ball_trajectory = progress.ball_trajectory;
+  state.progress.ball_trajectory_holds = progress.ball_trajectory_holds;
+}
+
+// Where a chord ends at the latest that begins at that tick of the reference speed.
+__device__ inline std::uint64_t chord_until(const ExactLaunch& launch, std::uint64_t now) {
+  for (const std::uint64_t end : launch.chord_ends) {
+    if (end > now) return end;
+  }
+  return launch.until;
+}
+
+// At a window's start within the step: the ball's next chord, if the one before has ended. Returns whether
+// the step can go on: the ball participates.
+__device__ inline bool go_on_with_chord(const ExactLaunch& launch, ExactState& state) {
+  const std::uint32_t tick = state.window_begin;
+  if (state.plan.ball != BallRole::participant || tick < end_of_windows(state)) return true;
+  end_chord(launch.run, tick, state);
+  const std::uint64_t now =
+      state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.tick_exponent);
+  begin_chord(launch.run, chord_until(launch, now), tick, state);
+  return state.chord.ball == BallRole::participant;
+}
+
 // ---- windows. Each function is called by one thread.
 
-// Plans the next window of the step: an equal part of the rest.
+// Plans the next window of the step: an equal part of what is left up to there.
 __device__ inline void plan_window(const ExactLaunch& launch) {
   ExactState& state = *launch.state;
-  const std::uint32_t left = state.plan.length - state.window_begin;
+  const std::uint32_t left = end_of_windows(state) - state.window_begin;
   const double parts = left / state.window_ticks;
   const auto num = static_cast<std::uint32_t>(parts) + (parts > 1.0 ? 1U : 0U);
   state.window_end = state.window_begin + (num <= 1 ? left : (left + num - 1) / num);
@@ -101,6 +156,7 @@ __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_comm
     if (state.plan.ball == BallRole::participant) state.ball = state.ball_at_end;
     state.window_begin = state.window_end;
     if (state.window_begin == state.plan.length) return AfterWindow::next_step;
+    if (!go_on_with_chord(launch, state)) return AfterWindow::end_step_here;
     plan_window(launch);
     return AfterWindow::next_window;
   }
@@ -120,43 +176,26 @@ __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_comm
 // ---- steps
 
 // Longest step, in epochs of a CPU: search boxes grow with it. A fast ball in a slow gas reaches it.
-constexpr double kStepInEpochs = 2.0;
+constexpr double kStepInEpochs = 2.5;
 
-// Starts the ball's next chord, which ends at the latest at `until`.
-__device__ inline void begin_chord(const RunConstants& run, std::uint64_t until, ExactState& state) {
-  state.chord = plan_chord(run, state.progress, until);
-  state.chord_done = 0;
-  state.chord_hits = {};
-  state.ball = ball_in_step({run, state.chord}, state.progress);
-  state.has_chord = 1;
-}
-
-// Moves the ball to the end of its chord, which is the end of the step.
-__device__ inline void end_chord(const RunConstants& run, ExactState& state) {
-  ExactProgress progress = state.progress;
-  ExactBall ball = state.ball;
-  ball.trajectory.tick += static_cast<std::int32_t>(state.chord.length);  // from the chord's start on
-  if (!run.physics.ball.held) finish_ball({run, state.chord}, ball, state.chord_hits, progress);
-  state.progress = progress;
-  state.has_chord = 0;
-}
-
-// Plans the next step, which ends at the latest at `until`, and its first window. Called by one thread.
-__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until) {
+// Plans the next step, which ends at the latest at `until`, the ball's next chord if it has none, and the
+// first window. Called by one thread.
+__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until, std::uint64_t chord_end) {
   const RunConstants& run = launch.run;
   ExactState& state = *launch.state;
   ExactProgress progress = state.progress;
   if (run.physics.ball.exists) {
-    if (state.has_chord == 0) begin_chord(run, until, state);
+    if (state.has_chord == 0) begin_chord(run, chord_end, 0, state);
     progress.ball.velocity_mps = state.ball.trajectory.velocity_mps;
     progress.ball.spin_radps = state.ball.trajectory.spin_radps;
   }
   StepPlan plan = plan_step(run, progress, until, state.max_ticks);
-  const double longest = kStepInEpochs * preferred_epoch_ticks({run, plan});
-  if (longest < plan.length) plan.length = longest > 1.0 ? static_cast<std::uint32_t>(longest) : 1U;
+  const double parts = plan.length / (kStepInEpochs * preferred_epoch_ticks({run, plan}));
+  if (parts > 1.0) plan.length = max(1U, static_cast<std::uint32_t>(plan.length / ceil(parts)));
   if (run.physics.ball.exists) {
     plan.ball = state.chord.ball;
-    plan.length = min(plan.length, state.chord.length - state.chord_done);
+    const std::uint32_t left = state.chord.length - static_cast<std::uint32_t>(-state.chord_begin);
+    if (plan.ball != BallRole::participant) plan.length = min(plan.length, left);
   }
   state.plan = plan;
   if (plan.ball != BallRole::absent)
@@ -192,8 +231,9 @@ __device__ inline void finish_solved(const ExactLaunch& launch, const TallySlot&
   state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
   if (c.plan.ball == BallRole::absent) return;
   state.ball.trajectory.tick -= static_cast<std::int32_t>(c.plan.length);
-  state.chord_done += c.plan.length;
-  if (state.chord_done == state.chord.length) end_chord(launch.run, state);
+  state.chord_begin -= static_cast<std::int32_t>(c.plan.length);
+  if (state.chord_begin == 0) state.has_chord = 0;  // begins with the next step, which is planned with it
+  if (static_cast<std::uint32_t>(-state.chord_begin) == state.chord.length) end_chord(launch.run, 0, state);
   launch.step_state->ball = state.progress.ball;
 }
 

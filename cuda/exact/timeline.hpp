@@ -26,13 +26,13 @@ class ExactTimeline {
   void set_now(std::uint64_t now) { now_ = now; }
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
-  // Where steps of a request end: only every num_together-th and the last. Steps shorter than a tick may have
-  // no end. tick_s: of the reference speed.
+  // Where the steps of a request end. Steps shorter than a tick may have no end. tick_s: of the reference
+  // speed.
   struct End {
     std::uint64_t tick;       // of the reference speed
     std::uint32_t num_steps;  // of the request, up to here
   };
-  const std::vector<End>& plan_ends(const StepRequest& request, std::uint32_t num_together, double tick_s);
+  const std::vector<End>& plan_ends(const StepRequest& request, double tick_s);
   // Moves the time to where the request has come: a tick of the reference speed. Returns the number of its
   // steps that are complete.
   std::uint32_t finish(std::uint64_t now);

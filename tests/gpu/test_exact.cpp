@@ -6,6 +6,7 @@
 
 #include "core/error.hpp"
 #include "gpu/gpu_scenes.hpp"
+#include "model/exact/step_plan.hpp"
 #include "support/snapshot_checks.hpp"
 
 namespace pf::test {
@@ -83,6 +84,53 @@ TEST_F(Gpu, ExactSameBitsOfALightBallInACrowd) {
       expect_same_hashes(s, 300);
     }
   }
+}
+
+// Largest mass of a ball that participates in a step, kg.
+double heaviest_participant_kg(Physics physics, const BallState& ball, double dt_s) {
+  double low_kg = 1e-6, high_kg = 1e12;
+  while (high_kg > low_kg * (1.0 + 1e-9)) {
+    const double middle_kg = std::sqrt(low_kg * high_kg);
+    physics.ball.mass_kg = middle_kg;
+    (ball_role(physics, ball, dt_s) == BallRole::participant ? low_kg : high_kg) = middle_kg;
+  }
+  return low_kg;
+}
+
+// A ball so heavy that its role changes as it slows, from one chord to the next within steps taken together.
+TEST_F(Gpu, ExactSameBitsOfABallWhoseRoleChanges) {
+  for (const bool magnus : {false, true}) {
+    Settings s = court(20000);
+    s.method = Method::exact;
+    s.magnus = magnus;
+    const SceneRun light(s, make_cpu_backend(0));
+    const double dt_s = plan_frame(s, light.physics, light.ball).dt_s;
+    s.ball_mass_kg = heaviest_participant_kg(light.physics, light.ball, dt_s) * (1.0 - 1e-5);
+    SceneRun heavy(s, make_cuda_backend(0));
+    EXPECT_EQ(ball_role(heavy.physics, heavy.ball, dt_s), BallRole::participant);
+    EXPECT_EQ(ball_role(heavy.physics, heavy.advance(200).ball, dt_s), BallRole::frozen);
+    expect_same_hashes(s, 200);
+    s.ball_held = true;
+    expect_same_hashes(s, 100);
+  }
+}
+
+TEST_F(Gpu, ExactSameBitsWhenABallComesAndGoes) {
+  const auto hashes = [](std::unique_ptr<Backend> backend) {
+    Settings s = court(20000, Boundary::walls);
+    s.method = Method::exact;
+    s.area_fraction = 0.4;
+    SceneRun run(s, std::move(backend));
+    std::vector<std::uint64_t> list;
+    for (int turn = 0; turn < 40; ++turn) {
+      run.physics.ball.exists = turn % 2 == 0;
+      run.backend->set_physics(run.physics);
+      list.push_back(run.advance(7).totals.event_hash);
+    }
+    list.push_back(run.backend->state_hash());
+    return list;
+  };
+  EXPECT_EQ(hashes(make_cuda_backend(0)), hashes(make_cpu_backend(0)));
 }
 
 TEST_F(Gpu, ExactTimesItsStages) {
