@@ -39,7 +39,6 @@ class Calendar {
     std::fill(key_.data() + begin, key_.data() + end, kNoEvent);
   }
 
-  std::size_t num_groups() const { return earliest_in_group_.size(); }
   const void* line(std::uint32_t i) const { return &key_[i]; }  // to prefetch
   std::uint32_t tick(std::uint32_t i) const { return tick_of(key_[i]); }
 
@@ -74,10 +73,16 @@ class Calendar {
   // Has a parcel found when its event is due, also after it was taken out.
   void restore(std::uint32_t i) { lower_block(i, tick(i)); }
 
+  // Appends the groups with events before tick `end`.
+  void list_due_groups(std::uint32_t end, std::vector<std::uint32_t>& groups) const {
+    for (std::uint32_t group = 0; group < earliest_in_group_.size(); ++group) {
+      if (earliest_in_group_[group] < end) groups.push_back(group);
+    }
+  }
+
   // Appends the parcels of a group whose events come before tick `end`, and takes them out: they are found
   // again once `set`, `lower` or `restore` has been called for them.
   void take_due(std::size_t group, std::uint32_t end, std::vector<std::uint32_t>& due) {
-    if (earliest_in_group_[group] >= end) return;
     constexpr std::size_t kBlocks = kGroup / kBlock;
     const std::size_t first = group * kBlocks, last = std::min(earliest_.size(), first + kBlocks);
     std::uint32_t rest = kNoTick;
@@ -123,14 +128,15 @@ class Calendar {
   std::uint32_t take_due_of_block(std::size_t block, std::uint32_t end,
                                   std::vector<std::uint32_t>& due) const {
     const std::size_t first = block * kBlock, last = std::min(key_.size(), first + kBlock);
-    std::uint32_t rest = kNoTick;
-    for (std::size_t i = first; i < last; ++i) {
+    std::uint32_t rest = kNoTick, num_due = 0;
+    std::uint32_t due_here[kBlock];
+    for (std::size_t i = first; i < last; ++i) {  // without branches, which nobody could predict
       const std::uint32_t tick = tick_of(key_[i]);
-      if (tick < end)
-        due.push_back(static_cast<std::uint32_t>(i));
-      else
-        rest = std::min(rest, tick);
+      due_here[num_due] = static_cast<std::uint32_t>(i);
+      num_due += tick < end ? 1 : 0;
+      rest = std::min(rest, tick < end ? kNoTick : tick);
     }
+    due.insert(due.end(), due_here, due_here + num_due);
     return rest;
   }
 

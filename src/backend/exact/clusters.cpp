@@ -1,5 +1,6 @@
 #include "backend/exact/clusters.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <numeric>
 #include <utility>
@@ -23,8 +24,9 @@ void connect_partners(WindowContext& window) {
   });
 }
 
-// Numbers the clusters in the order of their first active parcels, and sets owners and numbers of seeds.
-void number_clusters(EpochMemory& memory) {
+// Numbers the clusters in the order of their first active parcels, sets owners, and lists the seeds of each
+// cluster in ascending order.
+void number_alone(EpochMemory& memory) {
   memory.clusters.clear();
   for (const std::uint32_t i : memory.active) {
     const std::uint32_t root = find_root(memory.member_slot, i);
@@ -35,20 +37,73 @@ void number_clusters(EpochMemory& memory) {
     memory.owner[i] = memory.owner[root];
     ++memory.clusters[memory.owner[i]].num_seeds;
   }
-}
-
-void list_seeds(EpochMemory& memory) {
   std::uint32_t num_seeds = 0;
   for (Cluster& cluster : memory.clusters) {
     cluster.first_seed = num_seeds;
-    num_seeds += cluster.num_seeds;
-    cluster.num_seeds = 0;
+    num_seeds += std::exchange(cluster.num_seeds, 0);
   }
   memory.seeds.resize(num_seeds);
   for (const std::uint32_t i : memory.active) {
     Cluster& cluster = memory.clusters[memory.owner[i]];
     memory.seeds[cluster.first_seed + cluster.num_seeds++] = i;
   }
+}
+
+// Turns the counts that the workers hold into the first numbers of what each of them counted, one worker
+// after the other. Returns the sum.
+std::uint32_t start_numbers(std::vector<WorkerState>& workers) {
+  std::uint32_t sum = 0;
+  for (WorkerState& worker : workers) sum += std::exchange(worker.number, sum);
+  return sum;
+}
+
+// The same by all threads, which takes more work. A cluster's root is its first active parcel: active parcels
+// ascend, and their partners are active, too.
+void number_together(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  const auto for_each_active = [&](const auto& visit) {
+    for_each_item(window, memory.active.size(), [&](WorkerState& worker, std::size_t k) {
+      visit(worker, memory.active[k], find_root(memory.member_slot, memory.active[k]));
+    });
+  };
+  for (WorkerState& worker : memory.workers) worker.number = 0;
+  for_each_active([](WorkerState& worker, std::uint32_t i, std::uint32_t root) {
+    if (i == root) ++worker.number;
+  });
+  memory.clusters.resize(start_numbers(memory.workers));
+  for_each_active([&](WorkerState& worker, std::uint32_t i, std::uint32_t root) {
+    if (i != root) return;
+    memory.clusters[worker.number] = {};
+    memory.owner[i] = worker.number++;
+  });
+  for_each_active([&](WorkerState&, std::uint32_t i, std::uint32_t root) {
+    if (i != root) memory.owner[i] = memory.owner[root];
+    AtomicIndex(memory.clusters[memory.owner[root]].num_seeds).fetch_add(1, std::memory_order_relaxed);
+  });
+}
+
+void list_seeds_together(WindowContext& window) {
+  EpochMemory& memory = window.memory;
+  const auto for_each_cluster = [&](const auto& visit) {
+    for_each_item(window, memory.clusters.size(),
+                  [&](WorkerState& worker, std::size_t k) { visit(worker, memory.clusters[k]); });
+  };
+  for (WorkerState& worker : memory.workers) worker.number = 0;
+  for_each_cluster([](WorkerState& worker, const Cluster& cluster) { worker.number += cluster.num_seeds; });
+  memory.seeds.resize(start_numbers(memory.workers));
+  for_each_cluster([](WorkerState& worker, Cluster& cluster) {
+    cluster.first_seed = worker.number;
+    worker.number += std::exchange(cluster.num_seeds, 0);
+  });
+  for_each_item(window, memory.active.size(), [&](WorkerState&, std::size_t k) {
+    Cluster& cluster = memory.clusters[memory.owner[memory.active[k]]];
+    const std::uint32_t rank = AtomicIndex(cluster.num_seeds).fetch_add(1, std::memory_order_relaxed);
+    memory.seeds[cluster.first_seed + rank] = memory.active[k];
+  });
+  for_each_cluster([&](WorkerState&, const Cluster& cluster) {
+    const auto first = memory.seeds.begin() + cluster.first_seed;
+    std::sort(first, first + cluster.num_seeds);
+  });
 }
 
 void add_ball_cluster(WindowContext& window) {
@@ -86,8 +141,13 @@ void union_sets(std::vector<std::uint32_t>& parent, std::uint32_t a, std::uint32
 void form_clusters(WindowContext& window) {
   EpochMemory& memory = window.memory;
   connect_partners(window);
-  number_clusters(memory);
-  list_seeds(memory);
+  constexpr std::size_t kMinTogether = 2048;
+  if (window.team.size() == 1 || memory.active.size() < kMinTogether) {
+    number_alone(memory);
+  } else {
+    number_together(window);
+    list_seeds_together(window);
+  }
   add_ball_cluster(window);
   memory.todo.resize(memory.clusters.size());
   std::iota(memory.todo.begin(), memory.todo.end(), 0U);

@@ -11,11 +11,13 @@ namespace pf {
 // With fewer items than this the calling thread works alone: waking the others would cost more.
 constexpr std::size_t kMinSharedItems = 256;
 
-// Calls visit(worker, item) for the items 0 .. num - 1.
+// Calls visit(worker, item) for the items 0 .. num - 1. Shares are contiguous and in the order of workers.
+// With fewer than min_shared the calling thread works alone.
 template <class Visit>
-void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
+void for_each_item(WindowContext& window, std::size_t num, const Visit& visit,
+                   std::size_t min_shared = kMinSharedItems) {
   std::vector<WorkerState>& workers = window.memory.workers;
-  if (num < kMinSharedItems) {
+  if (num < min_shared) {
     for (std::size_t k = 0; k < num; ++k) visit(workers[0], k);
     return;
   }

@@ -85,19 +85,12 @@ bool collides_with_ball(const WindowContext& window, std::uint32_t i) {
          });
 }
 
-// A pair is found again after each of its events.
-void keep_different(std::vector<IndexPair>& pairs) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-}
-
 template <Boundary kBoundary>
 void find_parcel_conflicts(WindowContext& window) {
   const EpochMemory& memory = window.memory;
   std::size_t num_pairs = 0;
   for (const WorkerState& worker : memory.workers) num_pairs += worker.neighbour_pairs.size();
   for_each_worker(window, num_pairs, [&](WorkerState& worker) {
-    keep_different(worker.neighbour_pairs);
     for (const auto& [i, j] : worker.neighbour_pairs) {
       const std::uint32_t a = memory.owner[i], b = memory.owner[j];
       if (a != b && memory.clusters[b].is_solved && trajectories_collide<kBoundary>(window, i, j))

@@ -9,21 +9,24 @@
 namespace pf {
 namespace {
 
-constexpr std::size_t kMinSharedGroups = 32;
+// With fewer groups than this in which something is due the calling thread lists it alone.
+constexpr std::size_t kMinSharedGroups = 8;
 
 void list_due(WindowContext& window) {
   EpochMemory& memory = window.memory;
   Calendar& calendar = memory.calendar;
   memory.due.clear();
-  const std::size_t num_groups = calendar.num_groups();
+  memory.due_groups.clear();
+  calendar.list_due_groups(window.end, memory.due_groups);
+  const std::size_t num_groups = memory.due_groups.size();
   if (num_groups < kMinSharedGroups) {
-    for (std::size_t g = 0; g < num_groups; ++g) calendar.take_due(g, window.end, memory.due);
+    for (const std::uint32_t group : memory.due_groups) calendar.take_due(group, window.end, memory.due);
     return;
   }
   window.team.run([&](unsigned thread) {
     const auto [first, last] = window.team.share(thread, num_groups);
-    for (std::size_t g = first; g < last; ++g)
-      calendar.take_due(g, window.end, memory.workers[thread].selected);
+    for (std::size_t k = first; k < last; ++k)
+      calendar.take_due(memory.due_groups[k], window.end, memory.workers[thread].selected);
   });
   for (WorkerState& worker : memory.workers) {
     memory.due.insert(memory.due.end(), worker.selected.begin(), worker.selected.end());

@@ -30,11 +30,22 @@ class ClusterSolver : ClusterMembers {
     cluster_.is_solved = process_events();
     cluster_.num_members = static_cast<std::uint32_t>(worker_.members.size()) - cluster_.first_member;
     cluster_.num_notes = static_cast<std::uint32_t>(worker_.notes.size()) - cluster_.first_note;
-    if (!cluster_.is_solved) worker_.neighbour_pairs.resize(num_neighbour_pairs);
+    if (!cluster_.is_solved)
+      worker_.neighbour_pairs.resize(num_neighbour_pairs);
+    else if (cluster_.num_events > 1)
+      drop_repeated_pairs(num_neighbour_pairs);
   }
 
  private:
   static constexpr std::uint32_t kMostEvents = 100000;  // whatever their ticks
+
+  // A pair of neighbours is found again after each event of its member. first: of the cluster's pairs.
+  void drop_repeated_pairs(std::size_t first) {
+    std::vector<IndexPair>& pairs = worker_.neighbour_pairs;
+    const auto begin = pairs.begin() + static_cast<std::ptrdiff_t>(first);
+    std::sort(begin, pairs.end());
+    pairs.erase(std::unique(begin, pairs.end()), pairs.end());
+  }
 
   // Returns false at a conflict. With too many events it stops before the next tick as if it had finished;
   // the window is then cut there. With far too many the window is discarded.

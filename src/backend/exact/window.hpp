@@ -146,6 +146,7 @@ struct WorkerState {
   std::vector<PredictedCollision> collisions;
   std::vector<std::uint32_t> selected;  // parcels for a list that all threads contribute to
   std::vector<std::uint32_t> stale;
+  std::uint32_t number = 0;  // a count of the thread's items, or the number of the next of them
   EventQueue queue;
   std::vector<Member> members;  // of all clusters that the thread solved
   std::vector<TrajectorySegment> segments;
@@ -176,7 +177,8 @@ struct EpochMemory {
   std::vector<std::uint32_t> member_slot;  // n; of an owned parcel in its worker's members
   std::vector<std::uint32_t> near_ball;    // parcels that may hit the ball in the epoch
   std::vector<std::uint32_t> on_path;      // those near the straight path that it has if nothing hits it
-  std::vector<std::uint32_t> due;          // parcels whose kept event lies in the window
+  std::vector<std::uint32_t> due_groups;   // of the calendar, where a kept event lies in the window
+  std::vector<std::uint32_t> due;          // parcels whose kept event does
   std::vector<std::uint32_t> active;       // those whose next event does
   std::vector<std::uint32_t> seeds;        // parcels that clusters start from
   std::vector<Cluster> clusters;
