@@ -87,9 +87,20 @@ class Calendar {
   void take_due(std::size_t group, std::uint32_t end, std::vector<std::uint32_t>& due) {
     constexpr std::size_t kBlocks = kGroup / kBlock;
     const std::size_t first = group * kBlocks, last = std::min(earliest_.size(), first + kBlocks);
-    std::uint32_t rest = kNoTick;
+    std::uint32_t rest = kNoTick, num_due = 0;
+    std::size_t due_blocks[kBlocks];
     for (std::size_t block = first; block < last; ++block) {
-      if (earliest_[block] < end) earliest_[block] = take_due_of_block(block, end, due);
+      if (earliest_[block] >= end) {
+        rest = std::min(rest, earliest_[block]);
+        continue;
+      }
+      due_blocks[num_due++] = block;
+      const std::size_t block_end = std::min(key_.size(), (block + 1) * kBlock);
+      for (std::size_t i = block * kBlock; i < block_end; i += kKeysOfLine) __builtin_prefetch(&key_[i]);
+    }
+    for (std::uint32_t k = 0; k < num_due; ++k) {
+      const std::size_t block = due_blocks[k];
+      earliest_[block] = take_due_of_block(block, end, due);
       rest = std::min(rest, earliest_[block]);
     }
     earliest_in_group_[group] = rest;
@@ -107,6 +118,8 @@ class Calendar {
   }
 
  private:
+  static constexpr std::size_t kKeysOfLine = 8;  // of the cache
+
   // An event as one word: tick and partner.
   static constexpr std::uint64_t kNoEvent = ~0ULL;
   static std::uint64_t key_of(std::uint32_t tick, std::uint32_t partner) {
