@@ -8,7 +8,7 @@
 
 namespace pf::cuda {
 
-constexpr std::uint32_t kMaxChords = 8;  // requested steps that are taken as one
+constexpr std::uint32_t kMaxChords = 4;  // requested steps that are taken as one where there is a ball
 
 // Argument of all kernels.
 struct ExactLaunch {

@@ -29,7 +29,6 @@ constexpr double kDisplacementRounding = 3.0;    // position units a step
 // 8.6, 13.9, and 9.5, 15.0 with one step at a time; 8.8, 14.6 with three times the distance since a sort.
 // 10^7 (105 frames) 29.5, 72.8; 38.6, 80.8; 29.3, 74.5.
 constexpr double kFarthestWithBall = 3.0, kUnsortedWithBall = 1.0;
-constexpr std::uint32_t kMostChords = 4;
 
 // Steps taken together may move the fastest parcel by so much of what search circles may grow by. Gps of a
 // gas on an H200, steps of 0.035 d/c, with 2 (in square cells), 3 and 4 at a time: 10^5 1.58, 1.84, 1.93;
@@ -176,7 +175,7 @@ std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepReq
     return static_cast<std::uint32_t>(num < most ? std::max(num, 1.0) : most);
   };
   if (physics_.ball.exists)
-    return limited(kFarthestWithBall * run.contact_distance / displacement, kMostChords);
+    return limited(kFarthestWithBall * run.contact_distance / displacement, cuda::kMaxChords);
   if (progress.preferred_ticks == 0.0) return 1;
   const double most = share_of_reach(num_parcels_) * (kWidestReach - 1.0) * run.contact_distance;
   const double ticks_of_step = request.dt_s / scaled(run.reference_ticks, progress.tick_exponent).tick_s;

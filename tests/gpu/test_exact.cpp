@@ -115,6 +115,7 @@ TEST_F(Gpu, ExactSameBitsOfABallWhoseRoleChanges) {
   }
 }
 
+// Parcels that a fast ball has hit spread while it is away, when no bounds on speeds of regions are kept.
 TEST_F(Gpu, ExactSameBitsWhenABallComesAndGoes) {
   const auto hashes = [](std::unique_ptr<Backend> backend) {
     Settings s = court(20000, Boundary::walls);

@@ -57,8 +57,8 @@ std::uint32_t start_numbers(std::vector<WorkerState>& workers) {
   return sum;
 }
 
-// The same by all threads, which takes more work. A cluster's root is its first active parcel: active parcels
-// ascend, and their partners are active, too.
+// Numbers the clusters as number_alone() does, by all threads, which takes more work in all. A cluster's root
+// is its first active parcel: active parcels ascend, and their partners are active, too.
 void number_together(WindowContext& window) {
   EpochMemory& memory = window.memory;
   const auto for_each_active = [&](const auto& visit) {
@@ -82,6 +82,7 @@ void number_together(WindowContext& window) {
   });
 }
 
+// Lists the seeds as number_alone() does.
 void list_seeds_together(WindowContext& window) {
   EpochMemory& memory = window.memory;
   const auto for_each_cluster = [&](const auto& visit) {

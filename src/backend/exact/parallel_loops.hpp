@@ -12,12 +12,10 @@ namespace pf {
 constexpr std::size_t kMinSharedItems = 256;
 
 // Calls visit(worker, item) for the items 0 .. num - 1. Shares are contiguous and in the order of workers.
-// With fewer than min_shared the calling thread works alone.
 template <class Visit>
-void for_each_item(WindowContext& window, std::size_t num, const Visit& visit,
-                   std::size_t min_shared = kMinSharedItems) {
+void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
   std::vector<WorkerState>& workers = window.memory.workers;
-  if (num < min_shared) {
+  if (num < kMinSharedItems) {
     for (std::size_t k = 0; k < num; ++k) visit(workers[0], k);
     return;
   }
