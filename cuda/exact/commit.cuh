@@ -120,29 +120,33 @@ __device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i,
 }
 
 // Predicts the marked members of a block's slice, after all trajectories are committed, each by a team. Each
-// parcel that a changed one will meet learns of it. Members no longer belong to clusters.
+// parcel that a changed one will meet learns of it. Members no longer belong to clusters. The block's warps
+// from first_warp on call it.
 template <Boundary kBoundary>
-__device__ void predict_members(const StepContext& step, std::uint32_t num_members,
+__device__ void predict_members(const StepContext& step, std::uint32_t num_members, unsigned first_warp,
                                 NearList<kExactBlock>::Space& near_space) {
+  constexpr unsigned kTeamsOfWarp = 32 / kLanesOfParcel;
   const StepMemory& memory = step.memory;
   const bool leads = threadIdx.x % kLanesOfParcel == 0;
-  for (std::uint32_t k = threadIdx.x / kLanesOfParcel; k < num_members; k += kExactBlock / kLanesOfParcel) {
-    const Member& member = memory.members[blockIdx.x * memory.member_capacity + k];
+  const unsigned team = threadIdx.x % 32 / kLanesOfParcel, num_warps = kExactBlock / 32 - first_warp;
+  for (std::uint32_t base = (threadIdx.x / 32 - first_warp) * kTeamsOfWarp; base < num_members;
+       base += num_warps * kTeamsOfWarp) {
+    const bool is_member = base + team < num_members;
+    const Member& member =
+        memory.members[blockIdx.x * memory.member_capacity + (is_member ? base + team : base)];
     const std::uint32_t i = member.index;
     if (leads) memory.owner[i] = kInvalidIndex;
     const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;
     const Trajectory own = step.start_trajectory(i);
-    if (member.has_changed == kUnchanged || is_retired(own.anchor)) continue;
+    const bool is_wanted = is_member && member.has_changed != kUnchanged && !is_retired(own.anchor);
     Event best;
-    if (step.c.run.physics.parcels.contacts)
-      visit_collisions<kBoundary, false, kLanesOfParcel>(step, i, own, extent_between_windows(step, own),
-                                                         near_space,
-                                                         [&](std::uint32_t j, std::uint32_t tick) {
-                                                           if (tick == kNoTick) return;
-                                                           step.keep_collision(tick, j, best);
-                                                           if (has_changed)
-                                                             keep_if_earlier(step, j, event_key(tick, i));
-                                                         });
+    visit_collisions_by_teams<kBoundary>(step, is_wanted && step.c.run.physics.parcels.contacts, i, own,
+                                         near_space, [&](std::uint32_t j, std::uint32_t tick) {
+                                           if (tick == kNoTick) return;
+                                           step.keep_collision(tick, j, best);
+                                           if (has_changed) keep_if_earlier(step, j, event_key(tick, i));
+                                         });
+    if (!is_wanted) continue;
     if (leads) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
     if (best.tick != kNoTick) keep_if_earlier(step, i, event_key(best.tick, best.partner));
     if (leads && is_near_participant<kBoundary>(step, i)) memory.earliest[i / kTile] = 0;

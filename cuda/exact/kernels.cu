@@ -30,6 +30,8 @@ constexpr std::uint32_t kManyParcels = 4'000'000;
 constexpr unsigned kMaxPartsOfSlice = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30.
 constexpr unsigned kLanesOfPair = 2;
+// In a later window of a step a block has a dozen pairs, and the rest of the grid waits.
+constexpr unsigned kLanesOfPairInWindow = 8;
 
 unsigned blocks_for(std::uint32_t n) { return std::max(1U, (n + kBlock - 1) / kBlock); }
 
@@ -125,16 +127,22 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
   return is_solved(step.state);
 }
 
-// State COMMIT.
+// State COMMIT. Returns whether the window is over: if the step goes on, the first warp of all ends it while
+// others predict, for which nothing matters that changes then.
 template <Boundary kBoundary>
-__device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& space, bool solved) {
+__device__ __forceinline__ bool run_commit(const StepContext& step, SolveSpace& space, bool solved) {
   const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
   const bool goes_on = step.state.window_end < step.state.plan.length;
   if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
   if (solved && goes_on) {
     cg::this_grid().sync();
     const ExactConstants c = constants_of_step(step.launch);
-    predict_members<kBoundary>({step.launch, c}, num_members, space.near);
+    const unsigned first_warp = blockIdx.x == 0 ? 1 : 0;
+    if (threadIdx.x / 32 < first_warp) {
+      finish_window(step.launch, true);
+    } else {
+      predict_members<kBoundary>({step.launch, c}, num_members, first_warp, space.near);
+    }
   }
   __syncthreads();
   if (threadIdx.x == 0) {
@@ -143,6 +151,7 @@ __device__ __forceinline__ void run_commit(const StepContext& step, SolveSpace& 
     step.memory.counts[blockIdx.x] = {};
   }
   cg::this_grid().sync();
+  return solved && goes_on;
 }
 
 // Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.
@@ -153,16 +162,19 @@ __device__ inline void release_all(const ExactLaunch& launch, std::uint32_t rank
   }
 }
 
-// State END. Returns whether the kernel goes on with another window.
+// State END. has_ended: the window has been ended. Returns whether the kernel goes on with another window.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, AfterWindow& after) {
+__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, bool has_ended,
+                                        AfterWindow& after) {
   const cg::grid_group grid = cg::this_grid();
   const auto rank = static_cast<std::uint32_t>(grid.thread_rank());
   const auto num_threads = static_cast<std::uint32_t>(grid.size());
   const bool is_first_warp = rank < kNumSlots;
   ExactState& state = *launch.state;
-  if (is_first_warp) finish_window(launch, solved);
-  grid.sync();
+  if (!has_ended) {
+    if (is_first_warp) finish_window(launch, solved);
+    grid.sync();
+  }
   after = state.after_window;
   if (after == AfterWindow::stop) return false;
   if (after == AfterWindow::next_window) return true;
@@ -209,7 +221,7 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
   cg::this_grid().sync();
   const ExactConstants c = constants_of_window(launch);
   if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, path_hits(space.near));
-  solve_pairs<kBoundary, false, kLanesOfPair>({launch, c}, {blockIdx.x}, space.pairs, space.near);
+  solve_pairs<kBoundary, false, kLanesOfPairInWindow>({launch, c}, {blockIdx.x}, space.pairs, space.near);
   cg::this_grid().sync();
 }
 
@@ -230,9 +242,9 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
       if (blockIdx.x == 0 && threadIdx.x == 0) step.state.to_commit = 1;
       return;
     }
-    run_commit<kBoundary>(step, space, solved);
+    const bool has_ended = run_commit<kBoundary>(step, space, solved);
     AfterWindow after;
-    if (!run_end<kBoundary>(launch, solved, after)) return;
+    if (!run_end<kBoundary>(launch, solved, has_ended, after)) return;
     const bool same_step = after == AfterWindow::next_window || after == AfterWindow::retry_window;
     run_start<kBoundary>(launch, same_step, space);
   }

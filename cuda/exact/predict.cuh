@@ -13,9 +13,8 @@ namespace pf::cuda {
 constexpr unsigned kLanesOfParcel = 16;
 
 // Calls visit(j, tick) for the collisions of parcel i, on its start trajectory `own`, with each other parcel.
-// extent: of the search for these. kLanes consecutive threads may share the work; each sees its
-// share of the collisions.
-template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
+// extent: of the search for these.
+template <Boundary kBoundary, bool kReadOnly, class Visit>
 __device__ void visit_collisions(const StepContext& step, std::uint32_t i, const Trajectory& own,
                                  const SearchExtent& extent, NearList<kExactBlock>::Space& near_space,
                                  Visit visit) {
@@ -32,22 +31,60 @@ __device__ void visit_collisions(const StepContext& step, std::uint32_t i, const
     if (!is_retired(other.anchor)) visit(j, collision_tick<kBoundary>(step.c, own, other));
   };
   NearList<kExactBlock> near{near_space};
-  search<kBoundary, kReadOnly, kLanes>(step.launch.space, positions, circle,
-                                       [&](std::uint32_t j) { near.push(j); });
+  search<kBoundary, kReadOnly>(step.launch.space, positions, circle, [&](std::uint32_t j) { near.push(j); });
   if (near.holds_all()) {
     near.keep_if(may_collide_with);
     for (unsigned k = 0; k < near.num; ++k) keep(near[k]);
   } else {  // a crowd: search again, testing on the way
-    search<kBoundary, kReadOnly, kLanes>(step.launch.space, positions, circle, [&](std::uint32_t j) {
+    search<kBoundary, kReadOnly>(step.launch.space, positions, circle, [&](std::uint32_t j) {
       if (may_collide_with(j)) keep(j);
     });
   }
 }
 
-// Of the search around a parcel that is predicted anew between windows.
-__device__ inline SearchExtent extent_between_windows(const StepContext& step, const Trajectory& own) {
-  return search_extent(step, sqrtf(dot(own.velocity, own.velocity)),
-                       static_cast<float>(step.c.plan.max_speed_mps));
+// The same for parcels that are predicted anew between windows, one by each team. is_there: the team has
+// one. Each thread sees its share of the collisions. Whole warps call it.
+template <Boundary kBoundary, class Visit>
+__device__ void visit_collisions_by_teams(const StepContext& step, bool is_there, std::uint32_t i,
+                                          const Trajectory& own, NearList<kExactBlock>::Space& near_space,
+                                          Visit visit) {
+  constexpr unsigned kAhead = 2;
+  const DeviceSearch& space = step.launch.space;
+  const Vec2i* positions = step.start_positions();
+  const Vec2i here = positions[i];
+  const SearchExtent extent = search_extent(step, sqrtf(dot(own.velocity, own.velocity)),
+                                            static_cast<float>(step.c.plan.max_speed_mps));
+  NearList<kExactBlock> near{near_space};
+  const auto compare_all = [&] {
+    for (unsigned k = 0; k < near.num; ++k) {
+      const Trajectory other = step.start_trajectory(near[k]);
+      if (!is_retired(other.anchor)) visit(near[k], collision_tick<kBoundary>(step.c, own, other));
+    }
+    near.num = 0;
+  };
+  SearchBox box{};
+  if (is_there) box = box_around<kBoundary>(space, here, extent.reach);
+  for (CandidateCursor<kLanesOfParcel, kAhead> cursor(space, box); cursor.has_more();) {
+    std::uint32_t candidates[kAhead];
+    Vec2i there[kAhead];
+    Vec2f velocity[kAhead];
+    cursor.next(candidates);
+    for (unsigned u = 0; u < kAhead; ++u) {
+      const std::uint32_t j = min(candidates[u], space.num_parcels - 1);
+      there[u] = positions[j];
+      velocity[u] = step.memory.trajectories.velocity[j];
+    }
+    for (unsigned u = 0; u < kAhead; ++u) {
+      const Vec2i offset = separation<kBoundary>(space.world, here, there[u]);
+      const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
+      if (candidates[u] != kInvalidIndex && candidates[u] != i &&
+          x * x + y * y < extent.radius * extent.radius &&
+          may_collide(offset, velocity[u] - own.velocity, step.contact_distance(), step.units_in_step()))
+        near.push(candidates[u]);
+    }
+    if (near.num + kAhead > NearList<kExactBlock>::kMax) compare_all();
+  }
+  compare_all();
 }
 
 // Reports parcel i as not finite.
@@ -218,16 +255,16 @@ __device__ __forceinline__ Event first_of_team(Event event) {
   return event;
 }
 
-// The part of a thread of its team in the prediction of parcel i.
+// The part of a thread of its team in the prediction of parcel i, if the team has one. Whole warps call it.
 template <Boundary kBoundary>
-__device__ Event predict_share(const StepContext& step, std::uint32_t i,
+__device__ Event predict_share(const StepContext& step, bool is_there, std::uint32_t i,
                                NearList<kExactBlock>::Space& near_space) {
   const Trajectory own = step.start_trajectory(i);
   Event best;
-  visit_collisions<kBoundary, false, kLanesOfParcel>(
-      step, i, own, extent_between_windows(step, own), near_space,
+  visit_collisions_by_teams<kBoundary>(
+      step, is_there, i, own, near_space,
       [&](std::uint32_t j, std::uint32_t tick) { step.keep_collision(tick, j, best); });
-  if (threadIdx.x % kLanesOfParcel == 0) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
+  if (is_there && threadIdx.x % kLanesOfParcel == 0) keep_edge_and_frozen_ball<kBoundary>(step, i, own, best);
   return best;
 }
 
@@ -246,9 +283,9 @@ __device__ EventKey predict_anew(const StepContext& step, std::uint32_t tile, bo
     for (unsigned team = 0; team < kNumTeams && wanted != 0; ++team, wanted &= wanted - 1) {
       if (team == lane / kLanesOfParcel) subject = tile * kTile + (__ffs(wanted) - 1);
     }
-    Event best;
-    if (subject != kInvalidIndex) best = predict_share<kBoundary>(step, subject, near_space);
-    best = first_of_team(best);
+    const bool is_there = subject != kInvalidIndex;
+    const Event best =
+        first_of_team(predict_share<kBoundary>(step, is_there, is_there ? subject : 0, near_space));
     const EventKey found = event_key(best.tick, best.partner);
     const EventKey of_rank = __shfl_sync(kWholeWarp, found, rank * kLanesOfParcel % 32);
     if (is_wanted && rank < kNumTeams) result = of_rank;
