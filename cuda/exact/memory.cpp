@@ -13,7 +13,7 @@ constexpr std::uint32_t kSegmentShare = 16;       // segments, between two event
 constexpr std::uint32_t kNeighbourPairShare = 8;  // neighbours in two clusters
 // Room in common lists.
 constexpr std::uint32_t kCommonShare = 16;
-constexpr std::uint32_t kNearBallShare = 4;
+constexpr std::uint32_t kNearBallShare = 16;
 constexpr std::uint32_t kMinCommon = 16384;
 constexpr std::uint32_t kMaxBallHits = 16384;  // of all solutions of a window
 
