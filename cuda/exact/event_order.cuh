@@ -18,31 +18,37 @@ __device__ __forceinline__ bool comes_before(const OrderedEvent& p, const Ordere
   return p.high_id != q.high_id ? p.high_id < q.high_id : p.place < q.place;
 }
 
-// First of the events of a warp's lanes, in all of them. Mostly one has it, or the two partners of one event.
-__device__ __forceinline__ OrderedEvent first_of_warp(const OrderedEvent& event) {
+// The lane of a warp whose event comes first, or 32. Mostly one has it, or the two partners of one event.
+__device__ __forceinline__ unsigned first_lane(const OrderedEvent& event) {
   const std::uint32_t tick = warp_min(event.tick);
-  if (tick == kNoTick) return {};
+  if (tick == kNoTick) return 32;
   bool among = event.tick == tick;
   const auto of = [](std::uint32_t value, unsigned lane) { return __shfl_sync(kWholeWarp, value, lane); };
   const auto first_among = [&] { return __ffs(__ballot_sync(kWholeWarp, among)) - 1; };
   // All lanes take part in each exchange, so none of them stands behind a condition.
-  unsigned first = first_among();
+  const unsigned first = first_among();
   const std::uint32_t first_generation = of(event.generation, first);
   const std::uint32_t first_low = of(event.low_id, first), first_high = of(event.high_id, first);
   const bool differs =
       event.generation != first_generation || event.low_id != first_low || event.high_id != first_high;
-  if (__any_sync(kWholeWarp, among && differs)) {
-    const auto keep_lowest = [&](std::uint32_t value) {
-      const std::uint32_t lowest = warp_min(among ? value : kNoTick);
-      among = among && value == lowest;
-    };
-    keep_lowest(event.generation);
-    keep_lowest(event.low_id);
-    keep_lowest(event.high_id);
-    first = first_among();
-  }
-  return {tick, of(event.generation, first), of(event.low_id, first), of(event.high_id, first),
-          of(event.place, first)};
+  if (!__any_sync(kWholeWarp, among && differs)) return first;
+  const auto keep_lowest = [&](std::uint32_t value) {
+    const std::uint32_t lowest = warp_min(among ? value : kNoTick);
+    among = among && value == lowest;
+  };
+  keep_lowest(event.generation);
+  keep_lowest(event.low_id);
+  keep_lowest(event.high_id);
+  return first_among();
+}
+
+// First of the events of a warp's lanes, in all of them.
+__device__ __forceinline__ OrderedEvent first_of_warp(const OrderedEvent& event) {
+  const unsigned lane = first_lane(event);
+  if (lane == 32) return {};
+  const auto of_lane = [&](std::uint32_t value) { return __shfl_sync(kWholeWarp, value, lane); };
+  return {of_lane(event.tick), of_lane(event.generation), of_lane(event.low_id), of_lane(event.high_id),
+          of_lane(event.place)};
 }
 
 // First of the events of a block's threads, in all of them. space: of each warp, in the block's shared

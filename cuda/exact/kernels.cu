@@ -154,14 +154,6 @@ __device__ __forceinline__ bool run_commit(const StepContext& step, SolveSpace& 
   return solved && goes_on;
 }
 
-// Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.
-__device__ inline void release_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
-  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
-    launch.memory.owner[i] = kInvalidIndex;
-    launch.memory.earliest[i / kTile] = 0;
-  }
-}
-
 // State END. has_ended: the window has been ended. Returns whether the kernel goes on with another window.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, bool has_ended,

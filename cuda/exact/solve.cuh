@@ -30,12 +30,15 @@ struct StepTeam {
   __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }
 };
 
+// With more clusters for each block warps solve them.
+constexpr std::uint32_t kClustersOfBlock = 2;
+
 // The clusters to solve: in the first round those that were formed, later those that were merged.
 struct ClustersToSolve {
   const StepContext& step;
   bool is_first;
   std::uint32_t num;
-  bool are_few;  // a block for each
+  bool are_few;  // blocks solve them
   // The ball's cluster, if it is formed now, or kInvalidIndex; and of each lane one of those it is formed of.
   std::uint32_t ball_owner = kInvalidIndex, part_of_ball_owner = kInvalidIndex;
 
@@ -43,7 +46,7 @@ struct ClustersToSolve {
       : step(context),
         is_first(first),
         num(load_fresh(first ? &context.state.num_representatives : &context.state.num_todo)),
-        are_few(num <= team.num_blocks()) {
+        are_few(num <= kClustersOfBlock * team.num_blocks()) {
     const ExactState& state = context.state;
     if (!first || !ball_joins(context) || state.num_ball_hits == 0) return;
     ball_owner = state.ball_owner;

@@ -2,17 +2,17 @@
 // needs less time than a warp for an event, so it solves clusters where they are few, and large ones.
 #pragma once
 
-#include "cuda/exact/solve_block_predict.cuh"
+#include "cuda/exact/solve_block_few.cuh"
 
 namespace pf::cuda {
 
 // All threads of the block go through the cluster together.
 // kHasBall: the ball is a member.
 template <Boundary kBoundary, bool kHasBall>
-class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
+class BlockSolver : BlockFewMembers<kBoundary, kHasBall> {
  public:
   __device__ __forceinline__ BlockSolver(const StepContext& step, BlockSpace& space, BlockCounts& counts)
-      : BlockPredictions<kBoundary, kHasBall>(step, space, counts), max_events_(step.state.max_events) {}
+      : Base(step, space, counts) {}
 
   // Solves the cluster. list: slot of its first member. Returns true instead if the ball has joined the
   // cluster; list is then that of all present members. All threads call it with the same arguments.
@@ -23,7 +23,8 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
     if (fits) {
       do {
         members_.template load<kBoundary>(kHasBall);
-        if constexpr (kHasBall) load_ball();
+        if constexpr (kHasBall) ball_.load(members_.cluster);
+        if (members_.leads()) space_.flagged[0] = space_.flagged[1] = kNoPlace;
         this->list_members();
         __syncthreads();
         solved = process_events();
@@ -46,16 +47,9 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
   }
 
  private:
-  using Base = BlockPredictions<kBoundary, kHasBall>;
-  using Base::ball_, Base::c_, Base::kNoPlace, Base::kNumChanged, Base::members_, Base::space_, Base::step_;
-
-  static constexpr std::uint32_t kBallPlace = 0xFFFFFFFEU;  // of its event, if it is a member
-
-  // Its first event is found with the members of no event.
-  __device__ __forceinline__ void load_ball() {
-    ball_.load(members_.cluster);
-    if (members_.leads()) space_.flagged[0] = space_.flagged[1] = kNoPlace;
-  }
+  using Base = BlockFewMembers<kBoundary, kHasBall>;
+  using Base::ball_, Base::c_, Base::kBallPlace, Base::kNoPlace, Base::members_, Base::space_, Base::step_;
+  using typename Base::Progress;
 
   // The earliest event; its place is that of a member that has it. Each warp looks for itself where that
   // takes one look: it spares a barrier.
@@ -78,28 +72,19 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
   }
 
   // Applies events in their order up to the window's end. Returns false if another cluster owns a partner.
-  // Everything is inlined once into this loop, so that the kernel's argument stays in the constant bank.
+  // Everything is inlined once, so that the kernel's argument stays in the constant bank.
   __device__ __forceinline__ bool process_events() {
-    for (bool is_ball_loaded = !kHasBall;; is_ball_loaded = true) {
-      if (is_ball_loaded) {
-        const OrderedEvent next = next_event();
-        if (next.tick == kNoTick) return true;
-        if (members_.tally.num_events == max_events_) {
-          if (members_.leads()) stop_at(step_, next.tick);
-          return true;
-        }
-        if (!process(next)) return false;
-      }
+    if (members_.num() <= Base::kMaxMembers) {
+      const Progress progress = this->process_few();
+      if (progress != Progress::needs_memory) return progress == Progress::solved;
+    }
+    while (true) {
       __syncthreads();
       this->predict_flagged();
+      const OrderedEvent next = next_event();
+      if (next.tick == kNoTick || this->is_stopped(next)) return true;
+      if (!process(next)) return false;
     }
-  }
-
-  // Claims the ball for the cluster; or another cluster has it. Called by the first thread.
-  __device__ __forceinline__ void join_ball() {
-    const std::uint32_t owner = claim_ball(step_, members_.cluster);
-    space_.other = owner == kInvalidIndex ? members_.cluster : owner;
-    space_.ball_joins = owner == kInvalidIndex ? 1U : 0U;
   }
 
   // Applies an event. Returns false if another cluster owns its partner.
@@ -107,15 +92,15 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
     const bool of_ball = kHasBall && next.place == kBallPlace;
     Event event = of_ball ? space_.ball.event : members_[next.place].event;
     if (!kHasBall && event.partner == kBallPartner && ball_joins(step_)) {
-      if (members_.leads()) join_ball();
+      if (members_.leads()) this->join_ball();
       return false;
     }
     std::uint32_t own = of_ball ? kInvalidIndex : next.place;
     std::uint32_t other = flag_members(own, event);
     if (other == kInvalidIndex && is_parcel(event.partner)) {
+      if constexpr (kHasBall) ball_.forget(event.partner);
       other = members_.join(event.partner);
       if (other == kInvalidIndex) return false;
-      if constexpr (kHasBall) ball_.forget(event.partner);
     }
     if (of_ball) {
       own = other;
@@ -184,7 +169,8 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
     }
     __syncwarp();
     if (threadIdx.x >= (with_parcel ? 2U : 1U)) return;
-    set_trajectory(step_, members_.counts, now, event, member, tally);
+    keep_segment(step_, members_.counts, event, member);
+    set_trajectory(now, event, member, tally);
     if (event.partner == kBallPartner)
       member.has_changed = kHitBall;
     else
@@ -195,14 +181,12 @@ class BlockSolver : BlockPredictions<kBoundary, kHasBall> {
   __device__ __forceinline__ void hit_ball(const Event& event, const Member& member, Trajectory& now) {
     const BallTrajectory& ball = kHasBall
                                      ? space_.ball.now.ball.trajectory
-                                     : note_hit(step_, member,
+                                     : note_hit(step_, event.generation,
                                                 {event.tick, member.id, members_.cluster, members_.attempt,
                                                  member.trajectory, member.next_generation});
     const BallReaction reaction = collide_with_ball<kBoundary>(c_, ball, event.tick, now, members_.tally);
     if constexpr (kHasBall) ball_.apply(event, member.id, reaction);
   }
-
-  std::uint32_t max_events_;
 };
 
 }  // namespace pf::cuda

@@ -43,22 +43,48 @@ class BlockBallMember {
     __syncthreads();
   }
 
-  // This thread's part of the search for the ball's next hit; its partner is the parcel.
+  // What the ball is compared with. index: kInvalidIndex if there is nothing.
+  struct Body {
+    std::uint32_t index, id, next_generation;
+    Trajectory trajectory;
+  };
+
+  // Replaces `best` if the body hits the ball before it; the partner is the parcel.
+  __device__ __forceinline__ void keep_hit_by(const Body& body, Event& best) const {
+    if (body.index == kInvalidIndex || is_retired(body.trajectory.anchor)) return;
+    const std::uint32_t tick = ball_collision_tick<kBoundary>(c_, ball_.now.ball.trajectory, body.trajectory);
+    const std::uint32_t generation = max(generation_of_ball(ball_.now, tick),
+                                         generation_of(step_, tick, body.trajectory, body.next_generation));
+    keep_earlier(best, {tick, body.index, body.id, generation});
+  }
+
+  // The parcels outside that it is compared with: those that were listed, or all near the ball.
+  __device__ __forceinline__ bool is_listed() const {
+    return ball_.is_bent == 0 && ball_.num_outside <= BlockBall::kMaxOutside;
+  }
+  __device__ __forceinline__ std::uint32_t num_outside(bool are_listed) const {
+    return are_listed ? ball_.num_outside : num_near_ball();
+  }
+  __device__ __forceinline__ Body outside(std::uint32_t k, bool are_listed, std::uint32_t cluster) const {
+    if (are_listed) {
+      const BlockBall::Outside& it = ball_.outside[k];
+      if (it.index == kInvalidIndex) return {kInvalidIndex, 0, 0, {}};
+      return {it.index, it.id, 0, step_.start_trajectory(it.index)};
+    }
+    const std::uint32_t i = memory_.near_ball.items[k];
+    return {step_.owner_of(i) == cluster ? kInvalidIndex : i, step_.id(i), 0, step_.start_trajectory(i)};
+  }
+
+  // This thread's part of the search for the ball's next hit.
   __device__ __forceinline__ Event first_hit(const BlockMembers& members) const {
     const std::uint32_t num_members = members.num();
-    const bool is_listed = ball_.is_bent == 0 && ball_.num_outside <= BlockBall::kMaxOutside;
-    const std::uint32_t num_bodies = num_members + (is_listed ? ball_.num_outside : num_near_ball());
+    const bool are_listed = is_listed();
+    const std::uint32_t num_bodies = num_members + num_outside(are_listed);
     Event best;
-    for (std::uint32_t k = threadIdx.x; k < num_bodies; k += kExactBlock) {
-      const Body body =
-          k < num_members ? member_of(members[k]) : outside(k - num_members, is_listed, members.cluster);
-      if (body.index == kInvalidIndex || is_retired(body.trajectory.anchor)) continue;
-      const std::uint32_t tick =
-          ball_collision_tick<kBoundary>(c_, ball_.now.ball.trajectory, body.trajectory);
-      const std::uint32_t generation = max(generation_of_ball(ball_.now, tick),
-                                           generation_of(step_, tick, body.trajectory, body.next_generation));
-      keep_earlier(best, {tick, body.index, body.id, generation});
-    }
+    for (std::uint32_t k = threadIdx.x; k < num_bodies; k += kExactBlock)
+      keep_hit_by(
+          k < num_members ? member_of(members[k]) : outside(k - num_members, are_listed, members.cluster),
+          best);
     return best;
   }
 
@@ -100,27 +126,12 @@ class BlockBallMember {
   }
 
  private:
-  struct Body {
-    std::uint32_t index, id, next_generation;
-    Trajectory trajectory;
-  };
-
   __device__ __forceinline__ std::uint32_t num_near_ball() const {
     return min(state_.num_near_ball, memory_.near_ball.capacity);
   }
 
   static __device__ __forceinline__ Body member_of(const Member& it) {
     return {it.index, it.id, it.next_generation, it.trajectory};
-  }
-
-  __device__ __forceinline__ Body outside(std::uint32_t k, bool is_listed, std::uint32_t cluster) const {
-    if (is_listed) {
-      const BlockBall::Outside& it = ball_.outside[k];
-      if (it.index == kInvalidIndex) return {kInvalidIndex, 0, 0, {}};
-      return {it.index, it.id, 0, step_.start_trajectory(it.index)};
-    }
-    const std::uint32_t i = memory_.near_ball.items[k];
-    return {step_.owner_of(i) == cluster ? kInvalidIndex : i, step_.id(i), 0, step_.start_trajectory(i)};
   }
 
   const StepContext& step_;

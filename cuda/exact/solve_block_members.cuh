@@ -18,6 +18,12 @@ struct ToldEvent {
   std::uint32_t tick, generation;
 };
 
+// What the warps of a block find in a turn of predictions, if each has all members.
+struct WarpResults {
+  alignas(16) Event told[2][32];  // of each member with one that the event changes
+  alignas(16) Event best[kExactBlock / 32], at_ball[kExactBlock / 32];
+};
+
 // Shared memory of a ball that is a member of the cluster.
 struct BlockBall {
   static constexpr unsigned kMaxOutside = 192;
@@ -37,8 +43,8 @@ struct BlockBall {
 // Shared memory of the block. A place is an index into the table.
 struct BlockSpace {
   static constexpr unsigned kCapacity = 3072;
-  static constexpr unsigned kHot = 64;      // members that lie here; the others lie in their slots
-  static constexpr unsigned kMaxNear = 24;  // parcels in the list of one of them
+  static constexpr unsigned kHot = 32;      // members that lie here; the others lie in their slots
+  static constexpr unsigned kMaxNear = 48;  // parcels in the list of one of them
   static constexpr unsigned kTeam = 64;     // threads that predict one member
   static constexpr unsigned kTeams = kExactBlock / kTeam;
   static constexpr unsigned kMaxPiece = 2 * kTeam;
@@ -63,6 +69,8 @@ struct BlockSpace {
   ToldEvent told[2][kTeam];
   Event best[kWarps], at_ball[kWarps];  // of each warp
   std::uint32_t knows_hit[kWarps];
+  WarpResults results[2];
+  std::uint32_t is_crowded;  // 1 if a list has no room
   BlockBall ball;
   std::uint32_t ball_joins;  // 1 if the cluster must be solved with the ball
 };
@@ -126,12 +134,27 @@ struct BlockMembers {
       begin_event();
     }
     for (std::uint32_t k = threadIdx.x; k < num(); k += kExactBlock) {
-      (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index, !has_ball);
+      (*this)[k] = member_at_start<kBoundary>(step, memory.members[space.table[k]].index, false);
       if (k >= num_listed) forget_list(k);
     }
     mend_lists();
     num_listed = num();
     __syncthreads();
+    if (!has_ball && step.has_participant()) keep_hits_on_path<kBoundary>();
+  }
+
+  // Members on their start trajectories may hit the ball on its assumed path: half a warp looks for a member.
+  template <Boundary kBoundary>
+  __device__ __forceinline__ void keep_hits_on_path() {
+    for (std::uint32_t base = 0; base < num(); base += kExactBlock / kHalfWarp) {
+      const std::uint32_t k = base + threadIdx.x / kHalfWarp;
+      Member& member = (*this)[min(k, num() - 1)];
+      const bool is_real =
+          k < num() && may_hit_participant<kBoundary>(step, step.start_positions()[member.index], member);
+      if (!__any_sync(kWholeWarp, is_real)) continue;
+      const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step, {member.trajectory, member.id}, is_real);
+      if (is_real && threadIdx.x % kHalfWarp == 0) keep_hit(hit, member.event);
+    }
   }
 
   // Makes the lists of the attempts before good for the next one: nothing is noted, and none of the parcels
@@ -153,15 +176,13 @@ struct BlockMembers {
   // space.other is then the cluster that owns it, or this one if there is no room.
   __device__ __forceinline__ std::uint32_t join(std::uint32_t i) {
     if (leads()) space.joined = add(i);
-    __syncthreads();
-    const std::uint32_t place = space.joined;
     constexpr unsigned kEntries = kHot * BlockSpace::kMaxNear;
     std::uint32_t* entries = &space.near[0][0];
     for (unsigned e = threadIdx.x; e < kEntries; e += kExactBlock) {
       if ((entries[e] & kIndexBits) == i) entries[e] = kInvalidIndex;
     }
     __syncthreads();
-    return place;
+    return space.joined;
   }
 
   // After a conflict: takes over the members of the other cluster, if that was solved as a pair and little is

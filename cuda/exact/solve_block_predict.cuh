@@ -6,22 +6,16 @@
 // member may meet in the window are listed once.
 #pragma once
 
-#include "cuda/exact/solve_block_ball.cuh"
+#include "cuda/exact/solve_block_lists.cuh"
 
 namespace pf::cuda {
 
 // All threads of the block call the functions of this class together.
 template <Boundary kBoundary, bool kHasBall>
-class BlockPredictions {
+class BlockPredictions : protected BlockLists<kBoundary> {
  protected:
   __device__ __forceinline__ BlockPredictions(const StepContext& step, BlockSpace& space, BlockCounts& counts)
-      : step_(step),
-        c_(step.c),
-        state_(step.state),
-        space_(space),
-        members_{step, step.memory, counts, space},
-        ball_(step, space),
-        window_begin_(static_cast<std::int32_t>(step.state.window_begin)) {}
+      : Lists(step, space, counts), ball_(step, space) {}
 
   // Predicts the flagged members. The first two of them, if they are there, have new trajectories: the other
   // members learn of earlier events with these.
@@ -30,84 +24,17 @@ class BlockPredictions {
     for (unsigned base = 0; base < num; base += kTeams) predict(base, num);
   }
 
-  // Lists what is near the members that have no list yet, each by a team: all of them at once takes no longer
-  // than each of them before its first event.
-  __device__ __forceinline__ void list_members() {
-    if (!c_.run.physics.parcels.contacts) return;
-    const unsigned num = min(members_.num(), BlockSpace::kHot);
-    for (unsigned place = team(); place < num; place += kTeams) {
-      if (space_.num_near[place] != BlockSpace::kNotListed) continue;
-      const Subject it = subject_at(place, false);
-      if (!it.is_there) continue;
-      NearParcels near{space_.piece[team()], 0, false};
-      const Search search = search_around(it, true);
-      Cursor cursor(step_.launch.space, search.box);
-      list_near(it, search, cursor, near);
-      if (!cursor.has_more()) keep_list(it, near);
-    }
-  }
-
-  static constexpr std::uint16_t kNoPlace = 0xFFFF;
-  static constexpr unsigned kNumChanged = BlockSpace::kNumChanged;
-
- private:
-  static constexpr unsigned kTeam = BlockSpace::kTeam, kTeams = BlockSpace::kTeams;
-  using Cursor = CandidateCursor<kTeam, 1>;
-
-  // The member that a team predicts.
-  struct Subject {
-    std::uint32_t place = kNoPlace;  // kNoPlace: none
-    std::uint32_t index = 0, id = 0;
-    bool is_there = false;     // there is one, and it has not retired
-    bool has_changed = false;  // it is on a new trajectory
-    bool just_hit = false;     // by the ball
-    Trajectory now{};
-    std::uint32_t next_generation = 0;
-    Vec2i here{};  // position at the step's start
-  };
-
-  // What a thread compares the subject with. kNoPartner: nothing.
-  struct Body {
-    std::uint32_t partner = kNoPartner, id = kNoPartner;  // as in Event
-    std::uint32_t next_generation = 0;
-    Trajectory trajectory{};
-  };
-
-  // Parcels outside that are near a subject: a part of them, or all.
-  struct NearParcels {
-    std::uint32_t* entries;
-    unsigned num;
-    bool is_kept;  // in the member's list
-  };
-
-  // The search for these.
-  struct Search {
-    Vec2i at_begin;  // the subject's position at the window's start
-    float radius2;   // of the circle around it
-    SearchBox box;
-  };
-
-  static __device__ __forceinline__ unsigned team() { return threadIdx.x / kTeam; }
-  static __device__ __forceinline__ unsigned rank() { return threadIdx.x % kTeam; }
-  static __device__ __forceinline__ void team_barrier() { __barrier_sync_count(1 + team(), kTeam); }
+  using Lists = BlockLists<kBoundary>;
+  using Lists::c_, Lists::members_, Lists::space_, Lists::state_, Lists::step_;
+  using Lists::kNoPlace, Lists::kNumChanged, Lists::kTeam, Lists::kTeams;
+  using Lists::rank, Lists::team, Lists::team_barrier;
+  using typename Lists::Body, typename Lists::Cursor, typename Lists::NearParcels, typename Lists::Search,
+      typename Lists::Subject;
 
   __device__ __forceinline__ Subject subject_of(unsigned number, unsigned num_flagged) const {
     const std::uint32_t place = number < num_flagged ? space_.flagged[number] : kNoPlace;
     if (place == kNoPlace) return {};
-    return subject_at(place, number < kNumChanged);
-  }
-
-  __device__ __forceinline__ Subject subject_at(std::uint32_t place, bool has_changed) const {
-    const Member& member = members_[place];
-    return {place,
-            member.index,
-            member.id,
-            !is_retired(member.trajectory.anchor),
-            has_changed,
-            member.has_changed == kHitBall,
-            member.trajectory,
-            member.next_generation,
-            step_.start_positions()[member.index]};
+    return this->subject_at(place, number < kNumChanged);
   }
 
   // Each team predicts one of the flagged members from `base` on.
@@ -182,10 +109,10 @@ class BlockPredictions {
   // the event, and others.
   __device__ __forceinline__ void compare_with_parcels(const Subject& it, bool are_first, Event& best) {
     const unsigned num_members = members_.num();
-    NearParcels near = kept_list(it);
-    const Search search = search_around(it, !near.is_kept);
+    NearParcels near = this->kept_list(it);
+    const Search search = this->search_around(it, !near.is_kept);
     Cursor cursor(step_.launch.space, search.box);
-    if (!near.is_kept) list_near(it, search, cursor, near);
+    if (!near.is_kept) this->list_near(it, search, cursor, near);
     const bool is_whole = !cursor.has_more();
     unsigned num_done = 0;  // of the listed ones
     for (unsigned first = 0;; first += kTeam) {
@@ -204,14 +131,14 @@ class BlockPredictions {
       if (are_first && num_here > 0) tell(event, first, num_here, num_members);
       if (num_done >= near.num && cursor.has_more()) {
         team_barrier();
-        list_near(it, search, cursor, near);
+        this->list_near(it, search, cursor, near);
         num_done = 0;
       }
       if (first + kTeam >= num_members && num_done >= near.num) break;
     }
     if (!is_whole || near.is_kept) return;
     team_barrier();
-    keep_list(it, near);
+    this->keep_list(it, near);
   }
 
   __device__ __forceinline__ Body member_to_compare(const Subject& it, std::uint32_t place) const {
@@ -257,74 +184,7 @@ class BlockPredictions {
     if (first + kTeam < num_members) __syncthreads();
   }
 
-  // ---- lists of parcels outside
-
-  // The list that the subject has.
-  __device__ __forceinline__ NearParcels kept_list(const Subject& it) const {
-    if (!it.is_there) return {nullptr, 0, true};
-    if (it.place < BlockSpace::kHot && space_.num_near[it.place] != BlockSpace::kNotListed)
-      return {space_.near[it.place], space_.num_near[it.place], true};
-    return {space_.piece[team()], 0, false};
-  }
-
-  // The search for the parcels that the subject may meet in the window, however fast it becomes: a window in
-  // which the bound on speeds is too low counts for nothing. They lie in a circle around its position at the
-  // window's start.
-  __device__ __forceinline__ Search search_around(const Subject& it, bool is_wanted) const {
-    Search search{};
-    if (!is_wanted) return search;
-    const double closing_mps = 2.0 * c_.plan.max_speed_mps;
-    const double before = closing_mps * c_.plan.units_per_tick * window_begin_;
-    const double radius = search_radius(c_, closing_mps);
-    search.box = box_around<kBoundary>(step_.launch.space, it.here, step_.search_reach(radius));
-    search.at_begin = position_at<kBoundary>(c_, step_.start_trajectory(it.index), window_begin_);
-    search.radius2 = static_cast<float>((radius - before) * (radius - before));
-    return search;
-  }
-
-  // Lists the next parcels of the search: at least one team's worth of candidates, and as many as there are
-  // room for.
-  __device__ __forceinline__ void list_near(const Subject& it, const Search& search, Cursor& cursor,
-                                            NearParcels& near) {
-    std::uint32_t& num = space_.num_in_piece[team()];
-    if (rank() == 0) num = 0;
-    team_barrier();
-    near.num = 0;
-    while (cursor.has_more() && near.num + kTeam <= BlockSpace::kMaxPiece) {
-      std::uint32_t candidate[1];
-      cursor.next(candidate);
-      if (candidate[0] != kInvalidIndex) {
-        const std::uint32_t j = candidate[0], owner = step_.owner_of(j);
-        const Trajectory there = step_.start_trajectory(j);
-        const Vec2i offset = separation<kBoundary>(step_.world(), search.at_begin,
-                                                   position_at<kBoundary>(c_, there, window_begin_));
-        const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
-        if (owner != members_.cluster && !is_retired(there.anchor) && x * x + y * y < search.radius2)
-          near.entries[atomicAdd(&num, 1U)] = j | (owner != kInvalidIndex ? kForeign : 0U);
-      }
-      team_barrier();
-      near.num = num;
-      team_barrier();
-    }
-  }
-
-  // Makes the parcels found the member's list.
-  __device__ __forceinline__ void keep_list(const Subject& it, const NearParcels& near) {
-    if (it.place >= BlockSpace::kHot || near.num > BlockSpace::kMaxNear) return;
-    if (rank() < near.num) space_.near[it.place][rank()] = near.entries[rank()];
-    if (rank() == 0) space_.num_near[it.place] = static_cast<std::uint16_t>(near.num);
-  }
-
- protected:
-  const StepContext& step_;
-  const ExactConstants& c_;
-  ExactState& state_;
-  BlockSpace& space_;
-  BlockMembers members_;
   BlockBallMember<kBoundary> ball_;
-
- private:
-  std::int32_t window_begin_;
 };
 
 }  // namespace pf::cuda

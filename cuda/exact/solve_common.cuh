@@ -3,6 +3,7 @@
 
 #include "cuda/exact/ball_path.cuh"
 #include "cuda/exact/clusters.cuh"
+#include "cuda/exact/event_order.cuh"
 
 namespace pf::cuda {
 
@@ -146,22 +147,24 @@ __device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step
   return slot;
 }
 
-// Puts a member on the trajectory that an event led to. The trajectory before becomes a segment,
-// unless it is the start trajectory.
-__device__ __forceinline__ void set_trajectory(const StepContext& step, BlockCounts& counts,
-                                               const Trajectory& now, const Event& event, Member& member,
-                                               ClusterTally& tally) {
+// Makes the trajectory that an event ends a segment, unless it is the start trajectory.
+__device__ __forceinline__ void keep_segment(const StepContext& step, BlockCounts& counts, const Event& event,
+                                             Member& member) {
   const StepMemory& memory = step.memory;
-  if (member.has_changed) {
-    const std::uint32_t k = atomicAdd(&counts.segments, 1U);
-    if (k < memory.segment_capacity) {
-      const std::uint32_t segment = blockIdx.x * memory.segment_capacity + k;
-      memory.segments[segment] = {member.trajectory, event.tick, member.last_segment};
-      member.last_segment = segment;
-    } else {
-      step.state.solve_failed = 1;
-    }
+  if (!member.has_changed) return;
+  const std::uint32_t k = atomicAdd(&counts.segments, 1U);
+  if (k < memory.segment_capacity) {
+    const std::uint32_t segment = blockIdx.x * memory.segment_capacity + k;
+    memory.segments[segment] = {member.trajectory, event.tick, member.last_segment};
+    member.last_segment = segment;
+  } else {
+    step.state.solve_failed = 1;
   }
+}
+
+// Puts a member on the trajectory that an event led to.
+__device__ __forceinline__ void set_trajectory(const Trajectory& now, const Event& event, Member& member,
+                                               ClusterTally& tally) {
   const float speed2 = dot(now.velocity, now.velocity);
   member.trajectory = now;
   member.has_changed = kChanged;
@@ -232,15 +235,20 @@ __device__ __forceinline__ void keep_edge_and_ball(const StepContext& step, Vec2
   keep_hit(hit_on_path<kBoundary>(step, it), best);
 }
 
-// Notes the hit of a member on the assumed path, and returns the trajectory that the ball is on. hit.segment
-// is set here.
-__device__ __forceinline__ const BallTrajectory& note_hit(const StepContext& step, const Member& member,
-                                                          BallHit hit) {
+// The trajectory on the assumed path that the ball is on before a hit. hit.segment is set here.
+__device__ __forceinline__ const BallTrajectory& trajectory_before(const StepContext& step,
+                                                                   std::uint32_t generation, BallHit& hit) {
   const BallSegment* path = ball_path(step);
-  hit.segment =
-      segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, member.event.generation});
-  if (step.has_participant()) add_ball_hit(step, hit);
+  hit.segment = segment_before(path, step.state.num_ball_segments, {hit.tick, hit.id, hit.id, generation});
   return path[hit.segment].trajectory;
+}
+
+// The same, for one thread, which notes the hit.
+__device__ __forceinline__ const BallTrajectory& note_hit(const StepContext& step, std::uint32_t generation,
+                                                          BallHit hit) {
+  const BallTrajectory& ball = trajectory_before(step, generation, hit);
+  if (step.has_participant()) add_ball_hit(step, hit);
+  return ball;
 }
 
 }  // namespace pf::cuda

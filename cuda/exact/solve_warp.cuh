@@ -33,23 +33,9 @@ class WarpSolver : WarpPredictions {
 
   // Lane of the member whose event comes first, or kNoLane.
   __device__ __forceinline__ unsigned next_event() const {
-    const std::uint32_t tick = is_member() ? it_.event.tick : kNoTick;
-    const std::uint32_t min_tick = warp_min(tick);
-    if (min_tick == kNoTick) return kNoLane;
-    const std::uint32_t low = min(it_.id, it_.event.partner_id), high = max(it_.id, it_.event.partner_id);
-    bool among = tick == min_tick;
-    const unsigned first = first_of(__ballot_sync(kWholeWarp, among));
-    const std::uint32_t first_low = from(low, first), first_high = from(high, first);
-    const bool differs = among && (low != first_low || high != first_high);
-    if (!__any_sync(kWholeWarp, differs)) return first;
-    const auto keep_lowest = [&](std::uint32_t value) {
-      const std::uint32_t lowest = warp_min(among ? value : kInvalidIndex);
-      among = among && value == lowest;
-    };
-    keep_lowest(it_.event.generation);
-    keep_lowest(low);
-    keep_lowest(high);
-    return first_of(__ballot_sync(kWholeWarp, among));
+    const Event& own = it_.event;
+    return first_lane({is_member() ? own.tick : kNoTick, own.generation, min(it_.id, own.partner_id),
+                       max(it_.id, own.partner_id)});
   }
 
   // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
@@ -103,8 +89,9 @@ class WarpSolver : WarpPredictions {
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        const BallTrajectory& ball = note_hit(
-            step_, it_, {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation});
+        const BallTrajectory& ball =
+            note_hit(step_, event.generation,
+                     {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation});
         collide_with_ball<kBoundary>(c_, ball, event.tick, now, tally_);
       } else {
         apply_edge(c_, event.partner, now);
@@ -112,7 +99,8 @@ class WarpSolver : WarpPredictions {
     }
     if (event.partner == kExit) tally_.retired();
     if (!takes_part) return;
-    set_trajectory(step_, counts_, now, event, it_, tally_);
+    keep_segment(step_, counts_, event, it_);
+    set_trajectory(now, event, it_, tally_);
     if (event.partner != kBallPartner)
       it_.last_contact_tick = c_.plan.start + event.tick;
     else

@@ -325,4 +325,12 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   state.window_ticks = ldexp(state.window_ticks, shorter);
 }
 
+// Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.
+__device__ inline void release_all(const ExactLaunch& launch, std::uint32_t rank, std::uint32_t num_threads) {
+  for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
+    launch.memory.owner[i] = kInvalidIndex;
+    launch.memory.earliest[i / kTile] = 0;
+  }
+}
+
 }  // namespace pf::cuda

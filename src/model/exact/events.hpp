@@ -30,9 +30,9 @@ struct Event {
 
 // The earlier tick comes first; of one tick, the lower generation; of one generation, the lower partner id.
 PF_HD inline bool comes_before(const Event& a, const Event& b) {
-  if (a.tick != b.tick) return a.tick < b.tick;
-  if (a.generation != b.generation) return a.generation < b.generation;
-  return a.partner_id < b.partner_id;
+  const std::uint64_t at_a = static_cast<std::uint64_t>(a.tick) << 32U | a.generation;
+  const std::uint64_t at_b = static_cast<std::uint64_t>(b.tick) << 32U | b.generation;
+  return at_a != at_b ? at_a < at_b : a.partner_id < b.partner_id;
 }
 
 // An event at the same tick as one that led to it is of the next generation. So the order of events is known
