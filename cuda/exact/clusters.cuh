@@ -17,6 +17,19 @@ __device__ inline void start_cluster(Cluster& cluster, std::uint32_t name) {
   cluster.reassigned = kInvalidIndex;
 }
 
+__device__ inline void add_tally(const ClusterTally& cluster, ClusterTally& sum) {
+  sum.num_events += cluster.num_events;
+  sum.num_collisions += cluster.num_collisions;
+  sum.num_hits += cluster.num_hits;
+  sum.num_retired += cluster.num_retired;
+  sum.max_overlap = fmaxf(sum.max_overlap, cluster.max_overlap);
+  sum.impulse_sum += cluster.impulse_sum;
+  sum.ball_x += cluster.ball_x;
+  sum.ball_y += cluster.ball_y;
+  sum.ball_torque += cluster.ball_torque;
+  sum.event_hash += cluster.event_hash;
+}
+
 // The cluster that absorbed this one, or itself.
 __device__ inline std::uint32_t holder_of(const StepContext& step, std::uint32_t cluster) {
   const Cluster& it = cluster_of(step, cluster);

@@ -7,19 +7,6 @@
 
 namespace pf::cuda {
 
-__device__ inline void add_tally(const ClusterTally& cluster, ClusterTally& sum) {
-  sum.num_events += cluster.num_events;
-  sum.num_collisions += cluster.num_collisions;
-  sum.num_hits += cluster.num_hits;
-  sum.num_retired += cluster.num_retired;
-  sum.max_overlap = fmaxf(sum.max_overlap, cluster.max_overlap);
-  sum.impulse_sum += cluster.impulse_sum;
-  sum.ball_x += cluster.ball_x;
-  sum.ball_y += cluster.ball_y;
-  sum.ball_torque += cluster.ball_torque;
-  sum.event_hash += cluster.event_hash;
-}
-
 // Adds the sums of a warp's threads to the block's tally, and the number of events to the step's.
 __device__ inline void reduce_warp(const ClusterTally& sum, TallySlot& tally, ExactState& state) {
   if (!__any_sync(kWholeWarp, sum.num_events > 0)) return;

@@ -1,7 +1,5 @@
 #include "cuda/exact/kernels.cuh"
 
-#include <cooperative_groups.h>
-
 #include <algorithm>
 
 #include "cuda/check.cuh"
@@ -40,12 +38,6 @@ dim3 slice_parts(const StepMemory& memory) {
   return dim3(memory.num_slices, std::min(blocks_for(memory.active.capacity), kMaxPartsOfSlice));
 }
 __device__ SlicePart part_of_block() { return {blockIdx.x, blockIdx.y, gridDim.y}; }
-
-// Returns whether there is nothing to do: a tick of a high exponent led beyond `until`.
-__device__ bool is_over(const ExactLaunch& launch) {
-  const ExactState& state = *launch.state;
-  return state.progress.now >= launch.until || state.unresolvable != 0 || state.paused != 0;
-}
 
 __device__ void draw_current(const ExactLaunch& launch, std::uint32_t i) {
   if (launch.draw.position_m == nullptr || i >= launch.space.num_parcels) return;
@@ -106,7 +98,7 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
 struct SolveSpace {
   TallySlot tally;
   ClusterSpace clusters;
-  BlockCounts counts;
+  SliceCounts counts;
   PairSpace pairs;
   alignas(PathHits) NearList<kBlock>::Space near;
 };
@@ -115,12 +107,7 @@ static_assert(sizeof(SolveSpace) <= 48 * 1024);  // of shared memory, on any arc
 // State SOLVE. Returns whether the window is solved.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& space) {
-  const SliceCounts& outside = step.memory.counts[blockIdx.x];
-  if (threadIdx.x == 0) {
-    space.counts = {};
-    space.counts.members = min(outside.active, step.memory.active.capacity);
-    space.counts.neighbour_pairs = outside.neighbour_pairs;
-  }
+  if (threadIdx.x == 0) space.counts = step.memory.counts[blockIdx.x];
   __syncthreads();
   const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
   if (can_start) solve_all<kBoundary>(step, space.clusters, path_hits(space.near), space.counts);
@@ -323,6 +310,7 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
   for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
     pair_kernel<kBoundary><<<slice_parts(launch.memory), kBlock, 0, stream>>>(launch);
     PF_LAUNCHED("pair_kernel");
+    launch_first_round(launch, stream);
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
     const bool are_few = launch.memory.num_slices <= kFewBlocks * usable_multiprocessors();

@@ -42,6 +42,8 @@ void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream);
 // way; then parcels are sorted and the stages are launched again.
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream);
 void launch_solve(const ExactLaunch& launch, cudaStream_t stream);  // clusters, pairs, solving, reconciling
+// A part of launch_solve: clusters that are many and not solved as pairs.
+void launch_first_round(const ExactLaunch& launch, cudaStream_t stream);
 void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
 
 // The first and the last kernel of a sort: keys and indices by the parcels' positions; and, after the gather,

@@ -73,7 +73,7 @@ __device__ bool hits_path(const StepContext& step, const BallPath& path, std::ui
 // parcel does, since the solver has compared these.
 template <Boundary kBoundary>
 __device__ void find_ball_conflicts(const StepContext& step, const StepTeam& team,
-                                    const BlockCounts& counts) {
+                                    const SliceCounts& counts) {
   const StepMemory& memory = step.memory;
   const std::uint32_t ball = owner_of_ball(step);
   if (ball == kInvalidIndex || cluster_of(step, ball).solution == kUnsolved) return;
@@ -87,7 +87,7 @@ __device__ void find_ball_conflicts(const StepContext& step, const StepTeam& tea
 
 // Each block tests the pairs of neighbours that it noted.
 template <Boundary kBoundary>
-__device__ void find_parcel_conflicts(const StepContext& step, BlockCounts& counts) {
+__device__ void find_parcel_conflicts(const StepContext& step, SliceCounts& counts) {
   const StepMemory& memory = step.memory;
   const uint2* pairs =
       memory.neighbour_pairs + static_cast<std::size_t>(blockIdx.x) * memory.neighbour_pair_capacity;
@@ -104,7 +104,7 @@ __device__ void find_parcel_conflicts(const StepContext& step, BlockCounts& coun
 }
 
 template <Boundary kBoundary>
-__device__ void find_conflicts(const StepContext& step, const StepTeam& team, BlockCounts& counts) {
+__device__ void find_conflicts(const StepContext& step, const StepTeam& team, SliceCounts& counts) {
   ExactState& state = step.state;
   if (team.rank() == 0) {
     state.num_todo = 0;
@@ -153,7 +153,7 @@ __device__ inline void merge(const StepContext& step, const StepTeam& team, std:
 // Finds conflicts and merges clusters. Returns whether this block's work on the step is done: there are no
 // conflicts, or the step failed, or the first block does the rest alone.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam& team, BlockCounts& counts,
+__device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam& team, SliceCounts& counts,
                                                std::uint32_t round) {
   find_conflicts<kBoundary>(step, team, counts);
   team.barrier();
@@ -174,7 +174,7 @@ __device__ __forceinline__ bool find_and_merge(const StepContext& step, StepTeam
 
 // The same, timed by the first thread of all.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& team, BlockCounts& counts,
+__device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& team, SliceCounts& counts,
                                           std::uint32_t round) {
   const bool keeps_time = blockIdx.x == 0 && threadIdx.x == 0;
   if (keeps_time) step.state.reconcile_ns -= global_time_ns();
@@ -187,7 +187,7 @@ __device__ __forceinline__ bool reconcile(const StepContext& step, StepTeam& tea
 // the first one; then of the next.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_in_rounds(const StepContext& step, ClusterSpace& space,
-                                                BlockCounts& counts, std::uint32_t& round) {
+                                                SliceCounts& counts, std::uint32_t& round) {
   StepTeam team;
   for (bool is_done = false; !is_done; ++round) {
     if (threadIdx.x == 0) counts.round = round;
@@ -232,7 +232,7 @@ __device__ bool has_unseen_hit(const StepContext& step, std::uint32_t i) {
 }
 
 // Makes parcel i, which belongs to no cluster, one that is solved next.
-__device__ inline void add_cluster(const StepContext& step, BlockCounts& counts, std::uint32_t i,
+__device__ inline void add_cluster(const StepContext& step, SliceCounts& counts, std::uint32_t i,
                                    std::uint32_t round) {
   const StepMemory& memory = step.memory;
   if (atomicCAS(&memory.owner[i], kInvalidIndex, i) != kInvalidIndex) return;
@@ -266,7 +266,7 @@ __device__ inline void add_cluster(const StepContext& step, BlockCounts& counts,
 // trajectory of a parcel that joins its cluster. No such trajectory hits a path that is checked. If the path
 // is not, start trajectories are compared here.
 template <Boundary kBoundary>
-__device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& counts, bool has_changed,
+__device__ void find_clusters_at_ball(const StepContext& step, SliceCounts& counts, bool has_changed,
                                       bool is_checked, std::uint32_t round) {
   const StepMemory& memory = step.memory;
   ExactState& state = step.state;
@@ -297,7 +297,7 @@ __device__ void find_clusters_at_ball(const StepContext& step, BlockCounts& coun
 // The grid calls it.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHits& space,
-                                                 BlockCounts& counts, std::uint32_t& round) {
+                                                 SliceCounts& counts, std::uint32_t& round) {
   const cg::grid_group grid = cg::this_grid();
   ExactState& state = step.state;
   if (blockIdx.x == 0) {
@@ -331,7 +331,7 @@ __device__ __forceinline__ bool update_ball_path(const StepContext& step, PathHi
 // Solves the window. Each block has its own spaces.
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_all(const StepContext& step, ClusterSpace& space, PathHits& hits,
-                                          BlockCounts& counts) {
+                                          SliceCounts& counts) {
   std::uint32_t round = 0;
   do {
     solve_in_rounds<kBoundary>(step, space, counts, round);

@@ -1,6 +1,8 @@
 // Method `exact` on the device, third stage of a step: solving the clusters that are not solved as pairs.
 #pragma once
 
+#include <cooperative_groups.h>
+
 #include "cuda/exact/solve_block.cuh"
 #include "cuda/exact/solve_warp.cuh"
 
@@ -42,11 +44,11 @@ struct ClustersToSolve {
   // The ball's cluster, if it is formed now, or kInvalidIndex; and of each lane one of those it is formed of.
   std::uint32_t ball_owner = kInvalidIndex, part_of_ball_owner = kInvalidIndex;
 
-  __device__ __forceinline__ ClustersToSolve(const StepContext& context, const StepTeam& team, bool first)
+  __device__ __forceinline__ ClustersToSolve(const StepContext& context, unsigned num_blocks, bool first)
       : step(context),
         is_first(first),
         num(load_fresh(first ? &context.state.num_representatives : &context.state.num_todo)),
-        are_few(num <= kClustersOfBlock * team.num_blocks()) {
+        are_few(num <= kClustersOfBlock * num_blocks) {
     const ExactState& state = context.state;
     if (!first || !ball_joins(context) || state.num_ball_hits == 0) return;
     ball_owner = state.ball_owner;
@@ -73,7 +75,7 @@ struct ClustersToSolve {
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const StepTeam& team,
                                                 const ClustersToSolve& clusters, BlockSpace& space,
-                                                BlockCounts& counts) {
+                                                SliceCounts& counts) {
   const auto has_ball = [&](std::uint32_t cluster) {
     return ball_joins(step) && owner_of_ball(step) == cluster;
   };
@@ -87,21 +89,24 @@ __device__ __forceinline__ void solve_by_blocks(const StepContext& step, const S
   }
 }
 
+// A block's place among those that solve clusters.
+struct BlockRank {
+  std::uint32_t rank, num_blocks;
+};
+
 template <Boundary kBoundary>
-__device__ __forceinline__ void solve_by_warps(const StepContext& step, const StepTeam& team,
+__device__ __forceinline__ void solve_by_warps(const StepContext& step, const BlockRank& block,
                                                const ClustersToSolve& clusters, WarpSpace& space,
-                                               BlockCounts& counts) {
-  constexpr unsigned kWarps = kExactBlock / 32;
+                                               SliceCounts& counts) {
   WarpSolver<kBoundary> solver(step, space, counts);
-  const std::uint32_t num_warps = team.num_blocks() * kWarps;
+  const std::uint32_t num_warps = block.num_blocks * (kExactBlock / 32);
   const auto after = [&](std::uint32_t k) {
     if (!clusters.is_first || clusters.num <= num_warps) return k + num_warps;
     std::uint32_t number = 0;
     if (threadIdx.x % 32 == 0) number = atomicAdd(&step.state.num_taken, 1U);
     return num_warps + __shfl_sync(kWholeWarp, number, 0);
   };
-  for (std::uint32_t k = team.block() + team.num_blocks() * (threadIdx.x / 32); k < clusters.num;
-       k = after(k)) {
+  for (std::uint32_t k = block.rank + block.num_blocks * (threadIdx.x / 32); k < clusters.num; k = after(k)) {
     const std::uint32_t cluster = clusters[k];
     if (!clusters.takes_block(cluster) && !clusters.is_part(cluster))
       solver.solve(cluster, clusters.list_of(cluster));
@@ -112,18 +117,20 @@ __device__ __forceinline__ void solve_by_warps(const StepContext& step, const St
 struct ClusterSpace {
   BlockSpace block;
   // In the same place: warps solve clusters after the block.
-  __device__ __forceinline__ WarpSpace& warps() { return reinterpret_cast<WarpSpace&>(block.table); }
+  __device__ __forceinline__ WarpSpace& warps() { return reinterpret_cast<WarpSpace&>(block); }
 };
-static_assert(sizeof(WarpSpace) <= sizeof(BlockSpace::table));
+static_assert(sizeof(WarpSpace) <= sizeof(BlockSpace) && alignof(WarpSpace) <= alignof(BlockSpace));
 
 template <Boundary kBoundary>
 __device__ __forceinline__ void solve(const StepContext& step, const StepTeam& team, ClusterSpace& space,
-                                      BlockCounts& counts, bool is_first) {
-  const ClustersToSolve clusters(step, team, is_first);
+                                      SliceCounts& counts, bool is_first) {
+  const ClustersToSolve clusters(step, team.num_blocks(), is_first);
   if (clusters.are_few || !is_first || clusters.ball_owner != kInvalidIndex)
     solve_by_blocks<kBoundary>(step, team, clusters, space.block, counts);
   __syncthreads();
-  if (!clusters.are_few) solve_by_warps<kBoundary>(step, team, clusters, space.warps(), counts);
+  const bool are_done = is_first && step.state.first_round_is_done != 0;
+  if (!clusters.are_few && !are_done)
+    solve_by_warps<kBoundary>(step, {team.block(), team.num_blocks()}, clusters, space.warps(), counts);
 }
 
 }  // namespace pf::cuda

@@ -11,7 +11,7 @@ namespace pf::cuda {
 template <Boundary kBoundary, bool kHasBall>
 class BlockSolver : BlockFewMembers<kBoundary, kHasBall> {
  public:
-  __device__ __forceinline__ BlockSolver(const StepContext& step, BlockSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ BlockSolver(const StepContext& step, BlockSpace& space, SliceCounts& counts)
       : Base(step, space, counts) {}
 
   // Solves the cluster. list: slot of its first member. Returns true instead if the ball has joined the

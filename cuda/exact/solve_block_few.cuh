@@ -17,7 +17,7 @@ class BlockFewMembers : protected BlockFewPredictions<kBoundary, kHasBall> {
 
   enum class Progress { goes_on, solved, stopped, needs_memory };
 
-  __device__ __forceinline__ BlockFewMembers(const StepContext& step, BlockSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ BlockFewMembers(const StepContext& step, BlockSpace& space, SliceCounts& counts)
       : Base(step, space, counts), max_events_(step.state.max_events) {}
 
   // Applies events in their order. solved: up to the window's end. stopped: another cluster owns a partner.

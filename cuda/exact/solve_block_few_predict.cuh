@@ -14,7 +14,7 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
   static constexpr unsigned kMaxMembers = 32;
 
   __device__ __forceinline__ BlockFewPredictions(const StepContext& step, BlockSpace& space,
-                                                 BlockCounts& counts)
+                                                 SliceCounts& counts)
       : Base(step, space, counts) {}
 
   using Base = BlockPredictions<kBoundary, kHasBall>;

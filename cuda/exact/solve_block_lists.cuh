@@ -10,7 +10,7 @@ namespace pf::cuda {
 template <Boundary kBoundary>
 class BlockLists {
  protected:
-  __device__ __forceinline__ BlockLists(const StepContext& step, BlockSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ BlockLists(const StepContext& step, BlockSpace& space, SliceCounts& counts)
       : step_(step),
         c_(step.c),
         state_(step.state),

@@ -82,7 +82,7 @@ struct BlockMembers {
 
   const StepContext& step;
   const StepMemory& memory;
-  BlockCounts& counts;
+  SliceCounts& counts;
   BlockSpace& space;
   std::uint32_t cluster = 0;
   std::uint32_t attempt = 0;

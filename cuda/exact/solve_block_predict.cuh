@@ -14,7 +14,7 @@ namespace pf::cuda {
 template <Boundary kBoundary, bool kHasBall>
 class BlockPredictions : protected BlockLists<kBoundary> {
  protected:
-  __device__ __forceinline__ BlockPredictions(const StepContext& step, BlockSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ BlockPredictions(const StepContext& step, BlockSpace& space, SliceCounts& counts)
       : Lists(step, space, counts), ball_(step, space) {}
 
   // Predicts the flagged members. The first two of them, if they are there, have new trajectories: the other

@@ -7,19 +7,11 @@
 
 namespace pf::cuda {
 
-// Numbers of items in a block's slices, in shared memory; and 1 in `alone` if it solves the rest of the step
-// alone.
-struct BlockCounts {
-  std::uint32_t members, segments, neighbour_pairs;
-  std::uint32_t alone;
-  std::uint32_t round;
-};
-
 // Numbers a warp's or block's attempts to solve a cluster.
 constexpr std::uint32_t kMaxAttemptsInRound = 1024;
 
 // Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.
-__device__ inline void add_conflict(const StepContext& step, const BlockCounts& counts, std::uint32_t p,
+__device__ inline void add_conflict(const StepContext& step, const SliceCounts& counts, std::uint32_t p,
                                     std::uint32_t q) {
   const std::uint32_t k = atomicAdd(&step.state.num_conflicts[counts.alone], 1U);
   if (k < step.memory.conflict_capacity) {
@@ -30,7 +22,7 @@ __device__ inline void add_conflict(const StepContext& step, const BlockCounts& 
 }
 
 // Notes parcels of two clusters that are near each other.
-__device__ __forceinline__ void add_neighbour_pair(const StepContext& step, BlockCounts& counts,
+__device__ __forceinline__ void add_neighbour_pair(const StepContext& step, SliceCounts& counts,
                                                    std::uint32_t i, std::uint32_t j) {
   const StepMemory& memory = step.memory;
   const std::uint32_t k = atomicAdd(&counts.neighbour_pairs, 1U);
@@ -134,7 +126,7 @@ __device__ __forceinline__ std::uint32_t claim(const StepContext& step, std::uin
 }
 
 // Slot of a new member, parcel i, in the block's slice.
-__device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step, BlockCounts& counts,
+__device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step, SliceCounts& counts,
                                                          std::uint32_t i) {
   const StepMemory& memory = step.memory;
   std::uint32_t k = atomicAdd(&counts.members, 1U);
@@ -148,7 +140,7 @@ __device__ __forceinline__ std::uint32_t new_member_slot(const StepContext& step
 }
 
 // Makes the trajectory that an event ends a segment, unless it is the start trajectory.
-__device__ __forceinline__ void keep_segment(const StepContext& step, BlockCounts& counts, const Event& event,
+__device__ __forceinline__ void keep_segment(const StepContext& step, SliceCounts& counts, const Event& event,
                                              Member& member) {
   const StepMemory& memory = step.memory;
   if (!member.has_changed) return;

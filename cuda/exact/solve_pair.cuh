@@ -184,8 +184,9 @@ __device__ void solve_pairs(const StepContext& step, const SlicePart& part, Pair
                             NearList<kExactBlock>::Space& near_space) {
   constexpr unsigned kPairsAtOnce = kExactBlock / (2 * kLanes);
   const StepMemory& memory = step.memory;
-  if (__syncthreads_or(static_cast<int>(load_fresh(&step.state.list_overflow))) != 0) return;
   const std::uint32_t num_active = min(memory.counts[part.slice].active, memory.active.capacity);
+  if (part.part == 0 && threadIdx.x == 0) memory.counts[part.slice].members = num_active;
+  if (__syncthreads_or(static_cast<int>(load_fresh(&step.state.list_overflow))) != 0) return;
   float fastest2 = 0.0F;
   for (std::uint32_t first = part.part * kExactBlock; first < num_active;
        first += part.num_parts * kExactBlock) {

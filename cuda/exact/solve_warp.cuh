@@ -1,5 +1,4 @@
 // Method `exact` on the device: a warp solves a cluster, as the CPU's ClusterSolver does with one thread.
-// Each lane keeps a member in its registers.
 #pragma once
 
 #include "cuda/exact/solve_warp_predict.cuh"
@@ -9,7 +8,7 @@ namespace pf::cuda {
 template <Boundary kBoundary>
 class WarpSolver : WarpPredictions {
  public:
-  __device__ __forceinline__ WarpSolver(const StepContext& step, WarpSpace& space, BlockCounts& counts)
+  __device__ __forceinline__ WarpSolver(const StepContext& step, WarpSpace& space, SliceCounts& counts)
       : WarpPredictions(step, space, counts), max_events_(step.state.max_events) {}
 
   // Solves the cluster. list: slot of its first member. All lanes call it with the same arguments.
@@ -18,7 +17,8 @@ class WarpSolver : WarpPredictions {
     attempt_ = counts_.round * kMaxAttemptsInRound;
     bool fits = false, solved = false;
     do {
-      tally_ = {};
+      if (lane_ == 0) tally_ = {};
+      fastest2_ = 0.0F;
       ++attempt_;
       other_ = kInvalidIndex;
       fits = load_members<kBoundary>(list);
@@ -33,9 +33,10 @@ class WarpSolver : WarpPredictions {
 
   // Lane of the member whose event comes first, or kNoLane.
   __device__ __forceinline__ unsigned next_event() const {
-    const Event& own = it_.event;
-    return first_lane({is_member() ? own.tick : kNoTick, own.generation, min(it_.id, own.partner_id),
-                       max(it_.id, own.partner_id)});
+    const Member& it = mine_.it;
+    const Event own = it.event;
+    return first_lane({is_member() ? own.tick : kNoTick, own.generation, min(it.id, own.partner_id),
+                       max(it.id, own.partner_id)});
   }
 
   // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
@@ -44,10 +45,10 @@ class WarpSolver : WarpPredictions {
       const unsigned own = next_event();
       if (own == kNoLane) return true;
       if (tally_.num_events == max_events_) {
-        if (lane_ == own) stop_at(step_, it_.event.tick);
+        if (lane_ == own) stop_at(step_, mine_.it.event.tick);
         return true;
       }
-      const Event event = from(it_.event, own);
+      const Event event = members_[own].it.event;
       unsigned other = kNoLane;
       if (is_parcel(event.partner)) {
         other = lane_of(event.partner);
@@ -74,37 +75,42 @@ class WarpSolver : WarpPredictions {
 
   // Applies the event of lane `own`; other: the partner's lane, or kNoLane.
   __device__ __forceinline__ void apply_event(const Event& event, unsigned own, unsigned other) {
-    Trajectory now = it_.trajectory;
+    Member& it = mine_.it;
+    Trajectory now = it.trajectory;
     const bool takes_part = lane_ == own || lane_ == other;
     if (takes_part) anchor_at<kBoundary>(c_, now, event.tick);
-    const std::uint32_t id = from(it_.id, own);
+    const std::uint32_t id = members_[own].it.id;
     const std::uint32_t low = min(id, event.partner_id), high = max(id, event.partner_id);
-    tally_.event_hash += event_hash(step_.since_reset(event.tick), low, high);
-    ++tally_.num_events;
+    ClusterTally tally;
+    tally.event_hash = event_hash(step_.since_reset(event.tick), low, high);
+    tally.num_events = 1;
     if (other != kNoLane) {
-      const bool recent = takes_part && is_in_contact(c_.plan, event.tick, it_.last_contact_tick);
+      const bool recent = takes_part && is_in_contact(c_.plan, event.tick, it.last_contact_tick);
       const unsigned first_lane = id == low ? own : other;
       Trajectory first = from(now, first_lane), second = from(now, id == low ? other : own);
-      collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, tally_);
+      collide<kBoundary>(c_, first, second, __any_sync(kWholeWarp, recent) != 0, tally);
       now = lane_ == first_lane ? first : second;
     } else if (lane_ == own) {
       if (event.partner == kBallPartner) {
-        const BallTrajectory& ball =
-            note_hit(step_, event.generation,
-                     {event.tick, it_.id, cluster_, attempt_, it_.trajectory, it_.next_generation});
-        collide_with_ball<kBoundary>(c_, ball, event.tick, now, tally_);
+        const BallTrajectory& ball = note_hit(
+            step_, event.generation, {event.tick, id, cluster_, attempt_, it.trajectory, it.next_generation});
+        collide_with_ball<kBoundary>(c_, ball, event.tick, now, tally);
       } else {
         apply_edge(c_, event.partner, now);
       }
     }
-    if (event.partner == kExit) tally_.retired();
-    if (!takes_part) return;
-    keep_segment(step_, counts_, event, it_);
-    set_trajectory(now, event, it_, tally_);
-    if (event.partner != kBallPartner)
-      it_.last_contact_tick = c_.plan.start + event.tick;
-    else
-      it_.has_changed = kHitBall;
+    if (event.partner == kExit) tally.retired();
+    if (lane_ == own) add_tally(tally, tally_);
+    if (takes_part) {
+      keep_segment(step_, counts_, event, it);
+      set_trajectory(now, event, it, tally);
+      fastest2_ = fmaxf(fastest2_, tally.fastest2);
+      if (event.partner != kBallPartner)
+        it.last_contact_tick = c_.plan.start + event.tick;
+      else
+        it.has_changed = kHitBall;
+    }
+    __syncwarp();
   }
 
   std::uint32_t max_events_;

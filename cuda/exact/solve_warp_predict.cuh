@@ -10,17 +10,11 @@
 
 namespace pf::cuda {
 
-// Shared memory of a block's warps.
-struct WarpSpace {
-  static constexpr unsigned kMaxNear = 48;
-  std::uint32_t near[kExactBlock / 16][kMaxNear];  // parcels that a half of a warp has found
-};
-
 // All lanes call the functions of this class together.
 class WarpPredictions : protected WarpMembers {
  protected:
-  __device__ __forceinline__ WarpPredictions(const StepContext& step, WarpSpace& space, BlockCounts& counts)
-      : WarpMembers(step, counts), near_(space.near[threadIdx.x / kHalfWarp]) {}
+  __device__ __forceinline__ WarpPredictions(const StepContext& step, WarpSpace& space, SliceCounts& counts)
+      : WarpMembers(step, space, counts), near_(space.near[threadIdx.x / kHalfWarp]) {}
 
   // Predicts the next events of one or two members. changed: lanes of members with new trajectories. The
   // other members learn of earlier events with these; those whose partner left the trajectory of their event
@@ -29,17 +23,18 @@ class WarpPredictions : protected WarpMembers {
   __device__ __forceinline__ unsigned predict(unsigned one, unsigned two, unsigned changed) {
     const Subject subject = subject_of(lane_ < kHalfWarp ? one : two, changed);
     const unsigned num_members = c_.run.physics.parcels.contacts ? num_ : 0U;
-    const auto near =
-        MemberSearch::around<kBoundary>(step_, subject.here, subject.body.trajectory, subject.fastest_mps);
-    SearchBox box = box_around<kBoundary>(step_.launch.space, subject.here, near.reach);
+    const auto near = MemberSearch::around<kBoundary>(step_, subject.member.here, subject.trajectory(),
+                                                      subject.member.it.fastest_mps);
+    SearchBox box = box_around<kBoundary>(step_.launch.space, subject.member.here, near.reach);
     if (!subject.is_there || num_members == 0) box.num_ranges = 0;
     CandidateCursor<kHalfWarp, kAhead> cursor(step_.launch.space, box);
-    bool is_at_ball =
-        subject.is_there && c_.plan.ball != BallRole::absent && step_.is_near_ball<kBoundary>(subject.here);
+    bool is_at_ball = subject.is_there && c_.plan.ball != BallRole::absent &&
+                      step_.is_near_ball<kBoundary>(subject.member.here);
     bool may_meet_ball = false, is_stale = false;
     unsigned num_near = 0;  // listed ones of this half
     Event best;
-    if (subject.is_there && half_lane() == 0) keep_edge<kBoundary>(step_, subject.here, subject.body, best);
+    if (subject.is_there && half_lane() == 0)
+      keep_edge<kBoundary>(step_, subject.member.here, subject.body(), best);
     for (unsigned first_member = 0;; first_member += kHalfWarp) {
       while (cursor.has_more() &&
              !__any_sync(kWholeWarp, num_near + kAhead * kHalfWarp > WarpSpace::kMaxNear))
@@ -64,13 +59,13 @@ class WarpPredictions : protected WarpMembers {
     }
     may_meet_ball = in_half_warp(may_meet_ball) != 0;
     if (__any_sync(kWholeWarp, may_meet_ball)) {
-      const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step_, subject.body, may_meet_ball);
+      const PathHit hit = hit_on_path_by_half_warp<kBoundary>(step_, subject.body(), may_meet_ball);
       if (half_lane() == 0) keep_hit(hit, best);
     }
     best = first_of_half(best);
-    const Event of_one = from(best, 0), of_two = from(best, kHalfWarp);
-    if (lane_ == one) it_.event = of_one;
-    if (lane_ == two) it_.event = of_two;
+    __syncwarp();
+    if (half_lane() == 0 && subject.lane != kNoLane) members_[subject.lane].it.event = best;
+    __syncwarp();
     return __ballot_sync(kWholeWarp, is_stale);
   }
 
@@ -79,13 +74,13 @@ class WarpPredictions : protected WarpMembers {
 
   // The member that a half of the warp predicts.
   struct Subject {
-    unsigned lane;     // kNoLane: none
+    unsigned lane;  // kNoLane: none
+    const WarpMember& member;
     bool is_there;     // there is one, and it has not retired
     bool has_changed;  // it is on a new trajectory
-    ParcelNearBall body;
-    std::uint32_t index;
-    Vec2i here;  // position at the step's start
-    float fastest_mps;
+
+    __device__ __forceinline__ const Trajectory& trajectory() const { return member.it.trajectory; }
+    __device__ __forceinline__ ParcelNearBall body() const { return near_ball(member.it); }
   };
 
   // What a lane compares the subject with. kNoPartner: nothing.
@@ -98,17 +93,9 @@ class WarpPredictions : protected WarpMembers {
   __device__ __forceinline__ unsigned half_lane() const { return lane_ % kHalfWarp; }
 
   __device__ __forceinline__ Subject subject_of(unsigned lane, unsigned changed) const {
-    const unsigned source = lane % 32;
-    Subject subject;
-    subject.lane = lane;
-    subject.has_changed = (changed & bit(lane)) != 0;
-    subject.body = {from(it_.trajectory, source), from(it_.id, source), from(it_.next_generation, source),
-                    from(it_.has_changed, source) == kHitBall};
-    subject.is_there = lane != kNoLane && !is_retired(subject.body.trajectory.anchor);
-    subject.index = from(it_.index, source);
-    subject.here = from(here_, source);
-    subject.fastest_mps = from(it_.fastest_mps, source);
-    return subject;
+    const WarpMember& member = members_[lane % 32];
+    const bool is_there = lane != kNoLane && !is_retired(member.it.trajectory.anchor);
+    return {lane, member, is_there, (changed & bit(lane)) != 0};
   }
 
   // Lists the next candidates of the cursor that may collide with the subject.
@@ -127,7 +114,7 @@ class WarpPredictions : protected WarpMembers {
     }
     for (unsigned u = 0; u < kAhead; ++u) {
       const bool is_other =
-          candidates[u] != kInvalidIndex && candidates[u] != subject.index && owner[u] != cluster_;
+          candidates[u] != kInvalidIndex && candidates[u] != subject.member.it.index && owner[u] != cluster_;
       const bool is_near =
           is_other && near.template holds<kBoundary>(step_.world(), there[u]) &&
           (owner[u] != kInvalidIndex || near.template may_hit<kBoundary>(step_, there[u], velocity[u]));
@@ -138,17 +125,16 @@ class WarpPredictions : protected WarpMembers {
   }
 
   __device__ __forceinline__ Comparison member_to_compare(unsigned lane, bool is_real) const {
-    const unsigned source = lane % 32;
-    const Comparison it{from(it_.index, source), from(it_.id, source), from(it_.next_generation, source),
-                        from(it_.trajectory, source)};
-    return is_real ? it : Comparison{};
+    if (!is_real) return {};
+    const Member& it = members_[lane].it;
+    return {it.index, it.id, it.next_generation, it.trajectory};
   }
 
   // Parcel j, outside the cluster: a free one on its start trajectory, one of another cluster on any.
   __device__ __forceinline__ Comparison parcel_to_compare(std::uint32_t j, const Subject& subject) {
     const std::uint32_t id = load_early(&memory_.trajectories.id[j]);
     if (step_.owner_of(j) != kInvalidIndex && subject.has_changed)
-      add_neighbour_pair(step_, counts_, subject.index, j);
+      add_neighbour_pair(step_, counts_, subject.member.it.index, j);
     return {j, id, 0, step_.start_trajectory(j)};
   }
 
@@ -159,7 +145,7 @@ class WarpPredictions : protected WarpMembers {
     if (state.num_ball_segments > 1) {
       may_meet = state.path_is_straight == 0;
       if (may_meet) return {};
-    } else if (subject.body.just_hit && step_.has_participant()) {
+    } else if (subject.body().just_hit && step_.has_participant()) {
       return {};
     }
     return {kBallPartner, kBallPartner, 0, {}};
@@ -169,7 +155,7 @@ class WarpPredictions : protected WarpMembers {
   template <Boundary kBoundary>
   __device__ __forceinline__ Event compare(const Subject& subject, const Comparison& it,
                                            bool& may_meet_ball) const {
-    const Trajectory& own = subject.body.trajectory;
+    const Trajectory& own = subject.trajectory();
     const bool with_ball = it.partner == kBallPartner;
     const bool is_possible =
         subject.is_there && it.partner != kNoPartner && !is_retired(it.trajectory.anchor);
@@ -189,7 +175,7 @@ class WarpPredictions : protected WarpMembers {
       may_meet_ball = tick != kNoTick || dot(motion.offset, motion.offset) <= contact * contact;
       return {};
     }
-    const std::uint32_t own_generation = generation_of(step_, tick, own, subject.body.next_generation);
+    const std::uint32_t own_generation = generation_of(step_, tick, own, subject.member.it.next_generation);
     const std::uint32_t other_generation =
         with_ball ? 0U : generation_of(step_, tick, it.trajectory, it.next_generation);
     return {tick, it.partner, it.id, max(own_generation, other_generation)};
@@ -201,20 +187,22 @@ class WarpPredictions : protected WarpMembers {
   __device__ __forceinline__ bool tell(unsigned one, unsigned two, unsigned changed, unsigned first_member,
                                        const Event& event) {
     const bool is_told = is_member() && (changed & bit(lane_)) == 0 &&
-                         lane_ / kHalfWarp == first_member / kHalfWarp && !is_retired(it_.trajectory.anchor);
+                         lane_ / kHalfWarp == first_member / kHalfWarp &&
+                         !is_retired(mine_.it.trajectory.anchor);
     bool is_stale = false;
     for (unsigned k = 0; k < 2; ++k) {
       const unsigned subject = k == 0 ? one : two;
       if ((changed & bit(subject)) == 0) continue;
       const unsigned source = k * kHalfWarp + half_lane();
-      const Event collision{from(event.tick, source), from(it_.index, subject), from(it_.id, subject),
-                            from(event.generation, source)};
+      const Member& other = members_[subject].it;
+      const Event collision{from(event.tick, source), other.index, other.id, from(event.generation, source)};
       if (!is_told) continue;
-      if (it_.event.partner == collision.partner) {
+      Event& own = mine_.it.event;
+      if (own.partner == collision.partner) {
         is_stale = true;
-        it_.event = {};
+        own = {};
       } else {
-        keep_earlier(it_.event, collision);
+        keep_earlier(own, collision);
       }
     }
     return is_stale;

@@ -36,6 +36,12 @@ __device__ inline EventKey load_fresh(const EventKey* event) {
   return *const_cast<const volatile EventKey*>(event);
 }
 
+// Returns whether there is nothing to do: a tick of a high exponent led beyond `until`.
+__device__ inline bool is_over(const ExactLaunch& launch) {
+  const ExactState& state = *launch.state;
+  return state.progress.now >= launch.until || state.unresolvable != 0 || state.paused != 0;
+}
+
 // Constants of the step, for what reaches to its end.
 __device__ __forceinline__ ExactConstants constants_of_step(const ExactLaunch& launch) {
   const StepPlan& plan = launch.state->plan;

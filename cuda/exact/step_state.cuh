@@ -130,9 +130,11 @@ struct SlicedList {
   std::uint32_t capacity = 0;
 };
 
-// Numbers of items in a slice, kept between the kernels.
+// Numbers of items in a slice. While solve_kernel runs, those of a block's slice are in shared memory.
 struct SliceCounts {
-  std::uint32_t active, neighbour_pairs, members;
+  std::uint32_t active, members, segments, neighbour_pairs;
+  std::uint32_t alone;  // 1 if the block solves the rest of the step alone
+  std::uint32_t round;
 };
 
 // A list that all blocks share.
@@ -234,8 +236,9 @@ struct ExactState {
   std::uint32_t serial_events = 0;           // the same, summed over rounds
   unsigned long long num_events_before = 0;  // num_events at the window's start
   std::uint32_t num_representatives = 0;
-  std::uint32_t num_taken = 0;          // representatives that warps took beyond their first one
-  std::uint32_t num_conflicts[2] = {};  // found by all blocks; by one that solves the rest alone
+  std::uint32_t num_taken = 0;            // representatives that warps took beyond their first one
+  std::uint32_t first_round_is_done = 0;  // 1 if first_round_kernel has solved all but the ball's cluster
+  std::uint32_t num_conflicts[2] = {};    // found by all blocks; by one that solves the rest alone
   std::uint32_t num_todo = 0;
 
   // The path of a ball, as solutions of this window assume it. A frozen ball has one segment.

@@ -103,6 +103,7 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
   state.num_events_before = state.num_events;
   state.num_representatives = 0;
   state.num_taken = 0;
+  state.first_round_is_done = 0;
   state.num_conflicts[0] = state.num_conflicts[1] = 0;
   state.num_todo = 0;
   start_ball_path(launch.run, launch.memory, state);
