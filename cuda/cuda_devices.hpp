@@ -19,8 +19,10 @@ std::string cuda_device_obstacle(int device);
 struct DeviceLimits {
   std::uint32_t num_multiprocessors = UINT32_MAX;
   std::size_t memory_bytes = SIZE_MAX;  // of all allocations together
-  std::uint32_t many_parcels = 0;       // from so many on steps are done in parts; 0: where that is faster
-  std::uint32_t solver_blocks = 0;      // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
+  // From so many on steps of the time-stepped methods are done in parts, and the first round of `exact` by a
+  // kernel of its own; 0: where that is faster.
+  std::uint32_t many_parcels = 0;
+  std::uint32_t solver_blocks = 0;  // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
 };
 
 // Throws UserError if the variable has another format.

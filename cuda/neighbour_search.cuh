@@ -264,6 +264,23 @@ struct NearList {
     }
     num = kept;
   }
+  // The same for predicate(j, load(j)). A value is loaded while the predicate of the parcel before it is
+  // found.
+  template <class Load, class Predicate>
+  __device__ void keep_if(Load load, Predicate predicate) {
+    if (num == 0) return;
+    unsigned kept = 0;
+    std::uint32_t j = space[0][threadIdx.x];
+    auto value = load(j);
+    for (unsigned k = 0; k < num; ++k) {
+      const std::uint32_t next = space[min(k + 1, num - 1)][threadIdx.x];
+      const auto next_value = load(next);
+      if (predicate(j, value)) space[kept++][threadIdx.x] = j;
+      j = next;
+      value = next_value;
+    }
+    num = kept;
+  }
 };
 
 // The same for up to four results, in registers.

@@ -14,9 +14,10 @@ struct PairedParcel {
   float start_speed2;     // (m/s)^2
 };
 
-// A pair after its collision, ordered by id.
+// A pair after its collision, as the threads of one of its parcels see it.
 struct CollidedPair {
-  PairedParcel first, second;
+  PairedParcel mine;
+  std::uint32_t other, other_slot;
   std::uint32_t tick;
   bool collides_again;
   ClusterTally tally;
@@ -33,29 +34,26 @@ __device__ inline bool is_elastic(const StepContext& step, std::uint32_t i, std:
          is_in_contact(step.c.plan, tick, step.memory.trajectories.last_contact_tick[i]);
 }
 
+// mine, other: its parcels.
 template <Boundary kBoundary>
-__device__ CollidedPair collide_pair(const StepContext& step, std::uint32_t representative) {
-  const StepMemory& memory = step.memory;
+__device__ __forceinline__ CollidedPair collide_pair(const StepContext& step, std::uint32_t tick,
+                                                     PairedParcel mine, PairedParcel other) {
   const ExactConstants& c = step.c;
-  const EventKey event = memory.events[representative];
-  const std::uint32_t partner = partner_of(event);
-  const bool in_order = step.id(representative) < step.id(partner);
-  CollidedPair pair{paired_parcel(step, in_order ? representative : partner),
-                    paired_parcel(step, in_order ? partner : representative),
-                    tick_of(event),
-                    false,
-                    {}};
-  Trajectory& first = pair.first.trajectory;
-  Trajectory& second = pair.second.trajectory;
-  anchor_at<kBoundary>(c, first, pair.tick);
-  anchor_at<kBoundary>(c, second, pair.tick);
-  const bool elastic =
-      is_elastic(step, pair.first.index, pair.tick) || is_elastic(step, pair.second.index, pair.tick);
-  collide<kBoundary>(c, first, second, elastic, pair.tally);
+  anchor_at<kBoundary>(c, mine.trajectory, tick);
+  anchor_at<kBoundary>(c, other.trajectory, tick);
+  const bool elastic = is_elastic(step, mine.index, tick) || is_elastic(step, other.index, tick);
+  const bool is_first = mine.id < other.id;
+  Trajectory first = is_first ? mine.trajectory : other.trajectory;
+  Trajectory second = is_first ? other.trajectory : mine.trajectory;
+  ClusterTally tally;
+  collide<kBoundary>(c, first, second, elastic, tally);
+  tally.num_events = 1;
+  tally.event_hash = event_hash(step.since_reset(tick), min(mine.id, other.id), max(mine.id, other.id));
   // Two parcels may be so fast that floats do not resolve how slowly they separate; then they collide again
   // at once.
-  pair.collides_again = collision_tick<kBoundary>(c, first, second) != kNoTick;
-  return pair;
+  const bool collides_again = collision_tick<kBoundary>(c, first, second) != kNoTick;
+  mine.trajectory = is_first ? first : second;
+  return {mine, other.index, other.member_slot, tick, collides_again, tally};
 }
 
 // Returns whether nothing but its partner can change the events of a pair's parcel, as long as all other
@@ -78,17 +76,22 @@ __device__ bool is_undisturbed(const StepContext& step, const PairedParcel& it, 
                                        [&](std::uint32_t j) { near.push(j); });
   if (!near.holds_all()) return false;
   bool undisturbed = true;
-  near.keep_if([&](std::uint32_t j) {
-    const EventKey event = memory.events[j];
-    const Vec2f velocity = memory.trajectories.velocity[j];
-    const Vec2i there = positions[j];
+  struct Neighbour {
+    EventKey event;
+    Vec2f velocity;
+    Vec2i position;
+  };
+  const auto load = [&](std::uint32_t j) {
+    return Neighbour{memory.events[j], memory.trajectories.velocity[j], positions[j]};
+  };
+  near.keep_if(load, [&](std::uint32_t j, const Neighbour& other) {
     if (j == partner) return false;
-    if (tick_of(event) < c.plan.length) {
-      if (partner_of(event) == it.index) undisturbed = false;
+    if (tick_of(other.event) < c.plan.length) {
+      if (partner_of(other.event) == it.index) undisturbed = false;
       note(j);
     }
-    return may_collide(separation<kBoundary>(step.world(), start, there), velocity - now.velocity,
-                       step.contact_distance(), step.units_in_step());
+    return may_collide(separation<kBoundary>(step.world(), start, other.position),
+                       other.velocity - now.velocity, step.contact_distance(), step.units_in_step());
   });
   for (unsigned k = 0; undisturbed && k < near.num; ++k) {
     const Trajectory other = step.start_trajectory(near[k]);
@@ -131,23 +134,21 @@ __device__ inline void publish_member(const StepContext& step, const PairedParce
   step.memory.owner[it.index] = representative;
 }
 
-__device__ inline void publish_cluster(const StepContext& step, const CollidedPair& pair,
-                                       std::uint32_t representative) {
-  const std::uint32_t slot =
-      pair.first.index == representative ? pair.first.member_slot : pair.second.member_slot;
+// pair: as the threads of the representative see it.
+__device__ inline void publish_cluster(const StepContext& step, const CollidedPair& pair) {
+  const PairedParcel& mine = pair.mine;
   Cluster cluster;
-  start_cluster(cluster, representative);
-  cluster.members = slot;
+  start_cluster(cluster, mine.index);
+  cluster.members = mine.member_slot;
   cluster.solution = kSolvedAsPair;
   cluster.tally = pair.tally;
-  cluster.tally.num_events = 1;
-  cluster.tally.event_hash = event_hash(step.since_reset(pair.tick), pair.first.id, pair.second.id);
-  step.memory.clusters[slot] = cluster;
+  step.memory.clusters[mine.member_slot] = cluster;
 }
 
 // Solves the pair of a representative by 2 * kLanes threads, one half for each parcel. Publishes the result,
-// or leaves the pair to solve_kernel as a cluster. Whole warps call it; threads without a pair repeat another
-// pair with is_real = false. Returns the square of the largest speed, (m/s)^2, in some of the threads.
+// and leaves the pair to solve_kernel as a cluster if that is not certain. Whole warps call it; threads
+// without a pair repeat another pair with is_real = false. Returns the square of the largest speed, (m/s)^2,
+// in some of the threads.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes>
 __device__ float solve_pair(const StepContext& step, std::uint32_t slice, std::uint32_t representative,
                             bool is_real, NearList<kExactBlock>::Space& near_space) {
@@ -155,26 +156,28 @@ __device__ float solve_pair(const StepContext& step, std::uint32_t slice, std::u
   static_assert(kTogether < 32);
   const unsigned lane = threadIdx.x % kTogether;
   const unsigned all_lanes = ((1U << kTogether) - 1U) << (threadIdx.x % 32 - lane);  // of this pair
-  const CollidedPair pair = collide_pair<kBoundary>(step, representative);
-  const PairedParcel& mine = lane < kLanes ? pair.first : pair.second;
-  const PairedParcel& other = lane < kLanes ? pair.second : pair.first;
+  const bool represents = lane < kLanes, leads = lane % kLanes == 0 && is_real;
+  const EventKey event = step.memory.events[representative];
+  const std::uint32_t partner = partner_of(event);
+  const CollidedPair pair = collide_pair<kBoundary>(
+      step, tick_of(event), paired_parcel(step, represents ? representative : partner),
+      paired_parcel(step, represents ? partner : representative));
+  const PairedParcel& mine = pair.mine;
+  // Now, since what is written need not be kept in registers during the search.
+  if (leads && represents) publish_cluster(step, pair);
+  if (leads)
+    publish_member(step, mine, pair.tick, representative, represents ? pair.other_slot : kInvalidIndex);
   const bool undisturbed =
-      is_undisturbed<kBoundary, kReadOnly, kLanes>(step, mine, other.index, near_space, [&](std::uint32_t j) {
+      is_undisturbed<kBoundary, kReadOnly, kLanes>(step, mine, pair.other, near_space, [&](std::uint32_t j) {
         // A colliding pair of neighbours lies in both search circles. If both are in pairs, the one with the
         // lower index notes it; a larger cluster notes its own neighbours.
         if (j >= mine.index && is_real) note_neighbour_pair(step, slice, mine.index, j);
       });
   const unsigned solved = __ballot_sync(kWholeWarp, undisturbed && !pair.collides_again && is_real);
-  const bool leads = lane % kLanes == 0;
-  if ((solved & all_lanes) != all_lanes) {
-    if (leads && is_real) join_cluster(step, mine.index, representative);
-    return 0.0F;
-  }
-  if (lane == 0) publish_cluster(step, pair, representative);
   if (!leads) return 0.0F;
-  const std::uint32_t next_slot = mine.index == representative ? other.member_slot : kInvalidIndex;
-  publish_member(step, mine, pair.tick, representative, next_slot);
-  return dot(mine.trajectory.velocity, mine.trajectory.velocity);
+  if ((solved & all_lanes) == all_lanes) return dot(mine.trajectory.velocity, mine.trajectory.velocity);
+  join_cluster(step, mine.index, representative);
+  return 0.0F;
 }
 
 // Forms the clusters of a part of a slice's active parcels, and solves the pairs among them. All threads of

@@ -54,16 +54,19 @@ TEST_F(Devices, StepsInPartsGiveTheSameBits) {
   }
 }
 
-// A gas of millions of parcels has two blocks of solve_kernel on a multiprocessor; others have one.
-TEST_F(Devices, TwoBlocksOfTheSolverGiveTheSameBits) {
+// A gas of millions of parcels has two blocks of solve_kernel on a multiprocessor; others have one. Of many
+// parcels another kernel solves most clusters of the first round.
+TEST_F(Devices, EveryArrangementOfTheSolverGivesTheSameBits) {
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     Settings s = court(20000, boundary);
     s.method = Method::exact;
     s.restitution = 0.6;
     const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
-    for (const char* blocks : {"multiprocessors=4 solver_blocks=1", "multiprocessors=4 solver_blocks=2"}) {
-      limit(blocks);
-      EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu) << blocks;
+    for (const char* arrangement : {"multiprocessors=4 solver_blocks=1", "multiprocessors=4 solver_blocks=2",
+                                    "multiprocessors=4 solver_blocks=1 many_parcels=1",
+                                    "multiprocessors=4 solver_blocks=2 many_parcels=1"}) {
+      limit(arrangement);
+      EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu) << arrangement;
     }
   }
 }
