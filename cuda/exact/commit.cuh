@@ -106,21 +106,33 @@ __device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i,
   }
 }
 
-// Predicts the marked members of a block's slice, after all trajectories are committed, each by a team. Each
-// parcel that a changed one will meet learns of it. Members no longer belong to clusters. The block's warps
-// from first_warp on call it.
+// So many shares of some members each has the slice with the most of them. Whole warps call it.
+__device__ inline std::uint32_t num_shares_of_members(const StepMemory& memory, std::uint32_t members) {
+  std::uint32_t most = 0;
+  for (std::uint32_t s = threadIdx.x % 32; s < memory.num_slices; s += 32)
+    most = max(most, memory.counts[s].members);
+  return (warp_max(most) + members - 1) / members;
+}
+
+// Predicts the marked members, after all trajectories are committed, each by a team. Each parcel that a
+// changed one will meet learns of it. Members no longer belong to clusters. The grid's warps call it but for
+// the first one of the first block. Slices differ much in how many members they have, so a warp takes a few
+// of one slice, then of another.
 template <Boundary kBoundary>
-__device__ void predict_members(const StepContext& step, std::uint32_t num_members, unsigned first_warp,
-                                NearList<kExactBlock>::Space& near_space) {
+__device__ void predict_members(const StepContext& step, NearList<kExactBlock>::Space& near_space) {
   constexpr unsigned kTeamsOfWarp = 32 / kLanesOfParcel;
   const StepMemory& memory = step.memory;
   const bool leads = threadIdx.x % kLanesOfParcel == 0;
-  const unsigned team = threadIdx.x % 32 / kLanesOfParcel, num_warps = kExactBlock / 32 - first_warp;
-  for (std::uint32_t base = (threadIdx.x / 32 - first_warp) * kTeamsOfWarp; base < num_members;
-       base += num_warps * kTeamsOfWarp) {
+  const unsigned team = threadIdx.x % 32 / kLanesOfParcel;
+  const std::uint32_t num_slices = gridDim.x, num_shares = num_shares_of_members(memory, kTeamsOfWarp);
+  const std::uint32_t warp = blockIdx.x + threadIdx.x / 32 * num_slices;
+  const std::uint32_t num_warps = num_slices * (kExactBlock / 32) - 1;
+  for (std::uint32_t k = warp - 1; k < num_shares * num_slices; k += num_warps) {
+    const std::uint32_t slice = k % num_slices, base = k / num_slices * kTeamsOfWarp;
+    const std::uint32_t num_members = memory.counts[slice].members;
+    if (base >= num_members) continue;
     const bool is_member = base + team < num_members;
-    const Member& member =
-        memory.members[blockIdx.x * memory.member_capacity + (is_member ? base + team : base)];
+    const Member& member = memory.members[slice * memory.member_capacity + (is_member ? base + team : base)];
     const std::uint32_t i = member.index;
     if (leads) memory.owner[i] = kInvalidIndex;
     const bool has_changed = member.has_changed != kUnchanged && member.has_changed != kWasDue;

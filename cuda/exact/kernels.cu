@@ -101,7 +101,11 @@ struct SolveSpace {
   SliceCounts counts;
   PairSpace pairs;
   alignas(PathHits) NearList<kBlock>::Space near;
+
+  // In the same place: no cluster is solved while tiles are refreshed.
+  __device__ __forceinline__ DueTiles& due_tiles() { return reinterpret_cast<DueTiles&>(clusters); }
 };
+static_assert(sizeof(DueTiles) <= sizeof(ClusterSpace));
 static_assert(sizeof(SolveSpace) <= 48 * 1024);  // of shared memory, on any architecture
 
 // State SOLVE. Returns whether the window is solved.
@@ -118,26 +122,28 @@ __device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& s
 // others predict, for which nothing matters that changes then.
 template <Boundary kBoundary>
 __device__ __forceinline__ bool run_commit(const StepContext& step, SolveSpace& space, bool solved) {
+  SliceCounts& counts = step.memory.counts[blockIdx.x];
   const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
+  if (threadIdx.x == 0) counts.members = num_members;
   const bool goes_on = step.state.window_end < step.state.plan.length;
   if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
   if (solved && goes_on) {
     cg::this_grid().sync();
     const ExactConstants c = constants_of_step(step.launch);
-    const unsigned first_warp = blockIdx.x == 0 ? 1 : 0;
-    if (threadIdx.x / 32 < first_warp) {
+    if (blockIdx.x == 0 && threadIdx.x / 32 == 0) {
       finish_window(step.launch, true);
     } else {
-      predict_members<kBoundary>({step.launch, c}, num_members, first_warp, space.near);
+      predict_members<kBoundary>({step.launch, c}, space.near);
     }
   }
   __syncthreads();
   if (threadIdx.x == 0) {
     add_slot(step.launch.slots[blockIdx.x % kNumSlots], space.tally);
     space.tally = {};
-    step.memory.counts[blockIdx.x] = {};
   }
   cg::this_grid().sync();
+  if (threadIdx.x == 0) counts = {};
+  __syncthreads();
   return solved && goes_on;
 }
 
@@ -190,7 +196,7 @@ __device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_s
     const ExactConstants c = constants_of_step(launch);
     const StepContext step{launch, c};
     if (same_step) {
-      refresh<kBoundary>(step, blockIdx.x, space.near);
+      refresh<kBoundary>(step, space.due_tiles(), space.near);
     } else {
       for (std::uint32_t first = blockIdx.x * kBlock; first < launch.space.num_parcels;
            first += gridDim.x * kBlock)

@@ -312,20 +312,60 @@ __device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::u
   set_earliest<kBoundary>(step, i, tick_of(event), is_active);
 }
 
-// Lists all active parcels, and predicts due events that are stale anew. Tiles that lie side by side, as
-// those before the ball do, go to different warps. The grid calls it.
-template <Boundary kBoundary>
-__device__ void refresh(const StepContext& step, std::uint32_t slice,
-                        NearList<kExactBlock>::Space& near_space) {
+// Tiles of a block that have due events, in shared memory.
+struct DueTiles {
+  static constexpr unsigned kPerThread = 12;
+  std::uint32_t tiles[kPerThread * kExactBlock];
+  std::uint32_t num, num_taken;
+};
+
+// Tiles that lie side by side, as those before the ball do, go to different blocks, but for so many, which
+// one sector of memory holds.
+constexpr std::uint32_t kTilesTogether = 8;
+
+// Lists tiles of the block's share with due events: the first kPerThread of each thread from `first` on. All
+// threads of the block call it.
+__device__ inline void list_due_tiles(const StepContext& step, std::uint32_t first, std::uint32_t block,
+                                      std::uint32_t num_blocks, DueTiles& due) {
   const std::uint32_t num_tiles = (step.launch.space.num_parcels + kTile - 1) / kTile;
   const std::uint32_t window_end = step.state.window_end;
-  constexpr std::uint32_t kWarps = kExactBlock / 32;
-  const std::uint32_t warp = blockIdx.x + gridDim.x * (threadIdx.x / 32), num_warps = gridDim.x * kWarps;
-  for (std::uint32_t base = warp; base < num_tiles; base += num_warps * 32) {
-    const std::uint32_t mine = base + threadIdx.x % 32 * num_warps;
-    const bool is_due = mine < num_tiles && step.memory.earliest[mine] < window_end;
-    for (unsigned due = __ballot_sync(kWholeWarp, is_due); due != 0; due &= due - 1)
-      refresh_tile<kBoundary>(step, base + (__ffs(due) - 1) * num_warps, slice, near_space);
+  __syncthreads();
+  if (threadIdx.x == 0) due.num = due.num_taken = 0;
+  __syncthreads();
+  std::uint32_t tiles[DueTiles::kPerThread];
+  bool is_due[DueTiles::kPerThread];
+#pragma unroll
+  for (unsigned u = 0; u < DueTiles::kPerThread; ++u) {
+    const std::uint32_t k = first + u * kExactBlock + threadIdx.x;
+    tiles[u] = (k / kTilesTogether * num_blocks + block) * kTilesTogether + k % kTilesTogether;
+    is_due[u] = tiles[u] < num_tiles && step.memory.earliest[tiles[u]] < window_end;
+  }
+#pragma unroll
+  for (unsigned u = 0; u < DueTiles::kPerThread; ++u) {
+    if (is_due[u]) due.tiles[atomicAdd(&due.num, 1U)] = tiles[u];
+  }
+  __syncthreads();
+}
+
+// Lists all active parcels, and predicts due events that are stale anew. The grid calls it. Where there is a
+// ball the first block has no share: it expects hits while the others solve pairs.
+template <Boundary kBoundary>
+__device__ void refresh(const StepContext& step, DueTiles& due, NearList<kExactBlock>::Space& near_space) {
+  const std::uint32_t num_idle = step.has_participant() && gridDim.x > 1 ? 1 : 0;
+  if (blockIdx.x < num_idle) return;
+  const std::uint32_t num_blocks = gridDim.x - num_idle, block = blockIdx.x - num_idle;
+  const std::uint32_t num_tiles = (step.launch.space.num_parcels + kTile - 1) / kTile;
+  const std::uint32_t num_groups = (num_tiles + kTilesTogether - 1) / kTilesTogether;
+  const std::uint32_t num_mine = (num_groups + num_blocks - 1 - block) / num_blocks * kTilesTogether;
+  for (std::uint32_t first = 0; first < num_mine; first += DueTiles::kPerThread * kExactBlock) {
+    list_due_tiles(step, first, block, num_blocks, due);
+    while (true) {
+      std::uint32_t k = 0;
+      if (threadIdx.x % 32 == 0) k = atomicAdd(&due.num_taken, 1U);
+      k = __shfl_sync(kWholeWarp, k, 0);
+      if (k >= due.num) break;
+      refresh_tile<kBoundary>(step, due.tiles[k], blockIdx.x, near_space);
+    }
   }
 }
 
