@@ -6,6 +6,7 @@
 #include "cuda/cuda_devices.hpp"
 #include "cuda/exact/predict.cuh"
 #include "cuda/exact/reconcile.cuh"
+#include "cuda/exact/refresh.cuh"
 #include "cuda/exact/solve_pair.cuh"
 #include "cuda/exact/timeline.cuh"
 #include "model/for_boundary.hpp"

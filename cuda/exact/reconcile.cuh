@@ -78,7 +78,7 @@ __device__ void find_ball_conflicts(const StepContext& step, const StepTeam& tea
   const std::uint32_t ball = owner_of_ball(step);
   if (ball == kInvalidIndex || cluster_of(step, ball).solution == kUnsolved) return;
   const std::uint32_t num_near = min(step.state.num_near_ball, memory.near_ball.capacity);
-  for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
+  for (std::uint32_t k = team.spread_rank(); k < num_near; k += team.num_threads()) {
     const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
     if (owner == kInvalidIndex || owner == ball || cluster_of(step, owner).solution == kUnsolved) continue;
     if (hits_path<kBoundary>(step, solved_path(step), i, 0)) add_conflict(step, counts, owner, ball);
@@ -92,7 +92,9 @@ __device__ void find_parcel_conflicts(const StepContext& step, SliceCounts& coun
   const uint2* pairs =
       memory.neighbour_pairs + static_cast<std::size_t>(blockIdx.x) * memory.neighbour_pair_capacity;
   const std::uint32_t num = min(counts.neighbour_pairs, memory.neighbour_pair_capacity);
-  for (std::uint32_t k = threadIdx.x; k < num; k += kExactBlock) {
+  StepTeam block;
+  block.alone = true;
+  for (std::uint32_t k = block.spread_rank(); k < num; k += kExactBlock) {
     const uint2 pair = pairs[k];
     const std::uint32_t p = memory.owner[pair.x], q = memory.owner[pair.y];
     if (p != q && cluster_of(step, p).solution != kUnsolved && cluster_of(step, q).solution != kUnsolved &&
@@ -273,14 +275,14 @@ __device__ void find_clusters_at_ball(const StepContext& step, SliceCounts& coun
   const StepTeam team;
   const std::uint32_t num_same = load_fresh(&state.num_same_segments);
   const std::uint32_t num_logged = has_changed ? min(state.num_ball_hits, memory.ball_hit_capacity) : 0U;
-  for (std::uint32_t k = team.rank(); k < num_logged; k += team.num_threads()) {
+  for (std::uint32_t k = team.spread_rank(); k < num_logged; k += team.num_threads()) {
     const BallHit& hit = memory.ball_hits[k];
     const Cluster& cluster = cluster_of(step, hit.cluster);
     if (cluster.parent == hit.cluster && cluster.attempt == hit.attempt && !has_hit(step, num_same, hit))
       reassign_members(step, hit.cluster, round);
   }
   const std::uint32_t num_near = min(state.num_near_ball, memory.near_ball.capacity);
-  for (std::uint32_t k = team.rank(); k < num_near; k += team.num_threads()) {
+  for (std::uint32_t k = team.spread_rank(); k < num_near; k += team.num_threads()) {
     const std::uint32_t i = memory.near_ball.items[k], owner = step.owner_of(i);
     if (owner == kInvalidIndex) {
       if (hits_path<kBoundary>(step, assumed_path(step), i, 0)) add_cluster(step, counts, i, round);

@@ -24,6 +24,9 @@ struct StepTeam {
   }
   __device__ unsigned rank() const { return alone ? threadIdx.x : static_cast<unsigned>(grid.thread_rank()); }
   __device__ unsigned num_threads() const { return alone ? kExactBlock : static_cast<unsigned>(grid.size()); }
+  // A rank by which consecutive threads lie in different warps: few items, on different ways through the
+  // code, do not wait for each other.
+  __device__ unsigned spread_rank() const { return threadIdx.x % 32 * num_warps() + rank() / 32; }
   // Rank of the warp in its first thread, and more than any number of items in the others: work that mostly
   // waits for memory is no faster with more threads.
   __device__ unsigned warp_rank() const { return threadIdx.x % 32 == 0 ? rank() / 32 : kInvalidIndex; }
