@@ -8,7 +8,7 @@ namespace {
 
 // Room in each slice: for one in so many of its parcels, and more where parcels are few.
 constexpr std::uint32_t kActiveShare = 4;         // have an event in the step
-constexpr std::uint32_t kJoinedShare = 40;        // have none at first, but are hit
+constexpr std::uint32_t kJoinedShare = 48;        // have none at first, but are hit
 constexpr std::uint32_t kSegmentShare = 16;       // segments, between two events of a parcel in one step
 constexpr std::uint32_t kNeighbourPairShare = 8;  // neighbours in two clusters
 // Room in common lists.
