@@ -176,7 +176,8 @@ __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_comm
 
 // ---- steps
 
-// Longest step, in epochs of a CPU: search boxes grow with it. A fast ball in a slow gas reaches it.
+// Longest step of parcels that collide, in epochs of a CPU: search boxes grow with it. A fast ball in a slow
+// gas reaches it.
 constexpr double kStepInEpochs = 2.5;
 
 // Plans the next step, which ends at the latest at `until`, the ball's next chord if it has none, and the
@@ -192,7 +193,8 @@ __device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until,
   }
   StepPlan plan = plan_step(run, progress, until, state.max_ticks);
   const double parts = plan.length / (kStepInEpochs * preferred_epoch_ticks({run, plan}));
-  if (parts > 1.0) plan.length = max(1U, static_cast<std::uint32_t>(plan.length / ceil(parts)));
+  if (parts > 1.0 && run.physics.parcels.contacts)
+    plan.length = max(1U, static_cast<std::uint32_t>(plan.length / ceil(parts)));
   if (run.physics.ball.exists) {
     plan.ball = state.chord.ball;
     const std::uint32_t left = state.chord.length - static_cast<std::uint32_t>(-state.chord_begin);
