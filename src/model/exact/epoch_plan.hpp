@@ -12,7 +12,8 @@
 namespace pf {
 
 // Length of an epoch: displacement at the bound on speeds, contact distances or mean distances of parcels,
-// whichever is longer. Search boxes are that much wider.
+// whichever is longer. Search boxes are that much wider. Without contacts it is that with the ball, if
+// longer.
 constexpr double kEpochContacts = 1.25;
 constexpr double kEpochSpacings = 0.6;
 
@@ -34,7 +35,9 @@ PF_HD inline double preferred_epoch_ticks(const ExactConstants& c) {
   const double area = 4.0 * world.half.x * world.half.y;
   const double spacing = sqrt(area / (c.run.physics.parcels.num + 1.0));
   const double by_contact = kEpochContacts * c.run.contact_distance, by_spacing = kEpochSpacings * spacing;
-  const double units = by_contact > by_spacing ? by_contact : by_spacing;
+  double units = by_contact > by_spacing ? by_contact : by_spacing;
+  // Parcels that pass through each other are searched for at the ball only.
+  if (!c.run.physics.parcels.contacts && units < c.run.ball_contact) units = c.run.ball_contact;
   return units / (c.plan.max_speed_mps * c.plan.units_per_tick);
 }
 
