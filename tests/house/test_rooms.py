@@ -55,7 +55,7 @@ TWINS = [
     ("window", "step_state", ["TrajectorySegment", "Member", "Cluster", "ClusterTally"]),
     ("window", "step_context", ["start_trajectory", "owner_of", "is_near_ball", "CONTEXT"]),
     ("predict", "predict", ["predict", "collision_tick", "CONTEXT"]),
-    ("refresh", "predict", ["refresh", "is_near_ball", "CONTEXT"]),
+    ("refresh", "refresh", ["refresh", "CONTEXT"]),
     ("clusters", "clusters", ["form_clusters", "union_sets", "CONTEXT"]),
     ("solve", "solve", ["solve", "CONTEXT"]),
     ("cluster_members", "solve_block_members", ["Member", "CONTEXT"]),
