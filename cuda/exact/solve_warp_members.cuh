@@ -6,18 +6,19 @@
 
 namespace pf::cuda {
 
+// A member as its lane has it.
 struct WarpMember {
   Member it;
-  Vec2i here;  // its position at the step's start
-  std::uint32_t slot;
+  Vec2i here;          // its position at the step's start
+  std::uint32_t slot;  // its slot
 };
 
 // Shared memory of a block's warps.
 struct WarpSpace {
-  static constexpr unsigned kMaxNear = 48;
   static constexpr unsigned kWarps = kExactBlock / 32;
+  static constexpr unsigned kMaxNear = 48;
   WarpMember members[kWarps][32];
-  ClusterTally tally[kWarps];                // without the ball's
+  ClusterTally tally[kWarps];                // of the cluster in hand
   std::uint32_t near[2 * kWarps][kMaxNear];  // parcels that a half of a warp has found
 };
 

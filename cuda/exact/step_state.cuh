@@ -1,11 +1,11 @@
 // Method `exact` on the device: the state that the stages of a step share. src/backend/exact has the same
 // stages for the CPU; the formulas are in src/model/exact.
 //
-// A step is four kernels. predict_kernel finds every parcel's earliest event. pair_kernel forms clusters, and
-// solves those that are two parcels with one event. solve_kernel, a cooperative kernel, solves the other
-// clusters and merges those that conflict, until none do. commit_kernel stores the solution and plans the
-// next step. Plans, retried steps and the ball stay on the device, so that steps follow each other without
-// the host.
+// A step is four or five kernels. predict_kernel finds every parcel's earliest event. pair_kernel forms
+// clusters, and solves those that are two parcels with one event. Of many parcels first_round_kernel solves
+// the other clusters once. solve_kernel, a cooperative kernel, solves what is left and merges clusters that
+// conflict, until none do. commit_kernel stores the solution and plans the next step. Plans, retried steps
+// and the ball stay on the device, so that steps follow each other without the host.
 //
 // Where parcels are crowded a step is cut into windows, which solve_kernel works through one after the other.
 // Each parcel keeps its predicted event from window to window: a window costs what happens in it. The ticks
