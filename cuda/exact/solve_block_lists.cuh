@@ -142,21 +142,13 @@ class BlockLists {
     const unsigned before = (1U << threadIdx.x % 32) - 1;
     unsigned num = 0;
     for (CandidateCursor<32, kAhead> cursor(step_.launch.space, search.box); cursor.has_more();) {
-      std::uint32_t candidates[kAhead], owner[kAhead];
-      Vec2i there[kAhead];
-      Vec2f velocity[kAhead];
-      cursor.next(candidates);
+      Candidates<kAhead> found;
+      found.load_next(step_, step_.start_positions(), cursor);
       for (unsigned u = 0; u < kAhead; ++u) {
-        const std::uint32_t j = min(candidates[u], step_.launch.space.num_parcels - 1);
-        owner[u] = step_.owner_of(j);
-        there[u] = step_.start_positions()[j];
-        velocity[u] = step_.memory.trajectories.velocity[j];
-      }
-      for (unsigned u = 0; u < kAhead; ++u) {
-        const bool is_near =
-            candidates[u] != kInvalidIndex && is_outside(owner[u], there[u], velocity[u], search);
+        const bool is_near = found.index[u] != kInvalidIndex &&
+                             is_outside(found.owner[u], found.position[u], found.velocity[u], search);
         const unsigned lanes = __ballot_sync(kWholeWarp, is_near), k = num + __popc(lanes & before);
-        if (is_near && k < BlockSpace::kMaxNear) entries[k] = entry_of(candidates[u], owner[u]);
+        if (is_near && k < BlockSpace::kMaxNear) entries[k] = entry_of(found.index[u], found.owner[u]);
         num += __popc(lanes);
       }
     }

@@ -197,6 +197,27 @@ struct MemberSearch {
   }
 };
 
+// A thread's next candidates of a search, kInvalidIndex where there are no more, with what decides whether
+// they are near: loads that do not wait for each other.
+template <unsigned kAhead>
+struct Candidates {
+  std::uint32_t index[kAhead], owner[kAhead];
+  Vec2i position[kAhead];
+  Vec2f velocity[kAhead];
+
+  template <unsigned kThreads>
+  __device__ __forceinline__ void load_next(const StepContext& step, const Vec2i* positions,
+                                            CandidateCursor<kThreads, kAhead>& cursor) {
+    cursor.next(index);
+    for (unsigned u = 0; u < kAhead; ++u) {
+      const std::uint32_t j = min(index[u], step.launch.space.num_parcels - 1);
+      owner[u] = step.owner_of(j);
+      position[u] = positions[j];
+      velocity[u] = step.memory.trajectories.velocity[j];
+    }
+  }
+};
+
 __device__ __forceinline__ ParcelNearBall near_ball(const Member& member) {
   return {member.trajectory, member.id, member.next_generation, member.has_changed == kHitBall};
 }

@@ -102,24 +102,17 @@ class WarpPredictions : protected WarpMembers {
   template <Boundary kBoundary>
   __device__ __forceinline__ void list_near(const MemberSearch& near, const Subject& subject,
                                             CandidateCursor<kHalfWarp, kAhead>& cursor, unsigned& num_near) {
-    std::uint32_t candidates[kAhead], owner[kAhead];
-    Vec2i there[kAhead];
-    Vec2f velocity[kAhead];
-    cursor.next(candidates);
+    Candidates<kAhead> found;
+    found.load_next(step_, positions_, cursor);
     for (unsigned u = 0; u < kAhead; ++u) {
-      const std::uint32_t j = min(candidates[u], step_.launch.space.num_parcels - 1);
-      owner[u] = step_.owner_of(j);
-      there[u] = positions_[j];
-      velocity[u] = memory_.trajectories.velocity[j];
-    }
-    for (unsigned u = 0; u < kAhead; ++u) {
-      const bool is_other =
-          candidates[u] != kInvalidIndex && candidates[u] != subject.member.it.index && owner[u] != cluster_;
+      const std::uint32_t j = found.index[u], owner = found.owner[u];
+      const Vec2i there = found.position[u];
+      const bool is_other = j != kInvalidIndex && j != subject.member.it.index && owner != cluster_;
       const bool is_near =
-          is_other && near.template holds<kBoundary>(step_.world(), there[u]) &&
-          (owner[u] != kInvalidIndex || near.template may_hit<kBoundary>(step_, there[u], velocity[u]));
+          is_other && near.template holds<kBoundary>(step_.world(), there) &&
+          (owner != kInvalidIndex || near.template may_hit<kBoundary>(step_, there, found.velocity[u]));
       const unsigned lanes = in_half_warp(is_near);
-      if (is_near) near_[num_near + __popc(lanes & (bit(half_lane()) - 1))] = candidates[u];
+      if (is_near) near_[num_near + __popc(lanes & (bit(half_lane()) - 1))] = j;
       num_near += __popc(lanes);
     }
   }
