@@ -4,8 +4,8 @@
 
 #include "cuda/check.cuh"
 #include "cuda/cuda_devices.hpp"
+#include "cuda/exact/ball_rounds.cuh"
 #include "cuda/exact/predict.cuh"
-#include "cuda/exact/reconcile.cuh"
 #include "cuda/exact/refresh.cuh"
 #include "cuda/exact/solve_pair.cuh"
 #include "cuda/exact/timeline.cuh"
