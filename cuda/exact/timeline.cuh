@@ -116,7 +116,7 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 // on an H200. The length that grows is the one that was learnt, not that of the window, which may be one of
 // two equal parts of a step that was hardly too long: from there half a step would never become a whole one.
 __device__ inline void learn_from_window(ExactState& state) {
-  constexpr double kSerialEvents = 32.0, kEventsPerSerialOne = 300.0, kSegments = 32.0;
+  constexpr double kSerialEvents = 56.0, kEventsPerSerialOne = 500.0, kSegments = 32.0;
   constexpr double kShortest = 0.125, kRoom = 4.0, kLonger = 1.5;
   const auto num_events = static_cast<double>(state.num_events - state.num_events_before);
   const double allowed = kSerialEvents + num_events / kEventsPerSerialOne;

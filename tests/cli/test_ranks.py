@@ -163,16 +163,25 @@ def children(pid):
     return sorted(found)
 
 
+def fly(bench, number, *options):
+    """A long flight by so many processes that has written its first checkpoint, run.state: launcher, processes."""
+    launcher = bench.start(number, *COURT, "--seconds", "600", "--checkpoint", "run.state", "--checkpoint-every", "0.001",
+                           *options)
+    state = bench.folder / "run.state"
+    deadline = time.time() + LIMIT_S
+    while not state.exists() and launcher.poll() is None and time.time() < deadline:
+        time.sleep(0.1)
+    ranks = children(launcher.pid)
+    if not state.exists() or len(ranks) != number:
+        launcher.kill()
+        check(False, f"no flight of {number} processes with a checkpoint, but {ranks}")
+    return launcher, ranks
+
+
 def killed(bench):
     """A process that dies ends all, and the last checkpoint stands."""
-    state = bench.folder / "run.state"
-    launcher = bench.start(3, *COURT, "--seconds", "600", "--checkpoint", "run.state", "--checkpoint-every", "0.001")
+    launcher, ranks = fly(bench, 3)
     try:
-        deadline = time.time() + 30
-        while not state.exists() and time.time() < deadline:
-            time.sleep(0.1)
-        ranks = children(launcher.pid)
-        check(state.exists() and len(ranks) == 3, f"flying, with a checkpoint: {ranks}")
         began = time.time()
         os.kill(ranks[-1], signal.SIGKILL)
         text, _ = launcher.communicate(timeout=30)
@@ -188,9 +197,7 @@ def killed(bench):
 
 def stopped(bench):
     """SIGTERM to the first process ends a run in its own time, with its files."""
-    launcher = bench.start(2, *COURT, "--seconds", "600", "--report", "report.json")
-    time.sleep(3)
-    ranks = children(launcher.pid)
+    launcher, ranks = fly(bench, 2, "--report", "report.json")
     first = [pid for pid in ranks
              if b"\0OMPI_COMM_WORLD_RANK=0\0" in b"\0" + pathlib.Path(f"/proc/{pid}/environ").read_bytes()] or ranks[:1]
     os.kill(first[0], signal.SIGTERM)
