@@ -110,7 +110,7 @@ __device__ inline void plan_window(const ExactLaunch& launch) {
 }
 
 // The next windows are shorter if too many events of this one were applied one after the other: for each of
-// them some hundred could have been applied side by side. Or if the ball's path has many segments, which
+// them some hundreds could have been applied side by side. Or if the ball's path has many segments, which
 // parcels near it are compared with. They become longer where there is room for four times as much; with
 // twice as much the next one is often too long, and the slowest frames of the court of 10^6 take 5 % longer
 // on an H200. The length that grows is the one that was learnt, not that of the window, which may be one of

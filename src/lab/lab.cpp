@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "app/accuracy_table.hpp"
@@ -108,10 +110,12 @@ class Rows {
   void set(std::size_t point, json measured, const std::string& key) {
     if (!measured.is_array()) measured = json::array({std::move(measured)});
     for (json& row : measured) {
+      measured_series_.insert(row.value("device", "cpu"));
       row["key"] = key;
       rows_[point].push_back(std::move(row));
     }
   }
+  const std::set<std::string>& measured_series() const { return measured_series_; }
   std::size_t num_done() const {
     return static_cast<std::size_t>(
         std::count_if(rows_.begin(), rows_.end(), [](const auto& rows) { return !rows.empty(); }));
@@ -128,6 +132,7 @@ class Rows {
  private:
   std::vector<std::vector<json>> rows_;  // by point
   std::vector<json> others_;
+  std::set<std::string> measured_series_;
 };
 
 // Caches the table for --accuracy on this machine.
@@ -193,12 +198,14 @@ bool draw(const std::string& script, const std::filesystem::path& folder) {
 bool run_study(const Study& study, const LabContext& context, const LabOptions& options, LabRanks& ranks) {
   json result = start_result(study, context);
   if (ranks.num() > 1) result["machine"]["processes"] = ranks.num();
+  const json devices = result["machine"]["devices"];
   if (options.resume) resume_study(options.out, study, result);
   const std::vector<LabPoint> points = study.plan(context);
   Rows rows(points, result["points"]);
   const std::size_t num_known = rows.num_done();
   const MachineLoad load;
   measure_points(study, points, options, ranks, rows, result);
+  for (const std::string& series : rows.measured_series()) add_device(devices, series, result["machine"]);
   result["complete"] = rows.num_done() == points.size();
   // With several ranks much of the load of others is that of the other ranks.
   if (rows.num_done() > num_known && ranks.num() == 1) note_load(load, result["machine"]);

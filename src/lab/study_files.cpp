@@ -63,21 +63,6 @@ void write_text(const fs::path& file, const std::string& text) {
         fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
 }
 
-// The machine that started the study, with the devices of all machines that continued it.
-json joined_machine(json machine, const json& now) {
-  machine["measured_under_load"] =
-      machine.value("measured_under_load", false) || now.value("measured_under_load", false);
-  json devices = machine.value("devices", json::array());
-  for (const json& device : now.at("devices")) {
-    const bool is_known = std::any_of(devices.begin(), devices.end(), [&](const json& known) {
-      return known.value("device", "") == device.value("device", "");
-    });
-    if (!is_known) devices.push_back(device);
-  }
-  machine["devices"] = devices;
-  return machine;
-}
-
 }  // namespace
 
 void open_results(const fs::path& folder, Existing existing) {
@@ -108,11 +93,19 @@ void resume_study(const fs::path& folder, const Study& study, json& result) {
                     old["points"].is_array() && old.contains("machine");
   if (!same) return;
   result["points"] = old["points"];
-  result["machine"] = joined_machine(old["machine"], result["machine"]);
+  result["machine"] = old["machine"];
   const std::string command = old.value("command", "");
   // The series of a CUDA device stays, whether or not this machine has one; so does the command that repeats
   // it.
   if (command.find(" --cuda") != std::string::npos) result["command"] = command;
+}
+
+void add_device(const json& devices, const std::string& series, json& machine) {
+  json& known = machine["devices"];
+  for (const json& device : devices) {
+    if (device.at("series") == series && std::find(known.begin(), known.end(), device) == known.end())
+      known.push_back(device);
+  }
 }
 
 std::string csv_of(const json& points) {

@@ -16,9 +16,12 @@ enum class Existing { refuse, resume, overwrite };
 // cannot be written.
 void open_results(const std::filesystem::path& folder, Existing existing);
 
-// Takes the points of an earlier run of the study in the folder into `result`, unless that run had another
-// --quick or version. Points of a series that is not measured now stay, with their device.
+// Takes the points of an earlier run of the study in the folder into `result`, with the machine that measured
+// them, unless that run had another --quick or version. Points of a series that is not measured now stay.
 void resume_study(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
+
+// Adds to a machine's devices those of a series that measures a point of a study begun elsewhere.
+void add_device(const nlohmann::json& devices, const std::string& series, nlohmann::json& machine);
 
 // Writes NAME.json and NAME.csv (one row per point, nested objects as columns a.b, without arrays). New files
 // are moved into place when they are complete: a crash leaves the old ones.

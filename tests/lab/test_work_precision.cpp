@@ -228,6 +228,12 @@ TEST(Lab, ResumeKeepsTheSeriesOfAnotherMachine) {
   ASSERT_EQ(result["machine"]["devices"].size(), 2U) << result;
   EXPECT_EQ(result["machine"]["devices"][1]["device"], "G");
   EXPECT_TRUE(result["machine"]["measured_under_load"].get<bool>());
+  const json here = {{{"series", "cpu"}, {"device", "B"}}, {{"series", "cuda"}, {"device", "G"}}};
+  add_device(here, "cuda", result["machine"]);
+  EXPECT_EQ(result["machine"]["devices"], old["machine"]["devices"]) << "this processor has measured nothing";
+  add_device(here, "cpu", result["machine"]);
+  ASSERT_EQ(result["machine"]["devices"].size(), 3U) << result;
+  EXPECT_EQ(result["machine"]["devices"][2], here[0]);
   full["quick"] = false;
   resume_study(folder.path(), study, full);
   EXPECT_TRUE(full["points"].empty()) << "a full run takes no quick points";

@@ -87,9 +87,11 @@ def add_legend(figure, study, corner=(0.99, 0.985)):
     handles = [Line2D([], [], ls="", marker=MARKS[method], ms=6, color=COLOURS[method], label=method) for method in METHODS]
     devices = list(dict.fromkeys(row["device"] for row in study["points"]))
     if len(devices) > 1:
-        names = {entry["series"]: entry["device"] for entry in study["machine"]["devices"]}
+        names = {}  # a study may have been resumed on another machine
+        for entry in study["machine"]["devices"]:
+            names.setdefault(entry["series"], []).append(entry["device"])
         handles += [Line2D([], [], ls="", marker="o", ms=6, mec=INK, mew=1.2 if device == "cpu" else 1.7,
-                           mfc=INK if device == "cpu" else "#D8D8D8", label=names.get(device, device)) for device in devices]
+                           mfc=INK if device == "cpu" else "#D8D8D8", label="; ".join(names.get(device, [device]))) for device in devices]
     figure.legend(handles=handles, loc="upper right", bbox_to_anchor=corner, ncol=len(handles), frameon=False,
                   fontsize=10, handletextpad=0.2, columnspacing=1.2)
 
