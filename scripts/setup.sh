@@ -21,6 +21,7 @@ plot_packages=(
 test_packages=(
   libgtest-dev python3:python3
   libopenmpi-dev openmpi-bin:mpirun  # domains in several processes
+  libboost-context-dev             # fibers: the GPU's kernels on a CPU
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
   codespell:codespell              # misspelt words
 )

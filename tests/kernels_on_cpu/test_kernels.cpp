@@ -1,0 +1,124 @@
+// The kernels of both kinds of methods, on the CPU, end in the bits of the CPU backend.
+#include <cstdlib>
+
+#include "gpu/gpu_scenes.hpp"
+
+namespace pf::test {
+namespace {
+
+class Kernels : public testing::Test {
+ protected:
+  void TearDown() override { ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS"); }
+  static void limit(const char* text) { ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", text, 1); }
+};
+
+// The last list of pairs and the last warp are not full.
+constexpr std::int64_t kNumParcels = 1450;
+
+// After each of two requests; `exact` takes several steps of the second one as one.
+StepTotals expect_same_bits(const Settings& s, std::uint32_t steps) {
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  StepTotals all;
+  for (int request = 0; request < 2; ++request) {
+    const StepReport on_cpu = cpu.advance(steps), on_gpu = gpu.advance(steps);
+    const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +
+                              ", request " + std::to_string(request);
+    EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
+    EXPECT_EQ(on_gpu.totals.num_collisions, on_cpu.totals.num_collisions) << where;
+    EXPECT_EQ(on_gpu.totals.impulse_sum_mps, on_cpu.totals.impulse_sum_mps) << where;
+    EXPECT_EQ(on_gpu.totals.event_hash, on_cpu.totals.event_hash) << where;
+    EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
+    EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
+    EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
+    all.num_retired += on_gpu.totals.num_retired;
+    all.num_ball_hits += on_gpu.totals.num_ball_hits;
+  }
+  return all;
+}
+
+TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
+  for (const char* limits : {"", "many_parcels=1"}) {
+    limit(limits);
+    for (Settings s : scenes(kNumParcels)) {
+      expect_same_bits(s, 35);
+      s.method = Method::spring;
+      expect_same_bits(s, 35);
+    }
+  }
+}
+
+TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
+  limit("many_parcels=1");
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings in_court = court(kNumParcels, boundary);
+    in_court.area_fraction = 0.6;
+    expect_same_bits(in_court, 35);
+    expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
+  }
+}
+
+TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
+  for (const char* limits : {"multiprocessors=1", "many_parcels=1"}) {
+    limit(limits);
+    for (Settings s : scenes(kNumParcels)) {
+      s.method = Method::exact;
+      s.restitution = 0.8;
+      expect_same_bits(s, 20);
+    }
+  }
+}
+
+// Parcels leave the world, and others are sorted among what is left.
+TEST_F(Kernels, StepsOfAGasThatEscapesGiveTheBitsOfTheCpu) {
+  Settings s = gas(kNumParcels, 0.2, Boundary::open);
+  s.dt_s = 0.1;
+  for (const Method method : {Method::impulse, Method::exact}) {
+    s.method = method;
+    EXPECT_GT(expect_same_bits(s, 100).num_retired, 100U);
+  }
+}
+
+// More clusters than the blocks, or the kernel of the first round, solve at once; their neighbours conflict.
+TEST_F(Kernels, ExactWithManyClustersGivesTheBitsOfTheCpu) {
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings with_ball = court(8000, boundary), without = gas(8000, 0.35, boundary);
+    with_ball.dt_s = 1e-3;
+    for (Settings s : {with_ball, without}) {
+      s.method = Method::exact;
+      s.restitution = 0.6;
+      for (const char* limits : {"solver_blocks=1", "solver_blocks=2 many_parcels=1"}) {
+        limit(limits);
+        expect_same_bits(s, 30);
+      }
+    }
+  }
+}
+
+// Clusters of many events, which whole blocks solve, and a path of the ball with many segments.
+TEST_F(Kernels, ExactInTheLayerBeforeAFastBallGivesTheBitsOfTheCpu) {
+  for (const double restitution : {1.0, 0.4}) {
+    Settings s = court(kNumParcels, Boundary::walls);
+    s.method = Method::exact;
+    s.restitution = restitution;
+    s.area_fraction = 0.5;
+    s.ball_vx_mps = 100.0;
+    EXPECT_GT(expect_same_bits(s, 150).num_ball_hits, 30U);
+  }
+}
+
+TEST_F(Kernels, MeasuresAndSnapshotsAreThoseOfTheCpu) {
+  const Settings s = gas(kNumParcels);
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  cpu.advance(5);
+  gpu.advance(5);
+  const ParcelSnapshot on_cpu = cpu.backend->snapshot(), on_gpu = gpu.backend->snapshot();
+  EXPECT_EQ(on_gpu.position, on_cpu.position);
+  EXPECT_EQ(on_gpu.velocity, on_cpu.velocity);
+  const Measures of_cpu = cpu.backend->measure(), of_gpu = gpu.backend->measure();
+  EXPECT_EQ(of_gpu.num_live, of_cpu.num_live);
+  EXPECT_NEAR(of_gpu.energy_j(), of_cpu.energy_j(), 1e-12 * of_cpu.energy_j());
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash());
+}
+
+}  // namespace
+}  // namespace pf::test
