@@ -31,13 +31,11 @@ inline std::vector<Settings> scenes(std::int64_t n) {
   return list;
 }
 
-inline void expect_same_hashes(const Settings& s, std::uint32_t steps) {
-  SceneRun cpu(s, make_cpu_backend(0));
-  SceneRun gpu(s, make_cuda_backend(0));
-  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash())
-      << s.name << " spawned, N = " << s.num_parcels;
+// Both make a request, to the same bits. Returns what the GPU reports.
+inline StepTotals expect_same_request(SceneRun& cpu, SceneRun& gpu, std::uint32_t steps) {
   const StepReport on_cpu = cpu.advance(steps);
   const StepReport on_gpu = gpu.advance(steps);
+  const Settings& s = cpu.settings;
   const std::string where = s.name + ", boundary " + std::to_string(static_cast<int>(s.boundary)) +
                             ", N = " + std::to_string(s.num_parcels) + ", steps " + std::to_string(steps);
   EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash()) << where;
@@ -48,6 +46,15 @@ inline void expect_same_hashes(const Settings& s, std::uint32_t steps) {
   EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
   EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
   EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
+  return on_gpu.totals;
+}
+
+inline void expect_same_hashes(const Settings& s, std::uint32_t steps) {
+  SceneRun cpu(s, make_cpu_backend(0));
+  SceneRun gpu(s, make_cuda_backend(0));
+  EXPECT_EQ(gpu.backend->state_hash(), cpu.backend->state_hash())
+      << s.name << " spawned, N = " << s.num_parcels;
+  expect_same_request(cpu, gpu, steps);
 }
 
 }  // namespace pf::test

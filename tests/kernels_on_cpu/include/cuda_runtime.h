@@ -115,12 +115,6 @@ T __shfl_up_sync(unsigned, T value, unsigned distance, int width = 32) {
   return kernels_on_cpu::from_lane(value, in_part >= distance ? here - distance : here);
 }
 template <class T>
-T __shfl_down_sync(unsigned, T value, unsigned distance, int width = 32) {
-  const unsigned here = threadIdx.x % 32, in_part = here % static_cast<unsigned>(width);
-  return kernels_on_cpu::from_lane(
-      value, in_part + distance < static_cast<unsigned>(width) ? here + distance : here);
-}
-template <class T>
 T __shfl_xor_sync(unsigned, T value, int mask, int = 32) {
   return kernels_on_cpu::from_lane(value, (threadIdx.x % 32) ^ static_cast<unsigned>(mask));
 }
@@ -181,7 +175,6 @@ T __ldcg(const T* from) {
 
 inline int __popc(unsigned value) { return __builtin_popcount(value); }
 inline int __ffs(int value) { return __builtin_ffs(value); }
-inline int __clz(int value) { return value == 0 ? 32 : __builtin_clz(static_cast<unsigned>(value)); }
 inline float __uint_as_float(unsigned value) { return kernels_on_cpu::bits_of<float>(value); }
 inline unsigned __float_as_uint(float value) { return kernels_on_cpu::bits_of<unsigned>(value); }
 inline float __fmaf_rn(float a, float b, float c) { return std::fma(a, b, c); }
@@ -200,7 +193,6 @@ constexpr std::common_type_t<A, B> max(A a, B b) {
 
 enum cudaError_t {
   cudaSuccess,
-  cudaErrorNotReady,
   cudaErrorInsufficientDriver,
   cudaErrorNoKernelImageForDevice,
   cudaErrorUnsupportedPtxVersion
@@ -246,12 +238,10 @@ inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t num_b
 }
 
 using cudaEvent_t = std::chrono::steady_clock::time_point*;
-constexpr unsigned cudaEventDisableTiming = 2;
 inline cudaError_t cudaEventCreate(cudaEvent_t* event) {
   *event = new std::chrono::steady_clock::time_point;
   return cudaSuccess;
 }
-inline cudaError_t cudaEventCreateWithFlags(cudaEvent_t* event, unsigned) { return cudaEventCreate(event); }
 inline cudaError_t cudaEventDestroy(cudaEvent_t event) {
   delete event;
   return cudaSuccess;
@@ -261,7 +251,6 @@ inline cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t) {
   return cudaSuccess;
 }
 inline cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
-inline cudaError_t cudaEventQuery(cudaEvent_t) { return cudaSuccess; }
 inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t begin, cudaEvent_t end) {
   *ms = std::chrono::duration<float, std::milli>(*end - *begin).count();
   return cudaSuccess;
@@ -270,7 +259,6 @@ inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t begin, cudaEvent_
 struct cudaDeviceProp {
   char name[256] = "CPU";
   int multiProcessorCount = 2, major = 9, minor = 0;
-  std::size_t totalGlobalMem = std::size_t{4} << 30;
 };
 inline cudaError_t cudaGetDeviceCount(int* num) {
   *num = 1;
@@ -289,20 +277,13 @@ inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
   *properties = {};
   return cudaSuccess;
 }
-enum cudaDeviceAttr {
-  cudaDevAttrCooperativeLaunch,
-  cudaDevAttrComputeCapabilityMajor,
-  cudaDevAttrMultiProcessorCount
-};
-inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr attribute, int) {
-  const cudaDeviceProp properties;
-  *value = attribute == cudaDevAttrComputeCapabilityMajor ? properties.major
-           : attribute == cudaDevAttrMultiProcessorCount  ? properties.multiProcessorCount
-                                                          : 1;
+enum cudaDeviceAttr { cudaDevAttrMultiProcessorCount };
+inline cudaError_t cudaDeviceGetAttribute(int* value, cudaDeviceAttr, int) {
+  *value = cudaDeviceProp{}.multiProcessorCount;
   return cudaSuccess;
 }
 inline cudaError_t cudaMemGetInfo(std::size_t* free_bytes, std::size_t* all_bytes) {
-  *free_bytes = *all_bytes = cudaDeviceProp{}.totalGlobalMem;
+  *free_bytes = *all_bytes = std::size_t{4} << 30;
   return cudaSuccess;
 }
 struct cudaFuncAttributes {
