@@ -219,6 +219,12 @@ INSTANTIATE_TEST_SUITE_P(
                     InvarianceCase{"ball_periodic", with_ball(exact(gas(1000, 0.3, kPeriodic)))}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
+// So many that loops over them read memory ahead, to the last, which is one more than a line holds.
+TEST(Exact, ThreadsAgreeOnMoreParcelsThanTheCacheHolds) {
+  const Settings settings = exact(gas(140001, 0.2, kPeriodic));
+  EXPECT_EQ(hashes_of(settings, 0.2, 4, INT32_MAX, 1), hashes_of(settings, 0.2, 4, INT32_MAX, 2));
+}
+
 // All parcels start with equal speeds. Steps are so long that a collision can slow a parcel and leave one far
 // behind, out of its search box, that would have collided with it on its old trajectory.
 TEST(Exact, StalePredictionsAreDiscarded) {

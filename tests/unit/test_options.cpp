@@ -147,7 +147,7 @@ TEST(Options, RejectsBadSettings) {
   EXPECT_TRUE(contains(refusal({"--set", "air.restituton=1"}), "the nearest is air.restitution"));
   EXPECT_TRUE(contains(refusal({"--set", "air.restitution"}), "has no '='"));
   EXPECT_TRUE(contains(refusal({"--draw-target", "hots"}), "'hots' is unknown, the nearest is host"));
-  EXPECT_TRUE(contains(refusal({"--domain-link", "dirct"}), "'dirct' is unknown, the nearest is direct"));
+  EXPECT_TRUE(contains(refusal({"--domain-link", "direkt"}), "'direkt' is unknown, the nearest is direct"));
 }
 
 TEST(Options, Size) {

@@ -11,17 +11,22 @@ namespace pf {
 // With fewer items than this the calling thread works alone: waking the others would cost more.
 constexpr std::size_t kMinSharedItems = 256;
 
+// Calls visit(worker, begin, end) for shares of the items 0 .. num - 1, in the order of workers.
+template <class Visit>
+void for_each_share(WindowContext& window, std::size_t num, const Visit& visit) {
+  std::vector<WorkerState>& workers = window.memory.workers;
+  if (num < kMinSharedItems) return visit(workers[0], 0, num);
+  window.team.run([&](unsigned thread) {
+    const auto [begin, end] = window.team.share(thread, num);
+    visit(workers[thread], begin, end);
+  });
+}
+
 // Calls visit(worker, item) for the items 0 .. num - 1. Shares are contiguous and in the order of workers.
 template <class Visit>
 void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
-  std::vector<WorkerState>& workers = window.memory.workers;
-  if (num < kMinSharedItems) {
-    for (std::size_t k = 0; k < num; ++k) visit(workers[0], k);
-    return;
-  }
-  window.team.run([&](unsigned thread) {
-    const auto [begin, end] = window.team.share(thread, num);
-    for (std::size_t k = begin; k < end; ++k) visit(workers[thread], k);
+  for_each_share(window, num, [&](WorkerState& worker, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) visit(worker, k);
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include "backend/exact/parallel_loops.hpp"
 #include "backend/exact/predict.hpp"
+#include "backend/exact/read_ahead.hpp"
 #include "model/for_boundary.hpp"
 
 namespace pf {
@@ -68,6 +69,25 @@ void repredict(WindowContext& window, WorkerState& worker, std::uint32_t i) {
 }
 
 template <Boundary kBoundary>
+void repredict_stale(WindowContext& window) {
+  constexpr std::size_t kAhead = 8;  // parcels
+  const std::vector<std::uint32_t>& due = window.memory.due;
+  const ParcelArrays& parcels = window.trajectories;
+  for_each_share(window, due.size(), [&](WorkerState& worker, std::size_t begin, std::size_t end) {
+    ReadAhead ahead(window.space, due.size(), {parcels.tick.data()},
+                    {parcels.position.data(), parcels.velocity.data(), window.memory.calendar.line(0)});
+    for (std::size_t k = begin; k < end; ++k) {
+      if (ahead.is_active() && k + kAhead < end) ahead.reach(due[k + kAhead]);
+      if (!is_valid<kBoundary>(window, due[k])) worker.stale.push_back(due[k]);
+    }
+  });
+  for_each_worker(window, due.size(), [&](WorkerState& worker) {
+    for (const std::uint32_t i : worker.stale) repredict<kBoundary>(window, worker, i);
+    worker.stale.clear();
+  });
+}
+
+template <Boundary kBoundary>
 void refresh_ball(WindowContext& window) {
   EpochMemory& memory = window.memory;
   const Event& event = memory.ball_event;
@@ -83,13 +103,7 @@ template <Boundary kBoundary>
 void refresh(WindowContext& window) {
   EpochMemory& memory = window.memory;
   list_due(window);
-  for_each_item(window, memory.due.size(), [&](WorkerState& worker, std::size_t k) {
-    if (!is_valid<kBoundary>(window, memory.due[k])) worker.stale.push_back(memory.due[k]);
-  });
-  for_each_worker(window, memory.due.size(), [&](WorkerState& worker) {
-    for (const std::uint32_t i : worker.stale) repredict<kBoundary>(window, worker, i);
-    worker.stale.clear();
-  });
+  if (window.begin > 0) repredict_stale<kBoundary>(window);  // else all have just been predicted
   memory.active.clear();
   for (const std::uint32_t i : memory.due) {
     if (memory.calendar.tick(i) < window.end) memory.active.push_back(i);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "backend/exact/read_ahead.hpp"
 #include "backend/exact/solve_cluster.hpp"
 #include "model/for_boundary.hpp"
 
@@ -11,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMinSharedClusters = 16;  // with fewer the calling thread solves them alone
 constexpr std::size_t kBatch = 16;              // clusters that a thread takes at once
-constexpr std::size_t kPrefetchDistance = 4;    // clusters
+constexpr std::size_t kDistance = 4;            // clusters; memory of one so far ahead is asked for
 
 // The clusters in `todo` that one thread starts with; any thread may take them.
 struct alignas(64) Share {
@@ -38,15 +39,35 @@ void solve_one(WindowContext& window, unsigned thread, std::uint32_t k) {
   ClusterSolver<kBoundary>(window, thread, k).solve();
 }
 
+ReadAhead read_ahead(const WindowContext& window) {
+  const EpochMemory& memory = window.memory;
+  const ParcelArrays& parcels = window.trajectories;
+  return {window.space,
+          memory.todo.size(),
+          {parcels.tick.data(), parcels.id.data(), memory.member_slot.data(), memory.owner.data(),
+           memory.discs.x.data(), memory.discs.y.data(), memory.discs.radius.data()},
+          {parcels.position.data(), parcels.velocity.data(), window.input.position, memory.calendar.line(0)}};
+}
+
+// Cluster k is solved soon.
+void prepare(const WindowContext& window, ReadAhead& ahead, std::uint32_t k) {
+  const Cluster& cluster = window.memory.clusters[k];
+  if (ahead.is_active() && cluster.num_seeds > 0)
+    ahead.reach(window.memory.seeds[cluster.first_seed]);
+  else
+    prefetch_cluster(window, k);
+}
+
 template <Boundary kBoundary>
 void solve_share(WindowContext& window, unsigned thread, Share& share) {
   const std::vector<std::uint32_t>& todo = window.memory.todo;
+  ReadAhead ahead = read_ahead(window);
   while (true) {
     const std::size_t begin = share.next.fetch_add(kBatch, std::memory_order_relaxed);
     if (begin >= share.end) return;
     const std::size_t end = std::min(share.end, begin + kBatch);
     for (std::size_t k = begin; k < end; ++k) {
-      if (k + kPrefetchDistance < share.end) prefetch_cluster(window, todo[k + kPrefetchDistance]);
+      if (k + kDistance < share.end) prepare(window, ahead, todo[k + kDistance]);
       solve_one<kBoundary>(window, thread, todo[k]);
     }
   }
