@@ -6,6 +6,7 @@
 #include <memory>
 #include <random>
 
+#include "backend/exact/epoch_length.hpp"
 #include "backend/exact/timeline.hpp"
 #include "backend/exact/window_length.hpp"
 #include "exact/exact_support.hpp"
@@ -51,6 +52,13 @@ struct TimelineRun {
 
   void enter() { timeline.enter(scene.physics, contact_clock_s(scene.settings, scene.physics), parcels); }
 
+  // Makes one parcel in `period` 20 times as fast.
+  void heat(std::size_t period) {
+    for (std::size_t i = 0; i < parcels.size(); i += period)
+      parcels.current.velocity[i] = parcels.current.velocity[i] * 20.0F;
+    enter();
+  }
+
   // Only parcels to the right of the middle stay, and each gets a mirror image to the left.
   void mirror() {
     const ParcelArrays all = parcels.current;
@@ -72,8 +80,12 @@ struct TimelineRun {
     enter();
   }
 
-  // Window lengths from a tick to all that is possible; any power of two in between is as likely.
-  void draw_windows(std::uint64_t seed) {
+  // Window lengths from a tick to all that is possible; any power of two in between is as likely. Epochs of a
+  // quarter of the preferred length to 16 times.
+  void draw_lengths(std::uint64_t seed) {
+    timeline.epoch_length().draw = [random = std::mt19937_64(seed)]() mutable {
+      return std::exp2(std::uniform_real_distribution<double>(-2.0, 4.0)(random));
+    };
     timeline.window_length().draw = [random = std::mt19937_64(seed)](std::uint32_t limit) mutable {
       const double exponent = std::uniform_real_distribution<double>(0.0, 1.0)(random);
       return static_cast<std::uint32_t>(
@@ -154,7 +166,7 @@ TEST_P(Windows, DoNotChangeTheResult) {
   EXPECT_GT(expected.num_collisions + expected.num_ball_hits, 50U);
   for (int seed = 1; seed <= 6 * test_scale(); ++seed) {
     TimelineRun run(c.settings, 1 + static_cast<unsigned>(seed) % 3);
-    run.draw_windows(static_cast<std::uint64_t>(seed));
+    run.draw_lengths(static_cast<std::uint64_t>(seed));
     if (seed % 2 == 0) run.timeline.window_length().most_events = static_cast<std::uint32_t>(seed) - 1;
     run.advance(c.num_steps, c.dt_s);
     EXPECT_EQ(run.result(), expected) << "seed " << seed;
@@ -193,7 +205,7 @@ TEST(MirroredGas, WindowsDoNotChangeTheResult) {
   const auto fly = [&](std::uint64_t seed) {
     TimelineRun run(settings, 1);
     run.mirror();
-    if (seed > 0) run.draw_windows(seed);
+    if (seed > 0) run.draw_lengths(seed);
     run.advance(200, 0.1);
     return run.result();
   };
@@ -226,6 +238,41 @@ TEST(WindowLength, FollowsWhatWindowsCost) {
   EXPECT_NEAR(events_learnt(6, 1.1), 10'064.0, 20.0);
   EXPECT_LT(events_learnt(3, 2.0), 500.0);
   EXPECT_LT(events_learnt(1'000, 1.0), 500.0);
+}
+
+// In a long epoch a fast parcel comes from many rows and columns of cells away.
+TEST(Epochs, FastParcelsFromFarAwayAreFound) {
+  for (const Boundary boundary : {kWalls, kPeriodic, kOpen}) {
+    const auto result = [&](double length) {
+      TimelineRun run(exact(gas(150000, 0.2, boundary)), 2);
+      run.heat(1000);
+      run.timeline.epoch_length().draw = [length] { return length; };
+      run.advance(10, 0.1);
+      return run.result();
+    };
+    const Result expected = result(0.5);
+    EXPECT_GT(expected.num_collisions, 20000U);
+    EXPECT_EQ(result(20.0), expected) << "boundary " << static_cast<int>(boundary);
+  }
+}
+
+// Length after many epochs of 1000 parcels that have events_of_one events while they are of length 1.
+double epoch_length_after(int num_epochs, double events_of_one, bool was_whole = true) {
+  EpochLength epochs;
+  for (int k = 0; k < num_epochs; ++k) {
+    epochs.add_events(static_cast<std::uint64_t>(0.5 * events_of_one * epochs.length()));
+    epochs.add_events(static_cast<std::uint64_t>(0.5 * events_of_one * epochs.length()));
+    epochs.end(was_whole, 1000);
+  }
+  return epochs.length();
+}
+
+TEST(EpochLength, GivesFourEventsForAHundredParcels) {
+  EXPECT_NEAR(epoch_length_after(100, 20.0), 2.0, 0.1);
+  EXPECT_NEAR(epoch_length_after(1, 20.0), 1.1, 1e-9) << "it changes slowly";
+  EXPECT_EQ(epoch_length_after(100, 4.0), 4.0);
+  EXPECT_EQ(epoch_length_after(100, 500.0), 1.0);
+  EXPECT_EQ(epoch_length_after(100, 20.0, false), 1.0) << "epochs that ended early tell nothing";
 }
 
 }  // namespace

@@ -81,6 +81,12 @@ void find_candidates_of_two_plainly(const DiscSpace& space, const Mover (&movers
 
 }  // namespace
 
+std::int32_t reach_of(const ExactConstants& c, double speed_mps) {
+  const double path = speed_mps * c.plan.units_per_tick * c.plan.length;
+  return saturated_reach(0.5 * c.run.contact_distance * kDiscRelative + 2.0 * kDiscMargin +
+                         path * kDiscRelative);
+}
+
 void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement,
                  DiscSpace& space) {
   // A disc's centre is half a path away from the parcel's position at the step's start. That position differs

@@ -35,6 +35,10 @@ inline std::int32_t saturated_reach(double units) {
   return static_cast<std::int32_t>(std::min(units, kMaxReach));
 }
 
+// Reach of a search box that holds the positions at a step's start of parcels that are as fast as speed_mps
+// at most, and whose discs overlap the one in its middle.
+std::int32_t reach_of(const ExactConstants& c, double speed_mps);
+
 // Sets world, reaches and owned_radius for a step. fastest_mps: bound on the parcels' speeds at its start.
 // max_displacement: bound on displacements along an axis since the sort, position units.
 void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_displacement,

@@ -30,18 +30,15 @@ void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
   });
 }
 
-// Calls visit(worker, begin, end) for chunks of all parcels, small enough to stay in the cache.
+// Calls visit(worker, chunk) for the chunks of all parcels, which stay in the cache. Chunk k has the parcels
+// from kChunkSize k on.
 template <class Visit>
 void for_each_chunk(WindowContext& window, const Visit& visit) {
-  constexpr std::size_t kChunk = 256;
-  std::vector<WorkerState>& workers = window.memory.workers;
-  const auto visit_chunks = [&](WorkerState& worker, std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; k += kChunk) visit(worker, k, std::min(k + kChunk, end));
-  };
-  if (window.num_parcels() < kMinSharedItems) return visit_chunks(workers[0], 0, window.num_parcels());
+  const std::size_t num_chunks = (window.num_parcels() + kChunkSize - 1) / kChunkSize;
   window.team.run([&](unsigned thread) {
-    const auto [begin, end] = window.team.share(thread, window.num_parcels());
-    visit_chunks(workers[thread], begin, end);
+    const auto [begin, end] = window.team.share(thread, num_chunks);
+    for (std::size_t k = begin; k < end; ++k)
+      visit(window.memory.workers[thread], static_cast<std::uint32_t>(k));
   });
 }
 

@@ -1,8 +1,10 @@
 #include "backend/exact/predict.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
+#include "backend/exact/chunk_reach.hpp"
 #include "backend/exact/parallel_loops.hpp"
 #include "model/for_boundary.hpp"
 
@@ -31,42 +33,44 @@ void predict_edge(WindowContext& window, std::uint32_t i) {
   if (event.tick != kNoTick) window.memory.calendar.set(i, event);
 }
 
-// Whether one of the parcels begin .. end - 1 may reach the edge in the epoch; also if one has retired.
-template <Boundary kBoundary>
-bool may_reach_edge(const WindowContext& window, std::size_t begin, std::size_t end) {
-  Vec2i low{INT32_MAX, INT32_MAX}, high{-INT32_MAX, -INT32_MAX};
-  for (std::size_t i = begin; i < end; ++i) {
-    const Vec2i position = window.input.position[i];
-    low = {std::min(low.x, position.x), std::min(low.y, position.y)};
-    high = {std::max(high.x, position.x), std::max(high.y, position.y)};
-  }
-  low.x = std::max(low.x, -INT32_MAX);  // not that of a retired parcel, which reaches no edge
-  return pf::may_reach_edge<kBoundary>(window.c, low) || pf::may_reach_edge<kBoundary>(window.c, high);
+Chunk chunk_of(const WindowContext& window, std::uint32_t k) {
+  return {window.input.position, static_cast<std::uint32_t>(window.num_parcels()), k, kChunkSize};
 }
 
-// Discs and events at an edge of parcels begin .. end - 1.
+// Whether a parcel of the chunk may reach the edge in the epoch.
 template <Boundary kBoundary>
-void look_ahead(WindowContext& window, WorkerState& worker, std::size_t begin, std::size_t end) {
+bool may_reach_edge(const WindowContext& window, const Chunk& chunk) {
+  return pf::may_reach_edge<kBoundary>(window.c, chunk.low) ||
+         pf::may_reach_edge<kBoundary>(window.c, chunk.high);
+}
+
+// Discs and events at an edge of the parcels of a chunk.
+template <Boundary kBoundary>
+void look_ahead(WindowContext& window, WorkerState& worker, const Chunk& chunk) {
   const ParcelArrays& parcels = window.trajectories;
+  const std::uint32_t begin = chunk.begin, end = chunk.end;
   const StepPaths paths{window.input.position, parcels.velocity.data(), window.units_in_epoch(),
                         window.half_contact()};
   const SpeedBounds speeds = set_discs(paths, begin, end, window.memory.discs);
   worker.tally.moved(0, speeds.max2);
+  window.memory.chunk_speed2[chunk.number] = speeds.max2;
   if (!speeds.all_finite) report_invalid(window, worker, begin, end);
   window.memory.calendar.clear(begin, end);
-  if (!may_reach_edge<kBoundary>(window, begin, end)) return;
-  for (std::size_t i = begin; i < end; ++i) predict_edge<kBoundary>(window, static_cast<std::uint32_t>(i));
+  if (!may_reach_edge<kBoundary>(window, chunk)) return;
+  for (std::uint32_t i = begin; i < end; ++i) predict_edge<kBoundary>(window, i);
 }
 
-// Predicts the collisions of parcels begin .. end - 1 with parcels of higher index.
+// Predicts the collisions of the parcels of a chunk with parcels of higher index.
 template <Boundary kBoundary>
-void predict_collisions(WindowContext& window, WorkerState& worker, std::uint32_t begin, std::uint32_t end) {
+void predict_collisions(WindowContext& window, WorkerState& worker, const Chunk& chunk) {
   const ExactConstants& c = window.c;
   const Vec2i* position = window.input.position;
   const Vec2f* velocity = window.trajectories.velocity.data();
   const float contact = static_cast<float>(c.run.contact_distance), units_per_mps = window.units_in_epoch();
   Calendar& calendar = window.memory.calendar;
-  window.search.find_pairs(window.space, begin, end, worker.pairs);
+  DiscSpace space = window.space;
+  space.reach = reach_from<kBoundary>(window.c, window.space, window.memory.chunk_speed2, chunk);
+  window.search.find_pairs(space, chunk.begin, chunk.end, worker.pairs);
   for (const auto [i, j] : worker.pairs.candidates) {
     const Vec2i offset = separation<kBoundary>(c.run.physics.world, position[i], position[j]);
     if (!may_collide(offset, velocity[j] - velocity[i], contact, units_per_mps)) continue;
@@ -118,13 +122,12 @@ void list_near_ball(WindowContext& window) {
 template <Boundary kBoundary>
 void predict_epoch(WindowContext& window) {
   window.memory.calendar.reset(window.trajectories.id);
-  for_each_chunk(window, [&](WorkerState& worker, std::size_t begin, std::size_t end) {
-    look_ahead<kBoundary>(window, worker, begin, end);
+  for_each_chunk(window, [&](WorkerState& worker, std::uint32_t k) {
+    look_ahead<kBoundary>(window, worker, chunk_of(window, k));
   });
   if (window.c.run.physics.parcels.contacts) {
-    for_each_chunk(window, [&](WorkerState& worker, std::size_t begin, std::size_t end) {
-      predict_collisions<kBoundary>(window, worker, static_cast<std::uint32_t>(begin),
-                                    static_cast<std::uint32_t>(end));
+    for_each_chunk(window, [&](WorkerState& worker, std::uint32_t k) {
+      predict_collisions<kBoundary>(window, worker, chunk_of(window, k));
     });
   }
   list_near_ball<kBoundary>(window);

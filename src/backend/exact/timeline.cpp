@@ -44,6 +44,7 @@ void ExactTimeline::enter(const Physics& physics, double contact_clock_s, Sorted
   active_ = true;
   progress_.fastest_mps = fastest_parcel_mps(parcels);
   window_length_.reset(static_cast<std::uint32_t>(parcels.size()));
+  epoch_length_.reset();
 }
 
 void ExactTimeline::leave(SortedParcels& parcels) {
@@ -118,7 +119,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   ExactProgress progress = progress_;
   if (chord_) progress.ball.velocity_mps = stepper_.ball().trajectory.velocity_mps;
   if (chord_) progress.ball.spin_radps = stepper_.ball().trajectory.spin_radps;
-  epoch_.emplace(Epoch{{run_, plan_epoch(run_, progress)}, {}});
+  epoch_.emplace(Epoch{{run_, plan_epoch(run_, progress, epoch_length_.length())}, {}});
   const ExactConstants& c = epoch_->constants;
   evaluate(c, parcels, 0, position_);
   if (run_.physics.parcels.contacts && parcels.size() > 0 && !needs_all_pairs(run_)) {
@@ -144,6 +145,13 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   progress_.fastest_mps = std::sqrt(static_cast<double>(tally.max_speed2));
   progress_.raised_bound_mps *= kKeptOfBound;
   if (chord_) predict_chord(parcels, report);
+}
+
+void ExactTimeline::end_epoch(SortedParcels& parcels) {
+  epoch_length_.end(epoch_->done == epoch_->constants.plan.length, parcels.size());
+  if (chord_) stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
+  epoch_.reset();
+  if (is_at_anchoring(progress_)) anchor_all(parcels);
 }
 
 // ---- the ball's chords
@@ -196,6 +204,7 @@ void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked,
   epoch_->done += length;
   present_is_valid_ = false;
   window_length_.learn(length, length < asked, outcome);
+  epoch_length_.add_events(outcome.result.num_events);
   if (!chord_) return;
   chord_->done += length;
   chord_->frozen_hits.impulse_x += outcome.result.frozen_hits.impulse_x;
@@ -210,6 +219,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
   if (outcome.needed_bound_mps > plan.max_speed_mps) {
     progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
     stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
+    epoch_length_.end(false, 0);
     return epoch_.reset();
   }
   if (length == 1) throw_unresolvable(plan.tick_s);
@@ -246,10 +256,7 @@ void ExactTimeline::advance_window(std::uint32_t length, const StepRequest& requ
   }
   take_over(outcome, length, report);
   if (chord_ && chord_->done == chord_->plan.length) end_chord();
-  if (epoch_->done < epoch_->constants.plan.length && !is_at_anchoring(progress_)) return;
-  if (chord_) stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
-  epoch_.reset();
-  if (is_at_anchoring(progress_)) anchor_all(parcels);
+  if (epoch_->done == epoch_->constants.plan.length || is_at_anchoring(progress_)) end_epoch(parcels);
 }
 
 // Returns whether it got there before the deadline. It always gets further.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "backend/backend.hpp"
+#include "backend/exact/epoch_length.hpp"
 #include "backend/exact/stepper.hpp"
 #include "backend/exact/window_length.hpp"
 #include "backend/parcel_arrays.hpp"
@@ -30,6 +31,7 @@ class ExactTimeline {
   }
   // Constants have changed. Called between requests.
   void forget_predictions() {
+    epoch_length_.end(false, 0);
     epoch_.reset();
     chord_.reset();
   }
@@ -50,6 +52,7 @@ class ExactTimeline {
   bool is_mid_step() const { return is_mid_step_; }
 
   WindowLength& window_length() { return window_length_; }
+  EpochLength& epoch_length() { return epoch_length_; }
   std::uint64_t memory_bytes() const;
 
  private:
@@ -88,10 +91,12 @@ class ExactTimeline {
                       StepReport& report);
   void take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
   void retry(const WindowOutcome& outcome, std::uint32_t length);
+  void end_epoch(SortedParcels& parcels);
 
   ThreadTeam& team_;
   ExactStepper stepper_;
   WindowLength window_length_;
+  EpochLength epoch_length_;
   bool active_ = false;
   bool ball_is_new_ = false;
   bool is_mid_step_ = false;

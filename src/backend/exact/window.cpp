@@ -8,6 +8,7 @@ void EpochMemory::prepare_epoch(unsigned num_threads, std::size_t num_parcels) {
   const std::size_t num_owners = num_parcels + kSearchPadding;
   if (owner.size() != num_owners) owner.assign(num_owners, kInvalidIndex);
   member_slot.resize(num_parcels);
+  chunk_speed2.resize((num_parcels + kChunkSize - 1) / kChunkSize);
 }
 
 void EpochMemory::prepare_window() {

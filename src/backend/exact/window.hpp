@@ -158,6 +158,9 @@ struct WorkerState {
   std::vector<EventRecord> events;
 };
 
+// Parcels that are predicted one after the other at an epoch's start. Parcels of a chunk are close together.
+constexpr std::uint32_t kChunkSize = 256;
+
 struct EpochInput {
   const Vec2i* position = nullptr;  // at the epoch's start, by which the parcels are sorted
   const std::uint32_t* cell_start = nullptr;
@@ -172,6 +175,7 @@ struct EpochInput {
 struct EpochMemory {
   std::vector<WorkerState> workers;  // one for each thread
   BoundingDiscs discs;               // n; of paths along the trajectories to the epoch's end
+  std::vector<float> chunk_speed2;   // largest squared speed in each chunk at the epoch's start
   Calendar calendar;
   std::vector<std::uint32_t> owner;        // n + kSearchPadding; cluster, kInvalidIndex between windows
   std::vector<std::uint32_t> member_slot;  // n; of an owned parcel in its worker's members

@@ -11,7 +11,7 @@
 
 namespace pf {
 
-// Length of an epoch: displacement at the bound on speeds, contact distances or mean distances of parcels,
+// Length of an epoch that suits a gas: displacement at the bound on speeds, contact distances or mean distances of parcels,
 // whichever is longer. Search boxes are that much wider. Without contacts it is that with the ball, if
 // longer.
 constexpr double kEpochContacts = 1.25;
@@ -49,15 +49,16 @@ PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& 
   return plan;
 }
 
-// Plans the epoch that starts now. The ball's role is set by its chords.
-PF_HD inline StepPlan plan_epoch(const RunConstants& run, const ExactProgress& progress) {
+// Plans the epoch that starts now. The ball's role is set by its chords. longer: multiple of the preferred
+// length.
+PF_HD inline StepPlan plan_epoch(const RunConstants& run, const ExactProgress& progress, double longer) {
   ExactConstants c{run, plan_of_now(run, progress)};
   c.plan.max_speed_mps = assumed_bound_mps(run.physics, c.plan.reference_speed_mps, progress, 1.0);
   c.plan.ball = run.physics.ball.exists ? BallRole::participant : BallRole::absent;
   const std::uint32_t possible = max_step_ticks(c, 0);
   const std::uint64_t to_anchoring = ticks_to_anchoring(progress);
   c.plan.length = to_anchoring < possible ? static_cast<std::uint32_t>(to_anchoring) : possible;
-  const double preferred = preferred_epoch_ticks(c);
+  const double preferred = longer * preferred_epoch_ticks(c);
   if (preferred < c.plan.length) c.plan.length = preferred > 1.0 ? static_cast<std::uint32_t>(preferred) : 1U;
   c.plan.ball = BallRole::absent;
   return c.plan;
