@@ -82,9 +82,13 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
-extern "C" void request_stop(int) { stop_requested = true; }
+// A second signal ends the program at once.
+extern "C" void request_stop(int number) {
+  stop_requested = true;
+  std::signal(number, SIG_DFL);
+}
 
-// Lets a command finish its files on SIGINT and SIGTERM.
+// Lets a command finish its files on SIGINT and SIGTERM, as soon as the frame in hand is ready.
 void stop_gracefully() {
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);

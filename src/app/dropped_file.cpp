@@ -5,6 +5,8 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cctype>
+#include <fstream>
+#include <iterator>
 
 #include "core/text.hpp"
 #include "scene/cue_list.hpp"
@@ -36,7 +38,10 @@ DroppedKind kind_of_dropped(const fs::path& file) {
     return DroppedKind::other;
   const bool is_toml = file.extension() == ".toml";
   try {
-    const toml::table document = toml::parse_file(file.string());
+    std::ifstream stream(file, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    if (has_deep_keys(text)) return is_toml ? DroppedKind::scene : DroppedKind::other;
+    const toml::table document = toml::parse(text);
     if (document.contains("frame") && document.contains("settings")) return DroppedKind::log;
   } catch (const toml::parse_error&) {
     // Loading a scene or a list names the line.

@@ -66,7 +66,8 @@ constexpr const char* kSoftware = "libx264";
 const std::string kToVideoColors = "scale=out_color_matrix=bt709:out_range=tv";
 const Arguments kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
 
-const Arguments kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
+// Without -xerror ffmpeg ends well also where the disk is full.
+const Arguments kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-xerror", "-nostdin", "-y"};
 
 // Constant quality, at which no loss is visible in moving parcels.
 Arguments quality_of(const std::string& encoder) {

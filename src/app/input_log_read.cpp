@@ -5,6 +5,8 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
+#include <fstream>
+#include <iterator>
 
 #include "app/input_log.hpp"
 #include "core/error.hpp"
@@ -50,7 +52,10 @@ toml::table Reader::parse() const {
                     file_));
   }
   try {
-    return toml::parse_file(file_);
+    std::ifstream stream(file_, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(stream), {});
+    if (has_deep_keys(text)) throw UserError(fmt::format("{}: a key has more than 1000 parts", file_));
+    return toml::parse(text, file_);
   } catch (const toml::parse_error& parse_error) {
     std::string reason(parse_error.description());
     std::replace(reason.begin(), reason.end(), '\n', ' ');

@@ -66,6 +66,13 @@ void read_dump(const CLI::App& command, const Typed& typed, DataOptions& data) {
 
 void read_checkpoint(const CLI::App& command, const Typed& typed, DataOptions& data) {
   data.checkpoint = output_file(command, "--checkpoint", typed.checkpoint, {});
+  std::error_code ignored;
+  if (std::filesystem::exists(data.checkpoint, ignored) &&
+      !std::filesystem::is_regular_file(data.checkpoint, ignored)) {
+    throw UserError(
+        fmt::format("--checkpoint: {} is not a regular file, which a checkpoint replaces; choose another",
+                    in_quotes(data.checkpoint.string())));
+  }
   if (!typed.checkpoint_every) return;
   if (data.checkpoint.empty()) throw UserError("--checkpoint-every: needs --checkpoint FILE; add it");
   data.checkpoint_every_s = read_interval("--checkpoint-every", *typed.checkpoint_every);

@@ -13,6 +13,7 @@
 #include "app/option_settings.hpp"
 #include "app/option_split.hpp"
 #include "app/option_values.hpp"
+#include "app/output_clash.hpp"
 #include "app/split_setting.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
@@ -234,6 +235,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});
+  check_outputs(typed, options);
   return options;
 }
 

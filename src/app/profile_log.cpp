@@ -50,6 +50,7 @@ void ProfileCsv::add_frame(const FrameView& view) {
                              finite_text(row.velocity_mps), finite_text(row.speed_mps));
     }
   }
+  stream_.flush();
   ++num_frames_;
 }
 

@@ -18,6 +18,7 @@ class ProfileCsv {
  public:
   explicit ProfileCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written
   void add_frame(const FrameView& view);
+  bool broke_off() const { return !stream_; }  // the disk is full, for example
 
  private:
   std::ofstream stream_;

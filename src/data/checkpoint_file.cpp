@@ -208,7 +208,10 @@ void check_consistent(const Input& input, const RunState& state, const std::stri
 
 }  // namespace
 
-std::uint64_t write_checkpoint(const fs::path& file, const RunState& state) {
+std::uint64_t write_checkpoint(const fs::path& named, const RunState& state) {
+  std::error_code unresolved;
+  const fs::path target = fs::weakly_canonical(named, unresolved);  // of a link
+  const fs::path file = unresolved ? named : target;
   const fs::path aside = file.string() + ".part";
   const Head head = head_of(state);
   try {

@@ -84,14 +84,21 @@ void open_results(const fs::path& folder, Existing existing) {
 }
 
 void resume_study(const fs::path& folder, const Study& study, json& result) {
-  std::ifstream in(folder / (study.name + ".json"));
+  const fs::path file = folder / (study.name + ".json");
+  std::ifstream in(file);
   if (!in) return;
   const json old = json::parse(in, nullptr, false);
-  const bool same = old.is_object() && old.value("study", "") == study.name &&
-                    old.value("version", "") == result.at("version").get<std::string>() &&
-                    old.value("quick", json()) == result.at("quick") && old.contains("points") &&
-                    old["points"].is_array() && old.contains("machine");
-  if (!same) return;
+  const auto refuse = [&](const std::string& reason) {
+    throw UserError(fmt::format("--resume: {} {}; give another folder, or --force to measure all points anew",
+                                in_quotes(file.string()), reason));
+  };
+  if (!old.is_object() || old.value("study", "") != study.name || !old.contains("points") ||
+      !old["points"].is_array() || !old.contains("machine"))
+    refuse("is damaged or no result of this study");
+  const std::string version = old.value("version", ""), now = result.at("version").get<std::string>();
+  if (version != now) refuse(fmt::format("was measured by version {}, and this is {}", version, now));
+  if (old.value("quick", json()) != result.at("quick"))
+    refuse(result.at("quick").get<bool>() ? "was measured without --quick" : "was measured with --quick");
   result["points"] = old["points"];
   result["machine"] = old["machine"];
   const std::string command = old.value("command", "");

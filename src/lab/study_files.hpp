@@ -17,7 +17,8 @@ enum class Existing { refuse, resume, overwrite };
 void open_results(const std::filesystem::path& folder, Existing existing);
 
 // Takes the points of an earlier run of the study in the folder into `result`, with the machine that measured
-// them, unless that run had another --quick or version. Points of a series that is not measured now stay.
+// them. Points of a series that is not measured now stay. Throws UserError if the file has another --quick or
+// version, or is damaged: its points would be lost.
 void resume_study(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
 
 // Adds to a machine's devices those of a series that measures a point of a study begun elsewhere.

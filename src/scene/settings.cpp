@@ -80,8 +80,13 @@ double double_from(const Field& field, const std::string& text, const std::strin
   return value;
 }
 
-// Accepts 1e6 as a whole number, too. Ranges of whole numbers end at 2^53, so that a double holds them.
+// Accepts 1e6 as a whole number, too. Ranges of whole numbers end at 2^53, so that a double holds them;
+// digits of one above that are read as what they are, lest they be rounded into the range.
 std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
+  std::int64_t digits = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), digits);
+  if (error == std::errc() && end == text.data() + text.size() && digits > (1LL << 53))
+    refuse(field, text, where, "is out of range");
   const double value = double_from(field, text, where);
   if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
   return static_cast<std::int64_t>(value);

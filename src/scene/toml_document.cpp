@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace pf {
 namespace {
@@ -69,6 +70,7 @@ std::string read_document(const fs::path& file, const char* kind) {
 
 toml::table parse_document(const fs::path& file, const char* kind) {
   const std::string text = read_document(file, kind);
+  if (has_deep_keys(text)) throw UserError(fmt::format("{}: a key has more than 1000 parts", file.string()));
   try {
     return toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {

@@ -117,6 +117,7 @@ void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, dou
   fmt::format_to(out, ",{},{},{},{}\n", totals.num_events, totals.num_solved_events, totals.largest_cluster,
                  frame.num_pictures);
   stream_.write(line.data(), static_cast<std::streamsize>(line.size()));
+  stream_.flush();
 }
 
 }  // namespace pf

@@ -74,6 +74,7 @@ class OverlayCsv {
   explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written
   void add_line(const PhaseTimes& times, const DrawTimes& drawing, double frame_ms, const FrameView& frame,
                 const OverlayFigures& figures, const OverlayInfo& info);
+  bool broke_off() const { return !stream_; }  // the disk is full, for example
 
  private:
   std::ofstream stream_;

@@ -178,8 +178,21 @@ int Stage::finish() {
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
   if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(pair_.view().message);
-  const bool failed = unresolvable || cue_failed_ || recorder_.failed() || files_.failed();
+  const bool failed =
+      unresolvable || cue_failed_ || recorder_.failed() || files_.failed() || tables_broke_off();
   return failed || (replay_ && replay_->diverged()) ? 1 : 0;
+}
+
+// Says which files of figures are not complete. Returns whether there are any.
+bool Stage::tables_broke_off() {
+  const auto check = [&](bool broke_off, const char* flag) {
+    if (broke_off && hooks_.announce)
+      hooks_.announce(
+          fmt::format("{}: the file broke off: it could not be written; is the disk full?", flag));
+    return broke_off;
+  };
+  const bool overlay = check(csv_ && csv_->broke_off(), "--overlay-csv");
+  return check(profile_csv_ && profile_csv_->broke_off(), "--profile-csv") || overlay;
 }
 
 // Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends

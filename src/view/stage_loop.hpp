@@ -81,6 +81,7 @@ class Stage {
   void keep_last_seconds(const Viewport& viewport);
   void write_last_seconds();
   void follow_last_seconds(const InputFrame& input);
+  bool tables_broke_off();
   void finish_last_seconds();
   void take_dropped(const std::vector<std::string>& files, Commands& commands);
   void follow_wishes();

@@ -199,6 +199,15 @@ def encoder_killed(bench):
     check_film(bench, "a.mp4", 60)
 
 
+def tables_broken_off(bench):
+    """Files of figures on a full disk."""
+    for words in (["--overlay-csv"], ["--set", "run.profile=x", "--profile-csv"]):
+        (bench.folder / "full").unlink(missing_ok=True)
+        (bench.folder / "full").symlink_to("/dev/full")
+        bench.run(*SMALL, "--seconds", "0.1", *words, "full", exit_code=1)
+        check(f"{words[-1]}: the file broke off" in bench.messages, f"{bench.messages.strip()[-200:]}")
+
+
 def program_killed(bench):
     skip_without("ffmpeg", "ffprobe")
     process = bench.start("--record", "a.mp4")
@@ -215,7 +224,8 @@ def program_killed(bench):
 
 
 FULL_DISK = """
-mount -t tmpfs -o size=120k none disk || exit 77
+mount -t tmpfs -o size=$1 none disk || exit 77
+shift
 "$@"
 code=$?
 cp disk/a.mp4 kept.mp4
@@ -226,9 +236,13 @@ exit $code
 def disk_full(bench):
     skip_without("ffmpeg", "ffprobe", "unshare")
     (bench.folder / "disk").mkdir()
-    words = ["unshare", "--map-root-user", "--mount", "sh", "-c", FULL_DISK, "sh",
-             *bench.words("--headless", *SMALL, "--seconds", "8", "--record", "disk/a.mp4")]
-    done = subprocess.run(words, cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT_S)
+
+    def record(size, seconds):
+        words = ["unshare", "--map-root-user", "--mount", "sh", "-c", FULL_DISK, "sh", size,
+                 *bench.words("--headless", *SMALL, "--seconds", seconds, "--record", "disk/a.mp4")]
+        return subprocess.run(words, cwd=bench.folder, env=ENVIRONMENT, capture_output=True, text=True, timeout=LIMIT_S)
+
+    done = record("120k", "8")
     if not (bench.folder / "report.json").exists():
         skip(f"no disk of 120 kB can be mounted here: {done.stderr.strip()}")
     check("recording stopped, the run continues" in done.stderr and "No space left on device" in done.stderr,
@@ -239,6 +253,10 @@ def disk_full(bench):
     check(report["record"]["frames"] + report["record"]["dropped"] <= 480 and report["record"]["dropped"] > 0,
           f"frames and dropped: {report['record']}")
     check_film(bench, "kept.mp4", 60)
+    # ffmpeg writes a film this short when it has all frames.
+    done = record("20k", "0.5")
+    check(done.returncode == 1 and "No space left on device" in done.stderr,
+          f"a short film, exit code {done.returncode}: {done.stderr.strip()[-200:]}")
 
 
 def replay(bench):
@@ -301,6 +319,7 @@ def stills(bench):
 
 
 CASES = {case.__name__: case for case in (decoded, raw, sizes, real_time, encoder_killed, program_killed, disk_full,
+                                          tables_broken_off,
                                           replay, stills)}
 
 

@@ -201,6 +201,21 @@ TEST_F(Checkpoint, NamesTheReason) {
   EXPECT_NE(refusal().find("cannot be read"), std::string::npos);
 }
 
+// The link stays one, and its target is the new checkpoint.
+TEST_F(Checkpoint, ReplacesTheTargetOfALink) {
+  save_small();
+  const std::filesystem::path link = folder_.path() / "link.state";
+  std::filesystem::create_symlink("a.state", link);
+  Simulation simulation(random_scene(1).settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  const std::string before = contents_of(file_);
+  write_checkpoint(link, state);
+  EXPECT_TRUE(std::filesystem::is_symlink(link));
+  EXPECT_NE(contents_of(file_), before);
+  EXPECT_TRUE(is_checkpoint(link));
+}
+
 // The one before stays.
 TEST_F(Checkpoint, IsKeptWhenTheNextOneCannotBeWritten) {
   save_small();

@@ -12,6 +12,7 @@
 #include "app/accuracy_table.hpp"
 #include "app/options.hpp"
 #include "app/scene_run.hpp"
+#include "core/error.hpp"
 #include "lab/flight_case.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/mean_error.hpp"
@@ -237,8 +238,10 @@ TEST(Lab, ResumeKeepsTheSeriesOfAnotherMachine) {
   ASSERT_EQ(result["machine"]["devices"].size(), 3U) << result;
   EXPECT_EQ(result["machine"]["devices"][2], here[0]);
   full["quick"] = false;
-  resume_study(folder.path(), study, full);
-  EXPECT_TRUE(full["points"].empty()) << "a full run takes no quick points";
+  EXPECT_THROW(resume_study(folder.path(), study, full), UserError) << "a full run takes no quick points";
+  full["quick"] = true;
+  full["version"] = "2";
+  EXPECT_THROW(resume_study(folder.path(), study, full), UserError);
 }
 
 TEST(Lab, ParallelForCallsEachOnceAndRethrows) {

@@ -33,6 +33,36 @@ TEST(Options, RejectsUnwritableOutput) {
   EXPECT_TRUE(contains(refusal({"--report", ""}), "cannot be written"));
 }
 
+// Files of a command line by their flags.
+struct Clash {
+  std::vector<std::string> words;
+  const char* message;
+};
+
+TEST(Options, RefusesAnOutputThatIsAnotherFile) {
+  TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const std::string scene = folder.write("s.toml", "[scene]\nname = \"s\"\n").string();
+  const std::string list = folder.write("c.toml", "[[cue]]\n").string(), state = path("a.state");
+  folder.write("a.state", "");
+  std::filesystem::create_symlink("s.toml", path("link"));
+  const std::vector<Clash> clashes = {
+      {{"--scene", scene, "--log", scene}, "--log: '"},
+      {{"--scene", scene, "--report", path("link")}, "is the file of --scene as well; choose another name"},
+      {{"--scene", scene, "--overlay-csv", path("./s.toml")}, "--overlay-csv: '"},
+      {{"--scene", scene, "--record", path("s/%05d.png")}, "--record (the film's log): '"},
+      {{"--cues", list, "--log", list}, "is the file of --cues as well"},
+      {{"--from", state, "--report", state}, "is the file of --from as well"},
+      {{"--checkpoint", path("new"), "--report", path("new")}, "is the file of --report as well"},
+      {{"--overlay-csv", path("x"), "--profile-csv", path("x")}, "is the file of --overlay-csv as well"},
+  };
+  for (const Clash& clash : clashes)
+    EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
+  EXPECT_EQ(options_of({"--from", state, "--checkpoint", state}).data.checkpoint, state);
+  EXPECT_EQ(options_of({"--report", "/dev/null", "--overlay-csv", "/dev/null"}).report, "/dev/null");
+  EXPECT_TRUE(contains(refusal({"--checkpoint", "/dev/null"}), "is not a regular file"));
+}
+
 TEST(Options, EndingsAreChecked) {
   EXPECT_TRUE(contains(refusal({"--record", "/tmp/a.avi"}),
                        "--record: '/tmp/a.avi' has the wrong ending; the file must "

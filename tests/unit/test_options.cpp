@@ -115,10 +115,9 @@ TEST(Options, NumParcels) {
   EXPECT_EQ(options_of({"-p", "1e6"}).settings.num_parcels, 1000000);
   EXPECT_EQ(options_of({"-p1"}).settings.num_parcels, 1);
   EXPECT_EQ(options_of({"-p", "1000000000"}).settings.num_parcels, 1000000000);
-  EXPECT_EQ(
-      refusal({"-p", "0"}),
-      "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 1 billion; for a flight "
-      "without parcels use --set air.kind=vacuum");
+  EXPECT_EQ(refusal({"-p", "0"}),
+            "-p: '0' is out of range; air.num_parcels takes a whole number from 1 to 1 billion; for a flight "
+            "without parcels use --set air.kind=vacuum");
   for (const char* text : {"-5", "1000000000000", "1000000001", "1e300", "1e999"}) {
     EXPECT_TRUE(contains(refusal({"-p", text}), std::string("-p: '") + text + "' is out of range")) << text;
   }
@@ -144,6 +143,7 @@ TEST(Options, RejectsBadSettings) {
   EXPECT_TRUE(contains(refusal({"--scene", ""}), "--scene: '' is not a scene"));
   EXPECT_TRUE(
       contains(refusal({"--set", "air.restitution=2"}), "--set air.restitution: '2' is out of range"));
+  EXPECT_TRUE(contains(refusal({"--seed", "9007199254740993"}), "'9007199254740993' is out of range"));
   EXPECT_TRUE(contains(refusal({"--set", "air.restituton=1"}), "the nearest is air.restitution"));
   EXPECT_TRUE(contains(refusal({"--set", "air.restitution"}), "has no '='"));
   EXPECT_TRUE(contains(refusal({"--draw-target", "hots"}), "'hots' is unknown, the nearest is host"));

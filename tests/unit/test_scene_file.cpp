@@ -123,6 +123,14 @@ TEST_F(SceneFile, MalformedTomlNamesTheLine) {
   EXPECT_TRUE(contains(refusal(std::string("a\0b", 3)), "not valid TOML"));
 }
 
+// A parser that calls itself would overflow the stack.
+TEST_F(SceneFile, RejectsKeysOfVeryManyParts) {
+  std::string key = "a";
+  for (int k = 0; k < 50000; ++k) key += ".a";
+  EXPECT_NE(refusal(key + " = 1").find("a key has more than 1000 parts"), std::string::npos);
+  EXPECT_NE(refusal("[" + key + "]").find("a key has more than 1000 parts"), std::string::npos);
+}
+
 TEST_F(SceneFile, RejectsBinaryFiles) {
   std::string junk;
   for (unsigned i = 0, x = 1; i < 4096; ++i)

@@ -1,0 +1,78 @@
+#include "app/output_clash.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "app/frame_names.hpp"
+#include "core/error.hpp"
+#include "core/text.hpp"
+
+namespace pf {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NamedFile {
+  std::string flag;
+  fs::path file;
+};
+
+bool is_same_file(const fs::path& a, const fs::path& b) {
+  std::error_code ignored;
+  if (fs::exists(a, ignored) && fs::exists(b, ignored))
+    return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
+  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+}
+
+// A scene or a list of cues that has a name of its own is no file of the user's.
+fs::path file_of(const std::optional<std::string>& text) {
+  return text && text->ends_with(".toml") ? *text : "";
+}
+
+std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
+  return {{"--scene", file_of(typed.scene)},
+          {"--cues", file_of(typed.cues)},
+          {"the log to replay", typed.replay.value_or("")},
+          {"--from", options.data.from}};
+}
+
+std::vector<NamedFile> outputs_of(const Options& options) {
+  std::vector<NamedFile> files = {{"--report", options.report},
+                                  {"--log", options.log},
+                                  {"--overlay-csv", options.overlay_csv},
+                                  {"--profile-csv", options.profile_csv},
+                                  {"--checkpoint", options.data.checkpoint},
+                                  {"--dump", options.data.dump},
+                                  {"--panel-map", options.panel_map},
+                                  {"--json", options.bench_json}};
+  if (!options.record.empty() && options.command == Command::run) {
+    files.push_back({"--record", options.record});
+    files.push_back({"--record (the film's log)", log_beside(options.record)});
+    if (!is_frame_pattern(options.record))  // without ffmpeg
+      files.push_back({"--record (the log of its frames)", log_beside(frames_instead_of(options.record))});
+  }
+  return files;
+}
+
+}  // namespace
+
+void check_outputs(const Typed& typed, const Options& options) {
+  std::vector<NamedFile> others = inputs_of(typed, options);
+  for (const NamedFile& output : outputs_of(options)) {
+    if (output.file.empty()) continue;
+    for (const NamedFile& other : others) {
+      const bool goes_on = output.flag == "--checkpoint" && other.flag == "--from" &&
+                           output.file.extension() != ".h5" && output.file.extension() != ".xyz";
+      if (other.file.empty() || goes_on || !is_same_file(output.file, other.file)) continue;
+      throw UserError(fmt::format("{}: {} is the file of {} as well; choose another name", output.flag,
+                                  in_quotes(output.file.string()), other.flag));
+    }
+    others.push_back(output);
+  }
+}
+
+}  // namespace pf
