@@ -109,6 +109,17 @@ void say_if_over(const Options& options) {
       fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
 }
 
+// Before anything flies.
+void check_room_for_cues(const Options& options, const Simulation& simulation) {
+  for (const Cue& cue : options.cues ? options.cues->cues : std::vector<Cue>()) {
+    try {
+      simulation.check_room(cue.settings);
+    } catch (const UserError& error) {
+      throw UserError(fmt::format("--cues: {}: this cue cannot run: {}", cue.place, error.what()));
+    }
+  }
+}
+
 StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   stop_gracefully();
   StageHooks hooks;
@@ -130,6 +141,7 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
     simulation.set_fallback(
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
+  check_room_for_cues(options, simulation);
   RunRecord record(simulation.settings(), *simulation.view().physics,
                    start ? start->initial : simulation.backend().measure(), device_name);
   if (start) record.continue_from(start->totals, start->simulated_s);

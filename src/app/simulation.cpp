@@ -188,6 +188,12 @@ void Simulation::keep_checkpoints() {
 
 void Simulation::keep_to_budget(double share) { state_->budget_share = share; }
 int Simulation::num_fallbacks() const { return state_->num_fallbacks; }
+
+void Simulation::check_room(const Settings& settings) const {
+  Settings resolved = settings;
+  state_->resolve(resolved);
+  state_->check_room(resolved, state_->backend->memory_bytes());
+}
 const FrameView& Simulation::view() const { return state_->view; }
 const Settings& Simulation::settings() const { return state_->settings; }
 Backend& Simulation::backend() { return *state_->backend; }

@@ -139,6 +139,9 @@ class Simulation {
   // Number of fallbacks so far. A draw target of the failed backend must no longer be used.
   int num_fallbacks() const;
 
+  // Throws UserError if a restart with these settings would not have the memory.
+  void check_room(const Settings& settings) const;
+
   const FrameView& view() const;
   const Settings& settings() const;
   Backend& backend();

@@ -7,6 +7,10 @@
 namespace pf::h5 {
 namespace {
 
+// Files are closed where they are used. What the library does at exit would fail once more for a file whose
+// disk is full, with messages of its own.
+[[maybe_unused]] const herr_t kNothingAtExit = H5dont_atexit();
+
 // The innermost reason.
 herr_t keep_reason(unsigned depth, const H5E_error2_t* error, void* reason) {
   if (depth == 0 && error->desc != nullptr) *static_cast<std::string*>(reason) = error->desc;
@@ -17,7 +21,15 @@ std::string last_reason() {
   std::string reason;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_reason, &reason);
   H5Eclear2(H5E_DEFAULT);
-  return reason.empty() ? "no reason given" : reason;
+  if (reason.empty()) return "no reason given";
+  // That of the system, as: ... errno = 28, error message = 'No space left on device', ...
+  const std::string quote = "error message = '";
+  if (const std::size_t found = reason.find(quote); found != std::string::npos) {
+    const std::size_t begin = found + quote.size();
+    return reason.substr(begin, reason.find('\'', begin) - begin);
+  }
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason;
 }
 
 Handle scalar() { return {H5Screate(H5S_SCALAR), H5Sclose, "scalar"}; }

@@ -156,7 +156,7 @@ void show_notices(const FrameView& frame, const WindowNotices& window, const Ove
 }  // namespace
 
 void SceneMarks::show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices) {
-  float y = kTop_px * scene.place.scale;
+  float y = kTop_px * scene.place.scale + notices.below_px;
   OverlayPlace beside = scene.place;
   rectangles_.clear();
   if (frame.profile != nullptr) rectangles_["profile"] = show_profile_strip(frame, scene);
@@ -191,6 +191,7 @@ void SceneMarks::show_magnifier(const FrameView& frame, const ScenePlace& scene)
   const float s = scene.place.scale;
   InsetRequest request = {free_rect(scene), scene.magnifier_px, 10.0F * s, rectangles(), {}, before};
   request.keep_clear.push_back(ball_rect(frame, scene));
+  request.keep_clear.insert(request.keep_clear.end(), scene.titles.begin(), scene.titles.end());
   if (before) magnifier_ = place_inset(request);
   if (!before || magnifier_ != before) {
     request.path_px = path_points(frame, scene);

@@ -26,13 +26,15 @@ struct ScenePlace {
   Look look;
   float magnifier_px = 0.0F;             // side of its square; 0: there is none
   double magnifier_metres_per_px = 0.0;  // in it
+  std::vector<PxRect> titles = {};       // shown over the scene; the magnifier keeps clear of them
 };
 
 // Notices of the window alone, not of a film. Empty: none.
 struct WindowNotices {
-  std::string film;  // that runs, beside a red dot
-  std::string news;  // of films and pictures
-  std::string keys;  // what a key has just done, or asks
+  std::string film;       // that runs, beside a red dot
+  std::string news;       // of films and pictures
+  std::string keys;       // what a key has just done, or asks
+  float below_px = 0.0F;  // from the window's top: what covers the picture there
 };
 
 class SceneMarks {

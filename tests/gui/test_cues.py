@@ -92,6 +92,22 @@ def cue_keys(bench):
     check(place[0] > 318 and place[3] <= bar[1], f"beside the panel, above the timeline: {place[3]:.0f} <= {bar[1]:.0f}")
 
 
+def talk_is_clear(bench):
+    """The magnifier keeps clear of the titles of the shipped talk, also with large text."""
+    for scale in ("1.5", "2"):
+        with bench.open("--cues", "talk", "--ui-scale", scale, "--size", "1280x720") as window:
+            for key, name in (("8", "A real ball"),):
+                window.press_key(key)
+                window.wait_for_control(title(name))
+                window.wait_for_control("Magnifier square")
+                window.wait_frames()
+                places = window.controls()
+                a, b = places[title(name)], places["Magnifier square"]
+                covers = min(a[2], b[2]) > max(a[0], b[0]) and min(a[3], b[3]) > max(a[1], b[1])
+                check(not covers, f"cue {key}, text {scale}: title {a}, magnifier {b}")
+            window.stop()
+
+
 def cue_list_files(bench):
     """Without a list a digit says so; a list is loaded in the panel, a broken one changes nothing, and a cue is added."""
     good = talk_of(bench)
@@ -227,7 +243,7 @@ def scene_values(bench):
           f"the values at the start are back: {report['restitution']}, {report['num_parcels']}, {report['method']}")
 
 
-CASES = {case.__name__: case for case in (cue_keys, cue_list_files, cue_film, undo, scene_values)}
+CASES = {case.__name__: case for case in (cue_keys, talk_is_clear, cue_list_files, cue_film, undo, scene_values)}
 
 
 def fails(case, bench):
