@@ -40,8 +40,11 @@ struct Track {
 Track track_of(const FrameView& frame, const OverlayPlace& place, Theme theme) {
   const FlightHistory& history = *frame.history;
   const float bottom = place.bottom_px;
-  const float room = std::min(kTextRoom_px * place.scale, 0.25F * place.width_px);
   const double begin_s = history.time_at(0);
+  // Beside a narrow scene the bar is short rather than a time cut.
+  const float text = text_width(fmt::format("to {:.3f} s", history.time_at(history.latest())));
+  const float room = std::max(std::min(kTextRoom_px * place.scale, 0.25F * place.width_px),
+                              std::min(text + 16.0F * place.scale, 0.4F * place.width_px));
   const double flown_s = history.time_at(history.latest()) - begin_s;
   return {history,
           place,

@@ -34,11 +34,15 @@ void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
 // from kChunkSize k on.
 template <class Visit>
 void for_each_chunk(WindowContext& window, const Visit& visit) {
+  std::vector<WorkerState>& workers = window.memory.workers;
   const std::size_t num_chunks = (window.num_parcels() + kChunkSize - 1) / kChunkSize;
+  const auto visit_chunks = [&](WorkerState& worker, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) visit(worker, static_cast<std::uint32_t>(k));
+  };
+  if (num_chunks == 1) return visit_chunks(workers[0], 0, 1);
   window.team.run([&](unsigned thread) {
     const auto [begin, end] = window.team.share(thread, num_chunks);
-    for (std::size_t k = begin; k < end; ++k)
-      visit(window.memory.workers[thread], static_cast<std::uint32_t>(k));
+    visit_chunks(workers[thread], begin, end);
   });
 }
 
