@@ -146,10 +146,6 @@ void read_data_options(const CLI::App& command, const Typed& typed, Options& opt
   read_dump(command, typed, options.data);
   read_checkpoint(command, typed, options.data);
   read_from(typed, options);
-  std::error_code ignored;
-  if (!options.data.from.empty() &&
-      std::filesystem::equivalent(options.data.from, options.data.dump, ignored))
-    throw UserError("--dump: is the file that --from reads; choose another name");
 }
 
 }  // namespace pf

@@ -47,6 +47,9 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                   {"--profile-csv", options.profile_csv},
                                   {"--checkpoint", options.data.checkpoint},
                                   {"--dump", options.data.dump},
+                                  {"--picture", options.picture},
+                                  {"--still", options.still},
+                                  {"--save-scene", options.save_scene},
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
   if (!options.record.empty() && options.command == Command::run) {

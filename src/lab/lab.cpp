@@ -262,9 +262,9 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);
   const LabContext context = context_of(options, machine);
-  for (const Study& study : wanted) {  // all of them, before any work
+  for (const Study& study : options.resume ? wanted : std::vector<Study>()) {  // before any work
     json result = start_result(study, context);
-    if (options.resume) resume_study(options.out, study, result);
+    resume_study(options.out, study, result);
   }
   LabRanks ranks(machine.carrier, machine.num_threads, stop);
   bool complete = true;

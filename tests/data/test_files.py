@@ -336,7 +336,7 @@ def refusals(bench):
     bench.refused("--from-frame: 'c.state' is not a dump", "--from", "c.state", "--from-frame", "1")
     bench.refused("--from: 'none.state': cannot be read", "--from", "none.state")
     bench.refused("was dumped without the field state", "--from", "p.h5")
-    bench.refused("--dump: is the file that --from reads", "--from", "p.h5", "--dump", "p.h5")
+    bench.refused("is the file of --from as well", "--from", "p.h5", "--dump", "p.h5")
     data = bytearray((bench.folder / "c.state").read_bytes())
     data[-100] ^= 4
     (bench.folder / "d.state").write_bytes(data)

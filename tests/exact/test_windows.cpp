@@ -262,7 +262,7 @@ double epoch_length_after(int num_epochs, double events_of_one, bool was_whole =
   for (int k = 0; k < num_epochs; ++k) {
     epochs.add_events(static_cast<std::uint64_t>(0.5 * events_of_one * epochs.length()));
     epochs.add_events(static_cast<std::uint64_t>(0.5 * events_of_one * epochs.length()));
-    epochs.end(was_whole, 1000);
+    was_whole ? epochs.end(1000) : epochs.drop();
   }
   return epochs.length();
 }

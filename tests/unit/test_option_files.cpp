@@ -55,6 +55,8 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
       {{"--from", state, "--report", state}, "is the file of --from as well"},
       {{"--checkpoint", path("new"), "--report", path("new")}, "is the file of --report as well"},
       {{"--overlay-csv", path("x"), "--profile-csv", path("x")}, "is the file of --overlay-csv as well"},
+      {{"--still", "1", path("x.png"), "--picture", path("x.png")}, "is the file of --picture as well"},
+      {{"--save-scene", path("n.toml"), "--log", path("n.toml")}, "is the file of --log as well"},
   };
   for (const Clash& clash : clashes)
     EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);

@@ -91,13 +91,12 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_d
                  DiscSpace& space) {
   // A disc's centre is half a path away from the parcel's position at the step's start. That position differs
   // from the sorted one by at most max_displacement. An owned parcel may reach any speed up to the bound.
-  const double half_path = 0.5 * fastest_mps * c.plan.units_per_tick * c.plan.length;
   const double longest_path =
-      std::max(c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length, 2.0 * half_path);
+      std::max(c.plan.max_speed_mps, fastest_mps) * c.plan.units_per_tick * c.plan.length;
   const double around = 0.5 * c.run.contact_distance * kDiscRelative + 2.0 * kDiscMargin;
   const auto since_sort = static_cast<double>(max_displacement);
   space.world = c.run.physics.world;
-  space.reach = saturated_reach(around + 2.0 * half_path * kDiscRelative + since_sort);
+  space.reach = saturated_reach(reach_of(c, fastest_mps) + since_sort);
   space.reach_owned = saturated_reach(around + longest_path * kDiscRelative + since_sort);
   space.owned_radius = static_cast<float>(around + 1.5 * longest_path * kDiscRelative);
 }

@@ -17,20 +17,20 @@ class EpochLength {
 
   void reset() {
     length_ = 1.0;
-    num_events_ = 0;
+    drop();
   }
   double length() const { return draw ? draw() : length_; }
 
   void add_events(std::uint64_t num) { num_events_ += num; }
-  // An epoch is over. was_whole: it lasted as long as planned.
-  void end(bool was_whole, std::size_t num_parcels) {
-    if (was_whole) {
-      const double wanted = kEventsPerParcel * static_cast<double>(num_parcels);
-      const double longer = std::sqrt(wanted / (static_cast<double>(num_events_) + 1.0));
-      length_ = std::clamp(length_ * std::clamp(longer, 1.0 / kMostChange, kMostChange), 1.0, kLongest);
-    }
-    num_events_ = 0;
+  // An epoch has lasted as long as planned.
+  void end(std::size_t num_parcels) {
+    const double wanted = kEventsPerParcel * static_cast<double>(num_parcels);
+    const double longer = std::sqrt(wanted / (static_cast<double>(num_events_) + 1.0));
+    length_ = std::clamp(length_ * std::clamp(longer, 1.0 / kMostChange, kMostChange), 1.0, kLongest);
+    drop();
   }
+  // It ended early, and tells nothing.
+  void drop() { num_events_ = 0; }
 
  private:
   // Measured on an EPYC: a gas, flights over the court, with restitution and without, dilute and dense, and

@@ -21,8 +21,8 @@ class ReadAhead {
       : space_(space),
         is_active_(space.num_parcels >= kFewest && num_visits * kSparse >= space.num_parcels &&
                    !space.all_pairs) {
-    for (const void* array : of_4) lines_[num_++] = {static_cast<const char*>(array), 4};
-    for (const void* array : of_8) lines_[num_++] = {static_cast<const char*>(array), 8};
+    for (const void* array : of_4) arrays_[num_++] = {static_cast<const char*>(array), 4};
+    for (const void* array : of_8) arrays_[num_++] = {static_cast<const char*>(array), 8};
   }
 
   bool is_active() const { return is_active_; }
@@ -51,7 +51,7 @@ class ReadAhead {
   __attribute__((no_sanitize("thread"))) void read() const {
     const std::uint32_t last = space_.num_parcels - 1;
     for (unsigned k = 0; k < num_; ++k) {
-      const auto [data, bytes] = lines_[k];
+      const auto [data, bytes] = arrays_[k];
       for (std::uint32_t i = next_; i < next_ + kLine; i += 64 / bytes)
         static_cast<void>(*static_cast<const volatile char*>(data + std::size_t{bytes} * std::min(i, last)));
     }
@@ -61,7 +61,7 @@ class ReadAhead {
   bool is_active_;
   std::uint32_t next_ = 0;
   unsigned num_ = 0;
-  Array lines_[kMaxArrays];
+  Array arrays_[kMaxArrays];
 };
 
 }  // namespace pf

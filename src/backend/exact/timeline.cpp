@@ -148,7 +148,10 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
 }
 
 void ExactTimeline::end_epoch(SortedParcels& parcels) {
-  epoch_length_.end(epoch_->done == epoch_->constants.plan.length, parcels.size());
+  if (epoch_->done == epoch_->constants.plan.length)
+    epoch_length_.end(parcels.size());
+  else
+    epoch_length_.drop();
   if (chord_) stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
   epoch_.reset();
   if (is_at_anchoring(progress_)) anchor_all(parcels);
@@ -219,7 +222,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
   if (outcome.needed_bound_mps > plan.max_speed_mps) {
     progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
     stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
-    epoch_length_.end(false, 0);
+    epoch_length_.drop();
     return epoch_.reset();
   }
   if (length == 1) throw_unresolvable(plan.tick_s);

@@ -31,7 +31,7 @@ class ExactTimeline {
   }
   // Constants have changed. Called between requests.
   void forget_predictions() {
-    epoch_length_.end(false, 0);
+    epoch_length_.drop();
     epoch_.reset();
     chord_.reset();
   }

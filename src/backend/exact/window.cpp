@@ -24,9 +24,9 @@ void EpochMemory::prepare_window() {
 }
 
 std::uint64_t EpochMemory::memory_bytes() const {
-  std::uint64_t bytes = 4 * (owner.capacity() + member_slot.capacity() + due_groups.capacity() +
-                             due.capacity() + active.capacity() + near_ball.capacity() + on_path.capacity() +
-                             seeds.capacity() + todo.capacity()) +
+  std::uint64_t bytes = 4 * (chunk_speed2.capacity() + owner.capacity() + member_slot.capacity() +
+                             due_groups.capacity() + due.capacity() + active.capacity() +
+                             near_ball.capacity() + on_path.capacity() + seeds.capacity() + todo.capacity()) +
                         sizeof(Cluster) * clusters.capacity() + discs.memory_bytes() +
                         calendar.memory_bytes();
   for (const WorkerState& worker : workers)
