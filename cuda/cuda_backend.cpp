@@ -79,6 +79,7 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   next_ = {};
   cell_sort_ = {};
   contact_memory_ = {};
+  exact_memory_ = {};
   draw_position_ = {};
   draw_speed_ = {};
   capacity_ = 0;

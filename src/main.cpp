@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -25,6 +24,7 @@
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
+#include "process.hpp"
 #include "ranks.hpp"
 #include "scene/scene_file.hpp"
 #include "view/domain_draw_target.hpp"
@@ -36,8 +36,6 @@
 
 namespace pf {
 namespace {
-
-void announce(const std::string& line) { fmt::print(stderr, "{}\n", line); }
 
 // The device on which GL draws, so that buffers can be shared. 0 if unknown.
 int device_for(const GlContextInfo& info) {
@@ -82,18 +80,6 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
   }
 }
 
-// A second signal ends the program at once.
-extern "C" void request_stop(int number) {
-  stop_requested = true;
-  std::signal(number, SIG_DFL);
-}
-
-// Lets a command finish its files on SIGINT and SIGTERM, as soon as the frame in hand is ready.
-void stop_gracefully() {
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
-}
-
 struct StageRun {
   int exit_code = 0;
   nlohmann::json report;
@@ -103,7 +89,8 @@ struct StageRun {
 void say_if_over(const Options& options) {
   const RunState* start = options.data.start.get();
   const double seconds = options.settings.seconds;
-  if (start == nullptr || seconds <= 0.0 || options.settings.frame_rate_hz * seconds > start->num_frames)
+  if (start == nullptr || options.replay || options.still_s || options.cues || seconds <= 0.0 ||
+      options.settings.frame_rate_hz * seconds > start->num_frames)
     return;
   announce(
       fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
@@ -122,6 +109,7 @@ void check_room_for_cues(const Options& options, const Simulation& simulation) {
 
 StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   stop_gracefully();
+  expect_failing_writes();
   StageHooks hooks;
   hooks.announce = announce;
   hooks.panel_map = options.panel_map;
@@ -236,7 +224,6 @@ int validate(const Options& options) {
   return result["passed"].get<bool>() ? 0 : 1;
 }
 
-// Measures a series on the CPU and, if requested, one on the CUDA device.
 // The devices of this rank: of several GPUs in a machine each rank takes one.
 LabMachine lab_machine(const Options& options, const Ranks& ranks) {
   const unsigned num_threads = ranks.num() > 1 ? threads_of_rank(*ranks.carrier(), 0) : 0;
@@ -309,8 +296,9 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
   } catch (const std::bad_alloc&) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
-    announce(fmt::format("pickleflight: a system call failed (threads, files): {}; give fewer --threads",
-                         error.what()));
+    const bool of_thread = error.code() == std::errc::resource_unavailable_try_again;
+    announce(fmt::format("pickleflight: a system call failed: {}{}", error.what(),
+                         of_thread ? "; give fewer --threads" : ""));
   }
   return ranks.fail(3);
 }
@@ -319,9 +307,10 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
 }  // namespace pf
 
 int main(int argc, char** argv) {
+  pf::reserve_standard_streams();
   try {
     pf::Ranks ranks(argc, argv);
-    if (ranks.leads()) return pf::run_all(argc, argv, ranks);
+    if (ranks.leads()) return pf::after_output(pf::run_all(argc, argv, ranks));
     return ranks.serve(
         [&] {  // with the same arguments
           const pf::Options options = *pf::parse_options(argc, argv).options;

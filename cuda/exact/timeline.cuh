@@ -53,7 +53,10 @@ __device__ inline void begin_chord(const RunConstants& run, std::uint64_t until,
 // Moves the ball to the end of its chord, a tick of the step.
 __device__ inline void end_chord(const RunConstants& run, std::uint32_t tick, ExactState& state) {
   state.has_chord = 0;
-  if (run.physics.ball.held) return;
+  if (run.physics.ball.held) {
+    state.progress.ball_trajectory_holds = false;  // it may be that of a flight before
+    return;
+  }
   ExactProgress progress = state.progress;
   progress.now += static_cast<std::uint64_t>(tick) << progress.tick_exponent;
   ExactBall ball = state.ball;

@@ -57,6 +57,13 @@ std::optional<FlightDistance> distance_between(const FlightRecord& a, const Flig
   return distance;
 }
 
+Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m) {
+  const Vec2d way = to_m - from_m;
+  if (world.boundary != Boundary::periodic) return way;
+  const Vec2d period = to_metres(world, world.half) * 2.0;
+  return {way.x - period.x * std::round(way.x / period.x), way.y - period.y * std::round(way.y / period.y)};
+}
+
 std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
   Settings with = settings;
   with.air = air;
@@ -73,7 +80,8 @@ std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
   while (points.size() < kMaxPoints) {
     const Vec2d before = state.position_m;
     advance_ball(physics.world, ball, {}, 0.0, dt_s, state);
-    if (physics.world.boundary == Boundary::periodic && length(state.position_m - before) > half_m.y) break;
+    if (!is_straight_way(before, state.position_m, nearest_way(physics.world, before, state.position_m)))
+      break;
     points.push_back(to_float(state.position_m));
     const bool is_out = std::fabs(state.position_m.x) > half_m.x + ball.radius_m ||
                         std::fabs(state.position_m.y) > half_m.y + ball.radius_m;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/vec2.hpp"
+#include "model/world.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -35,6 +36,11 @@ struct FlightRecord {
   // Relative. Empty during the flight, if it was disturbed, and if the initial energy is zero.
   std::optional<double> energy_drift() const;
 };
+
+// The way between two positions, m: in a periodic world the shorter one, through an edge, if there is one.
+Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m);
+// Whether that way crosses no edge.
+inline bool is_straight_way(Vec2d from_m, Vec2d to_m, Vec2d way_m) { return way_m == to_m - from_m; }
 
 // The first flight of the current one's launch, which the others are compared with.
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);

@@ -81,6 +81,16 @@ void Simulation::State::fall_back(const DeviceError& error) {
                              failed, error.what(), backend->name(), physics.parcels.num);
 }
 
+// Steps that cannot be done, as in a crowd that cannot be resolved, leave the flight where it is.
+void Simulation::State::pause_at(const UserError& error) {
+  in_flight = false;
+  frame.reset();
+  sought.reset();
+  view.mid_step = false;
+  view.paused = true;
+  view.message = error.what();
+}
+
 // Not while a device works on steps.
 void Simulation::State::follow_profile() {
   if (!profile_is_due || in_flight) return;
@@ -159,6 +169,8 @@ void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
     state_->begin(commands, draw);
   } catch (const DeviceError& error) {
     state_->fall_back(error);
+  } catch (const UserError& error) {
+    state_->pause_at(error);
   }
   state_->update_view();
 }
@@ -173,6 +185,8 @@ void Simulation::finish_frame() {
     s.collect_steps();
   } catch (const DeviceError& error) {
     s.fall_back(error);
+  } catch (const UserError& error) {
+    s.pause_at(error);
   }
   s.update_view();
 }

@@ -54,8 +54,10 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   resolve(with);
   const Physics derived = derive_physics(with);
   check_backend(with, derived, *backend);
+  const bool is_respawned = needs_new_parcels(settings, with);
+  if (is_respawned) const Spawner tried(with, derived, ball);  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
-  if (needs_new_parcels(settings, with)) {
+  if (is_respawned) {
     respawn(with, ball);
   } else {
     physics = derived;
@@ -89,8 +91,8 @@ void Simulation::State::restart(Settings with) {
   ++view.num_scenes;
 }
 
-// Replaces the thread team and keeps the parcels. The count of steps, which keys the random rounding of
-// positions, restarts. It restarts on a device, too, so that a log gives the same flight everywhere.
+// Replaces the thread team and keeps the parcels. The time of `exact` restarts, on a device, too, so that a
+// log gives the same flight everywhere.
 void Simulation::State::change_threads(const Settings& with) {
   const Spawner spawner(settings, physics, ball);
   const ParcelSnapshot parcels = backend->snapshot();

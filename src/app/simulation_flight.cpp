@@ -189,12 +189,10 @@ void Simulation::State::follow_ball() {
   if (!physics.ball.exists) return;
   const bool is_first = flight.points_m.empty();
   if (!is_first) {
-    const Vec2d moved = ball.position_m - to_double(flight.points_m.back());
-    const double length = std::sqrt(dot(moved, moved));
-    const World& world = physics.world;
-    const bool wrapped = world.boundary == Boundary::periodic && length > 0.5 * world.half.y * world.unit_m;
-    if (!wrapped) view.ball_distance_m += length;
-    if (wrapped) {
+    const Vec2d before = to_double(flight.points_m.back());
+    const Vec2d moved = nearest_way(physics.world, before, ball.position_m);
+    view.ball_distance_m += std::sqrt(dot(moved, moved));
+    if (!is_straight_way(before, ball.position_m, moved)) {
       flight.points_m.clear();
       flight.times_s.clear();
     }

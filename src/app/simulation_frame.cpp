@@ -76,7 +76,12 @@ void Simulation::State::submit_steps(DrawTarget* target) {
     buffers = target->map();
     request.draw = &buffers;
   }
-  backend->submit(request);
+  try {
+    backend->submit(request);
+  } catch (...) {
+    if (target) target->unmap();
+    throw;
+  }
   in_flight = true;
   if (target) {
     ScopedPhase timing(mapping, Phase::unmap);
@@ -144,10 +149,13 @@ void Simulation::State::end_frame() {
 void Simulation::State::pause_if_invalid(const StepTotals& totals) {
   if (totals.num_invalid == 0) return;
   view.paused = true;
+  const std::string when = settings.method == Method::exact  // which does not divide time into steps
+                               ? ""
+                               : fmt::format(" in step {}", totals.first_invalid_step);
   view.message = fmt::format(
-      "Paused: {} parcels left the range of numbers in step {}, the first with id {}. Shorten the step "
-      "(run.dt_s, run.displacement_per_step) or slow the ball, then reset.",
-      totals.num_invalid, totals.first_invalid_step, totals.first_invalid_id);
+      "Paused: {} parcels left the range of numbers{}, the first with id {}. Shorten the step (run.dt_s, "
+      "run.displacement_per_step) or slow the ball, then reset.",
+      totals.num_invalid, when, totals.first_invalid_id);
 }
 
 void Simulation::State::pause_if_blown_up(const StepTotals& totals) {

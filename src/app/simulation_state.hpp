@@ -117,6 +117,7 @@ struct Simulation::State {
   void pause_if_blown_up(const StepTotals& totals);
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
+  void pause_at(const UserError& error);
   void follow_ball();
   void follow_profile();
   void update_view();

@@ -1,5 +1,7 @@
 #include "core/thread_team.hpp"
 
+#include <utility>
+
 #if defined(__x86_64__)
 #include <immintrin.h>
 #endif
@@ -31,12 +33,20 @@ void await_change(const std::atomic<std::uint32_t>& value, std::uint32_t old) {
 
 ThreadTeam::ThreadTeam(unsigned num_threads)
     : num_threads_(num_threads), parts_(std::make_unique<Part[]>(num_threads)) {
-  for (unsigned part = 1; part < num_threads; ++part) {
-    threads_.emplace_back([this, part] { serve(part); });
+  try {
+    for (unsigned part = 1; part < num_threads; ++part) {
+      threads_.emplace_back([this, part] { serve(part); });
+    }
+  } catch (...) {
+    stop();
+    throw;
   }
 }
 
-ThreadTeam::~ThreadTeam() {
+ThreadTeam::~ThreadTeam() { stop(); }
+
+// The threads end; those of threads_ are joined when it is destroyed.
+void ThreadTeam::stop() {
   stopping_ = true;
   started_.fetch_add(1, std::memory_order_release);
   started_.notify_all();
@@ -48,11 +58,22 @@ void ThreadTeam::run(const std::function<void(unsigned)>& work) {
   running_.store(num_threads_ - 1, std::memory_order_relaxed);
   const std::uint32_t number = started_.fetch_add(1, std::memory_order_release) + 1;
   started_.notify_all();
-  work(0);
+  attempt(0);
   for (unsigned part = 1; part < num_threads_ && !finishes_soon(); ++part) {
     if (take(part, number)) do_part(part);
   }
   while (const std::uint32_t left = running_.load(std::memory_order_acquire)) await_change(running_, left);
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+// Does a part. The first exception of all parts is kept.
+void ThreadTeam::attempt(unsigned part) {
+  try {
+    (*work_)(part);
+  } catch (...) {
+    const std::lock_guard lock(failing_);
+    if (!failure_) failure_ = std::current_exception();
+  }
 }
 
 // Returns whether the threads are done with all parts, at once or while one spins.
@@ -74,7 +95,7 @@ bool ThreadTeam::take(unsigned part, std::uint32_t number) {
 }
 
 void ThreadTeam::do_part(unsigned part) {
-  (*work_)(part);
+  attempt(part);
   if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
 }
 

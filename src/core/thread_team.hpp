@@ -7,8 +7,10 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <vector>
 
@@ -16,7 +18,8 @@ namespace pf {
 
 class ThreadTeam {
  public:
-  // num_threads >= 1, the calling thread included.
+  // num_threads >= 1, the calling thread included. Throws std::system_error if the system has no more
+  // threads.
   explicit ThreadTeam(unsigned num_threads);
   ~ThreadTeam();
   ThreadTeam(const ThreadTeam&) = delete;
@@ -26,6 +29,7 @@ class ThreadTeam {
 
   // Runs work(part) once for every part, 0 .. size() - 1, and returns when all are done. Each part has a
   // thread of its own, or is done by the calling one after others. A part may not wait for another one.
+  // Throws what a part has thrown, after all are done; of several exceptions one.
   void run(const std::function<void(unsigned part)>& work);
 
   // Share [begin, end) of `count` items for one part. Shares are contiguous and in the order of parts.
@@ -42,7 +46,9 @@ class ThreadTeam {
     std::atomic<std::uint32_t> taken{0};  // number of the last function of which a thread took this part
   };
 
+  void stop();
   void serve(unsigned part);
+  void attempt(unsigned part);
   bool take(unsigned part, std::uint32_t number);
   void do_part(unsigned part);
   bool finishes_soon() const;
@@ -51,6 +57,8 @@ class ThreadTeam {
   std::atomic<std::uint32_t> started_{0};  // number of functions started
   std::atomic<std::uint32_t> running_{0};  // parts of the last function, but the first, that are not done
   const std::function<void(unsigned)>* work_ = nullptr;
+  std::mutex failing_;
+  std::exception_ptr failure_;         // of the last function
   std::atomic<bool> stopping_{false};  // a thread that is late may look while it is set
   std::unique_ptr<Part[]> parts_;
   std::vector<std::jthread> threads_;

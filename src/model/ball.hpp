@@ -81,22 +81,28 @@ PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& bal
   return motion;
 }
 
+// A ball that moves farther than the world is wide comes back as often as it has left. One without room
+// between walls stays in the middle.
 PF_HD inline void apply_boundary_to_ball(const World& world, double radius_m, BallState& state) {
+  const auto reflect = [](double& x, double& v, double limit) {
+    if (limit <= 0.0) {
+      x = 0.0;
+      return;
+    }
+    const double times = floor((x + limit) / (2.0 * limit));  // that it crosses the world, with a sign
+    const bool is_odd = fmod(times, 2.0) != 0.0;
+    const bool moves_up = (x > limit) != is_odd;
+    x -= 2.0 * limit * times;
+    if (is_odd) x = -x;
+    v = moves_up ? fabs(v) : -fabs(v);
+  };
   const auto one_axis = [&](double& x, double& v, std::int32_t half) {
     const double half_m = half * world.unit_m;
     if (world.boundary == Boundary::walls) {
       const double limit = half_m - radius_m;
-      if (x > limit) {
-        x = 2.0 * limit - x;
-        v = v > 0.0 ? -v : v;
-      }
-      if (x < -limit) {
-        x = -2.0 * limit - x;
-        v = v < 0.0 ? -v : v;
-      }
+      if (x > limit || x < -limit) reflect(x, v, limit);
     } else if (world.boundary == Boundary::periodic) {
-      if (x >= half_m) x -= 2.0 * half_m;
-      if (x < -half_m) x += 2.0 * half_m;
+      if (x >= half_m || x < -half_m) x -= 2.0 * half_m * floor((x + half_m) / (2.0 * half_m));
     }
   };
   one_axis(state.position_m.x, state.velocity_mps.x, world.half.x);

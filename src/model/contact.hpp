@@ -33,12 +33,18 @@ struct ContactSums {
   std::uint8_t num_contacts = 0;  // of `impulse`, modulo 2^8
 
   PF_HD ContactSums& operator+=(const ContactSums& o) {
-    velocity_x = sum_of(velocity_x, o.velocity_x);
-    velocity_y = sum_of(velocity_y, o.velocity_y);
-    push_x = sum_of(push_x, o.push_x);
-    push_y = sum_of(push_y, o.push_y);
+    add_velocity(o.velocity_x, o.velocity_y);
+    add_push(o.push_x, o.push_y);
     num_contacts = static_cast<std::uint8_t>(num_contacts + o.num_contacts);
     return *this;
+  }
+  PF_HD void add_velocity(std::int64_t x, std::int64_t y) {
+    velocity_x = sum_of(velocity_x, x);
+    velocity_y = sum_of(velocity_y, y);
+  }
+  PF_HD void add_push(std::int64_t x, std::int64_t y) {
+    push_x = sum_of(push_x, x);
+    push_y = sum_of(push_y, y);
   }
 
  private:
@@ -88,8 +94,8 @@ PF_HD inline PairGeometry pair_geometry(const StepConstants& c, Vec2i offset, st
 }
 
 PF_HD inline void add_velocity(const StepConstants& c, Vec2f change_mps, ContactSums& sums) {
-  sums.velocity_x += to_fixed<kVelocityBits>(change_mps.x * c.per_velocity_step);
-  sums.velocity_y += to_fixed<kVelocityBits>(change_mps.y * c.per_velocity_step);
+  sums.add_velocity(to_fixed<kVelocityBits>(change_mps.x * c.per_velocity_step),
+                    to_fixed<kVelocityBits>(change_mps.y * c.per_velocity_step));
 }
 
 // Pushes each parcel of an overlapping pair away by half the overlap. Method `exact` applies it alone to a
@@ -99,8 +105,7 @@ struct PushOutContact {
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
     const float push = -0.5F * pair.overlap;
-    sums.push_x += to_fixed<kPushBits>(push * pair.normal.x);
-    sums.push_y += to_fixed<kPushBits>(push * pair.normal.y);
+    sums.add_push(to_fixed<kPushBits>(push * pair.normal.x), to_fixed<kPushBits>(push * pair.normal.y));
     if (self.id < other.id) tally.overlap(pair.overlap * c.per_touch_distance);
   }
 };

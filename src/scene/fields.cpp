@@ -117,8 +117,8 @@ std::vector<Field> run_fields() {
        "0: "
        "no limit",
        0, 1e6, &Settings::frame_budget_ms},
-      {"run", "seconds", "s", "length of a headless run in wall time; 0: until the ball leaves", 0, 1e6,
-       &Settings::seconds},
+      {"run", "seconds", "s", "length of a headless run's film; 0: until the ball leaves, but at most 60 s",
+       0, 1e6, &Settings::seconds},
       {"run", "seed", "", "seed of the random numbers", 0, kMaxExactInteger, &Settings::seed},
       {"run", "threads", "", "CPU threads; 0: all", 0, 1024, &Settings::threads},
       {"run", "spring_contact_s", "s", "contact duration of method spring; 0: 20 steps", 0, 1e3,

@@ -68,7 +68,7 @@ struct Settings {
   double time_scale = 0.1;  // simulated over wall time
   double frame_rate_hz = 60.0;
   double frame_budget_ms = 50.0;  // of a window: time of a frame's steps before the flight is slowed; 0: none
-  double seconds = 0.0;  // length of a headless run at frame_rate_hz; 0: until the ball leaves the world
+  double seconds = 0.0;  // length of a headless run at frame_rate_hz; 0: until the ball leaves
   std::int64_t seed = 1;
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps

@@ -203,22 +203,7 @@ void Stage::steer() {
     commands_ = replay_->commands(simulation_.settings());
     commands_.quit = quit;
   }
-  if (!options_.still_s) return;
-  const Settings& settings = simulation_.settings();
-  const double left_s = left_to_still_s();
-  if (left_s <= 0.0) {
-    commands_.toggle_pause = !simulation_.view().paused;  // T = 0: the start is drawn, without a step
-  } else if (left_s < settings.time_scale / settings.frame_rate_hz) {
-    commands_.settings = settings;
-    commands_.settings->time_scale = left_s * settings.frame_rate_hz;
-  }
-}
-
-// Simulated time until the still. 0 when no frame can be as short.
-double Stage::left_to_still_s() const {
-  const double left_s = *options_.still_s - simulation_.view().simulated_s;
-  static const double min_scale = find_field("run.time_scale", "--still").min;
-  return left_s * simulation_.settings().frame_rate_hz < min_scale ? 0.0 : left_s;
+  if (options_.still_s) steer_to_still();
 }
 
 bool Stage::ended() {
@@ -239,16 +224,12 @@ bool Stage::scene_ended() {
   if (settings.seconds > 0.0) return false;
   if (pair_.finished_flights()) ++frames_after_flight_;
   const double after_s = static_cast<double>(frames_after_flight_) / settings.frame_rate_hz;
-  return after_s >= kAfterFlight_s || shown_s >= kLongestFilm_s;
-}
-
-bool Stage::still_ended() const {
-  const FrameView& view = simulation_.view();
-  if (num_frames_ > first_frame_ && left_to_still_s() == 0.0) return true;
-  const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
-  if (!stands) return false;
-  throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",
-                              view.simulated_s, view.message.empty() ? "" : ": ", view.message));
+  if (after_s >= kAfterFlight_s) return true;
+  if (shown_s < kLongestFilm_s) return false;
+  if (hooks_.announce)
+    hooks_.announce(
+        fmt::format("run.seconds: no ball has left in {} s; give --seconds for a longer run", shown_s));
+  return true;
 }
 
 void Stage::begin_steps() {

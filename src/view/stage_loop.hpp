@@ -116,6 +116,7 @@ class Stage {
   void write_panel_map();
   void write_frame_count();
   void steer();
+  void steer_to_still();
   double left_to_still_s() const;
   bool ended();
   bool still_ended() const;

@@ -225,6 +225,12 @@ TEST(Exact, ThreadsAgreeOnMoreParcelsThanTheCacheHolds) {
   EXPECT_EQ(hashes_of(settings, 0.2, 4, INT32_MAX, 1), hashes_of(settings, 0.2, 4, INT32_MAX, 2));
 }
 
+TEST(Exact, ManyParcelsThatPassThroughEachOther) {
+  Settings settings = exact(gas(140001, 0.2, kWalls));
+  settings.contacts = false;
+  EXPECT_EQ(hashes_of(settings, 0.2, 4, INT32_MAX, 1), hashes_of(settings, 0.2, 4, INT32_MAX, 2));
+}
+
 // All parcels start with equal speeds. Steps are so long that a collision can slow a parcel and leave one far
 // behind, out of its search box, that would have collided with it on its old trajectory.
 TEST(Exact, StalePredictionsAreDiscarded) {

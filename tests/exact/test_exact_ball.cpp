@@ -102,5 +102,57 @@ TEST(Ball, SpinOfASmoothBallHasNoEffect) {
   EXPECT_EQ(spinning.ball_impulse_kg_mps, still.ball_impulse_kg_mps);
 }
 
+// A ball that passes a thin periodic world many times in a step of the longer ones.
+TEST(Ball, IsHitAsOftenInStepsInWhichItPassesTheWorld) {
+  Settings s = exact(gas(200, 0.01, kPeriodic));
+  s.box_follows_parcels = false;
+  s.width_m = 200.0;
+  s.height_m = 30.0;
+  add_resting_ball(s, 1e4, 3.0);
+  s.ball_vy_mps = 40.0;
+  const auto fly = [&](double dt_s) {
+    SceneRun run(s, 1);
+    StepTotals totals;
+    const int num = static_cast<int>(std::lround(12.0 / dt_s));
+    StepReport report;
+    for (int k = 0; k < num; ++k) {
+      report = run.advance(1, dt_s);
+      totals += report.totals;
+    }
+    EXPECT_LE(std::abs(report.ball.position_m.y), 15.0);
+    return std::pair(totals.num_ball_hits, report.ball.position_m.y);
+  };
+  const auto [hits, y_m] = fly(0.1);
+  EXPECT_GT(hits, 20U);
+  for (const double dt_s : {2.0, 6.0}) {
+    const auto [hits_of_long, y_of_long] = fly(dt_s);
+    EXPECT_EQ(hits_of_long, hits) << dt_s;
+    EXPECT_NEAR(y_of_long, y_m, 1e-3) << dt_s;
+  }
+}
+
+// Held in flight, and let go again: as if it had been put there.
+TEST(Ball, HeldInFlightStays) {
+  Settings s = exact(gas(500, 0.1, kPeriodic));
+  add_resting_ball(s, 100.0, 2.0);
+  s.ball_vx_mps = 5.0;
+  const auto fly = [&](bool puts) {
+    SceneRun run(s, 1);
+    StepReport report = run.advance(20, 0.05);
+    for (const bool held : {true, false}) {
+      const BallState before = report.ball;
+      run.physics.ball.held = held;
+      run.backend->set_physics(run.physics);
+      if (puts) run.backend->set_ball(report.ball);
+      report = run.advance(20, 0.05);
+      if (held) {
+        EXPECT_EQ(report.ball.position_m, before.position_m);
+      }
+    }
+    return run.backend->state_hash();
+  };
+  EXPECT_EQ(fly(false), fly(true));
+}
+
 }  // namespace
 }  // namespace pf::test

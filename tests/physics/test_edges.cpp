@@ -58,6 +58,26 @@ TEST(Walls, ReturningBallKeepsItsVelocity) {
   }
 }
 
+// 9 m from wall to wall: 31 m are three widths and 4 m more, 40 m are four and 4 m more.
+TEST(Walls, ReflectABallThatCrossesTheWorldInAStep) {
+  for (const double side : {1.0, -1.0}) {
+    const BallState odd = flown_ball(Boundary::walls, {side * -4.5, 0.0}, {side * 310.0, 0.0}, 0.1);
+    EXPECT_NEAR(odd.position_m.x, side * 0.5, 1e-13);
+    EXPECT_EQ(odd.velocity_mps.x, side * -310.0);
+    const BallState even = flown_ball(Boundary::walls, {side * -4.5, 0.0}, {side * 400.0, 0.0}, 0.1);
+    EXPECT_NEAR(even.position_m.x, side * -0.5, 1e-13);
+    EXPECT_EQ(even.velocity_mps.x, side * 400.0);
+  }
+}
+
+TEST(PeriodicEdge, BallMayPassTheWorldOftenInAStep) {
+  for (const double side : {1.0, -1.0}) {
+    const BallState ball = flown_ball(Boundary::periodic, {side * 1.0, 0.0}, {side * 320.0, 0.0}, 0.1);
+    EXPECT_NEAR(ball.position_m.x, side * 3.0, 1e-13);
+    EXPECT_EQ(ball.velocity_mps.x, side * 320.0);
+  }
+}
+
 TEST(PeriodicEdge, BallEntersByItsOvershoot) {
   for (const double side : {1.0, -1.0}) {
     const BallState ball = flown_ball(Boundary::periodic, {side * 4.8, 1.0}, {side * 5.0, 0.0}, 0.1);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -54,6 +55,22 @@ TEST(ThreadTeam, DoesNotWaitForAThreadThatIsLate) {
     }
   }
   EXPECT_GT(parts_of_others, 0);
+}
+
+TEST(ThreadTeam, ThrowsWhatAPartHasThrownAndGoesOn) {
+  ThreadTeam team(3);
+  for (const unsigned failing : {0U, 1U, 2U}) {
+    std::vector<int> times_done(team.size(), 0);
+    const auto work = [&](unsigned part) {
+      ++times_done[part];
+      if (part == failing) throw std::bad_alloc();
+    };
+    EXPECT_THROW(team.run(work), std::bad_alloc) << failing;
+    EXPECT_EQ(times_done, std::vector<int>(team.size(), 1)) << failing;
+    int last = 0;
+    team.run([&](unsigned part) { last += part == 0 ? 1 : 0; });
+    EXPECT_EQ(last, 1);
+  }
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ class ReadAhead {
             std::initializer_list<const void*> of_8)
       : space_(space),
         is_active_(space.num_parcels >= kFewest && num_visits * kSparse >= space.num_parcels &&
-                   !space.all_pairs) {
+                   !space.all_pairs && space.cell_start != nullptr) {
     for (const void* array : of_4) arrays_[num_++] = {static_cast<const char*>(array), 4};
     for (const void* array : of_8) arrays_[num_++] = {static_cast<const char*>(array), 8};
   }

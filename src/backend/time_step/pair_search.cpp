@@ -191,7 +191,7 @@ __attribute__((PF_AVX2)) void PairSearch::find(const SearchSpace& space, Search 
 
 #else
 
-void PairSearch::find(const SearchSpace&, Search, std::size_t, std::size_t,
+void PairSearch::find(const SearchSpace&, Search, const RoughPositions&, std::size_t, std::size_t,
                       std::vector<TouchingPair>&) const {}
 
 #endif

@@ -214,7 +214,8 @@ PF_HD inline ExactBall ball_in_step(const ExactConstants& c, const ExactProgress
   const BallState& ball = progress.ball;
   if (c.plan.ball == BallRole::absent) return {};
   const bool straight = flies_straight(physics.ball, ball.spin_radps);
-  if (straight && progress.ball_trajectory_holds) return {progress.ball_trajectory, ball.velocity_mps};
+  if (straight && progress.ball_trajectory_holds && !physics.ball.held)
+    return {progress.ball_trajectory, ball.velocity_mps};
   BallTrajectory trajectory;
   trajectory.anchor_units = ball.position_m * (1.0 / physics.world.unit_m);
   trajectory.spin_radps = ball.spin_radps;
@@ -237,8 +238,10 @@ struct BallNeighbourhood {
 
 PF_HD inline BallNeighbourhood neighbourhood_of(const ExactConstants& c, const BallTrajectory& ball) {
   const double moved = c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length;
-  const Vec2d centre = ball.anchor_units +
-                       displacement_units(c.plan, ball.velocity_mps, -static_cast<std::int64_t>(ball.tick));
+  const World& world = c.run.physics.world;
+  Vec2d centre = ball.anchor_units +
+                 displacement_units(c.plan, ball.velocity_mps, -static_cast<std::int64_t>(ball.tick));
+  if (world.boundary == Boundary::periodic) centre = nearest_image<Boundary::periodic>(world, centre);
   const double half_side = c.run.ball_contact + 2.0 * moved + kRoundingMargin;
   return {{saturated_units(centre.x), saturated_units(centre.y)},
           static_cast<std::int32_t>(half_side < kMaxReach ? half_side : kMaxReach)};

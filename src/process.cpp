@@ -1,0 +1,47 @@
+#include "process.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+
+#include "view/stage.hpp"
+
+namespace pf {
+namespace {
+
+extern "C" void request_stop(int number) {
+  stop_requested = true;
+  std::signal(number, SIG_DFL);
+}
+
+}  // namespace
+
+// Not fmt::print, which throws.
+void announce(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+
+void reserve_standard_streams() {
+  for (int number = 0; number <= 2; ++number) {
+    if (::fcntl(number, F_GETFD) == -1 && ::open("/dev/null", O_RDWR) == -1) return;
+  }
+}
+
+void stop_gracefully() {
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  if (std::signal(SIGHUP, request_stop) == SIG_IGN) std::signal(SIGHUP, SIG_IGN);
+}
+
+void expect_failing_writes() {
+  std::signal(SIGXFSZ, SIG_IGN);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+int after_output(int exit_code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  announce("pickleflight: standard output cannot be written");
+  return exit_code == 0 ? 1 : exit_code;
+}
+
+}  // namespace pf

@@ -1,0 +1,42 @@
+// A still: the run goes on to its moment and ends there.
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "scene/settings.hpp"
+#include "view/stage_loop.hpp"
+
+namespace pf {
+
+// The last frame is as long as the way that is left.
+void Stage::steer_to_still() {
+  if (const double now_s = simulation_.view().simulated_s;
+      num_frames_ == first_frame_ && *options_.still_s < now_s - 1e-9)
+    throw UserError(
+        fmt::format("--still: the run starts at {} s of simulated time; give a later time", now_s));
+  const Settings& settings = simulation_.settings();
+  const double left_s = left_to_still_s();
+  if (left_s <= 0.0) {
+    commands_.toggle_pause = !simulation_.view().paused;  // T = 0: the start is drawn, without a step
+  } else if (left_s < settings.time_scale / settings.frame_rate_hz) {
+    commands_.settings = settings;
+    commands_.settings->time_scale = left_s * settings.frame_rate_hz;
+  }
+}
+
+// Simulated time until the still. 0 when no frame can be as short.
+double Stage::left_to_still_s() const {
+  const double left_s = *options_.still_s - simulation_.view().simulated_s;
+  static const double min_scale = find_field("run.time_scale", "--still").min;
+  return left_s * simulation_.settings().frame_rate_hz < min_scale ? 0.0 : left_s;
+}
+
+bool Stage::still_ended() const {
+  const FrameView& view = simulation_.view();
+  if (num_frames_ > first_frame_ && left_to_still_s() == 0.0) return true;
+  const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
+  if (!stands) return false;
+  throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",
+                              view.simulated_s, view.message.empty() ? "" : ": ", view.message));
+}
+
+}  // namespace pf
