@@ -108,6 +108,9 @@ TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   EXPECT_EQ(more.settings.num_parcels, 22223) << "2000 (0.02 / 0.006)^2";
   const AccuracyChoice kept = choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", true}, "cpu");
   EXPECT_EQ(kept.settings.num_parcels, 1000);
+  EXPECT_NEAR(kept.parcels_error, 0.04 * std::sqrt(0.5), 1e-12) << "a given number has an error, too";
+  ASSERT_EQ(kept.remarks.size(), 1U);
+  EXPECT_NE(kept.remarks.front().find("1000 parcels, as given, are too few"), std::string::npos);
 }
 
 json drag_row(const char* group, const char* method, double displacement, double error, double cost) {
