@@ -46,13 +46,25 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   options.save_scene = output_file(command, "--save-scene", typed.save_scene, {".toml"});
 }
 
-bool gives_seconds(const Typed& typed) {
-  const auto is_seconds = [](const std::string& path) { return path == "run.seconds"; };
+// A setting on the command line: its path, and the option that gives it, as a user would leave it out.
+struct GivenSetting {
+  std::string path, option;
+};
+
+std::vector<GivenSetting> given_settings(const Typed& typed) {
+  std::vector<GivenSetting> given;
   for (const std::string& set : typed.sets) {
-    if (is_seconds(CLI::detail::trim_copy(set.substr(0, set.find('='))))) return true;
+    const std::string path = CLI::detail::trim_copy(set.substr(0, set.find('=')));
+    given.push_back({path, "--set " + path});
   }
-  return std::any_of(typed.flags.begin(), typed.flags.end(),
-                     [&](const auto& flag) { return is_seconds(flag.first->path); });
+  for (const auto& [flag, text] : typed.flags) given.push_back({flag->path, flag->flag});
+  return given;
+}
+
+bool gives_seconds(const Typed& typed) {
+  const std::vector<GivenSetting> given = given_settings(typed);
+  return std::any_of(given.begin(), given.end(),
+                     [](const GivenSetting& setting) { return setting.path == "run.seconds"; });
 }
 
 // A sweep has its own settings. Others are refused, not silently ignored.
@@ -90,7 +102,13 @@ void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options)
   options.height_px = 1080;
 }
 
-// Reads --accuracy and --of, and refuses flags for settings that --accuracy chooses.
+// True for settings of the method that --accuracy chooses.
+bool is_chosen(const std::string& path) {
+  return path == "run.method" || path == "run.dt_s" || path == "run.substeps" ||
+         path == "run.displacement_per_step";
+}
+
+// Reads --accuracy and --of, and refuses settings that --accuracy chooses.
 AccuracyWish accuracy_wish(const Typed& typed) {
   AccuracyWish wish;
   if (!typed.accuracy) {
@@ -104,12 +122,10 @@ AccuracyWish accuracy_wish(const Typed& typed) {
     throw UserError(fmt::format("--of: {} is unknown, the nearest is {}; one of {}", in_quotes(wish.of),
                                 nearest_name(wish.of, known), fmt::join(known, ", ")));
   }
-  for (const auto& [flag, text] : typed.flags) {
-    const std::string path = flag->path;
-    if (path == "run.method" || path == "run.dt_s" || path == "run.substeps") {
-      throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, flag->flag));
-    }
-    wish.keep_parcels = wish.keep_parcels || is_num_parcels(*flag);
+  for (const auto& [path, option] : given_settings(typed)) {
+    if (is_chosen(path))
+      throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, option));
+    wish.keep_parcels = wish.keep_parcels || path.starts_with("air.num_parcels");
   }
   return wish;
 }
@@ -177,11 +193,11 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
     throw UserError(fmt::format("{0}: is a list of cues; start it with --cues {0}", *typed.replay));
-  if (typed.scene || typed.cues || !typed.sets.empty() || !typed.flags.empty() || typed.force ||
-      options.still_s) {
+  if (typed.scene || typed.cues || typed.accuracy || !typed.sets.empty() || !typed.flags.empty() ||
+      typed.force || options.still_s) {
     throw UserError(
-        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --set, --still "
-                    "and their short forms (as -p)",
+        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --accuracy, --set, "
+                    "--still and their short forms (as -p)",
                     in_quotes(*typed.replay)));
   }
   refuse_split(typed, "a log of two flights has its own; leave it out");

@@ -74,6 +74,13 @@ TEST(Options, AccuracyExcludesMethodAndStep) {
   EXPECT_EQ(options_of({}).accuracy.error, 0.0);
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--method", "exact"}), "leave out --method"));
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--dt", "0.1"}), "leave out --dt"));
+  for (const std::string set :
+       {"run.method=spring", "run.dt_s = 0.1", " run.substeps=9", "run.displacement_per_step=0.1"}) {
+    const std::string message = refusal({"--accuracy", "1%", "--set", set});
+    EXPECT_TRUE(contains(message, "itself; leave out --set run.")) << message;
+  }
+  EXPECT_TRUE(options_of({"--accuracy", "1%", "--set", "air.num_parcels=500"}).accuracy.keep_parcels);
+  EXPECT_FALSE(options_of({"--accuracy", "1%", "--set", "air.restitution=1"}).accuracy.keep_parcels);
   EXPECT_TRUE(contains(refusal({"--accuracy", "much"}), "not an accuracy"));
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--of", "presure"}), "nearest is pressure"));
   EXPECT_TRUE(contains(refusal({"--of", "rate"}), "needs --accuracy"));

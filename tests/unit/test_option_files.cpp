@@ -113,6 +113,7 @@ TEST(Options, LogExcludesOtherSettings) {
   for (const std::vector<std::string>& more : {std::vector<std::string>{"-p", "5"},
                                                {"--scene", "gas"},
                                                {"--set", "run.seed=2"},
+                                               {"--accuracy", "1%"},
                                                {"--still", "0", "a.png"}}) {
     std::vector<std::string> words = {"run", log};
     words.insert(words.end(), more.begin(), more.end());
