@@ -103,7 +103,8 @@ void read_from(const Typed& typed, Options& options) {
   data.from = *typed.from;
   if (typed.from_frame) data.from_frame = whole_number("--from-frame", *typed.from_frame, 0, 2000000000);
   for (const auto& [flag, is_given] :
-       {std::pair("--scene", typed.scene.has_value()), std::pair("--accuracy", typed.accuracy.has_value()),
+       {std::pair("--scene", typed.scene.has_value()), std::pair("--cues", typed.cues.has_value()),
+        std::pair("--accuracy", typed.accuracy.has_value()),
         std::pair("the log to replay", typed.replay.has_value()),
         std::pair("--save-scene", !typed.save_scene.empty()), std::pair("--force", typed.force)}) {
     if (is_given)

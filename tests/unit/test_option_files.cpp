@@ -65,6 +65,15 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
   EXPECT_TRUE(contains(refusal({"--checkpoint", "/dev/null"}), "is not a regular file"));
 }
 
+TEST(Options, AStateHasItsOwnScene) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--scene", "gas"}, {"--cues", "talk"}, {"--accuracy", "1%"}, {"--force"}}) {
+    std::vector<std::string> words = {"--from", "a.state"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(refusal(words), "--from: the file has its own scene and settings; leave out " + more[0]);
+  }
+}
+
 TEST(Options, EndingsAreChecked) {
   EXPECT_TRUE(contains(refusal({"--record", "/tmp/a.avi"}),
                        "--record: '/tmp/a.avi' has the wrong ending; the file must "
