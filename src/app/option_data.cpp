@@ -9,6 +9,7 @@
 
 #include "app/option_values.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -48,7 +49,7 @@ void read_dump(const CLI::App& command, const Typed& typed, DataOptions& data) {
       throw UserError(fmt::format("{}: needs --dump FILE.h5; add it", flag));
   }
   data.dump = output_file(command, "--dump", typed.dump, {".h5", ".xyz"});
-  const bool is_text = CLI::detail::to_lower(data.dump.extension().string()) == ".xyz";
+  const bool is_text = ending_of(data.dump) == ".xyz";
   if (!data.dump.empty() && !is_text && !PF_HAVE_HDF5) {
     throw UserError(
         "--dump: this build has no HDF5; install the package libhdf5-dev, configure and build again, or give "

@@ -16,6 +16,7 @@
 #include "app/output_clash.hpp"
 #include "app/split_setting.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
 
@@ -210,7 +211,7 @@ void read_replay(const Typed& typed, Options& options) {
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
-  if (typed.replay && !typed.replay->ends_with(".toml")) refuse_extra(command, *typed.replay);
+  if (typed.replay && ending_of(*typed.replay) != ".toml") refuse_extra(command, *typed.replay);
   if (command.get_name() == "scenes") {
     options.command = Command::scenes;
     return options;

@@ -9,6 +9,7 @@
 
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -30,7 +31,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 
 // A scene or a list of cues that has a name of its own is no file of the user's.
 fs::path file_of(const std::optional<std::string>& text) {
-  return text && text->ends_with(".toml") ? *text : "";
+  return text && ending_of(*text) == ".toml" ? *text : "";
 }
 
 std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
@@ -69,7 +70,7 @@ void check_outputs(const Typed& typed, const Options& options) {
     if (output.file.empty()) continue;
     for (const NamedFile& other : others) {
       const bool goes_on = output.flag == "--checkpoint" && other.flag == "--from" &&
-                           output.file.extension() != ".h5" && output.file.extension() != ".xyz";
+                           ending_of(output.file) != ".h5" && ending_of(output.file) != ".xyz";
       if (other.file.empty() || goes_on || !is_same_file(output.file, other.file)) continue;
       throw UserError(fmt::format("{}: {} is the file of {} as well; choose another name", output.flag,
                                   in_quotes(output.file.string()), other.flag));

@@ -1,6 +1,7 @@
 // The command line: output files, recordings, logs.
 #include <gtest/gtest.h>
 
+#include "core/file_ending.hpp"
 #include "option_support.hpp"
 #include "temporary_folder.hpp"
 
@@ -80,6 +81,20 @@ TEST(Options, EndingsAreChecked) {
                        "end in .mp4 or .mkv"));
   EXPECT_TRUE(contains(refusal({"--record", ""}), "wrong ending"));
   EXPECT_TRUE(contains(refusal({"--picture", "/tmp/a.jpg"}), "must end in .png"));
+}
+
+TEST(Options, EndingsCountInAnyCase) {
+  EXPECT_EQ(ending_of("a.b/c.Mp4"), ".mp4");
+  EXPECT_EQ(ending_of("a.b/c"), "");
+  TemporaryFolder folder;
+  const std::string scene = folder.write("S.TOML", "[scene]\nname = \"mine\"\n").string();
+  const std::string log =
+      folder.write("L.Toml", "scene = \"flown\"\n[[frame]]\nnumber = 9\nhash = \"00\"\n").string();
+  EXPECT_EQ(options_of({"--scene", scene}).settings.name, "mine");
+  EXPECT_EQ(options_of({"run", log, "--headless"}).settings.name, "flown");
+  EXPECT_TRUE(contains(refusal({"--scene", scene, "--log", scene}), "is the file of --scene as well"));
+  EXPECT_TRUE(
+      contains(refusal({"--picture", (folder.path() / "p.SVG").string(), "--split"}), "--picture with .svg"));
 }
 
 TEST(Options, ReadsRecordingOptions) {
