@@ -41,6 +41,20 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--from", options.data.from}};
 }
 
+// What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
+// world, of which there may be as many as cues.
+void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
+  const fs::path& dump = options.data.dump;
+  if (ending_of(dump) != ".h5") return;
+  const int num = options.cues ? static_cast<int>(options.cues->cues.size()) : 1;
+  for (int i = 1; i <= num; ++i) {
+    const fs::path file = numbered(dump, i);
+    if (i > 1) files.push_back({fmt::format("--dump (number {})", i), file});
+    files.push_back({"--dump (its index)", fs::path(file).replace_extension(".xdmf")});
+    files.push_back({"--dump (its first part)", file.string() + ".part"});
+  }
+}
+
 std::vector<NamedFile> outputs_of(const Options& options) {
   std::vector<NamedFile> files = {{"--report", options.report},
                                   {"--log", options.log},
@@ -53,6 +67,9 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                   {"--save-scene", options.save_scene},
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
+  add_files_of_dump(options, files);
+  if (!options.data.checkpoint.empty())
+    files.push_back({"--checkpoint (while it is written)", options.data.checkpoint.string() + ".part"});
   if (!options.record.empty() && options.command == Command::run) {
     files.push_back({"--record", options.record});
     files.push_back({"--record (the film's log)", log_beside(options.record)});

@@ -57,6 +57,7 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
       {{"--checkpoint", path("new"), "--report", path("new")}, "is the file of --report as well"},
       {{"--overlay-csv", path("x"), "--profile-csv", path("x")}, "is the file of --overlay-csv as well"},
       {{"--still", "1", path("x.png"), "--picture", path("x.png")}, "is the file of --picture as well"},
+      {{"--checkpoint", path("c"), "--report", path("c.part")}, "--checkpoint (while it is written): '"},
       {{"--save-scene", path("n.toml"), "--log", path("n.toml")}, "is the file of --log as well"},
   };
   for (const Clash& clash : clashes)
@@ -65,6 +66,24 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
   EXPECT_EQ(options_of({"--report", "/dev/null", "--overlay-csv", "/dev/null"}).report, "/dev/null");
   EXPECT_TRUE(contains(refusal({"--checkpoint", "/dev/null"}), "is not a regular file"));
 }
+
+#if PF_HAVE_HDF5
+TEST(Options, RefusesTheFilesBesideADump) {
+  TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const std::string state = folder.write("b.xdmf", "").string(), dump = path("a.h5");
+  const std::vector<Clash> clashes = {
+      {{"--dump", dump, "--report", path("a.xdmf")}, "--dump (its index): '"},
+      {{"--dump", dump, "--report", path("a.h5.part")}, "--dump (its first part): '"},
+      {{"--dump", path("b.H5"), "--from", state}, "is the file of --from as well"},
+      {{"--cues", "talk", "--dump", dump, "--report", path("a-2.h5")}, "--dump (number 2): '"},
+      {{"--cues", "talk", "--dump", dump, "--report", path("a-3.xdmf")}, "--dump (its index): '"},
+  };
+  for (const Clash& clash : clashes)
+    EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
+  EXPECT_EQ(options_of({"--dump", dump, "--report", path("a-2.h5")}).report, path("a-2.h5"));
+}
+#endif
 
 TEST(Options, AStateHasItsOwnScene) {
   for (const std::vector<std::string>& more :
