@@ -39,7 +39,6 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
         "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
   options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
-  if (typed.save_scene.empty()) return;
   if (fs::exists(fs::symlink_status(typed.save_scene))) {
     throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",
                                 in_quotes(typed.save_scene)));
@@ -208,6 +207,17 @@ void read_replay(const Typed& typed, Options& options) {
   options.data.from_frame = options.replay->from_frame;
 }
 
+// Without a window nobody can turn the profile on. A log or a state has settings of its own.
+void check_profile(const Typed& typed, const Options& options) {
+  if (options.profile_csv.empty() || !options.headless || typed.replay || typed.from) return;
+  bool is_on = options.settings.profile != ProfileAxis::off;
+  for (const Cue& cue : options.cues ? options.cues->cues : std::vector<Cue>())
+    is_on = is_on || cue.settings.profile != ProfileAxis::off;
+  if (!is_on)
+    throw UserError(
+        "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
@@ -249,6 +259,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   read_split(typed, options);
   if (typed.replay) read_replay(typed, options);
   check_split_run(options);
+  check_profile(typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});
