@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "app/option_bench.hpp"
 #include "app/option_data.hpp"
 #include "app/option_flags.hpp"
 #include "app/option_settings.hpp"
@@ -65,41 +66,6 @@ bool gives_seconds(const Typed& typed) {
   const std::vector<GivenSetting> given = given_settings(typed);
   return std::any_of(given.begin(), given.end(),
                      [](const GivenSetting& setting) { return setting.path == "run.seconds"; });
-}
-
-// A sweep has its own settings. Others are refused, not silently ignored.
-void check_sweep(const Typed& typed, const Options& options) {
-  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: needs --sweep; add it");
-  const bool has_others = options.draw_target != "auto" || options.domain_link != "auto" || typed.scene ||
-                          typed.size || typed.accuracy || typed.of || typed.frames || typed.steps ||
-                          typed.warmup || typed.repeats || !typed.sets.empty() || !typed.flags.empty() ||
-                          !typed.record.empty() || options.bench_panel || options.bench_flight ||
-                          typed.force || typed.domains;
-  if (options.sweep && has_others) {
-    throw UserError(
-        "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
-        "--cuda-no-fallback; leave out the rest");
-  }
-}
-
-// Reads the options for whole frames and flights.
-void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
-  const bool has_record = app.count("--record") > 0;
-  if (options.bench_flight && (typed.frames || typed.steps || typed.warmup || typed.repeats))
-    throw UserError(
-        "--flight: times all frames of a flight, once; leave out --frames, --steps, --warmup, --repeats");
-  if (!typed.frames && (has_record || options.bench_panel)) {
-    throw UserError(fmt::format("{}: needs --frames N, since steps alone are not drawn; add it",
-                                has_record ? "--record" : "--panel"));
-  }
-  if (!has_record && app.count("--record-time") > 0)
-    throw UserError("--record-time: needs --record FILE; add it");
-  check_name("--record-time", typed.record_time, kRecordTimes);
-  options.record_real_time = typed.record_time == "real";
-  options.record = typed.record == kNullDevice ? fs::path(kNullDevice) : record_file(app, typed.record);
-  if (!has_record || typed.size) return;
-  options.width_px = 1920;
-  options.height_px = 1080;
 }
 
 // True for settings of the method that --accuracy chooses.
@@ -239,7 +205,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
         whole_number("--warmup", *typed.warmup, 0, 1000000);
   }
   if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
-  check_sweep(typed, options);
+  check_sweep(command, typed, options);
   if (typed.domains) options.domains = whole_number("--domains", *typed.domains, 1, kMaxDomains);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);

@@ -26,6 +26,22 @@ TEST(Options, BenchOfWholeFrames) {
   EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--record", "/dev/null"}), "--sweep: chooses"));
 }
 
+TEST(Options, BenchRefusesWhatHasNoEffect) {
+  for (const char* flag : {"--steps", "--warmup", "--repeats", "--seconds"})
+    EXPECT_TRUE(contains(refusal({"bench", "--frames", "3", flag, "2"}), "--frames: times so many frames"))
+        << flag;
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "3", "--set", "run.seconds=2"}), "leave out --steps"));
+  for (const char* mode : {"--flight", "--force"}) {  // --force: of the steps alone
+    EXPECT_TRUE(contains(refusal({"bench", mode, "--size", "64x48"}), "--size: needs --frames N")) << mode;
+    EXPECT_TRUE(contains(refusal({"bench", mode, "--draw-target", "auto"}), "--draw-target: needs --frames"))
+        << mode;
+  }
+  EXPECT_TRUE(contains(refusal({"bench", "--seconds", "2"}), "--seconds: needs --flight"));
+  EXPECT_EQ(options_of({"bench", "--flight", "--seconds", "2"}).settings.seconds, 2.0);
+  EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--cuda"}), "--sweep: chooses"));
+  EXPECT_TRUE(options_of({"bench", "--sweep", "--cuda-no-fallback"}).sweep);
+}
+
 TEST(Options, Bench) {
   const Options options = options_of({"bench", "--steps", "7", "--warmup", "0", "--repeats", "3", "-p", "100",
                                       "--cuda", "--set", "run.seed=4"});
