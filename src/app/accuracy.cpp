@@ -77,26 +77,40 @@ std::optional<TableEntry> entry_for_all(const std::vector<std::vector<TableEntry
   return shortest;
 }
 
+// The error of so many parcels: that of the table's next smaller number, or else of its smallest, and from
+// there by the law 1 / sqrt(N).
+double error_of_parcels(const std::vector<TableSize>& sizes, double num) {
+  const auto above =
+      std::find_if(sizes.begin(), sizes.end(), [num](const TableSize& size) { return size.num > num; });
+  const TableSize& near = above == sizes.begin() ? *above : *(above - 1);
+  return near.error * std::sqrt(near.num / num);
+}
+
 // The fewest parcels that meet the error. Beyond the table the error follows 1 / sqrt(N).
-void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice& choice) {
-  const bool matters = needs_ball(choice.of) || choice.settings.boundary == Boundary::walls;
-  const std::vector<TableSize> sizes = matters ? sizes_of(table, choice.of) : std::vector<TableSize>{};
-  if (wish.keep_parcels || sizes.empty()) return;
-  const double wanted = kParcelsShare * wish.error;
+std::int64_t num_within(const std::vector<TableSize>& sizes, double wanted, AccuracyChoice& choice) {
   const auto meets = [&](const TableSize& size) { return size.error <= wanted; };
   const auto found = std::find_if(sizes.begin(), sizes.end(), meets);
-  if (found != sizes.end()) {
-    choice.settings.num_parcels = static_cast<std::int64_t>(found->num);
-    choice.parcels_error = found->error;
-    return;
-  }
+  if (found != sizes.end()) return static_cast<std::int64_t>(found->num);
   const TableSize& last = sizes.back();
   const double ratio = last.error / wanted;
   const double num = std::min(std::ceil(last.num * ratio * ratio), kMaxParcels);
-  choice.settings.num_parcels = static_cast<std::int64_t>(num);
-  choice.parcels_error = last.error * std::sqrt(last.num / num);
   choice.remarks.push_back(fmt::format("{:.0f} parcels by the law 1/sqrt(N), the table ends at {:.0f}{}", num,
                                        last.num, num < kMaxParcels ? "" : "; more would be needed"));
+  return static_cast<std::int64_t>(num);
+}
+
+// Sets the number of parcels, unless it was given, and its error.
+void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice& choice) {
+  const bool matters = needs_ball(choice.of) || choice.settings.boundary == Boundary::walls;
+  const std::vector<TableSize> sizes = matters ? sizes_of(table, choice.of) : std::vector<TableSize>{};
+  if (sizes.empty()) return;
+  const double wanted = kParcelsShare * wish.error;
+  std::int64_t& num = choice.settings.num_parcels;
+  if (!wish.keep_parcels) num = num_within(sizes, wanted, choice);
+  if (num <= 0) return;  // a number that only the backend knows
+  choice.parcels_error = error_of_parcels(sizes, static_cast<double>(num));
+  if (wish.keep_parcels && choice.parcels_error > wanted)
+    choice.remarks.push_back(fmt::format("{} parcels, as given, are too few for this accuracy", num));
 }
 
 void check_target(const Settings& scene, const std::string& target) {

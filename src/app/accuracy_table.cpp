@@ -6,7 +6,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <initializer_list>
 
+#include "app/accuracy.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -61,6 +63,41 @@ json shipped_layer() {
   return study.is_object() ? study.value("layer", json::array()) : json::array();
 }
 
+bool has_numbers(const json& row, std::initializer_list<const char*> keys) {
+  return std::all_of(keys.begin(), keys.end(),
+                     [&](const char* key) { return row.contains(key) && row[key].is_number(); });
+}
+
+bool has_text(const json& row, const char* key) { return row.contains(key) && row[key].is_string(); }
+
+// True for an error as the lab writes it. may_be_null: the others are measured against it.
+bool is_error(const json& error, bool may_be_null) {
+  if (!error.is_object() || !error.contains("value")) return false;
+  const bool is_flag = !error.contains("bound") || error["bound"].is_boolean();
+  return is_flag && (error["value"].is_number() || (may_be_null && error["value"].is_null()));
+}
+
+// True if a row has all that is read of it here; rows of other groups are not read.
+bool is_row(const json& row) {
+  if (!row.is_object() || !has_text(row, "group") || !has_text(row, "device")) return false;
+  const bool is_size = row["group"] == "parcels";
+  if (!is_size && row["group"] != "gas" && row["group"] != "ball") return true;
+  if (is_size ? !has_numbers(row, {"num_parcels"})
+              : !has_text(row, "method") || !has_numbers(row, {"area_fraction", "restitution",
+                                                               "displacement_per_step", "ns_per_disc_time"}))
+    return false;
+  const std::vector<std::string>& targets = accuracy_targets();
+  return std::all_of(targets.begin(), targets.end(), [&](const std::string& target) {
+    return !has_error(row, target) || is_error(row["errors"][target], !is_size);
+  });
+}
+
+bool is_accuracy_table(const json& table) {
+  if (!table.is_object() || !has_text(table, "study") || table["study"] != "work-precision") return false;
+  if (!table.contains("points") || !table["points"].is_array()) return false;
+  return std::all_of(table["points"].begin(), table["points"].end(), is_row);
+}
+
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
@@ -86,9 +123,7 @@ fs::path accuracy_table_file() {
 json read_accuracy_table(const fs::path& file) {
   std::ifstream in(file);
   json table = json::parse(in, nullptr, false);
-  const bool is_table = table.is_object() && table.value("study", "") == "work-precision" &&
-                        table.contains("points") && table["points"].is_array();
-  if (is_table) {
+  if (is_accuracy_table(table)) {
     table["layer"] = shipped_layer();
     return table;
   }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/cue_list.hpp"
 
@@ -36,7 +37,7 @@ DroppedKind kind_of_dropped(const fs::path& file) {
   std::error_code error;
   if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxBytes || error)
     return DroppedKind::other;
-  const bool is_toml = file.extension() == ".toml";
+  const bool is_toml = ending_of(file) == ".toml";
   try {
     std::ifstream stream(file, std::ios::binary);
     const std::string text(std::istreambuf_iterator<char>(stream), {});

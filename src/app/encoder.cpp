@@ -17,6 +17,7 @@
 
 #include "app/child_process.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -30,16 +31,16 @@ namespace fs = std::filesystem;
 
 // An animated picture: its ffmpeg encoder, "" for a film.
 std::string clip_encoder(const fs::path& file) {
-  if (file.extension() == ".gif") return "gif";
-  return file.extension() == ".webp" ? "libwebp_anim" : "";
+  if (ending_of(file) == ".gif") return "gif";
+  return ending_of(file) == ".webp" ? "libwebp_anim" : "";
 }
 
-bool is_mp4(const fs::path& file) { return file.extension() == ".mp4" || file.extension() == ".MP4"; }
+bool is_mp4(const fs::path& file) { return ending_of(file) == ".mp4"; }
 
 void check_file(const fs::path& file, int width_px, int height_px, double frame_rate_hz) {
   assert(width_px > 0 && height_px > 0 && frame_rate_hz > 0.0);
   (void)width_px, (void)height_px, (void)frame_rate_hz;
-  const bool is_mkv = file.extension() == ".mkv" || file.extension() == ".MKV";
+  const bool is_mkv = ending_of(file) == ".mkv";
   if (!is_mp4(file) && !is_mkv && clip_encoder(file).empty()) {
     throw UserError(
         fmt::format("film {}: the file must end in .mp4, .mkv, .gif or .webp", in_quotes(file.string())));

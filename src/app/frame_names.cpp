@@ -7,6 +7,8 @@
 #include <cctype>
 #include <optional>
 
+#include "core/file_ending.hpp"
+
 namespace pf {
 namespace {
 
@@ -30,8 +32,7 @@ std::optional<Placeholder> placeholder_in(const std::string& name) {
 }  // namespace
 
 bool is_frame_pattern(const fs::path& file) {
-  const std::string ending = file.extension().string();
-  return (ending == ".png" || ending == ".PNG") && placeholder_in(file.filename().string()).has_value() &&
+  return ending_of(file) == ".png" && placeholder_in(file.filename().string()).has_value() &&
          file.parent_path().string().find('%') == std::string::npos;
 }
 

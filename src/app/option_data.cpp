@@ -9,6 +9,7 @@
 
 #include "app/option_values.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -48,7 +49,7 @@ void read_dump(const CLI::App& command, const Typed& typed, DataOptions& data) {
       throw UserError(fmt::format("{}: needs --dump FILE.h5; add it", flag));
   }
   data.dump = output_file(command, "--dump", typed.dump, {".h5", ".xyz"});
-  const bool is_text = CLI::detail::to_lower(data.dump.extension().string()) == ".xyz";
+  const bool is_text = ending_of(data.dump) == ".xyz";
   if (!data.dump.empty() && !is_text && !PF_HAVE_HDF5) {
     throw UserError(
         "--dump: this build has no HDF5; install the package libhdf5-dev, configure and build again, or give "
@@ -103,7 +104,8 @@ void read_from(const Typed& typed, Options& options) {
   data.from = *typed.from;
   if (typed.from_frame) data.from_frame = whole_number("--from-frame", *typed.from_frame, 0, 2000000000);
   for (const auto& [flag, is_given] :
-       {std::pair("--scene", typed.scene.has_value()), std::pair("--accuracy", typed.accuracy.has_value()),
+       {std::pair("--scene", typed.scene.has_value()), std::pair("--cues", typed.cues.has_value()),
+        std::pair("--accuracy", typed.accuracy.has_value()),
         std::pair("the log to replay", typed.replay.has_value()),
         std::pair("--save-scene", !typed.save_scene.empty()), std::pair("--force", typed.force)}) {
     if (is_given)

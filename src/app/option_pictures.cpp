@@ -7,6 +7,7 @@
 #include "app/option_flags.hpp"
 #include "app/option_values.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -43,7 +44,7 @@ void read_still(const Typed& typed, Options& options) {
                     in_quotes(text)));
   }
   options.still = typed.still[1];
-  const std::string ending = CLI::detail::to_lower(options.still.extension().string());
+  const std::string ending = ending_of(options.still);
   if (ending != ".png" && ending != ".svg") {
     throw UserError(fmt::format("--still: {} has the wrong ending; the file must end in .png or .svg",
                                 in_quotes(typed.still[1])));

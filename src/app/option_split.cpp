@@ -10,6 +10,7 @@
 #include "app/option_values.hpp"
 #include "app/split_setting.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 
 namespace pf {
 namespace {
@@ -43,9 +44,7 @@ void read_split(const Typed& typed, Options& options) {
 }
 
 std::string obstacle_to_split(const Options& options) {
-  const auto is_svg = [](const std::filesystem::path& file) {
-    return CLI::detail::to_lower(file.extension().string()) == ".svg";
-  };
+  const auto is_svg = [](const std::filesystem::path& file) { return ending_of(file) == ".svg"; };
   const DataOptions& data = options.data;
   for (const auto& [flag, is_given] :
        {std::pair("--dump", !data.dump.empty()), std::pair("--checkpoint", !data.checkpoint.empty()),

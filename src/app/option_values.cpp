@@ -15,6 +15,7 @@
 #include "app/option_flags.hpp"
 #include "app/options.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/settings.hpp"
 
@@ -98,7 +99,7 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
                      const std::vector<std::string>& endings) {
   if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
   fs::path file = text;
-  const std::string ending = CLI::detail::to_lower(file.extension().string());
+  const std::string ending = ending_of(file);
   if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
     throw UserError(fmt::format("{}: {} has the wrong ending; the file must end in {}", flag, in_quotes(text),
                                 fmt::join(endings, " or ")));
@@ -110,7 +111,7 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
 fs::path record_file(const CLI::App& app, const std::string& text) {
   fs::path file = text;
   if (!is_frame_pattern(file)) {
-    if (CLI::detail::to_lower(file.extension().string()) == ".png") {
+    if (ending_of(file) == ".png") {
       throw UserError(fmt::format(
           "--record: {} has no placeholder for the frame's number; give FOLDER/%05d.png, or a film that "
           "ends in .mp4 or .mkv, or raw frames, .rgb",

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "app/option_bench.hpp"
 #include "app/option_data.hpp"
 #include "app/option_flags.hpp"
 #include "app/option_settings.hpp"
@@ -16,6 +17,7 @@
 #include "app/output_clash.hpp"
 #include "app/split_setting.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
 
@@ -38,7 +40,6 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
         "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
   options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
-  if (typed.save_scene.empty()) return;
   if (fs::exists(fs::symlink_status(typed.save_scene))) {
     throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",
                                 in_quotes(typed.save_scene)));
@@ -46,51 +47,34 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   options.save_scene = output_file(command, "--save-scene", typed.save_scene, {".toml"});
 }
 
-bool gives_seconds(const Typed& typed) {
-  const auto is_seconds = [](const std::string& path) { return path == "run.seconds"; };
+// A setting on the command line: its path, and the option that gives it, as a user would leave it out.
+struct GivenSetting {
+  std::string path, option;
+};
+
+std::vector<GivenSetting> given_settings(const Typed& typed) {
+  std::vector<GivenSetting> given;
   for (const std::string& set : typed.sets) {
-    if (is_seconds(CLI::detail::trim_copy(set.substr(0, set.find('='))))) return true;
+    const std::string path = CLI::detail::trim_copy(set.substr(0, set.find('=')));
+    given.push_back({path, "--set " + path});
   }
-  return std::any_of(typed.flags.begin(), typed.flags.end(),
-                     [&](const auto& flag) { return is_seconds(flag.first->path); });
+  for (const auto& [flag, text] : typed.flags) given.push_back({flag->path, flag->flag});
+  return given;
 }
 
-// A sweep has its own settings. Others are refused, not silently ignored.
-void check_sweep(const Typed& typed, const Options& options) {
-  if (!options.sweep && typed.sweep_max) throw UserError("--sweep-max: needs --sweep; add it");
-  const bool has_others = options.draw_target != "auto" || options.domain_link != "auto" || typed.scene ||
-                          typed.size || typed.accuracy || typed.of || typed.frames || typed.steps ||
-                          typed.warmup || typed.repeats || !typed.sets.empty() || !typed.flags.empty() ||
-                          !typed.record.empty() || options.bench_panel || options.bench_flight ||
-                          typed.force || typed.domains;
-  if (options.sweep && has_others) {
-    throw UserError(
-        "--sweep: chooses scene, settings and frames itself; it allows only --sweep-max, --json and "
-        "--cuda-no-fallback; leave out the rest");
-  }
+bool gives_seconds(const Typed& typed) {
+  const std::vector<GivenSetting> given = given_settings(typed);
+  return std::any_of(given.begin(), given.end(),
+                     [](const GivenSetting& setting) { return setting.path == "run.seconds"; });
 }
 
-// Reads the options for whole frames and flights.
-void read_frame_bench(const CLI::App& app, const Typed& typed, Options& options) {
-  const bool has_record = app.count("--record") > 0;
-  if (options.bench_flight && (typed.frames || typed.steps || typed.warmup || typed.repeats))
-    throw UserError(
-        "--flight: times all frames of a flight, once; leave out --frames, --steps, --warmup, --repeats");
-  if (!typed.frames && (has_record || options.bench_panel)) {
-    throw UserError(fmt::format("{}: needs --frames N, since steps alone are not drawn; add it",
-                                has_record ? "--record" : "--panel"));
-  }
-  if (!has_record && app.count("--record-time") > 0)
-    throw UserError("--record-time: needs --record FILE; add it");
-  check_name("--record-time", typed.record_time, kRecordTimes);
-  options.record_real_time = typed.record_time == "real";
-  options.record = typed.record == kNullDevice ? fs::path(kNullDevice) : record_file(app, typed.record);
-  if (!has_record || typed.size) return;
-  options.width_px = 1920;
-  options.height_px = 1080;
+// True for settings of the method that --accuracy chooses.
+bool is_chosen(const std::string& path) {
+  return path == "run.method" || path == "run.dt_s" || path == "run.substeps" ||
+         path == "run.displacement_per_step";
 }
 
-// Reads --accuracy and --of, and refuses flags for settings that --accuracy chooses.
+// Reads --accuracy and --of, and refuses settings that --accuracy chooses.
 AccuracyWish accuracy_wish(const Typed& typed) {
   AccuracyWish wish;
   if (!typed.accuracy) {
@@ -104,12 +88,10 @@ AccuracyWish accuracy_wish(const Typed& typed) {
     throw UserError(fmt::format("--of: {} is unknown, the nearest is {}; one of {}", in_quotes(wish.of),
                                 nearest_name(wish.of, known), fmt::join(known, ", ")));
   }
-  for (const auto& [flag, text] : typed.flags) {
-    const std::string path = flag->path;
-    if (path == "run.method" || path == "run.dt_s" || path == "run.substeps") {
-      throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, flag->flag));
-    }
-    wish.keep_parcels = wish.keep_parcels || is_num_parcels(*flag);
+  for (const auto& [path, option] : given_settings(typed)) {
+    if (is_chosen(path))
+      throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, option));
+    wish.keep_parcels = wish.keep_parcels || path.starts_with("air.num_parcels");
   }
   return wish;
 }
@@ -177,11 +159,11 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
     throw UserError(fmt::format("{0}: is a list of cues; start it with --cues {0}", *typed.replay));
-  if (typed.scene || typed.cues || !typed.sets.empty() || !typed.flags.empty() || typed.force ||
-      options.still_s) {
+  if (typed.scene || typed.cues || typed.accuracy || !typed.sets.empty() || !typed.flags.empty() ||
+      typed.force || options.still_s) {
     throw UserError(
-        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --set, --still "
-                    "and their short forms (as -p)",
+        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --accuracy, --set, "
+                    "--still and their short forms (as -p)",
                     in_quotes(*typed.replay)));
   }
   refuse_split(typed, "a log of two flights has its own; leave it out");
@@ -191,10 +173,21 @@ void read_replay(const Typed& typed, Options& options) {
   options.data.from_frame = options.replay->from_frame;
 }
 
+// Without a window nobody can turn the profile on. A log or a state has settings of its own.
+void check_profile(const Typed& typed, const Options& options) {
+  if (options.profile_csv.empty() || !options.headless || typed.replay || typed.from) return;
+  bool is_on = options.settings.profile != ProfileAxis::off;
+  for (const Cue& cue : options.cues ? options.cues->cues : std::vector<Cue>())
+    is_on = is_on || cue.settings.profile != ProfileAxis::off;
+  if (!is_on)
+    throw UserError(
+        "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
-  if (typed.replay && !typed.replay->ends_with(".toml")) refuse_extra(command, *typed.replay);
+  if (typed.replay && ending_of(*typed.replay) != ".toml") refuse_extra(command, *typed.replay);
   if (command.get_name() == "scenes") {
     options.command = Command::scenes;
     return options;
@@ -212,7 +205,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
         whole_number("--warmup", *typed.warmup, 0, 1000000);
   }
   if (typed.sweep_max) options.sweep_max = whole_number("--sweep-max", *typed.sweep_max, 1000, 100'000'000);
-  check_sweep(typed, options);
+  check_sweep(command, typed, options);
   if (typed.domains) options.domains = whole_number("--domains", *typed.domains, 1, kMaxDomains);
   if (typed.repeats) options.bench_repeats = whole_number("--repeats", *typed.repeats, 1, 1000);
   if (typed.frames) options.bench_frames = whole_number("--frames", *typed.frames, 1, 1000000);
@@ -232,6 +225,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   read_split(typed, options);
   if (typed.replay) read_replay(typed, options);
   check_split_run(options);
+  check_profile(typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});

@@ -9,6 +9,7 @@
 
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -30,7 +31,7 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
 
 // A scene or a list of cues that has a name of its own is no file of the user's.
 fs::path file_of(const std::optional<std::string>& text) {
-  return text && text->ends_with(".toml") ? *text : "";
+  return text && ending_of(*text) == ".toml" ? *text : "";
 }
 
 std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
@@ -38,6 +39,20 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--cues", file_of(typed.cues)},
           {"the log to replay", typed.replay.value_or("")},
           {"--from", options.data.from}};
+}
+
+// What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
+// world, of which there may be as many as cues.
+void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
+  const fs::path& dump = options.data.dump;
+  if (ending_of(dump) != ".h5") return;
+  const int num = options.cues ? static_cast<int>(options.cues->cues.size()) : 1;
+  for (int i = 1; i <= num; ++i) {
+    const fs::path file = numbered(dump, i);
+    if (i > 1) files.push_back({fmt::format("--dump (number {})", i), file});
+    files.push_back({"--dump (its index)", fs::path(file).replace_extension(".xdmf")});
+    files.push_back({"--dump (its first part)", file.string() + ".part"});
+  }
 }
 
 std::vector<NamedFile> outputs_of(const Options& options) {
@@ -52,6 +67,9 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                   {"--save-scene", options.save_scene},
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
+  add_files_of_dump(options, files);
+  if (!options.data.checkpoint.empty())
+    files.push_back({"--checkpoint (while it is written)", options.data.checkpoint.string() + ".part"});
   if (!options.record.empty() && options.command == Command::run) {
     files.push_back({"--record", options.record});
     files.push_back({"--record (the film's log)", log_beside(options.record)});
@@ -69,7 +87,7 @@ void check_outputs(const Typed& typed, const Options& options) {
     if (output.file.empty()) continue;
     for (const NamedFile& other : others) {
       const bool goes_on = output.flag == "--checkpoint" && other.flag == "--from" &&
-                           output.file.extension() != ".h5" && output.file.extension() != ".xyz";
+                           ending_of(output.file) != ".h5" && ending_of(output.file) != ".xyz";
       if (other.file.empty() || goes_on || !is_same_file(output.file, other.file)) continue;
       throw UserError(fmt::format("{}: {} is the file of {} as well; choose another name", output.flag,
                                   in_quotes(output.file.string()), other.flag));

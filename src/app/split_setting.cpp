@@ -20,7 +20,9 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
 }
 
-std::string path_of(const std::string& edit) { return edit.substr(0, edit.find(" = ")); }
+std::string path_of(const std::string& edit) {
+  return edit == kNextMethod ? "run.method" : edit.substr(0, edit.find(" = "));
+}
 
 // The key alone is enough for a setting that may differ.
 std::string full_path(const std::string& name) {
@@ -93,7 +95,13 @@ std::string split_setting(const std::string& assignment) {
 
 Difference split_settings(const std::vector<std::string>& assignments) {
   Difference difference;
-  for (const std::string& assignment : assignments) put(difference, split_setting(assignment));
+  for (const std::string& assignment : assignments) {
+    const std::string edit = split_setting(assignment);
+    const auto is_same = [&](const std::string& old) { return path_of(old) == path_of(edit); };
+    if (std::any_of(difference.begin(), difference.end(), is_same))
+      throw UserError(fmt::format("--split: {} is given twice; give it once", path_of(edit)));
+    difference.push_back(edit);
+  }
   if (difference.empty()) difference.emplace_back(kNextMethod);
   return difference;
 }

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
-
 #include "app/input_log.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "data/checkpoint_file.hpp"
 #include "data/dump.hpp"
@@ -15,10 +13,8 @@ namespace pf {
 namespace {
 
 RunState read_state(const DataOptions& data) {
-  std::string ending = data.from.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".h5" && !is_checkpoint(data.from)) return read_h5_frame(data.from, data.from_frame);
+  if (ending_of(data.from) == ".h5" && !is_checkpoint(data.from))
+    return read_h5_frame(data.from, data.from_frame);
   if (data.from_frame)
     throw UserError(
         fmt::format("--from-frame: {} is not a dump (.h5); leave it out", in_quotes(data.from.string())));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/file_ending.hpp"
 #include "core/timing.hpp"
 #include "data/checkpoint_file.hpp"
 #include "data/dump.hpp"
@@ -29,8 +30,7 @@ class CheckpointSink final : public StateSink {
 };
 
 std::unique_ptr<StateSink> make_dump(const DataOptions& options) {
-  const std::string ending = options.dump.extension().string();
-  if (ending == ".xyz" || ending == ".XYZ") return std::make_unique<XyzDump>(options.dump);
+  if (ending_of(options.dump) == ".xyz") return std::make_unique<XyzDump>(options.dump);
   const auto has = [&](const char* field) {
     return std::find(options.dump_fields.begin(), options.dump_fields.end(), field) !=
            options.dump_fields.end();

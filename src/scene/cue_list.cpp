@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
@@ -97,7 +98,7 @@ Settings CueReader::scene() const {
            "scene takes the name of a scene in quotes, or a file ending in .toml, as scene = \"court\"");
   try {
     const fs::path beside = file_.parent_path() / *name;
-    return load_scene(name->ends_with(".toml") ? beside.string() : *name);
+    return load_scene(ending_of(*name) == ".toml" ? beside.string() : *name);
   } catch (const UserError& error) {
     refuse(*node, fmt::format("scene: {}", error.what()));
   }
@@ -177,7 +178,7 @@ std::vector<std::string> known_lists() {
 }
 
 fs::path file_of(const std::string& name_or_path) {
-  if (name_or_path.ends_with(".toml")) return name_or_path;
+  if (ending_of(name_or_path) == ".toml") return name_or_path;
   const std::vector<std::string> known = known_lists();
   const fs::path file = fs::path("cues") / (name_or_path + ".toml");
   if (known.empty() || std::find(known.begin(), known.end(), name_or_path) != known.end())

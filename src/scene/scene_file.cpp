@@ -9,6 +9,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/program_files.hpp"
 #include "core/text.hpp"
 #include "scene/toml_document.hpp"
@@ -149,7 +150,7 @@ std::vector<SceneEntry> list_scenes() {
   for (const fs::path& folder : asset_folders()) {
     std::error_code missing;
     for (const fs::directory_entry& entry : fs::directory_iterator(folder / "scenes", missing)) {
-      if (entry.path().extension() == kSceneEnding) found.emplace(entry.path().stem().string(), entry.path());
+      if (ending_of(entry.path()) == kSceneEnding) found.emplace(entry.path().stem().string(), entry.path());
     }
   }
   std::vector<SceneEntry> scenes;
@@ -159,7 +160,7 @@ std::vector<SceneEntry> list_scenes() {
 }
 
 Settings load_scene(const std::string& name_or_path) {
-  if (name_or_path.ends_with(kSceneEnding)) return load_scene_file(name_or_path);
+  if (ending_of(name_or_path) == kSceneEnding) return load_scene_file(name_or_path);
   for (const SceneEntry& entry : list_scenes()) {
     if (entry.name == name_or_path) return load_scene_file(entry.file);
   }

@@ -80,15 +80,28 @@ double double_from(const Field& field, const std::string& text, const std::strin
   return value;
 }
 
-// Accepts 1e6 as a whole number, too. Ranges of whole numbers end at 2^53, so that a double holds them;
-// digits of one above that are read as what they are, lest they be rounded into the range.
+// The digits of a whole number: "9007199254740993" of "+9007199254740993.0". Empty if it has another form.
+std::string_view whole_digits(std::string_view text) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
+  const std::string_view rest = text.substr(end);
+  const bool is_whole = rest.empty() || (rest[0] == '.' && rest.find_first_not_of('0', 1) == rest.npos);
+  return is_whole ? text.substr(0, end) : std::string_view();
+}
+
+// Accepts 1e6 as a whole number, too. Ranges of whole numbers end at 2^53, so that a double holds them. A
+// number above that must not be rounded into the range: 2^53 itself is what 2^53 + 1 would be rounded to, and
+// is accepted only as its own digits.
 std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
-  std::int64_t digits = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), digits);
-  if (error == std::errc() && end == text.data() + text.size() && digits > (1LL << 53))
-    refuse(field, text, where, "is out of range");
   const double value = double_from(field, text, where);
   if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
+  constexpr std::int64_t kMax = 1LL << 53;
+  if (value == static_cast<double>(kMax)) {
+    std::int64_t exact = 0;
+    const std::string_view digits = whole_digits(text);
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), exact);
+    if (error != std::errc() || exact != kMax) refuse(field, text, where, "is out of range");
+  }
   return static_cast<std::int64_t>(value);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 
 #include "core/error.hpp"
@@ -43,8 +44,11 @@ std::string text_of(const toml::node& node, const Field& field, const std::strin
   if (expected.ends_with("in quotes") && node.is_string()) return *node.value<std::string>();
   if (expected.starts_with("a number") && node.is_integer())
     return fmt::format("{}", *node.value<std::int64_t>());
-  if (expected.starts_with("a number") && node.is_floating_point())
-    return fmt::format("{}", *node.value<double>());
+  if (expected.starts_with("a number") && node.is_floating_point()) {
+    // From 2^53 on the file may have had other digits; as a power, a whole number will not take it.
+    const double value = *node.value<double>();
+    return std::fabs(value) < 9007199254740992.0 ? fmt::format("{}", value) : fmt::format("{:.16e}", value);
+  }
   throw UserError(fmt::format("{}: {} has a value of the wrong type; it takes {}, as {} = {}", where,
                               field.path(), expected, field.key,
                               expected.ends_with("in quotes") ? "\"" + value_text(field, Settings{}) + "\""

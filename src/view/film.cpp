@@ -7,6 +7,7 @@
 
 #include "app/encoder.hpp"
 #include "app/frame_names.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "view/png_frames.hpp"
 
@@ -49,7 +50,7 @@ Film::Film(const FilmRequest& request, const std::function<void(const std::strin
 std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
                                            const std::function<void(const std::string&)>& announce) {
   const SizePx size = figures_.size;
-  const bool is_raw = request.file.extension() == ".rgb" || request.file == kNullDevice;
+  const bool is_raw = ending_of(request.file) == ".rgb" || request.file == kNullDevice;
   if (is_raw) return std::make_unique<RawFrames>(request.file, size.width);
   const bool wants_frames = is_frame_pattern(request.file);
   if (!wants_frames && ffmpeg_available())

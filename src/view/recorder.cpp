@@ -8,6 +8,7 @@
 
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
 #include "view/path_svg.hpp"
@@ -205,7 +206,7 @@ Pixels Recorder::draw_picture(const PictureScene& scene) const {
 void Recorder::keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& large) {
   if (simulation.finished_flight() && !options_.picture.empty()) {
     if (kept_svg_.empty()) kept_svg_ = path_svg(simulation.view(), large.look);
-    const bool is_png = options_.picture.extension() != ".svg";
+    const bool is_png = ending_of(options_.picture) != ".svg";
     if (is_png && draws_pictures() && kept_large_.rgba.empty()) {
       FrameView flying = *large.frame;  // without the notice of its end
       flying.flight = Flight::flying;
@@ -246,7 +247,7 @@ void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
   for (const auto& [file, is_first_flight] : {std::pair(options_.picture, true), {options_.still, false}}) {
     if (file.empty()) continue;
     const bool has_kept = is_first_flight && !kept_svg_.empty();
-    if (file.extension() == ".svg") {
+    if (ending_of(file) == ".svg") {
       write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
     } else if (draws_pictures()) {
       write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);

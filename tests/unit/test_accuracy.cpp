@@ -6,8 +6,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/accuracy_table.hpp"
 #include "core/error.hpp"
 #include "scene/scene_file.hpp"
+#include "temporary_folder.hpp"
 
 namespace pf {
 namespace {
@@ -108,6 +110,9 @@ TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   EXPECT_EQ(more.settings.num_parcels, 22223) << "2000 (0.02 / 0.006)^2";
   const AccuracyChoice kept = choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", true}, "cpu");
   EXPECT_EQ(kept.settings.num_parcels, 1000);
+  EXPECT_NEAR(kept.parcels_error, 0.04 * std::sqrt(0.5), 1e-12) << "a given number has an error, too";
+  ASSERT_EQ(kept.remarks.size(), 1U);
+  EXPECT_NE(kept.remarks.front().find("1000 parcels, as given, are too few"), std::string::npos);
 }
 
 json drag_row(const char* group, const char* method, double displacement, double error, double cost) {
@@ -136,6 +141,28 @@ TEST(Accuracy, ABallsDragHoldsInTheLayerToo) {
   EXPECT_EQ(choose(0.04).expected_error, 0.015) << "the layer's";
   EXPECT_EQ(choose(0.04).ns_per_disc_time, 20.0) << "the flight's";
   EXPECT_EQ(choose(0.015).settings.method, Method::exact) << "no step of the layer is as good as 0.8 of that";
+}
+
+TEST(Accuracy, ATableOfAnotherFormatIsRefused) {
+  TemporaryFolder folder;
+  const auto reading = [&](const json& points) {
+    const json written = {{"study", "work-precision"}, {"points", points}};
+    return read_accuracy_table(folder.write("t.json", written.dump()));
+  };
+  EXPECT_EQ(reading(table()["points"]).at("points").size(), 14U);
+  json without_step = row("exact", 0.1, 0.3, 0.0, 1.0), no_number = without_step, no_error = without_step;
+  without_step.erase("displacement_per_step");
+  no_number["ns_per_disc_time"] = "cheap";
+  no_error["errors"]["rate"] = 3;
+  for (const json& bad : {json{{"device", "cpu"}}, json(7), without_step, no_number, no_error}) {
+    try {
+      reading(json::array({bad}));
+      ADD_FAILURE() << "accepted: " << bad;
+    } catch (const UserError& error) {
+      EXPECT_NE(std::string(error.what()).find("t.json' is not a table of the lab"), std::string::npos);
+    }
+  }
+  EXPECT_THROW(read_accuracy_table(folder.write("t.json", "{\"study\": 3, \"points\": []}")), UserError);
 }
 
 TEST(Accuracy, RejectsUnanswerableWishes) {

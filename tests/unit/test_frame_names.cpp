@@ -25,7 +25,7 @@ std::string refusal(const std::string& value) {
 }
 
 TEST(FrameNames, RecognisesPatterns) {
-  for (const char* name : {"%05d.png", "a/%d.png", "a/b-%09d-c.PNG", "/%03d.png"}) {
+  for (const char* name : {"%05d.png", "a/%d.png", "a/b-%09d-c.PNG", "a/%d.Png", "/%03d.png"}) {
     EXPECT_TRUE(is_frame_pattern(name)) << name;
   }
   for (const char* name : {"a.png", "%05d.mp4", "%5d.png", "%00d.png", "%0d.png", "%s.png", "%05d%05d.png",

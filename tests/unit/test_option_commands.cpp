@@ -26,6 +26,22 @@ TEST(Options, BenchOfWholeFrames) {
   EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--record", "/dev/null"}), "--sweep: chooses"));
 }
 
+TEST(Options, BenchRefusesWhatHasNoEffect) {
+  for (const char* flag : {"--steps", "--warmup", "--repeats", "--seconds"})
+    EXPECT_TRUE(contains(refusal({"bench", "--frames", "3", flag, "2"}), "--frames: times so many frames"))
+        << flag;
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "3", "--set", "run.seconds=2"}), "leave out --steps"));
+  for (const char* mode : {"--flight", "--force"}) {  // --force: of the steps alone
+    EXPECT_TRUE(contains(refusal({"bench", mode, "--size", "64x48"}), "--size: needs --frames N")) << mode;
+    EXPECT_TRUE(contains(refusal({"bench", mode, "--draw-target", "auto"}), "--draw-target: needs --frames"))
+        << mode;
+  }
+  EXPECT_TRUE(contains(refusal({"bench", "--seconds", "2"}), "--seconds: needs --flight"));
+  EXPECT_EQ(options_of({"bench", "--flight", "--seconds", "2"}).settings.seconds, 2.0);
+  EXPECT_TRUE(contains(refusal({"bench", "--sweep", "--cuda"}), "--sweep: chooses"));
+  EXPECT_TRUE(options_of({"bench", "--sweep", "--cuda-no-fallback"}).sweep);
+}
+
 TEST(Options, Bench) {
   const Options options = options_of({"bench", "--steps", "7", "--warmup", "0", "--repeats", "3", "-p", "100",
                                       "--cuda", "--set", "run.seed=4"});
@@ -74,6 +90,13 @@ TEST(Options, AccuracyExcludesMethodAndStep) {
   EXPECT_EQ(options_of({}).accuracy.error, 0.0);
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--method", "exact"}), "leave out --method"));
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--dt", "0.1"}), "leave out --dt"));
+  for (const std::string set :
+       {"run.method=spring", "run.dt_s = 0.1", " run.substeps=9", "run.displacement_per_step=0.1"}) {
+    const std::string message = refusal({"--accuracy", "1%", "--set", set});
+    EXPECT_TRUE(contains(message, "itself; leave out --set run.")) << message;
+  }
+  EXPECT_TRUE(options_of({"--accuracy", "1%", "--set", "air.num_parcels=500"}).accuracy.keep_parcels);
+  EXPECT_FALSE(options_of({"--accuracy", "1%", "--set", "air.restitution=1"}).accuracy.keep_parcels);
   EXPECT_TRUE(contains(refusal({"--accuracy", "much"}), "not an accuracy"));
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--of", "presure"}), "nearest is pressure"));
   EXPECT_TRUE(contains(refusal({"--of", "rate"}), "needs --accuracy"));

@@ -1,6 +1,7 @@
 // The command line: output files, recordings, logs.
 #include <gtest/gtest.h>
 
+#include "core/file_ending.hpp"
 #include "option_support.hpp"
 #include "temporary_folder.hpp"
 
@@ -56,6 +57,7 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
       {{"--checkpoint", path("new"), "--report", path("new")}, "is the file of --report as well"},
       {{"--overlay-csv", path("x"), "--profile-csv", path("x")}, "is the file of --overlay-csv as well"},
       {{"--still", "1", path("x.png"), "--picture", path("x.png")}, "is the file of --picture as well"},
+      {{"--checkpoint", path("c"), "--report", path("c.part")}, "--checkpoint (while it is written): '"},
       {{"--save-scene", path("n.toml"), "--log", path("n.toml")}, "is the file of --log as well"},
   };
   for (const Clash& clash : clashes)
@@ -65,12 +67,53 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
   EXPECT_TRUE(contains(refusal({"--checkpoint", "/dev/null"}), "is not a regular file"));
 }
 
+#if PF_HAVE_HDF5
+TEST(Options, RefusesTheFilesBesideADump) {
+  TemporaryFolder folder;
+  const auto path = [&](const char* name) { return (folder.path() / name).string(); };
+  const std::string state = folder.write("b.xdmf", "").string(), dump = path("a.h5");
+  const std::vector<Clash> clashes = {
+      {{"--dump", dump, "--report", path("a.xdmf")}, "--dump (its index): '"},
+      {{"--dump", dump, "--report", path("a.h5.part")}, "--dump (its first part): '"},
+      {{"--dump", path("b.H5"), "--from", state}, "is the file of --from as well"},
+      {{"--cues", "talk", "--dump", dump, "--report", path("a-2.h5")}, "--dump (number 2): '"},
+      {{"--cues", "talk", "--dump", dump, "--report", path("a-3.xdmf")}, "--dump (its index): '"},
+  };
+  for (const Clash& clash : clashes)
+    EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
+  EXPECT_EQ(options_of({"--dump", dump, "--report", path("a-2.h5")}).report, path("a-2.h5"));
+}
+#endif
+
+TEST(Options, AStateHasItsOwnScene) {
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--scene", "gas"}, {"--cues", "talk"}, {"--accuracy", "1%"}, {"--force"}}) {
+    std::vector<std::string> words = {"--from", "a.state"};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(refusal(words), "--from: the file has its own scene and settings; leave out " + more[0]);
+  }
+}
+
 TEST(Options, EndingsAreChecked) {
   EXPECT_TRUE(contains(refusal({"--record", "/tmp/a.avi"}),
                        "--record: '/tmp/a.avi' has the wrong ending; the file must "
                        "end in .mp4 or .mkv"));
   EXPECT_TRUE(contains(refusal({"--record", ""}), "wrong ending"));
   EXPECT_TRUE(contains(refusal({"--picture", "/tmp/a.jpg"}), "must end in .png"));
+}
+
+TEST(Options, EndingsCountInAnyCase) {
+  EXPECT_EQ(ending_of("a.b/c.Mp4"), ".mp4");
+  EXPECT_EQ(ending_of("a.b/c"), "");
+  TemporaryFolder folder;
+  const std::string scene = folder.write("S.TOML", "[scene]\nname = \"mine\"\n").string();
+  const std::string log =
+      folder.write("L.Toml", "scene = \"flown\"\n[[frame]]\nnumber = 9\nhash = \"00\"\n").string();
+  EXPECT_EQ(options_of({"--scene", scene}).settings.name, "mine");
+  EXPECT_EQ(options_of({"run", log, "--headless"}).settings.name, "flown");
+  EXPECT_TRUE(contains(refusal({"--scene", scene, "--log", scene}), "is the file of --scene as well"));
+  EXPECT_TRUE(
+      contains(refusal({"--picture", (folder.path() / "p.SVG").string(), "--split"}), "--picture with .svg"));
 }
 
 TEST(Options, ReadsRecordingOptions) {
@@ -113,6 +156,7 @@ TEST(Options, LogExcludesOtherSettings) {
   for (const std::vector<std::string>& more : {std::vector<std::string>{"-p", "5"},
                                                {"--scene", "gas"},
                                                {"--set", "run.seed=2"},
+                                               {"--accuracy", "1%"},
                                                {"--still", "0", "a.png"}}) {
     std::vector<std::string> words = {"run", log};
     words.insert(words.end(), more.begin(), more.end());

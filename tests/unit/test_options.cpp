@@ -81,6 +81,11 @@ TEST(Options, FlagsOfThePictureAreChecked) {
   EXPECT_TRUE(contains(refusal({"--paused", "--headless"}), "leave out --paused or --headless"));
   EXPECT_TRUE(contains(refusal({"--save-scene", there}), "already exists"));
   EXPECT_TRUE(contains(refusal({"--save-scene", "/tmp/x.txt"}), "must end in .toml"));
+  EXPECT_TRUE(contains(refusal({"--save-scene", ""}), "must end in .toml"));
+  const std::string csv = (folder.path() / "p.csv").string();
+  EXPECT_TRUE(
+      contains(refusal({"--headless", "--profile-csv", csv}), "--profile-csv: needs a profile; add one"));
+  EXPECT_EQ(options_of({"--headless", "--profile-csv", csv, "--scene", "blast"}).profile_csv, csv);
 }
 
 TEST(Options, LengthAndFormatOfAClip) {

@@ -98,6 +98,7 @@ TEST_F(SceneFile, RejectsAWrongType) {
   EXPECT_TRUE(contains(refusal("[ball]\nheld = 1\n"), "s.toml:2: ball.held has a value of the wrong type"));
   EXPECT_TRUE(contains(refusal("[run]\nmethod = 1\n"), "as method = \"impulse\""));
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = true\n"), "wrong type"));
+  EXPECT_TRUE(contains(refusal("[run]\nseed = 9007199254740993.0\n"), "is out of range"));
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = 1979-05-27\n"), "wrong type"));
   EXPECT_TRUE(contains(refusal("[run]\ndt_s = [1]\n"), "wrong type"));
   EXPECT_TRUE(contains(refusal("[run.dt_s]\nx = 1\n"), "wrong type"));

@@ -175,7 +175,11 @@ TEST(SetFromText, ReadsEveryKind) {
   EXPECT_EQ(with("air.num_parcels", "1e6").num_parcels, 1000000);
   EXPECT_EQ(with("air.num_parcels", "200000000").num_parcels, 200000000);
   EXPECT_EQ(with("air.num_parcels", "+7").num_parcels, 7);
-  EXPECT_EQ(with("run.seed", "9007199254740992").seed, 9007199254740992);
+  for (const char* most : {"9007199254740992", "+9007199254740992", "9007199254740992.0"})
+    EXPECT_EQ(with("run.seed", most).seed, 9007199254740992) << most;
+  for (const char* above :
+       {"9007199254740993", "+9007199254740993", "9007199254740993.0", "9.007199254740993e15"})
+    EXPECT_TRUE(contains(message_of("run.seed", above), "is out of range")) << above;
   EXPECT_EQ(with("air.restitution", "1").restitution, 1.0);
   EXPECT_EQ(with("ball.magnus", "off").magnus, false);
   EXPECT_EQ(with("world.boundary", "walls").boundary, Boundary::walls);

@@ -26,7 +26,7 @@ TEST(SplitSetting, TakesPathsAndKeys) {
   EXPECT_EQ(split_setting(" method = exact "), "run.method = exact");
   EXPECT_EQ(split_setting("restitution=.5"), "air.restitution = 0.5");
   EXPECT_EQ(split_setting("next"), kNextMethod);
-  EXPECT_EQ(split_settings({"dt_s=0.1", "dt_s=0.2"}), Difference{"run.dt_s = 0.2"});
+  EXPECT_EQ(split_settings({"dt_s=0.1", "next"}), (Difference{"run.dt_s = 0.1", kNextMethod}));
   EXPECT_EQ(split_settings({}), Difference{kNextMethod});
 }
 
@@ -41,6 +41,14 @@ TEST(SplitSetting, RefusesWhatCannotDiffer) {
   EXPECT_NE(reason_of("air.restitution=2").find("0 to 1"), std::string::npos)
       << reason_of("air.restitution=2");
   EXPECT_NE(reason_of("spring").find("has no '='"), std::string::npos) << reason_of("spring");
+}
+
+TEST(SplitSetting, RefusesTheSameTwice) {
+  using Words = std::vector<std::string>;
+  for (const Words& words :
+       {Words{"method=exact", "run.method = spring"}, {"next", "method=spring"}, {"next", "next"}})
+    EXPECT_THROW(split_settings(words), UserError) << words[0];
+  EXPECT_THROW(split_settings({"dt_s=0.1", "dt_s=0.2"}), UserError);
 }
 
 // No setting that may differ changes where the parcels start, or the launch.
