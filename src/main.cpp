@@ -130,8 +130,8 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
         [&options] { return make_cpu_backend(static_cast<unsigned>(options.settings.threads)); });
   }
   check_room_for_cues(options, simulation);
-  RunRecord record(simulation.settings(), *simulation.view().physics,
-                   start ? start->initial : simulation.backend().measure(), device_name);
+  RunRecord record(*simulation.view().physics, start ? start->initial : simulation.backend().measure(),
+                   device_name);
   if (start) record.continue_from(start->totals, start->simulated_s);
   say_if_over(options);
   record.set_warmup(options.warmup_frames);

@@ -123,7 +123,7 @@ void run_bench(const Options& options, Backend& backend) {
   Bench bench = prepare(options, backend);
   bench.request.num_steps = static_cast<std::uint32_t>(std::max(1, options.bench_warmup));
   timed_advance(backend, bench.request, bench.report);
-  RunRecord record(bench.settings, bench.physics, backend.measure(), backend.device());
+  RunRecord record(bench.physics, backend.measure(), backend.device());
   record.start_clock();
   measure(bench, backend, record);
   const nlohmann::json json = bench_report(bench, backend, record);

@@ -10,7 +10,7 @@ namespace pf {
 
 enum class DroppedKind : std::uint8_t { scene, cues, log, other };
 
-// By its content, which decides, not by its name.
+// By its name, if that does not end in .toml, and by its content.
 DroppedKind kind_of_dropped(const std::filesystem::path& file);
 
 struct DropAnswer {

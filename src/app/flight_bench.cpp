@@ -129,8 +129,7 @@ void run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
   if (simulation.view().num_parcels == 0)
     throw UserError("bench: air.kind is not parcels, there is nothing to time");
   fly_one_frame_and_back(simulation);
-  RunRecord record(simulation.settings(), *simulation.view().physics, simulation.backend().measure(),
-                   simulation.backend().device());
+  RunRecord record(*simulation.view().physics, simulation.backend().measure(), simulation.backend().device());
   record.start_clock();
   const std::vector<TimedFrame> frames = fly(simulation, record, stop);
   if (frames.empty()) throw UserError("bench: stopped before the first frame");

@@ -73,7 +73,6 @@ class FlightPair {
   bool in_past() const;
   Commands for_second(const Commands& commands) const;
   void begin_second(const Commands& commands, DrawTarget* target);
-  void check_difference();
   void drop(const std::string& reason);
 
   Simulation& first_;

@@ -146,7 +146,7 @@ std::string name_of(const char* path, const Settings& settings) {
 }  // namespace
 
 // The settings are not kept: finish() takes those at the end.
-RunRecord::RunRecord(const Settings&, const Physics& physics, const Measures& initial, std::string device)
+RunRecord::RunRecord(const Physics& physics, const Measures& initial, std::string device)
     : initial_(initial),
       device_(std::move(device)),
       speed_mps_(thermal_speed_mps(physics, initial.parcel_energy_j)),

@@ -15,7 +15,7 @@ namespace pf {
 // Collects one run, frame by frame.
 class RunRecord {
  public:
-  RunRecord(const Settings& settings, const Physics& physics, const Measures& initial, std::string device);
+  RunRecord(const Physics& physics, const Measures& initial, std::string device);
 
   // times: all phases of one frame; totals and dt_s: of that frame's steps; drawing: both clocks' times, for
   // frames that are drawn.
@@ -45,7 +45,7 @@ class RunRecord {
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,events,solved_events (in all
-  // rounds),largest_cluster (events),event_hash} (null for other methods),
+  // rounds),largest_cluster (events),event_hash,max_overlap_units} (null for other methods),
   // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes
   // (state and scratch of the parcels). A figure without meaning in the run (no parcels, no collision) is
   // null. settings: those at the end, which the panel may have changed.

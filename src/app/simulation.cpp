@@ -206,6 +206,7 @@ int Simulation::num_fallbacks() const { return state_->num_fallbacks; }
 void Simulation::check_room(const Settings& settings) const {
   Settings resolved = settings;
   state_->resolve(resolved);
+  check_backend(resolved, derive_physics(resolved), *state_->backend);
   state_->check_room(resolved, state_->backend->memory_bytes());
 }
 const FrameView& Simulation::view() const { return state_->view; }

@@ -8,6 +8,7 @@
 #include "app/command_queue.hpp"
 #include "app/domain_checks.hpp"
 #include "app/simulation_state.hpp"
+#include "core/file_ending.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
@@ -17,7 +18,7 @@ constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and s
 
 // name: NAME or NAME.toml.
 std::filesystem::path scene_file_of(const std::string& name) {
-  return name.ends_with(".toml") ? name : name + ".toml";
+  return ending_of(name) == ".toml" ? name : name + ".toml";
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ class RunFiles {
 
   // A file could not be written.
   bool failed() const;
-  // Keys dump, checkpoint, each null or {file, frames or checkpoints, dropped, write_ms, wait_ms, save_ms,
+  // Keys dump, checkpoint, each null or {file, written, dropped, write_ms, wait_ms, save_ms,
   // bytes, failure}.
   nlohmann::json report() const;
 

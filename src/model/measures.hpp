@@ -26,7 +26,7 @@ struct StepTotals {
   std::uint64_t num_events = 0;         // collisions, hits, edges
   std::uint64_t num_solved_events = 0;  // in all rounds, also those of retried steps
   std::uint64_t largest_cluster = 0;    // events
-  std::uint64_t num_retried_steps = 0;  // discarded and repeated with a wider bound and half the length
+  std::uint64_t num_retried_steps = 0;  // and windows, discarded and repeated, shorter or wider
   std::uint64_t event_hash = 0;         // of the list of events
   Vec2d ball_impulse_kg_mps;            // by parcels on the ball, also when it is held
   double ball_torque_impulse_kg_m2ps = 0.0;

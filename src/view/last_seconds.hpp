@@ -44,7 +44,6 @@ class LastSeconds {
   void take(GLuint framebuffer, const ViewRegion& source);
   // Begins to write what is kept; a thread goes on. Throws UserError and DeviceError.
   void write(const std::filesystem::path& file);
-  bool has_frames() const { return !frames_.empty(); }
   bool is_writing() const { return writer_ != nullptr; }
   // One line, once, when a file is complete or has failed; otherwise "".
   std::string take_news();

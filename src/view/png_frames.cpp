@@ -2,12 +2,31 @@
 
 #include <fmt/format.h>
 
+#include <array>
+#include <cstring>
+#include <fstream>
+
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "view/capture.hpp"
 
 namespace pf {
+namespace {
+
+// Whether a file is a PNG of that size: its signature, and the first fields of IHDR, which comes first.
+bool is_png_of(const std::filesystem::path& file, SizePx size) {
+  std::array<unsigned char, 24> head{};
+  std::ifstream in(file, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(head.data()), head.size())) return false;
+  const auto number_at = [&](std::size_t at) {
+    return head[at] << 24 | head[at + 1] << 16 | head[at + 2] << 8 | head[at + 3];
+  };
+  return std::memcmp(head.data(), "\x89PNG\r\n\x1a\n", 8) == 0 && number_at(16) == size.width &&
+         number_at(20) == size.height;
+}
+
+}  // namespace
 
 PngFrames::PngFrames(std::filesystem::path pattern, SizePx size) : pattern_(std::move(pattern)), size_(size) {
   const std::filesystem::path folder = pattern_.parent_path();
@@ -27,7 +46,9 @@ void PngFrames::add_frame(std::span<const std::uint8_t> rgba) {
 
 void PngFrames::finish() {
   std::error_code error;
-  for (int left_over = num_; std::filesystem::remove(frame_file(pattern_, left_over), error);) ++left_over;
+  for (int left_over = num_; is_png_of(frame_file(pattern_, left_over), size_); ++left_over) {
+    if (!std::filesystem::remove(frame_file(pattern_, left_over), error)) return;
+  }
 }
 
 }  // namespace pf

@@ -271,8 +271,7 @@ void Stage::finish_steps() {
 // The report covers the scene that the run ends with.
 void Stage::begin_record() {
   Backend& backend = simulation_.backend();
-  record_ =
-      RunRecord(simulation_.settings(), *simulation_.view().physics, backend.measure(), backend.device());
+  record_ = RunRecord(*simulation_.view().physics, backend.measure(), backend.device());
   record_.start_clock();
 }
 

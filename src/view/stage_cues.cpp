@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "core/error.hpp"
+#include "core/file_ending.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
@@ -11,7 +12,9 @@ namespace {
 
 constexpr double kFailure_s = 12.0;  // long enough to read a line of an error
 
-std::string with_ending(const std::string& name) { return name.ends_with(".toml") ? name : name + ".toml"; }
+std::string with_ending(const std::string& name) {
+  return ending_of(name) == ".toml" ? name : name + ".toml";
+}
 
 }  // namespace
 

@@ -2,7 +2,6 @@
 // speed.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <cstdio>
 
 #include "lab/lab_support.hpp"
@@ -88,25 +87,6 @@ TEST(Cooling, FollowsHaffsLawWithShearWaves) {
   EXPECT_GT(excess, 10.0 * waves.error()) << "enough seeds to resolve the excess";
   std::printf("T / T0 over theory %.4f +- %.4f; longest shear waves %.3f +- %.3f, theory %.3f\n",
               ratio.value() / expected, ratio.error() / expected, waves.value(), waves.error(), 1.0 + excess);
-}
-
-// Not a test: prints the collisions that the reference solves per second.
-TEST(Benchmark, PrintsCollisionsPerSecond) {
-  for (const std::int64_t num : {10000, 100000}) {
-    const SpawnedGas start(gas(num, 0.2, Boundary::periodic));
-    Reference reference(start.physics, start.parcels, {});
-    reference.run_until(2.0);
-    const ReferenceTotals before = reference.totals();
-    const auto start_time = std::chrono::steady_clock::now();
-    reference.run_until(1e9, nullptr, 300000);
-    const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_time).count();
-    const ReferenceTotals& after = reference.totals();
-    const auto collisions = static_cast<double>(after.num_collisions - before.num_collisions);
-    std::printf("N = %lld: %.3g collisions/s; per collision %.2f changes of cell, %.2f predictions\n",
-                static_cast<long long>(num), collisions / s,
-                static_cast<double>(after.num_cell_changes - before.num_cell_changes) / collisions,
-                static_cast<double>(after.num_predictions - before.num_predictions) / collisions);
-  }
 }
 
 }  // namespace

@@ -167,7 +167,7 @@ TEST_F(Report, RatesCountStepsOnly) {
 TEST(ReportPhases, StepTimeIncludesThePhasesOfExact) {
   const Settings settings;
   const Physics physics = hundred_parcels();
-  RunRecord record(settings, physics, {}, "d");
+  RunRecord record(physics, {}, "d");
   PhaseTimes times;
   times[Phase::predict] = times[Phase::solve] = times[Phase::reconcile] = times[Phase::commit] = 0.25;
   record.add_frame(times, totals_of(10, 0, 0.0), 0.1);
@@ -182,7 +182,7 @@ TEST(ReportPhases, StepTimeIncludesThePhasesOfExact) {
 TEST(ReportFrames, MeansExcludeTheWarmUp) {
   const Settings settings;
   const Physics physics = hundred_parcels();
-  RunRecord record(settings, physics, {}, "d");
+  RunRecord record(physics, {}, "d");
   record.set_warmup(1);
   EXPECT_TRUE(record.frame_report()["frame_ms"].is_null());
   const auto add_after = [&record](double wait_ms, double sort_ms, double draw_ms) {
@@ -229,7 +229,7 @@ TEST_F(Report, BallIsReported) {
 TEST(ReportPhases, BothClocksOfDrawing) {
   const Settings settings;
   const Physics physics = hundred_parcels();
-  RunRecord record(settings, physics, {}, "d");
+  RunRecord record(physics, {}, "d");
   record.add_frame({}, {}, 0.1, {4.0, DrawTimes::kUnknown, 2.0, DrawTimes::kUnknown});
   for (int i = 0; i < 4; ++i) record.add_frame({}, {}, 0.1, {4.0, 3.0, 2.0, DrawTimes::kUnknown});
   StubBackend backend;
@@ -244,7 +244,7 @@ TEST(ReportPhases, BothClocksOfDrawing) {
 TEST(ReportPhases, MedianAndP99) {
   const Settings settings;
   const Physics physics = hundred_parcels();
-  RunRecord record(settings, physics, {}, "d");
+  RunRecord record(physics, {}, "d");
   for (int i = 200; i >= 1; --i) {
     PhaseTimes times;
     times[Phase::sort] = i;
@@ -262,7 +262,7 @@ TEST(ReportNulls, WithoutParcelsOrFrames) {
   Settings settings;
   Physics physics;
   StubBackend backend;
-  const RunRecord record(settings, physics, {}, "d");
+  const RunRecord record(physics, {}, "d");
   const nlohmann::json report = record.finish(settings, physics, backend, {}, 0.0);
   for (const char* key : {"area_fraction", "ns_per_particle_step", "particle_steps_per_s", "compressibility",
                           "max_overlap_diameters"}) {
@@ -303,7 +303,7 @@ TEST(ReportClock, WallTimeCountsFromStartClock) {
   Settings settings;
   const Physics physics = hundred_parcels();
   StubBackend backend;
-  RunRecord record(settings, physics, {}, "d");
+  RunRecord record(physics, {}, "d");
   const auto wait = [](double ms) {
     for (const auto start = Clock::now(); milliseconds_since(start) < ms;) continue;
   };

@@ -124,11 +124,6 @@ struct Cluster {
   }
 };
 
-// A collision of two parcels on their trajectories at the epoch's start.
-struct PredictedCollision {
-  std::uint32_t tick, first, second;
-};
-
 // A collision that a member on a new trajectory will have with a parcel outside its cluster, earlier than
 // that parcel's kept event. It counts if the trajectory lasts to the window's end.
 struct NeighbourNote {
@@ -143,7 +138,6 @@ struct WorkerState {
   DiscPairs pairs;
   Candidates candidates[2];
   CpuTally tally;
-  std::vector<PredictedCollision> collisions;
   std::vector<std::uint32_t> selected;  // parcels for a list that all threads contribute to
   std::vector<std::uint32_t> stale;
   std::uint32_t number = 0;  // a count of the thread's items, or the number of the next of them

@@ -11,9 +11,9 @@
 
 namespace pf {
 
-// Length of an epoch that suits a gas: displacement at the bound on speeds, contact distances or mean distances of parcels,
-// whichever is longer. Search boxes are that much wider. Without contacts it is that with the ball, if
-// longer.
+// Length of an epoch that suits a gas: displacement at the bound on speeds, contact distances or mean
+// distances of parcels, whichever is longer. Search boxes are that much wider. Without contacts it is that
+// with the ball, if longer.
 constexpr double kEpochContacts = 1.25;
 constexpr double kEpochSpacings = 0.6;
 
@@ -80,9 +80,8 @@ PF_HD inline std::uint32_t chord_ticks(const RunConstants& run, const ExactProgr
   const double drag_per_s = ball.drag_per_m * speed_of(progress.ball.velocity_mps);
   const double bend_per_s = (turn_per_s < 0.0 ? -turn_per_s : turn_per_s) + drag_per_s;
   const double parts = static_cast<double>(wanted) * tick_s * bend_per_s / kMaxChordTurn;
-  const std::uint64_t limit = wanted;  // a chord lasts one tick at least
-  const std::uint64_t num =
-      parts < static_cast<double>(limit) ? static_cast<std::uint64_t>(parts) + 1 : limit;
+  const std::uint64_t num = parts < static_cast<double>(wanted) ? static_cast<std::uint64_t>(parts) + 1
+                                                                : wanted;  // a chord lasts one tick at least
   return static_cast<std::uint32_t>((wanted + num - 1) / num);
 }
 
