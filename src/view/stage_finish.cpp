@@ -30,10 +30,20 @@ int Stage::finish() {
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
   const bool unresolvable =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(pair_.view().message);
+  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(reason_of_stop());
   const bool file_failed = recorder_.failed() || log_.failed() || files_.failed();
   const bool failed = tables_broke_off() || unresolvable || cue_failed_ || file_failed;
   return failed || (replay_ && replay_->diverged()) ? 1 : 0;
+}
+
+// A state that was saved in a pause has no message of its own.
+std::string Stage::reason_of_stop() const {
+  const std::string message = pair_.view().message;
+  if (!message.empty()) return message;
+  const bool was_paused = options_.data.start && options_.data.start->paused;
+  if (!was_paused) return "The flight is paused, and without a window nothing starts it again";
+  return "--from: the flight stood still when this state was saved, paused by hand or unable to go on; "
+         "give an earlier state, or take a window, whose space bar starts it";
 }
 
 // Says which files of figures are not complete. Returns whether there are any.
