@@ -184,17 +184,27 @@ void InputLog::note(const LoggedFrame& frame) {
   for (File& file : files_) write(file, text);
 }
 
+// An entry that could not be written whole is taken back, since a file that ends within a line does not
+// replay.
 void InputLog::write(File& file, const std::string& text) {
   if (!file.stream) return;
   file.stream << text << std::flush;
-  if (file.stream || !failure_.empty()) return;
-  failure_ =
-      fmt::format("{}: the log can no longer be written (is the disk full?); the run continues without it",
-                  in_quotes(file.path.string()));
+  if (file.stream) {
+    file.num_bytes += text.size();
+    return;
+  }
+  file.stream.close();  // which tries once more to write the rest
+  std::error_code not_a_file;
+  fs::resize_file(file.path, file.num_bytes, not_a_file);
+  failed_ = true;
+  if (!failure_.empty()) return;
+  failure_ = fmt::format(
+      "{}: the log broke off: it could not be written (is the disk full?); it is whole up to there",
+      in_quotes(file.path.string()));
 }
 
 void InputLog::open(const fs::path& file) {
-  File opened{file, std::ofstream(file, std::ios::binary | std::ios::trunc)};
+  File opened{file, std::ofstream(file, std::ios::binary | std::ios::trunc), text_.size()};
   opened.stream << text_ << std::flush;
   if (!opened.stream) {
     throw UserError(

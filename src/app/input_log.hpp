@@ -94,11 +94,14 @@ class InputLog {
   void close_all(Simulation& simulation);
   // Returns, once, a message for the user if a file can no longer be written (full disk); otherwise "".
   std::string take_failure();
+  // A file could not be written to its end.
+  bool failed() const { return failed_; }
 
  private:
   struct File {
     std::filesystem::path path;
     std::ofstream stream;
+    std::uintmax_t num_bytes = 0;  // of whole entries
   };
 
   void note_inputs(const Simulation& simulation);
@@ -112,6 +115,7 @@ class InputLog {
   std::string text_;  // the whole log so far
   std::list<File> files_;
   std::string failure_;
+  bool failed_ = false;
   std::int64_t num_frames_ = 0;
   std::int64_t last_hashed_ = -1;  // last frame with a hash in text_
   bool is_hash_due_ = false;

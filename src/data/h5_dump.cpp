@@ -40,7 +40,7 @@ struct Frame {
   std::vector<float> position, velocity;
   std::vector<std::uint8_t> present, heated;
   std::int64_t num_present = 0;
-  double speed2_sum = 0.0;
+  double speed2_sum = 0.0;  // of those that are present
 
   void take(const RunState& state, const DumpLayout& layout);
 };
@@ -59,8 +59,8 @@ void Frame::take(const RunState& state, const DumpLayout& layout) {
     const Vec2f v = parcels.velocity[i];
     velocity[3 * i] = v.x;
     velocity[3 * i + 1] = v.y;
-    speed2_sum += dot(to_double(v), to_double(v));
     if (is_retired(parcels.position[i])) continue;
+    speed2_sum += dot(to_double(v), to_double(v));
     const Vec2f at = to_float(to_metres(layout.physics.world, parcels.position[i]));
     position[3 * i] = at.x;
     position[3 * i + 1] = at.y;

@@ -1,8 +1,5 @@
 #include "data/h5_layout.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "data/h5_fields.hpp"
 #include "data/run_state_json.hpp"
 #include "scene/derive.hpp"
@@ -137,12 +134,36 @@ void Filling::add_parameters() {
   h5::put_value(parameters.id(), "program", std::string("pickleflight"));
   h5::put_value(parameters.id(), "version", std::string(PF_VERSION));
   h5::put_value(parameters.id(), "scene", scene_text(layout_.settings));
-  h5::put_value(parameters.id(), "settings",
-                fmt::format("{}", fmt::join(settings_lines(layout_.settings), "\n")));
+  h5::put_value(parameters.id(), "settings", joined(settings_lines(layout_.settings)));
   add_numbers(parameters.id());
 }
 
 }  // namespace
+
+std::string joined(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) {
+    if (!text.empty()) text += '\n';
+    for (const char c : line) {
+      text += c;
+      if (c == '\n') text += ' ';
+    }
+  }
+  return text;
+}
+
+std::vector<std::string> lines_in(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
+    end = text.find('\n', begin);
+    const std::string line = text.substr(begin, end - begin);
+    if (!lines.empty() && line.starts_with(' '))
+      lines.back() += '\n' + line.substr(1);
+    else
+      lines.push_back(line);
+  }
+  return lines;
+}
 
 DumpLayout layout_for(const RunState& state, const DumpFormat& format) {
   DumpLayout layout{format, state.settings, derive_physics(state.settings),

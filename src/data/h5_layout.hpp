@@ -50,6 +50,10 @@ struct DumpLayout {
 
 DumpLayout layout_for(const RunState& state, const DumpFormat& format);
 
+// Settings as one text. A line break within one is followed by a space, with which no setting begins.
+std::string joined(const std::vector<std::string>& lines);
+std::vector<std::string> lines_in(const std::string& text);  // the settings again
+
 // Makes groups, empty data sets, attributes and parameters.
 void fill_dump(hid_t file, const DumpLayout& layout);
 

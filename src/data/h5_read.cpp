@@ -33,15 +33,6 @@ class Reader {
   h5::Handle file_;
 };
 
-std::vector<std::string> lines_of(const std::string& text) {
-  std::vector<std::string> lines;
-  for (std::size_t begin = 0, end = 0; end != std::string::npos; begin = end + 1) {
-    end = text.find('\n', begin);
-    lines.push_back(text.substr(begin, end - begin));
-  }
-  return lines;
-}
-
 Reader::Reader(const std::filesystem::path& file) : name_(file.string()) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   try {
@@ -138,7 +129,7 @@ RunState Reader::read(std::optional<std::int64_t> wanted) {
   check_has_state();
   const std::uint64_t frame = choose_frame(wanted);
   RunState state =
-      run_state_from_text(run_text(frame), lines_of(h5::text_value(file_.id(), dump_path::kSettings)), name_);
+      run_state_from_text(run_text(frame), lines_in(h5::text_value(file_.id(), dump_path::kSettings)), name_);
   const bool has_parcels = state.settings.air == Air::parcels;
   const auto n = static_cast<std::size_t>(has_parcels ? state.settings.num_parcels : 0);
   check_sizes(n);

@@ -38,8 +38,9 @@ std::unique_ptr<StateSink> make_dump(const DataOptions& options) {
   return make_h5_dump(options.dump, {has("velocity"), has("state"), options.dump_compression});
 }
 
-std::int64_t interval_of(double simulated_s, double every_s) {
-  return static_cast<std::int64_t>(std::floor(simulated_s / every_s * (1.0 + 1e-12) + 1e-9));
+// Not an integer, which a very short interval would overflow; infinite for the shortest ones.
+double interval_of(double simulated_s, double every_s) {
+  return std::floor(simulated_s / every_s * (1.0 + 1e-12) + 1e-9);
 }
 
 }  // namespace
@@ -63,7 +64,8 @@ RunFiles::RunFiles(const DataOptions& options, bool may_drop, Announce announce)
 bool RunFiles::is_due(const Target& target, const FrameView& view) const {
   if (target.last_step == view.totals.num_steps) return false;
   if (target.every_s == 0.0) return target.name == "dump";
-  return interval_of(view.simulated_s, target.every_s) != target.last_interval;
+  const double interval = interval_of(view.simulated_s, target.every_s);
+  return !std::isfinite(interval) || interval != target.last_interval;
 }
 
 // The state is copied once, also for two files.
@@ -99,10 +101,23 @@ void RunFiles::tell_failure(Target& target) {
   if (announce_) announce_(fmt::format("--{}: {}; the run continues without it", target.name, failure));
 }
 
+// The first state of another scene, or after a reset or a jump back, is due in any case: it begins a file.
+void RunFiles::note_beginning(const FrameView& view) {
+  const bool begins = view.num_scenes != seen_scenes_ || view.totals.num_steps < seen_steps_;
+  seen_scenes_ = view.num_scenes;
+  seen_steps_ = view.totals.num_steps;
+  if (!begins) return;
+  for (Target& target : targets_) {
+    target.last_interval = -1.0;
+    target.last_step = UINT64_MAX;
+  }
+}
+
 void RunFiles::follow(const Simulation& simulation, const RunClock& clock) {
   const FrameView& view = simulation.view();
   last_.reset();
   if (view.unfinished) return;
+  note_beginning(view);
   for (Target& target : targets_) {
     if (is_due(target, view)) write(target, simulation, clock);
   }

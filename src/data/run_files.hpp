@@ -45,11 +45,12 @@ class RunFiles {
     double every_s = 0.0;
     std::unique_ptr<StateWriter> writer;
     StateWriter::WhenFull when_full = StateWriter::WhenFull::wait;
-    std::int64_t last_interval = -1;
+    double last_interval = -1.0;
     std::uint64_t last_step = UINT64_MAX;
     bool is_told = false;
   };
 
+  void note_beginning(const FrameView& view);
   bool is_due(const Target& target, const FrameView& view) const;
   void write(Target& target, const Simulation& simulation, const RunClock& clock);
   void tell_failure(Target& target);
@@ -59,6 +60,8 @@ class RunFiles {
   std::vector<Target> targets_;
   std::vector<std::shared_ptr<RunState>> states_;  // used again once nobody else holds them
   std::shared_ptr<const RunState> last_;
+  std::int64_t seen_scenes_ = 0;
+  std::uint64_t seen_steps_ = 0;
   double save_ms_ = 0.0;
 };
 

@@ -243,17 +243,27 @@ void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
     follow(simulation);
   }
   if (scene.parcels == nullptr) return;  // nothing was drawn
-  const SizePx size = {kept_.width_px(), kept_.height_px()};
   for (const auto& [file, is_first_flight] : {std::pair(options_.picture, true), {options_.still, false}}) {
     if (file.empty()) continue;
-    const bool has_kept = is_first_flight && !kept_svg_.empty();
-    if (ending_of(file) == ".svg") {
-      write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
-    } else if (draws_pictures()) {
-      write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);
-    } else if (kept_.texture() != 0) {
-      write_picture(file, {read_pixels(kept_.framebuffer(), size), size}, simulation);
+    try {
+      write_last(file, is_first_flight, simulation, scene);
+    } catch (const std::exception& error) {  // a file, memory or GL: the other outputs are finished
+      failed_ = true;
+      tell(error.what());
     }
+  }
+}
+
+void Recorder::write_last(const fs::path& file, bool is_first_flight, const Simulation& simulation,
+                          const PictureScene& scene) const {
+  const bool has_kept = is_first_flight && !kept_svg_.empty();
+  if (ending_of(file) == ".svg") {
+    write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
+  } else if (draws_pictures()) {
+    write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);
+  } else if (kept_.texture() != 0) {
+    const SizePx size = {kept_.width_px(), kept_.height_px()};
+    write_picture(file, {read_pixels(kept_.framebuffer(), size), size}, simulation);
   }
 }
 

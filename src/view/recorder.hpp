@@ -51,13 +51,14 @@ class Recorder {
   // Takes the frame. seen: in memory if wants_seen(). scene: for a picture larger than that. is_whole: it
   // ends a frame of every flight.
   void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& scene, bool is_whole);
-  // Ends the film and waits until all films are written; writes the picture of --picture or --still.
+  // Ends the film and waits until all films are written; writes the picture of --picture or --still. A
+  // picture that cannot be written is told.
   void finish(Simulation& simulation, const PictureScene& scene);
 
   // Lines for the window: the current film with its time, and news of films and pictures. Empty: none.
   std::string film_line() const;
   std::string news() const;
-  bool failed() const;  // a film broke off
+  bool failed() const;  // a film broke off, or the last picture could not be written
   // The last film, null without one: file, log, frames, dropped, duplicated, surplus, encoder, width,
   // height, rate_hz, write_ms_per_frame (of encoder or sink, on their thread), failure (null: none), earlier:
   // the films before it.
@@ -80,6 +81,9 @@ class Recorder {
   void keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& scene);
   bool draws_pictures() const;
   Pixels draw_picture(const PictureScene& scene) const;
+  // --picture, of the first flight, or --still.
+  void write_last(const std::filesystem::path& file, bool is_first_flight, const Simulation& simulation,
+                  const PictureScene& scene) const;
   void write_picture(const std::filesystem::path& file, const Pixels& picture,
                      const Simulation& simulation) const;
   std::filesystem::path free_film_name(const Simulation& simulation) const;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <thread>
 
 #include "core/error.hpp"
@@ -155,44 +154,6 @@ int Stage::run() {
     files_.follow(simulation_, clock());
   }
   return finish();
-}
-
-int Stage::finish() {
-  recorder_.finish(simulation_, large_picture_scene());
-  finish_last_seconds();
-  log_.close_all(simulation_);
-  files_.finish(simulation_, clock());
-  record_.set_part("files", files_.report());
-  record_.set_part("split", pair_.report());
-  record_.set_part("record", recorder_.report());
-  record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
-                               {"content_scale", context_.content_scale()},
-                               {"ui_scale", switches_.ui_scale},
-                               {"width", size_.width},
-                               {"height", size_.height}});
-  record_.set_part("accuracy",
-                   accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
-  record_.set_part("terms", to_json(term_costs_));
-  record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
-  if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
-  const bool unresolvable =
-      context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(pair_.view().message);
-  const bool failed =
-      unresolvable || cue_failed_ || recorder_.failed() || files_.failed() || tables_broke_off();
-  return failed || (replay_ && replay_->diverged()) ? 1 : 0;
-}
-
-// Says which files of figures are not complete. Returns whether there are any.
-bool Stage::tables_broke_off() {
-  const auto check = [&](bool broke_off, const char* flag) {
-    if (broke_off && hooks_.announce)
-      hooks_.announce(
-          fmt::format("{}: the file broke off: it could not be written; is the disk full?", flag));
-    return broke_off;
-  };
-  const bool overlay = check(csv_ && csv_->broke_off(), "--overlay-csv");
-  return check(profile_csv_ && profile_csv_->broke_off(), "--profile-csv") || overlay;
 }
 
 // Takes the inputs of a log instead of a person's, and shortens the last frame before a still so that it ends

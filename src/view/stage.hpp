@@ -44,7 +44,7 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
 // Runs until the window closes, settings.seconds or the log of a replay are over, a headless flight has
 // ended, the time of a still is reached, or a stop is requested. Feeds `record`, writes the film and the
 // picture. Returns the exit code: 0, or 1 if a headless run had to stop because the simulation paused itself,
-// if a film broke off, or if a replay diverged. Throws UserError and DeviceError.
+// if an output broke off, or if a replay diverged. Throws UserError and DeviceError.
 int run_stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
               const StageHooks& hooks);
 

@@ -82,6 +82,7 @@ class Stage {
   void write_last_seconds();
   void follow_last_seconds(const InputFrame& input);
   bool tables_broke_off();
+  std::string reason_of_stop() const;
   void finish_last_seconds();
   void take_dropped(const std::vector<std::string>& files, Commands& commands);
   void follow_wishes();

@@ -241,7 +241,19 @@ def title_pixels(bench, title_s):
     return sum(1 for y in range(300, 355) for x in range(14, 150) if min(picture.at(x, y)) > 200)
 
 
-CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals)}
+def stood_still(bench):
+    """A flight that stopped cannot go on from its checkpoint, which says so."""
+    state, words = str(bench.folder / "a.state"), ("--headless", "--size", "64x64")
+    hot = ("--set", "air.impulse_scale=2", "--set", "air.area_fraction=0.6", "--set", "air.restitution=1")
+    done = bench.run(*words, "--scene", "gas", "-p", "1000", *hot, "--seconds", "2", "--checkpoint", state)
+    check(done.returncode == 1 and "Paused: " in done.stderr, f"it stops: {done.stderr.strip()[-120:]}")
+    done = bench.run(*words, "--from", state, "--seconds", "3")
+    check(done.returncode == 1, f"exit code {done.returncode}, expected 1")
+    check("--from: the flight stood still when this state was saved" in done.stderr, f"and why: {done.stderr.strip()[-200:]}")
+
+
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals,
+                                          stood_still)}
 
 
 def main():

@@ -208,6 +208,20 @@ def tables_broken_off(bench):
         check(f"{words[-1]}: the file broke off" in bench.messages, f"{bench.messages.strip()[-200:]}")
 
 
+def pictures_broken_off(bench):
+    """A last picture on a full disk: report and checkpoint are there all the same."""
+    for words in (["--picture", "full.png"], ["--picture", "full.svg"], ["--still", "0.05", "full.png"],
+                  ["--still", "0.05", "full.svg"]):
+        for name, target in ((words[-1], "/dev/full"), ("a.state", None)):
+            (bench.folder / name).unlink(missing_ok=True)
+            if target:
+                (bench.folder / name).symlink_to(target)
+        length = [] if words[0] == "--still" else ["--seconds", "0.1"]
+        report = bench.run(*SMALL, *length, "--checkpoint", "a.state", *words, exit_code=1)
+        check("cannot be written" in bench.messages, f"{bench.messages.strip()[-200:]}")
+        check(report["steps"] > 0 and (bench.folder / "a.state").exists(), "   report and checkpoint are there")
+
+
 def program_killed(bench):
     skip_without("ffmpeg", "ffprobe")
     process = bench.start("--record", "a.mp4")
@@ -319,8 +333,7 @@ def stills(bench):
 
 
 CASES = {case.__name__: case for case in (decoded, raw, sizes, real_time, encoder_killed, program_killed, disk_full,
-                                          tables_broken_off,
-                                          replay, stills)}
+                                          tables_broken_off, pictures_broken_off, replay, stills)}
 
 
 def main():

@@ -67,6 +67,19 @@ TEST_F(Dump, GoesOnFromAnyFrameToTheSameBits) {
   }
 }
 
+TEST_F(Dump, KeepsTextsOfSeveralLines) {
+  RandomScene scene = random_scene(2);
+  scene.num_frames = 1;
+  for (const char* text : {"two\nlines", "\n", "\n\n  x = 1\n ", "C:\\name \\n", "a\r\nball.x_m = 3\n"}) {
+    scene.settings.description = text;
+    const End expected = run(scene);
+    const RunState state = read_h5_frame(file_, std::nullopt);
+    EXPECT_EQ(state.settings.description, text);
+    Simulation again(state, make_cpu_backend(1));
+    EXPECT_EQ(end_of(again), expected);
+  }
+}
+
 TEST_F(Dump, RefusesWhatCannotBeStartedFrom) {
   RandomScene scene = random_scene(2);
   scene.num_frames = 2;

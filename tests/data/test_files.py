@@ -157,6 +157,9 @@ def h5py(bench):
             check(numpy.isnan(position[k][~here]).all(), "   the others have the fill value")
             gone = len(here) - len(text)
         check(gone > 0 and gone == report["num_retired"], f"{gone} parcels have left")
+        energy_j = [0.5 * file["parameters/parcel_mass_kg"][()] * (v[here == 1].astype("f8") ** 2).sum()
+                    for v, here in zip(velocity, parcels["present/value"][:])]
+        check(numpy.allclose(energy_j, file["observables/kinetic_energy/value"][:], rtol=1e-12), "energy of those that are there")
         check(numpy.isnan(parcels["position/value"].fillvalue), "the fill value is NaN")
         parameters = file["parameters"]
         check(b"[ball]" in parameters["scene"][()] and b"run.seed = 1" in parameters["settings"][()], "whole scene file")

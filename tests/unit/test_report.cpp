@@ -75,7 +75,7 @@ StepTotals totals_of(std::uint64_t num_steps, std::uint64_t num_collisions, doub
 // c^2 = 2.
 class Report : public testing::Test {
  protected:
-  Report() : record_(settings_, physics_, measures_of(200.0, 50.0, {1.0, 2.0}, 400.0), "a device") {
+  Report() : record_(physics_, measures_of(200.0, 50.0, {1.0, 2.0}, 400.0), "a device") {
     backend_.measures = measures_of(600.0, 25.0, {4.0, -2.0}, 500.0);
     backend_.hash = 0xABCULL;
     PhaseTimes times;
