@@ -145,7 +145,7 @@ void FlightPair::change(const Difference& wanted, Commands& commands) {
   if (has_checkpoints_) second_->keep_checkpoints();
   Backend& backend = second_->backend();
   const Measures initial = backend.measure();
-  record_.emplace(second_->settings(), *second_->view().physics, initial, backend.device());
+  record_.emplace(*second_->view().physics, initial, backend.device());
   record_->start_clock();
   figures_ = PairFigures(initial);
 }

@@ -132,6 +132,10 @@ void TermCosts::pause() {
   state_ = State::settling;
 }
 
+bool TermCosts::are_of(const FrameView& frame) const {
+  return work_of(*frame.settings) == settings_ && frame.backend == backend_;
+}
+
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
   if (frame.frame_totals.num_steps == 0 || frame.mid_step || !make_) return;
   if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);

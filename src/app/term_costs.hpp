@@ -77,6 +77,8 @@ class TermCosts {
   // make: null if nothing can be measured.
   explicit TermCosts(MakeBackend make) : make_(std::move(make)) {}
 
+  // Whether the text is of that work.
+  bool are_of(const FrameView& frame) const;
   // After each frame, while the costs are shown. A change of settings that changes the work starts over. A
   // frame without steps does nothing; others take a tenth of a frame's time, unless request() was called.
   void follow(const FrameView& frame, Backend& backend);

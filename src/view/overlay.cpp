@@ -114,7 +114,7 @@ void Overlay::write_full(const FrameView& frame, const OverlayPlace& place) {
 void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const float y = place.bottom_px - height_px(OverlayMode::compact, place.scale) + 4.0F * place.scale;
   const double frame_ms = figures_.frame_ms.median;
-  const std::vector<LinePart> parts = {{fmt::format("{:.0f} frames/s", 1e3 / std::max(frame_ms, 1e-3)), 3},
+  const std::vector<LinePart> parts = {{rate_text(frame_ms) + " frames/s", 3},
                                        {fmt::format("{:.1f} ms", frame_ms), 1},
                                        {air_text(frame), 2},
                                        {choice_text("run.method", *frame.settings), 5},
@@ -130,7 +130,7 @@ void Overlay::write_status(const FrameView& frame, float x, float y, float scale
   const float row = kRow_px * scale;
   const float right = x + kStatusWidth_px * scale;
   const MedianP99& frame_ms = figures_.frame_ms;
-  const std::string rate = fmt::format("{:.0f}", 1e3 / std::max(frame_ms.median, 1e-3));
+  const std::string rate = rate_text(frame_ms.median);
   texts_.add(x, y - 3.0F * scale, colors_.accent, rate, 1.5F);
   texts_.add(x + text_width(rate, 1.5F) + 6.0F * scale, y + 2.0F * scale, colors_.dim,
              info_.vsync ? "frames/s, vsync" : "frames/s");
@@ -184,9 +184,11 @@ void Overlay::write_legend(const FrameView& frame, float x, float y, float scale
   const double top_mps = top_speed_mps(*frame.settings);
   texts_.add(x, y, colors_.dim, "parcel speed [m/s]");
   texts_.add(x, y + 2.2F * row, colors_.text, "0");
-  const std::string middle = fmt::format("{:.3g}", 0.5 * top_mps);
-  texts_.add(x + 0.5F * (width - text_width(middle)), y + 2.2F * row, colors_.text, middle);
-  texts_.add_right(x + width, y + 2.2F * row, colors_.text, fmt::format("{:.3g}+", top_mps));
+  const std::string middle = rounded_text(0.5 * top_mps), top = rounded_text(top_mps) + "+";
+  texts_.add_right(x + width, y + 2.2F * row, colors_.text, top);
+  const float room = width - 2.0F * text_width(top) - 8.0F * scale;  // beside it on both sides
+  if (text_width(middle) < room)
+    texts_.add(x + 0.5F * (width - text_width(middle)), y + 2.2F * row, colors_.text, middle);
   if (!frame.physics->ball.exists) return;
   const Vec2d v = frame.ball.velocity_mps;
   texts_.add(x, y + 3.9F * row, colors_.dim, "ball");

@@ -35,9 +35,18 @@ std::string time_text(double seconds) {
   return fmt::format("{:.3g} \xC2\xB5s", 1e6 * seconds);
 }
 
+std::string rounded_text(double value) {
+  return value < 1000.0 ? fmt::format("{:.3g}", value) : grouped(std::llround(value));
+}
+
+std::string rate_text(double frame_ms) {
+  return frame_ms > 0.0 ? fmt::format("{:.0f}", 1e3 / std::max(frame_ms, 1e-3)) : "-";
+}
+
 std::string speed_text(double slow_motion) {
   if (slow_motion <= 0.0) return "time stands still";
-  if (slow_motion > 0.95) return fmt::format("{:.2g} \xC3\x97 real time", slow_motion);
+  if (slow_motion > 0.95 && slow_motion < 99.5) return fmt::format("{:.2g} \xC3\x97 real time", slow_motion);
+  if (slow_motion > 0.95) return fmt::format("{} \xC3\x97 real time", rounded_text(slow_motion));
   const double slower = 1.0 / slow_motion;
   const std::string factor = slower < 100.0 ? fmt::format("{:.3g}", slower) : grouped(std::llround(slower));
   return fmt::format("{}\xC3\x97 slow motion", factor);

@@ -17,6 +17,8 @@ std::string short_number(double value);
 std::string ms_text(double ms);
 std::string time_text(double seconds);
 std::string speed_text(double slow_motion);
+std::string rounded_text(double value);  // three digits, or whole
+std::string rate_text(double frame_ms);  // frames a second; "-" before the first
 
 // The same, and whether the budget slows the flight or input waits.
 std::string pace_text(const FrameView& frame);

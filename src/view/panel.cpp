@@ -104,15 +104,15 @@ void Panel::edit_main(const FrameView& frame) {
 // A field to type the number, and a logarithmic slider.
 void Panel::edit_num_parcels() {
   Settings& edited = rows_.edited();
-  const NumberRange range = {1.0, find_field("air.num_parcels", "panel").max};
+  const NumberRange range = {1.0, find_field("air.num_parcels", "panel").max, "", true};
   auto num = static_cast<std::int64_t>(rows_.in_hand("Parcels N", static_cast<double>(edited.num_parcels)));
-  auto typed = static_cast<std::int64_t>(rows_.in_hand("Parcels N typed", static_cast<double>(num)));
+  double typed = rows_.in_hand("Parcels N typed", static_cast<double>(num));
   ImGui::BeginDisabled(edited.air != Air::parcels);
   const std::string help = help_of("air.num_parcels") + "\nTakes effect when you let go, or with Enter.";
   rows_.begin_row("Parcels N", help, {"air.num_parcels"});
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
-  bool moved = ImGui::InputScalar("##N typed", ImGuiDataType_S64, &typed, nullptr, nullptr, "%lld");
-  auto number = rows_.finished("Parcels N typed", static_cast<double>(typed), moved, true, range);
+  bool moved = ImGui::InputDouble("##N typed", &typed, 0.0, 0.0, "%.0f", ImGuiInputTextFlags_CharsScientific);
+  auto number = rows_.finished("Parcels N typed", typed, moved, true, range);
   rows_.end_row("Parcels N typed", help, {"air.num_parcels"});
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);

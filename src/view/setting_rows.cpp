@@ -34,6 +34,8 @@ NumberRange range_of(const Field& field) { return {field.min, field.max, field.u
 }  // namespace
 
 std::string refusal_of(double value, const NumberRange& range) {
+  if (range.whole && value != std::round(value))
+    return fmt::format("{} is not a whole number; nothing changed", value);
   if (value >= range.low && value <= range.high) return "";
   return fmt::format("{:g} is not within {} to {}{}{}; nothing changed", value, limit_text(range.low),
                      limit_text(range.high), *range.unit != '\0' ? " " : "", range.unit);
@@ -237,8 +239,11 @@ void SettingRows::any(const Field& field) {
   begin_row(field.key.c_str(), help_of(path.c_str()), {path.c_str()});
   const std::string id = "##all " + path;
   double value = in_hand(path.c_str(), number_of(field, edited_));
-  const bool moved = ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, "%.8g");
-  const auto number = finished(path.c_str(), value, moved, true, range_of(field));
+  NumberRange range = range_of(field);
+  range.whole = std::holds_alternative<std::int64_t Settings::*>(field.member);
+  const bool moved = ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, range.whole ? "%.0f" : "%.8g",
+                                        ImGuiInputTextFlags_CharsScientific);
+  const auto number = finished(path.c_str(), value, moved, true, range);
   end_row(path.c_str(), help_of(path.c_str()), {path.c_str()});
   refusal(path.c_str());
   if (!number) return;

@@ -28,9 +28,11 @@ struct NumberRange {
   double low = 0.0;
   double high = 0.0;
   const char* unit = "";
+  bool whole = false;  // others are refused
 };
 
-// The reason why a typed number is refused, with the range: "7 is not within 0 to 1". Empty: it is not.
+// The reason why a typed number is refused, with the range: "7 is not within 0 to 1"; or as not
+// whole. Empty: it is not.
 std::string refusal_of(double value, const NumberRange& range);
 
 class SettingRows {

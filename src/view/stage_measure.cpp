@@ -34,6 +34,8 @@ void Stage::follow_accuracy() {
 // Only beside a window that shows the costs, and not while it is filmed. The time goes to no phase: it
 // belongs to no step and to no picture.
 void Stage::follow_terms() {
+  const FrameView& view = simulation_.view();
+  if (!term_costs_.are_of(view)) overlay_.set_terms("");
   if (overlay_is_of_first()) return term_costs_.pause();
   const bool is_shown =
       context_.window() != nullptr && switches_.overlay_mode == static_cast<int>(OverlayMode::full);
@@ -43,8 +45,8 @@ void Stage::follow_terms() {
   }
   if (switches_.measure_terms) term_costs_.request();
   switches_.measure_terms = false;
-  term_costs_.follow(simulation_.view(), simulation_.backend());
-  overlay_.set_terms(term_costs_.text());
+  term_costs_.follow(view, simulation_.backend());
+  overlay_.set_terms(term_costs_.are_of(view) ? term_costs_.text() : "");
 }
 
 }  // namespace pf

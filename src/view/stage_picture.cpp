@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "view/profile_strip.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
@@ -19,9 +20,14 @@ ViewRegion Stage::free_region() {
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_) + timeline_height_px();
-  const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
-                           std::max(size_.height - bottom, 1.0)};
-  if (split_.is_on()) return split_.lay_out(free, switches_.look, scale_);
+  ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom, 1.0)};
+  if (split_.is_on()) {
+    const double strip_px =
+        std::min(profile_strip_height_px(simulation_.view(), scale_), 0.5 * free.height_px);
+    free.bottom_px += strip_px;
+    free.height_px -= strip_px;
+    return split_.lay_out(free, switches_.look, scale_);
+  }
   return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 

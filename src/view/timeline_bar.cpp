@@ -155,7 +155,10 @@ void explain(const Track& track, const FrameView& frame) {
     const float away = track.x_of(track.history.time_at(change.frame)) - ImGui::GetIO().MousePos.x;
     if (std::fabs(away) < track.px(6.0F)) text += "\nhere: " + change.what;
   }
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding,
+                      ImVec2(track.px(8.0F), track.px(8.0F)));  // the bar has none
   ImGui::SetTooltip("%s", text.c_str());
+  ImGui::PopStyleVar();
 }
 
 }  // namespace

@@ -283,7 +283,7 @@ TEST(ReportNulls, NanBecomesNull) {
   const Physics physics = hundred_parcels();
   StubBackend backend;
   backend.measures = measures_of(kNan, HUGE_VAL, {kNan, HUGE_VAL}, kNan);
-  RunRecord record(settings, physics, measures_of(1.0, 0.0, {}, 1.0), "d");
+  RunRecord record(physics, measures_of(1.0, 0.0, {}, 1.0), "d");
   PhaseTimes times;
   times[Phase::sort] = kNan;
   record.add_frame(times, totals_of(1, 1, kNan), kNan);

@@ -179,10 +179,8 @@ void ExactTimeline::end_chord() {
   const ExactConstants c{run_, chord_->plan};
   ExactBall ball = stepper_.ball();
   ball.trajectory.tick -= static_cast<std::int32_t>(epoch_->done - chord_->plan.length);
-  if (run_.physics.ball.held)
-    progress_.ball_trajectory_holds = false;  // it may be that of a flight before
-  else
-    finish_ball(c, ball, chord_->frozen_hits, progress_);
+  progress_.ball_trajectory_holds = false;  // that of a held ball is of a flight before
+  if (!run_.physics.ball.held) finish_ball(c, ball, chord_->frozen_hits, progress_);
   chord_.reset();
 }
 
