@@ -64,11 +64,11 @@ std::string frame_text(const LoggedFrame& frame) {
   return text + second_text(frame.second);
 }
 
+}  // namespace
+
 std::string hash_of(Simulation& simulation) {
   return fmt::format("{:016x}", simulation.backend().state_hash());
 }
-
-}  // namespace
 
 const std::vector<std::string>& comparison_names() {
   static const std::vector<std::string> names = {"none", "next_method", "half_step", "scene_step"};
@@ -77,20 +77,21 @@ const std::vector<std::string>& comparison_names() {
 
 namespace {
 
-std::string from_text(const fs::path& from, std::optional<std::int64_t> frame) {
+std::string from_text(const fs::path& from, std::optional<std::int64_t> frame, Simulation& simulation) {
   if (from.empty()) return "";
   const std::string number = frame ? fmt::format("from_frame = {}\n", *frame) : "";
-  return fmt::format("from = {}\n{}", toml_string(fs::absolute(from).string()), number);
+  return fmt::format("from = {}\n{}from_hash = {}\n", toml_string(fs::absolute(from).string()), number,
+                     toml_string(hash_of(simulation)));
 }
 
 }  // namespace
 
-InputLog::InputLog(const Simulation& simulation, const std::string& backend, const fs::path& from,
+InputLog::InputLog(Simulation& simulation, const std::string& backend, const fs::path& from,
                    std::optional<std::int64_t> from_frame)
     : text_(fmt::format("# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
                         "version = {}\nbackend = {}\n",
                         toml_string(PF_VERSION), toml_string(backend)) +
-            from_text(from, from_frame) + settings_text(simulation.settings())) {}
+            from_text(from, from_frame, simulation) + settings_text(simulation.settings())) {}
 
 void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
   const bool seeks = commands.seek_s || commands.back;

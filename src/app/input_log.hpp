@@ -45,6 +45,7 @@ struct RunLog {
   Settings settings;           // at the start, with the number of parcels for that backend
   std::filesystem::path from;  // checkpoint or dump that the run went on from; empty: none
   std::optional<std::int64_t> from_frame;
+  std::string from_hash;  // state hash there
   std::vector<LoggedFrame> frames;
 };
 
@@ -66,6 +67,9 @@ struct CommandSwitch {
 };
 std::vector<CommandSwitch> command_switches();
 
+// The state hash, as logs have it.
+std::string hash_of(Simulation& simulation);
+
 // In the order of Comparison.
 const std::vector<std::string>& comparison_names();
 
@@ -76,7 +80,7 @@ class InputLog {
   static constexpr int kFramesPerHash = 60;  // about one a second
 
   // Before the first frame. from: the file, or the frame of it, that the run goes on from; empty: none.
-  InputLog(const Simulation& simulation, const std::string& backend, const std::filesystem::path& from = {},
+  InputLog(Simulation& simulation, const std::string& backend, const std::filesystem::path& from = {},
            std::optional<std::int64_t> from_frame = {});
 
   // The pair whose first flight the log is of; initially null: there is no second one.

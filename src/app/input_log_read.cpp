@@ -179,6 +179,7 @@ RunLog Reader::read() const {
              settings(document),
              text(document, "from"),
              {},
+             text(document, "from_hash"),
              {}};
   if (const toml::node* frame_number = document.get("from_frame"))
     log.from_frame = static_cast<std::int64_t>(number(*frame_number, "from_frame"));

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/error.hpp"
+
 namespace pf {
 
 std::int64_t Replay::num_frames() const { return log_.frames.empty() ? 0 : log_.frames.back().number + 1; }
@@ -31,6 +33,13 @@ Commands Replay::commands(const Settings& current) const {
   return commands;
 }
 
+void Replay::check_start(Simulation& simulation) const {
+  if (log_.from_hash.empty() || log_.from_hash == hash_of(simulation)) return;
+  throw UserError(fmt::format(
+      "replay: {} holds another state than the one that this run went on from; it was replaced since",
+      log_.from.string()));
+}
+
 void Replay::end_frame(Simulation& simulation, Simulation* second) {
   for (; next_ < log_.frames.size() && log_.frames[next_].number == num_frames_; ++next_) {
     const LoggedFrame& frame = log_.frames[next_];
@@ -43,8 +52,7 @@ void Replay::end_frame(Simulation& simulation, Simulation* second) {
 void Replay::compare(const std::string& expected, Simulation* flight) {
   if (expected.empty() || diverged()) return;
   ++num_checks_;
-  const std::string found =
-      flight == nullptr ? "no second flight" : fmt::format("{:016x}", flight->backend().state_hash());
+  const std::string found = flight == nullptr ? "no second flight" : hash_of(*flight);
   if (found == expected) {
     last_same_ = num_frames_;
     return;

@@ -16,6 +16,8 @@ class Replay {
   // All frames of the log were replayed.
   bool ended() const { return num_frames_ >= num_frames(); }
   std::int64_t num_frames() const;
+  // Throws UserError if the run goes on from another state than the log's run did: its file was replaced.
+  void check_start(Simulation& simulation) const;
   // Commands of the next frame.
   Commands commands(const Settings& current) const;
   // Compares the state after that frame with the log's, if it has one. second: null if there is none.

@@ -99,7 +99,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (!options.profile_csv.empty()) profile_csv_.emplace(options.profile_csv);
-  if (options.replay) replay_.emplace(*options.replay);
+  if (options.replay) replay_.emplace(*options.replay).check_start(simulation);
   if (options.data.start) {
     first_frame_ = num_frames_ = options.data.start->num_frames;
     frames_after_flight_ = options.data.start->frames_after_flight;

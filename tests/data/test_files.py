@@ -321,6 +321,9 @@ def log_replays(bench):
     check("the same flight" in again.stderr, again.stderr.splitlines()[-1])
     replayed = json.loads((bench.folder / "report.json").read_text())
     check(replayed["state_hash"] == ended["state_hash"], "to the same state")
+    bench.fly("-p", "300", "--seconds", "0.3", "--checkpoint", "c.state")
+    other = bench.run("run", "l.toml", "--headless", *SMALL, exit_code=2)
+    check("it was replaced since" in other.stderr, other.stderr)
 
 
 def refusals(bench):
