@@ -252,8 +252,36 @@ def stood_still(bench):
     check("--from: the flight stood still when this state was saved" in done.stderr, f"and why: {done.stderr.strip()[-200:]}")
 
 
+def lost_streams(bench):
+    """Streams and files that can no longer be written, and a terminal that closes, cost a run none of its other files."""
+    environment, report = {**os.environ, **SOFTWARE}, bench.folder / "r.json"
+    fly = [bench.program, "--headless", "--size", "64x64", "-p", "1000", "--report", str(report)]
+    how = {"env": environment, "timeout": LIMIT_S, "stdout": subprocess.DEVNULL}
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*fly, "--seconds", "0.1"], stderr=full, **how)
+        check(done.returncode == 0 and report.exists(), f"without standard error: exit code {done.returncode}")
+        listed = subprocess.run([bench.program, "scenes"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT_S)
+        check(listed.returncode == 1 and "standard output cannot be written" in listed.stderr, "lost output is told")
+    dump = bench.folder / "d.xyz"
+    subprocess.run([*fly, "--seconds", "0.1", "--dump", str(dump)], preexec_fn=lambda: os.close(2), **how)
+    check(dump.read_text().startswith("1000\n"), "a file does not become the standard error that was closed")
+    report.unlink()
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+    done = subprocess.run([*fly, "--seconds", "1", "--dump", str(dump)], stderr=subprocess.PIPE, preexec_fn=limit, **how)
+    check(done.returncode == 1 and report.exists(), f"a file-size limit: exit code {done.returncode}, with a report")
+    state = bench.folder / "h.state"
+    process = subprocess.Popen([*fly, "--seconds", "100000", "--checkpoint", str(state)], env=environment,
+                               stderr=subprocess.PIPE, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))
+    try:
+        process.stderr.readline()  # "drawing: ..."
+        process.send_signal(signal.SIGHUP)
+        check(process.wait(timeout=LIMIT_S) == 0 and state.exists(), "SIGHUP: the checkpoint is written")
+    finally:
+        process.kill()
+
+
 CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals,
-                                          stood_still)}
+                                          stood_still, lost_streams)}
 
 
 def main():
