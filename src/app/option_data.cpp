@@ -67,6 +67,11 @@ void read_dump(const CLI::App& command, const Typed& typed, DataOptions& data) {
 
 void read_checkpoint(const CLI::App& command, const Typed& typed, DataOptions& data) {
   data.checkpoint = output_file(command, "--checkpoint", typed.checkpoint, {});
+  if (!data.checkpoint.empty() && command.count("--still") > 0)
+    throw UserError(
+        "--checkpoint: the last frame before a --still may be shorter than others, and no flight goes on "
+        "from "
+        "there as it would have; leave out one of them");
   std::error_code ignored;
   if (std::filesystem::exists(data.checkpoint, ignored) &&
       !std::filesystem::is_regular_file(data.checkpoint, ignored)) {

@@ -336,6 +336,7 @@ def refusals(bench):
     bench.refused("a .xyz has position and velocity as text", "--dump", "a.xyz", "--dump-compression", "1")
     bench.refused("--dump-compression: '10' cannot be used", "--dump", "a.h5", "--dump-compression", "10")
     bench.refused("--checkpoint-every: needs --checkpoint", "--checkpoint-every", "1")
+    bench.refused("the last frame before a --still may be shorter", "--still", "0.01", "s.png", "--checkpoint", "s.state")
     bench.refused("--from: the file has its own scene and settings; leave out -p", "--from", "c.state", "-p", "200")
     bench.refused("leave out --scene", "--from", "c.state", "--scene", "gas")
     bench.refused("--from-frame: needs --from", "--from-frame", "1")
