@@ -209,17 +209,17 @@ def tables_broken_off(bench):
 
 
 def pictures_broken_off(bench):
-    """A last picture on a full disk: report and checkpoint are there all the same."""
+    """A last picture on a full disk: report and checkpoint or dump are there all the same."""
     for words in (["--picture", "full.png"], ["--picture", "full.svg"], ["--still", "0.05", "full.png"],
                   ["--still", "0.05", "full.svg"]):
-        for name, target in ((words[-1], "/dev/full"), ("a.state", None)):
-            (bench.folder / name).unlink(missing_ok=True)
-            if target:
-                (bench.folder / name).symlink_to(target)
-        length = [] if words[0] == "--still" else ["--seconds", "0.1"]
-        report = bench.run(*SMALL, *length, "--checkpoint", "a.state", *words, exit_code=1)
+        full, other = bench.folder / words[-1], bench.folder / ("a.xyz" if words[0] == "--still" else "a.state")
+        full.unlink(missing_ok=True)
+        full.symlink_to("/dev/full")
+        other.unlink(missing_ok=True)
+        more = ["--dump", "a.xyz"] if words[0] == "--still" else ["--seconds", "0.1", "--checkpoint", "a.state"]
+        report = bench.run(*SMALL, *more, *words, exit_code=1)
         check("cannot be written" in bench.messages, f"{bench.messages.strip()[-200:]}")
-        check(report["steps"] > 0 and (bench.folder / "a.state").exists(), "   report and checkpoint are there")
+        check(report["steps"] > 0 and other.exists(), f"   report and {other.name} are there")
 
 
 def program_killed(bench):
