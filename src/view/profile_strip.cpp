@@ -115,6 +115,11 @@ void paint_strip(const FrameView& frame, const ScenePlace& scene, const Box& box
 
 }  // namespace
 
+ViewRegion above_profile_strip(const ViewRegion& all, const FrameView& frame, float scale) {
+  const double strip_px = std::min(profile_strip_height_px(frame, scale), 0.5 * all.height_px);
+  return {all.left_px, all.bottom_px + strip_px, all.width_px, all.height_px - strip_px};
+}
+
 double profile_strip_height_px(const FrameView& frame, float scale) {
   return frame.profile == nullptr ? 0.0 : static_cast<double>(kHeight_px * scale);
 }

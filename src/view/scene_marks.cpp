@@ -212,8 +212,7 @@ void SceneMarks::note(ControlMap& controls) const {
 
 ViewRegion SceneMarks::region_for_world(const FrameView& frame, const Look& look, const ViewRegion& all,
                                         float scale) const {
-  const double strip_px = std::min(profile_strip_height_px(frame, scale), 0.5 * all.height_px);
-  const ViewRegion free = {all.left_px, all.bottom_px + strip_px, all.width_px, all.height_px - strip_px};
+  const ViewRegion free = above_profile_strip(all, frame, scale);
   LegendSize size = legend_.size(frame, look, scale);
   if (size.height_px == 0.0) return free;
   // Very large text lets the scene shine through.

@@ -20,14 +20,10 @@ ViewRegion Stage::free_region() {
   const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
                                                  static_cast<float>(size_.width - left), scale_);
   const double bottom = overlay_.used_height_px(mode, scale_) + timeline_height_px();
-  ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0), std::max(size_.height - bottom, 1.0)};
-  if (split_.is_on()) {
-    const double strip_px =
-        std::min(profile_strip_height_px(simulation_.view(), scale_), 0.5 * free.height_px);
-    free.bottom_px += strip_px;
-    free.height_px -= strip_px;
-    return split_.lay_out(free, switches_.look, scale_);
-  }
+  const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
+                           std::max(size_.height - bottom, 1.0)};
+  if (split_.is_on())
+    return split_.lay_out(above_profile_strip(free, simulation_.view(), scale_), switches_.look, scale_);
   return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 

@@ -16,7 +16,9 @@ namespace {
 class LosingBackend final : public Backend {
  public:
   enum class At { submit, collect, draw };
-  LosingBackend(At at, int calls_until) : at_(at), calls_left_(calls_until), real_(make_cpu_backend(1)) {}
+  // refuses: it throws UserError, once.
+  LosingBackend(At at, int calls_until, bool refuses = false)
+      : at_(at), calls_left_(calls_until), refuses_(refuses), real_(make_cpu_backend(1)) {}
 
   std::string name() const override { return "losing"; }
   std::string device() const override { return "a device"; }
@@ -49,10 +51,13 @@ class LosingBackend final : public Backend {
 
  private:
   void lose(At at) {
-    if (at == at_ && calls_left_-- == 0) throw DeviceError("the device fell off the bus");
+    if (at != at_ || calls_left_-- != 0) return;
+    if (refuses_) throw UserError("refused");
+    throw DeviceError("the device fell off the bus");
   }
   At at_;
   int calls_left_;
+  bool refuses_;
   std::unique_ptr<Backend> real_;
 };
 
@@ -94,6 +99,22 @@ INSTANTIATE_TEST_SUITE_P(EveryCall, Fallback,
 TEST(Simulation, WithoutFallbackTheCallerGetsTheError) {
   Simulation simulation(court(500), std::make_unique<LosingBackend>(LosingBackend::At::collect, 0));
   EXPECT_THROW(simulation.advance_frame({}, nullptr), DeviceError);
+}
+
+// As a crowd that `exact` cannot resolve.
+TEST(Simulation, StepsThatCannotBeDonePauseTheRun) {
+  for (const LosingBackend::At at : {LosingBackend::At::submit, LosingBackend::At::collect}) {
+    Simulation simulation(court(500), std::make_unique<LosingBackend>(at, 1, true));
+    simulation.advance_frame({}, nullptr);
+    EXPECT_FALSE(simulation.view().paused);
+    simulation.advance_frame({}, nullptr);
+    EXPECT_TRUE(simulation.view().paused);
+    EXPECT_EQ(simulation.view().message, "refused");
+    Commands reset;
+    reset.reset = true;
+    simulation.advance_frame(reset, nullptr);
+    EXPECT_EQ(simulation.view().message, "");
+  }
 }
 
 TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
