@@ -29,9 +29,13 @@ std::uint64_t EpochMemory::memory_bytes() const {
                              near_ball.capacity() + on_path.capacity() + seeds.capacity() + todo.capacity()) +
                         sizeof(Cluster) * clusters.capacity() + discs.memory_bytes() +
                         calendar.memory_bytes();
-  for (const WorkerState& worker : workers)
-    bytes +=
-        sizeof(Member) * worker.members.capacity() + sizeof(TrajectorySegment) * worker.segments.capacity();
+  for (const WorkerState& worker : workers) {
+    bytes += sizeof(Member) * worker.members.capacity() +
+             sizeof(TrajectorySegment) * worker.segments.capacity() +
+             sizeof(NeighbourNote) * worker.notes.capacity() +
+             sizeof(IndexPair) * (worker.neighbour_pairs.capacity() + worker.compared_pairs.capacity()) +
+             4 * (worker.selected.capacity() + worker.stale.capacity());
+  }
   return bytes;
 }
 
