@@ -14,7 +14,4 @@ bool starts_anew(const Commands& commands);
 // Both, in this order, as one. Of two values the later counts.
 Commands joined(Commands earlier, const Commands& later);
 
-// True if a change of the settings from a to b affects the current flight.
-bool disturbs(const Settings& a, Settings b);
-
 }  // namespace pf

@@ -176,7 +176,8 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   own.hold = !second_->view().unfinished;
   if (is_new_frame_) own = for_second(commands);
   const bool disturbed =
-      commands.settings && disturbs(second_->settings(), differing(*commands.settings, difference_));
+      commands.settings &&
+      differ(second_->settings(), differing(*commands.settings, difference_), &Effects::flight);
   try {
     second_->begin_frame(is_new_frame_ ? second_->admit(own) : own, target);
   } catch (const std::exception& error) {

@@ -13,26 +13,12 @@ namespace {
 
 constexpr double kPeriod_ms = 250.0;
 
-// The settings without those that affect neither state nor error.
-Settings relevant_settings(Settings s) {
-  const Settings plain;
-  s.time_scale = plain.time_scale;
-  s.threads = plain.threads;
-  s.seconds = plain.seconds;
-  s.relaunch = plain.relaunch;
-  s.frame_budget_ms = plain.frame_budget_ms;
-  s.drawn_area_fraction = plain.drawn_area_fraction;
-  s.ball_vx_mps = plain.ball_vx_mps;  // of the next launch
-  s.ball_vy_mps = plain.ball_vy_mps;
-  return s;
-}
-
 double length(Vec2d v) { return std::sqrt(dot(v, v)); }
 
 }  // namespace
 
 FlightKey key_of(const FrameView& view) {
-  return {relevant_settings(*view.settings), view.num_flights, view.num_scenes};
+  return {only(*view.settings, &Effects::flight), view.num_flights, view.num_scenes};
 }
 
 void LiveAccuracy::follow(const FrameView& view, Backend& backend) {

@@ -28,7 +28,7 @@ struct AccuracyReadout {
 
 // A flight in which nothing was changed that affects state or error. Another one restarts figures.
 struct FlightKey {
-  Settings settings;  // relevant ones
+  Settings settings;  // those that affect the flight
   std::int64_t num_flights = 0;
   std::int64_t num_scenes = 0;
   bool operator==(const FlightKey&) const = default;

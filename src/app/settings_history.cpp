@@ -73,7 +73,7 @@ SettingsHistory::Change SettingsHistory::change_to(const FrameView& view, std::i
   const bool is_new_flight = view.num_flights != std::exchange(num_flights_, view.num_flights);
   Change change{*known_, *view.settings, ChangeEffect::settings_alone, gesture, cue_, cue, *scene_, *scene_};
   if (is_new_scene) change.scene_after = *view.settings;
-  if (needs_new_parcels(*known_, *view.settings)) change.effect = ChangeEffect::new_air;
+  if (differ(*known_, *view.settings, &Effects::parcels)) change.effect = ChangeEffect::new_air;
   if (is_new_flight) change.effect = ChangeEffect::new_flight;
   if (is_new_scene) change.effect = ChangeEffect::new_scene;
   return change;

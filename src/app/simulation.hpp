@@ -155,7 +155,4 @@ class Simulation {
 // The setting num_parcels, or the backend's default. 0 if the air is not made of parcels.
 std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name);
 
-// True if a change of the settings from a to b spawns the parcels anew.
-bool needs_new_parcels(const Settings& a, const Settings& b);
-
 }  // namespace pf

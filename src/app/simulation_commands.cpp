@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <tuple>
 
 #include "app/command_queue.hpp"
 #include "app/domain_checks.hpp"
@@ -23,39 +22,13 @@ std::filesystem::path scene_file_of(const std::string& name) {
 
 }  // namespace
 
-bool disturbs(const Settings& a, Settings b) {
-  b.ball_vx_mps = a.ball_vx_mps;
-  b.ball_vy_mps = a.ball_vy_mps;
-  b.time_scale = a.time_scale;
-  b.threads = a.threads;
-  b.seconds = a.seconds;
-  b.relaunch = a.relaunch;
-  b.frame_budget_ms = a.frame_budget_ms;
-  b.profile = a.profile;
-  b.profile_bins = a.profile_bins;
-  b.drawn_area_fraction = a.drawn_area_fraction;
-  b.follow_ball = a.follow_ball;
-  b.magnifier = a.magnifier;
-  return !(a == b);
-}
-
-bool needs_new_parcels(const Settings& a, const Settings& b) {
-  const auto spawned_from = [](const Settings& s) {
-    return std::tuple(s.num_parcels, s.area_fraction, s.areal_density_kg_m2, s.parcel_radius_m,
-                      s.parcel_mass_kg, s.parcel_speed_mps, s.flow_x_mps, s.flow_y_mps, s.hot_radius_m,
-                      s.hot_speed_mps, s.width_m, s.height_m, s.boundary, s.air, s.seed,
-                      s.box_follows_parcels, s.ball_present, s.ball_radius_m);
-  };
-  return spawned_from(a) != spawned_from(b);
-}
-
 void Simulation::State::apply_settings(const Settings& wanted) {
   check_settings(wanted, "panel");
   Settings with = wanted;
   resolve(with);
   const Physics derived = derive_physics(with);
   check_backend(with, derived, *backend);
-  const bool is_respawned = needs_new_parcels(settings, with);
+  const bool is_respawned = differ(settings, with, &Effects::parcels);
   if (is_respawned) const Spawner tried(with, derived, ball);  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
   if (is_respawned) {
@@ -69,7 +42,8 @@ void Simulation::State::apply_settings(const Settings& wanted) {
     backend->set_ball(ball);
   }
   if (with.dt_s != settings.dt_s) scene_dt_s.reset();
-  flight.disturbed = flight.disturbed || (flight.points_m.size() > 1 && disturbs(settings, with));
+  flight.disturbed =
+      flight.disturbed || (flight.points_m.size() > 1 && differ(settings, with, &Effects::flight));
   settings = with;
   profile_is_due = true;
   ghosts = ghosts_of(settings);

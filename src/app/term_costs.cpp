@@ -21,24 +21,6 @@ constexpr std::uint32_t kNumWarmUps = 2;  // the first sorts; the second tells h
 constexpr std::uint32_t kMaxSteps = 64;
 constexpr std::size_t kTimedFrames = 60;  // about the last second
 
-// Settings that do not change the work of a step are set to their defaults.
-Settings work_of(Settings s) {
-  const Settings plain;
-  s.name = plain.name;
-  s.description = plain.description;
-  s.seconds = plain.seconds;
-  s.relaunch = plain.relaunch;
-  s.frame_budget_ms = plain.frame_budget_ms;
-  s.drawn_area_fraction = plain.drawn_area_fraction;
-  s.seed = plain.seed;
-  s.ball_x_m = plain.ball_x_m;
-  s.ball_y_m = plain.ball_y_m;
-  s.ball_vx_mps = plain.ball_vx_mps;
-  s.ball_vy_mps = plain.ball_vy_mps;
-  s.ball_spin_radps = plain.ball_spin_radps;
-  return s;
-}
-
 // values is left in another order.
 double quantile(std::vector<double>& values, double share) {
   const double place = share * static_cast<double>(values.size());
@@ -133,12 +115,12 @@ void TermCosts::pause() {
 }
 
 bool TermCosts::are_of(const FrameView& frame) const {
-  return work_of(*frame.settings) == settings_ && frame.backend == backend_;
+  return only(*frame.settings, &Effects::cost) == settings_ && frame.backend == backend_;
 }
 
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
   if (frame.frame_totals.num_steps == 0 || frame.mid_step || !make_) return;
-  if (work_of(*frame.settings) != settings_ || backend.name() != backend_) start_over(frame);
+  if (only(*frame.settings, &Effects::cost) != settings_ || backend.name() != backend_) start_over(frame);
   add_times(frame);
   const bool is_done = state_ == State::known || state_ == State::failed;
   if (is_done || num_settled_++ < kSettlingFrames) return;
@@ -157,7 +139,7 @@ void TermCosts::follow(const FrameView& frame, Backend& backend) {
 }
 
 void TermCosts::start_over(const FrameView& frame) {
-  settings_ = work_of(*frame.settings);
+  settings_ = only(*frame.settings, &Effects::cost);
   backend_ = frame.backend;
   comparison_.reset();
   is_requested_ = false;

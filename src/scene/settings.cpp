@@ -180,6 +180,19 @@ void copy_field(const Field& field, const Settings& from, Settings& to) {
              field.member);
 }
 
+bool differ(const Settings& a, const Settings& b, bool Effects::*effect) {
+  const auto differs = [&](const Field& field) { return field.effects.*effect && !is_same(field, a, b); };
+  return std::any_of(fields().begin(), fields().end(), differs);
+}
+
+Settings only(const Settings& settings, bool Effects::*effect) {
+  Settings part;
+  for (const Field& field : fields()) {
+    if (field.effects.*effect) copy_field(field, settings, part);
+  }
+  return part;
+}
+
 void set_from_text(const Field& field, Settings& settings, const std::string& text,
                    const std::string& where) {
   std::visit(Overload{

@@ -68,7 +68,7 @@ struct Settings {
   double time_scale = 0.1;  // simulated over wall time
   double frame_rate_hz = 60.0;
   double frame_budget_ms = 50.0;  // of a window: time of a frame's steps before the flight is slowed; 0: none
-  double seconds = 0.0;  // length of a headless run at frame_rate_hz; 0: until the ball leaves
+  double seconds = 0.0;           // length of a headless run at frame_rate_hz; 0: until the ball leaves
   std::int64_t seed = 1;
   std::int64_t threads = 0;       // 0: all
   double spring_contact_s = 0.0;  // contact duration of `spring`; 0: 20 steps
@@ -92,6 +92,13 @@ struct Choice {
   void (*set)(Settings&, int);
 };
 
+// What a change of a setting changes in a flight.
+struct Effects {
+  bool parcels = false;  // new ones are spawned
+  bool flight = true;    // the state from then on; false also if it counts from the next launch on
+  bool cost = true;      // what a step costs
+};
+
 // One row per setting.
 struct Field {
   std::string section;  // of the scene file
@@ -103,6 +110,7 @@ struct Field {
   std::variant<double Settings::*, std::int64_t Settings::*, bool Settings::*, std::string Settings::*,
                Choice>
       member;
+  Effects effects{};
 
   std::string path() const { return section + "." + key; }
 };
@@ -120,6 +128,11 @@ std::string value_text(const Field& field, const Settings& settings);
 // Without text in between: whether both have the same value of a field, and the value of one for the other.
 bool is_same(const Field& field, const Settings& a, const Settings& b);
 void copy_field(const Field& field, const Settings& from, Settings& to);
+
+// Whether the two differ in a setting with that effect.
+bool differ(const Settings& a, const Settings& b, bool Effects::*effect);
+// The settings with that effect; all others have their defaults.
+Settings only(const Settings& settings, bool Effects::*effect);
 
 // Sets a field from text. where: place for the message, such as "--set air.restitution" or "court.toml:12".
 // Throws UserError (place, value, allowed range, remedy) if the text is malformed, NaN, or out of range.
