@@ -34,11 +34,12 @@ def draw_jumps(axes, study):
         axes.errorbar([cases.index(row["case"]) + shift for row in rows], [100 * row["error"] for row in rows],
                       [100 * row["sigma"] for row in rows], fmt=mark, color=colour, ms=5.5, capsize=2, lw=1.2,
                       label=label)
-    axes.axhspan(-0.5, 0.5, color="#F2F2F2", zorder=0)
+    allowed = 100 * max((row["allowed"] for row in rows_of(study, "shock", method="exact")), default=0.005)
+    axes.axhspan(-allowed, allowed, color="#F2F2F2", zorder=0)
     axes.axhline(0, color=FAINT, lw=0.8)
     axes.set_xticks(range(len(cases)), [short(case) for case in cases])
     axes.set_ylabel("difference from theory, %")
-    axes.set_title("Shocks by exact: jumps and speed; grey: 0.5 %", loc="left")
+    axes.set_title(f"Shocks by exact: jumps and speed; grey: {allowed:g} %", loc="left")
     axes.legend(frameon=False, fontsize=8.5, ncols=2)
 
 
