@@ -135,17 +135,6 @@ class Rows {
   std::set<std::string> measured_series_;
 };
 
-// Caches the table for --accuracy on this machine.
-void cache_table(const std::filesystem::path& folder) {
-  const std::filesystem::path cached = cached_table_file();
-  if (cached.empty()) return;
-  std::error_code error;
-  std::filesystem::create_directories(cached.parent_path(), error);
-  std::filesystem::copy_file(folder / "work-precision.json", cached,
-                             std::filesystem::copy_options::overwrite_existing, error);
-  if (error) fmt::print(stderr, "--accuracy keeps the old table: {}: {}\n", cached.string(), error.message());
-}
-
 // Measures the points that `rows` lacks. Saves the result after each point; of a study that runs in parallel
 // after each second.
 void measure_points(const Study& study, const std::vector<LabPoint>& points, const LabOptions& options,
@@ -187,10 +176,14 @@ void print_texts(std::FILE* file, const json& result, const char* key, const std
   std::fflush(file);
 }
 
+void print_note(const std::string& note) {
+  if (!note.empty()) fmt::print(stderr, "{}\n", note);
+}
+
 // Runs a plot script; prints what went wrong and returns false if it failed.
 bool draw(const std::string& script, const std::filesystem::path& folder) {
   const std::string error = run_plot(script, folder);
-  if (!error.empty()) fmt::print(stderr, "{}\n", error);
+  print_note(error);
   return error.empty();
 }
 
@@ -199,7 +192,11 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   json result = start_result(study, context);
   if (ranks.num() > 1) result["machine"]["processes"] = ranks.num();
   const json devices = result["machine"]["devices"];
-  if (options.resume) resume_study(options.out, study, result);
+  if (options.resume) {
+    resume_study(options.out, study, result);
+  } else {
+    remove_pictures(options.out, study.name);
+  }
   const std::vector<LabPoint> points = study.plan(context);
   Rows rows(points, result["points"]);
   const std::size_t num_known = rows.num_done();
@@ -211,11 +208,23 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   if (rows.num_done() > num_known && ranks.num() == 1) note_load(load, result["machine"]);
   study.conclude(result);
   save_study(options.out, result);
-  if (result["complete"] && study.name == "work-precision") cache_table(options.out);
+  if (result["complete"].get<bool>() && study.name == "work-precision")
+    print_note(keep_accuracy_table(options.out, cached_table_file()));
   draw(study.name + ".py", options.out);
-  print_texts(stdout, result, "words", "");
+  print_texts(stdout, result, "words", result["complete"].get<bool>() ? "" : "so far: ");
   print_texts(stderr, result, "failed", study.name + ": disagrees with its reference: ");
   return result["complete"].get<bool>() && result.value("failed", json::array()).empty();
+}
+
+// Throws UserError if the earlier run in the folder cannot be continued.
+void check_resume(const Study& study, const LabContext& context, const LabOptions& options) {
+  json result = start_result(study, context);
+  resume_study(options.out, study, result);
+  try {
+    study.conclude(result);
+  } catch (const json::exception&) {
+    refuse_to_resume(options.out, study.name, "lacks figures of its points; remove it");
+  }
 }
 
 LabContext context_of(const LabOptions& options, const LabMachine& machine) {
@@ -258,13 +267,14 @@ int plot_lab(const std::filesystem::path& folder) {
 
 int run_lab(const LabOptions& options, const LabMachine& machine, const std::atomic<bool>& stop) {
   const std::vector<Study> wanted = chosen(options.study);
+  const LabContext context = context_of(options, machine);
+  // What does not fit is refused before any work, and before there is a folder.
+  for (const Study& study : wanted) study.plan(context);
   open_results(options.out, options.resume  ? Existing::resume
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);
-  const LabContext context = context_of(options, machine);
-  for (const Study& study : options.resume ? wanted : std::vector<Study>()) {  // before any work
-    json result = start_result(study, context);
-    resume_study(options.out, study, result);
+  for (const Study& study : options.resume ? wanted : std::vector<Study>()) {
+    check_resume(study, context, options);
   }
   LabRanks ranks(machine.carrier, machine.num_threads, stop);
   bool complete = true;

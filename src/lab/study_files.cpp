@@ -1,6 +1,7 @@
 #include "lab/study_files.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -56,11 +57,31 @@ void write_text(const fs::path& file, const std::string& text) {
   std::ofstream out(temporary, std::ios::binary);
   out << text;
   out.close();
-  std::error_code error;
+  std::error_code error, ignored;
   if (out) fs::rename(temporary, file, error);
-  if (!out || error)
-    throw UserError(
-        fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
+  if (out && !error) return;
+  fs::remove(temporary, ignored);
+  throw UserError(
+      fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
+}
+
+bool has_text(const json& object, const char* key) { return object.contains(key) && object[key].is_string(); }
+
+// Whether it has the form of a result: its fields are not looked into.
+bool is_result_of(const json& result, const Study& study) {
+  if (!result.is_object() || !has_text(result, "study") || result["study"] != study.name ||
+      !has_text(result, "version") || !result.contains("machine") || !result.contains("points"))
+    return false;
+  const json &machine = result["machine"], &points = result["points"];
+  return machine.is_object() && machine.value("devices", json()).is_array() &&
+         machine.value("measured_under_load", json()).is_boolean() && points.is_array() &&
+         std::all_of(points.begin(), points.end(),
+                     [](const json& row) { return row.is_object() && has_text(row, "key"); });
+}
+
+json read_json(const fs::path& file) {
+  std::ifstream in(file);
+  return json::parse(in, nullptr, false);
 }
 
 }  // namespace
@@ -69,6 +90,10 @@ void open_results(const fs::path& folder, Existing existing) {
   std::error_code error;
   if (fs::exists(folder, error) && !fs::is_directory(folder, error)) {
     throw UserError(fmt::format("--out: {} is not a folder; give another path", in_quotes(folder.string())));
+  }
+  if (fs::is_directory(folder, error) && ::access(folder.c_str(), R_OK | W_OK | X_OK) != 0) {
+    throw UserError(fmt::format("--out: {} cannot be read and written; check its permissions",
+                                in_quotes(folder.string())));
   }
   if (existing == Existing::refuse && fs::is_directory(folder, error) && !fs::is_empty(folder, error)) {
     throw UserError(fmt::format(
@@ -83,28 +108,34 @@ void open_results(const fs::path& folder, Existing existing) {
   }
 }
 
+void refuse_to_resume(const fs::path& folder, const std::string& study, const std::string& reason) {
+  throw UserError(
+      fmt::format("--resume: {} {}; or give another folder, or --force to measure all points anew",
+                  in_quotes((folder / (study + ".json")).string()), reason));
+}
+
 void resume_study(const fs::path& folder, const Study& study, json& result) {
   const fs::path file = folder / (study.name + ".json");
-  std::ifstream in(file);
-  if (!in) return;
-  const json old = json::parse(in, nullptr, false);
-  const auto refuse = [&](const std::string& reason) {
-    throw UserError(fmt::format("--resume: {} {}; give another folder, or --force to measure all points anew",
-                                in_quotes(file.string()), reason));
-  };
-  if (!old.is_object() || old.value("study", "") != study.name || !old.contains("points") ||
-      !old["points"].is_array() || !old.contains("machine"))
-    refuse("is damaged or no result of this study");
-  const std::string version = old.value("version", ""), now = result.at("version").get<std::string>();
-  if (version != now) refuse(fmt::format("was measured by version {}, and this is {}", version, now));
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return;
+  const json old = read_json(file);
+  if (!is_result_of(old, study))
+    refuse_to_resume(folder, study.name, "is damaged or no result of this study; remove it");
+  const std::string version = old["version"], now = result.at("version").get<std::string>();
+  if (version != now)
+    refuse_to_resume(
+        folder, study.name,
+        fmt::format("was measured by version {}, and this is {}; use that version", version, now));
   if (old.value("quick", json()) != result.at("quick"))
-    refuse(result.at("quick").get<bool>() ? "was measured without --quick" : "was measured with --quick");
+    refuse_to_resume(folder, study.name,
+                     result.at("quick").get<bool>() ? "was measured without --quick; leave it out"
+                                                    : "was measured with --quick; add it");
   result["points"] = old["points"];
   result["machine"] = old["machine"];
-  const std::string command = old.value("command", "");
   // The series of a CUDA device stays, whether or not this machine has one; so does the command that repeats
   // it.
-  if (command.find(" --cuda") != std::string::npos) result["command"] = command;
+  if (has_text(old, "command") && old["command"].get<std::string>().find(" --cuda") != std::string::npos)
+    result["command"] = old["command"];
 }
 
 void add_device(const json& devices, const std::string& series, json& machine) {
@@ -144,6 +175,32 @@ void save_study(const fs::path& folder, const json& result) {
   write_text(folder / (name + ".csv"), csv_of(result.at("points")));
 }
 
+void remove_pictures(const fs::path& folder, const std::string& study) {
+  std::error_code ignored;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, ignored)) {
+    const std::string stem = entry.path().stem().string(), ending = entry.path().extension().string();
+    const bool is_of_study = stem == study || stem.starts_with(study + "-");
+    if (is_of_study && (ending == ".png" || ending == ".svg")) fs::remove(entry.path(), ignored);
+  }
+}
+
+std::string keep_accuracy_table(const fs::path& folder, const fs::path& kept) {
+  if (kept.empty()) return "";
+  const json table = read_json(folder / "work-precision.json"), old = read_json(kept);
+  const bool is_better = old.is_object() && old.value("quick", json()) == false &&
+                         table.at("quick").get<bool>() && old.value("version", json()) == table.at("version");
+  if (is_better)
+    return fmt::format("--accuracy keeps the table that was measured without --quick, {}", kept.string());
+  std::error_code ignored;
+  fs::create_directories(kept.parent_path(), ignored);
+  try {
+    write_text(kept, table.dump(1) + "\n");
+  } catch (const UserError& error) {
+    return fmt::format("--accuracy does not get the new table: {}", error.what());
+  }
+  return "";
+}
+
 std::string run_plot(const std::string& script, const fs::path& folder) {
   const fs::path file = plot_folder() / script;
   std::string error_text;
@@ -156,10 +213,10 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
     error_text = error.what();
   }
   if (error_text.find(kNoModule) == std::string::npos && error_text.find("starting") == std::string::npos) {
-    return fmt::format("{} failed: {}; CSV and JSON are written", script, error_text);
+    return fmt::format("{} failed: {}; CSV and JSON have the figures", script, error_text);
   }
   return fmt::format(
-      "no pictures, but CSV and JSON are written: Python's matplotlib is missing; apt install "
+      "no pictures, but CSV and JSON have the figures: Python's matplotlib is missing; apt install "
       "python3-matplotlib, here or on another machine with a copy of the folder, then pickleflight lab plot "
       "{}",
       folder.string());

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """`pickleflight lab` on the command line.
 
-test_lab.py PROGRAM refusals|terms|resume|no_matplotlib|validate
+test_lab.py PROGRAM refusals|terms|resume|stopped|damaged|no_matplotlib|validate
 exit code 0: passed, 1: failed, 77: skipped
 """
 import csv
@@ -44,6 +44,9 @@ def refusals(folder):
     require([file.name for file in (folder / "full").iterdir()] == ["notes"], "the folder was written to")
     done = lab(folder, "terms", "--quick", "--scene", "gas")
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+    done = lab(folder, "all", "--quick", "--scene", "gas")
+    require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+    require(not (folder / "lab-all").exists(), "other studies ran before the scene of terms was refused")
     done = lab(folder, "plot", "full")
     require(done.returncode == 2 and "no result of a study" in done.stderr, done.stderr)
     done = lab(folder, "plot")
@@ -103,6 +106,41 @@ def resume(folder):
     require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
 
 
+def stopped(folder):
+    """A study that is stopped after its first points has its pictures; a new start removes those of the old one."""
+    process = subprocess.Popen([PROGRAM, "lab", "gas-dynamics", "--quick", "--out", "g"], cwd=folder,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment(folder))
+    require("0 of " in process.stderr.readline(), "no line on the first point")
+    process.send_signal(signal.SIGINT)
+    words, errors = process.communicate(timeout=100)
+    require(process.returncode == 1 and "--resume" in errors, f"exit code {process.returncode}: {errors}")
+    require(" failed: " not in errors, errors)
+    require(all(line.startswith("so far: ") for line in words.splitlines()), words)
+    done = lab(folder, "gas-dynamics", "--out", "g", "--resume")
+    require(done.returncode == 2 and "add it" in done.stderr, f"a --quick run is to be continued with it: {done.stderr}")
+    (folder / "t").mkdir()
+    (folder / "t/terms-old.png").write_text("a picture of the figures before")
+    done = lab(folder, "terms", "--quick", "--out", "t", "--force")
+    require(done.returncode == 0 and not (folder / "t/terms-old.png").exists(), f"an old picture stays: {done.stderr}")
+
+
+def damaged(folder):
+    """A damaged result stops no program and no report of the others."""
+    done = lab(folder, "terms", "--quick", "--out", "t")
+    require(done.returncode == 0, done.stderr)
+    whole = json.loads((folder / "t/terms.json").read_text())
+    for text in ("{", '{"study": 5}', json.dumps(whole | {"points": [{"key": "court/all terms"}]})):
+        (folder / "t/terms.json").write_text(text)
+        done = lab(folder, "terms", "--quick", "--out", "t", "--resume")
+        require(done.returncode == 2 and "terms.json' " in done.stderr, f"{text}: {done.returncode}, {done.stderr}")
+        require((folder / "t/terms.json").read_text() == text, "the file was written to")
+    (folder / "t/terms.json").write_text(json.dumps(whole))
+    (folder / "t/stability.json").write_text("{")
+    done = lab(folder, "plot", "t")
+    require(done.returncode == 1 and "Traceback" not in done.stderr and "stability.json" in done.stderr, done.stderr)
+    require("Magnus" in (folder / "t/report.html").read_text(), "the report lacks the study that is whole")
+
+
 def no_matplotlib(folder):
     """A Python without matplotlib, simulated by a module of that name that raises ModuleNotFoundError."""
     (folder / "hidden/matplotlib").mkdir(parents=True)
@@ -152,7 +190,7 @@ def validate_until(folder, num_rows, *words):
     return json.loads(file.read_text())
 
 
-CASES = {case.__name__: case for case in (refusals, terms, resume, no_matplotlib, validate)}
+CASES = {case.__name__: case for case in (refusals, terms, resume, stopped, damaged, no_matplotlib, validate)}
 
 
 def main():

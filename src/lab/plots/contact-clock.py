@@ -53,8 +53,9 @@ def draw_cost(axes, study):
 def finish(axes, study, case):
     style.tidy(axes)
     axes.set_xscale("log")
-    default = next(row["default_clock"] for row in study["points"] if row["case"] == case)
-    axes.axvline(default, color=INK, lw=1.2, ls=(0, (4, 2)), zorder=1)
+    default = next((row["default_clock"] for row in study["points"] if row["case"] == case), None)
+    if default is not None:
+        axes.axvline(default, color=INK, lw=1.2, ls=(0, (4, 2)), zorder=1)
     axes.set_xticks([1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.legend(loc="best", frameon=False, fontsize=9.5)

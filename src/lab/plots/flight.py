@@ -4,14 +4,13 @@
 flight.py FILE.json... OUT    writes OUT.svg and OUT.png; one line for each file
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
-import json
 import pathlib
 import sys
 
 import numpy as np
 from matplotlib.ticker import LogLocator
 
-from style import COLOURS, FAINT, INK, METHODS, plt, prepare, save, tidy
+from style import COLOURS, FAINT, INK, METHODS, plt, prepare, read_json, save, tidy
 
 SIXTIETH_MS = 1000.0 / 60.0
 NUM_BINS = 150
@@ -19,7 +18,7 @@ DASHES = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.4, 1.2, 1.4)))  # by N,
 
 
 def read(name):
-    report = json.loads(pathlib.Path(name).read_text())
+    report = read_json(name)
     if report.get("kind") != "flight":
         sys.exit(f"{name}: no whole flight; measure one: pickleflight bench --flight --json FILE")
     return report

@@ -69,7 +69,7 @@ def section(folder, study):
     parts = [f"<h2>{html.escape(study['title'])}</h2><p>{html.escape(study['reading'])}</p>"]
     for file in [folder / f"{name}.png", *sorted(folder.glob(f"{name}-*.png"))]:
         if not file.exists():
-            parts.append(f"<p class=faint>No picture {file.name}: matplotlib was missing; {name}.csv has the figures.</p>")
+            parts.append(f"<p class=faint>No picture {file.name}: {name}.csv has the figures.</p>")
             continue
         parts.append(picture(file))
         caption = CAPTIONS.get(file.stem.removeprefix(name))
@@ -85,18 +85,35 @@ def section(folder, study):
     return "\n".join(parts)
 
 
+def study_in(file):
+    """None if the file is damaged."""
+    try:
+        study = json.loads(file.read_text())
+    except (OSError, ValueError):
+        return None
+    return study if isinstance(study, dict) and study.get("study") == file.stem else None
+
+
 def main():
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     folder = pathlib.Path(sys.argv[1])
-    studies = [json.loads(file.read_text()) for name in ORDER if (file := folder / f"{name}.json").exists()]
-    if not studies:
+    files = [file for name in ORDER if (file := folder / f"{name}.json").exists()]
+    read = {file: study_in(file) for file in files}
+    studies = [study for study in read.values() if study is not None]
+    damaged = [file.name for file, study in read.items() if study is None]
+    if not files:
         sys.exit(f"{folder} holds no study; measure one: pickleflight lab all --out {folder}")
     body = "\n".join(section(folder, study) for study in studies)
     page = (f"<!doctype html><html lang=en><meta charset=utf-8><title>Pickleball Flight: the lab</title><style>{STYLE}</style>"
             f"<h1>Pickleball Flight: the lab</h1><p>Accuracy, cost and limits of each collision "
             f"method.</p>{body}</html>\n")
-    (folder / "report.html").write_text(page)
+    try:
+        (folder / "report.html").write_text(page)
+    except OSError as error:
+        sys.exit(f"{folder}/report.html cannot be written: {error}")
+    if damaged:
+        sys.exit(f"{folder}/report.html is written without the damaged {', '.join(damaged)}")
 
 
 if __name__ == "__main__":

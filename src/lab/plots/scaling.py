@@ -7,11 +7,10 @@ FILE: one run, or runs collected by number of parcels as in assets/bench. The do
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import collections
-import json
 import pathlib
 import sys
 
-from style import COLOURS, FAINT, INK, METHODS, plt, prepare, save, tidy
+from style import COLOURS, FAINT, INK, METHODS, plt, prepare, read_json, save, tidy
 
 CEILINGS_GPS = (("all issue slots of an H200", 46.0), ("all its memory bandwidth", 116.0))
 DASHES = ("-", (0, (5, 1.6)), (0, (1.2, 1.2)), (0, (6, 1.4, 1.2, 1.4)))  # by device
@@ -24,19 +23,34 @@ def runs_in(report):
     return [run for runs in collected for run in runs.values()]
 
 
-def lines_of(names):
-    """{(device, method): {N: Gps}}, by the median step."""
-    lines = collections.defaultdict(dict)
+def read(names):
+    """All runs of the files."""
+    runs = []
     for name in names:
-        steps = [run for run in runs_in(json.loads(pathlib.Path(name).read_text())) if run and "bench" in run]
+        steps = [run for run in runs_in(read_json(name)) if run and "bench" in run]
         if not steps:
             sys.exit(f"{name}: no run of steps; measure one: pickleflight bench --json FILE")
-        for run in steps:
-            lines[run["device"], run["method"]][run["num_parcels"]] = 1.0 / run["bench"]["ns_per_particle_step_median"]
+        runs += steps
+    return runs
+
+
+def lines_of(runs):
+    """{(device, method): {N: Gps}}, by the median step."""
+    lines = collections.defaultdict(dict)
+    for run in runs:
+        lines[run["device"], run["method"]][run["num_parcels"]] = 1.0 / run["bench"]["ns_per_particle_step_median"]
     return lines
 
 
-def draw(lines):
+def scenes_of(runs):
+    """'scene gas (area fraction 0.2)', or several."""
+    texts = sorted({run["scene"] + (f" (area fraction {run['area_fraction']:.3g})" if run.get("area_fraction") else "")
+                    for run in runs})
+    return ("scene " if len(texts) == 1 else "scenes ") + ", ".join(texts)
+
+
+def draw(runs):
+    lines = lines_of(runs)
     prepare("scaling")
     figure, axes = plt.subplots(figsize=(9.6, 5.4))
     figure.subplots_adjust(left=0.08, right=0.97, top=0.78, bottom=0.12)
@@ -55,7 +69,7 @@ def draw(lines):
                       transform=axes.get_yaxis_transform())
     axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
     axes.set_xlabel("parcels")
-    figure.suptitle("Steps of a gas of area fraction 0.2, 10\N{SUPERSCRIPT NINE} parcel-steps per second", x=0.08, ha="left",
+    figure.suptitle(f"Steps of {scenes_of(runs)}, 10\N{SUPERSCRIPT NINE} parcel-steps per second", x=0.08, ha="left",
                     fontsize=11.5, color=INK)
     figure.legend(loc="upper left", bbox_to_anchor=(0.07, 0.94), ncols=2, fontsize=8.5, frameon=False)
     return figure
@@ -65,7 +79,7 @@ def main():
     if len(sys.argv) < 3:
         sys.exit(__doc__)
     out = pathlib.Path(sys.argv[-1])
-    save(draw(lines_of(sys.argv[1:-1])), out.parent, out.name)
+    save(draw(read(sys.argv[1:-1])), out.parent, out.name)
 
 
 if __name__ == "__main__":

@@ -43,23 +43,24 @@ def rate(area_fraction):
     return 8 * area_fraction * contact / np.sqrt(np.pi)
 
 
-def missed_by_impulse(step):
-    """Share of collisions that impulse misses at a thermal displacement: mean square relative speed 4 c^2."""
-    return 4 * step**2 / 6
+def step_of_missed(share):
+    """Time step, d/c, at which impulse misses this share, the mean of Delta^2 / 6 d^2: colliding pairs have a mean
+    square relative speed of 6 c^2 (docs/physics.md, 'Collision rate')."""
+    return np.sqrt(share)
 
 
 def draw_known_edges(axes, method, steps, values):
-    """The limit of theory, on the index axes of the map of area fractions."""
-    at = lambda step: np.interp(np.log(step), np.log(steps), range(len(steps)))
+    """The limit of theory, on the index axes of the map of area fractions; nothing where it is beside the map."""
+    at = lambda step: np.interp(np.log(step), np.log(steps), range(len(steps)), left=np.nan, right=np.nan)
     if method == "impulse":
-        axes.axvline(at(np.sqrt(0.05 * 6 / 4)), color=INK, lw=1.4, ls=(0, (4, 2)))
-        axes.text(at(np.sqrt(0.05 * 6 / 4)) - 0.1, len(values) - 0.45, "5 % missed: \u0394\u00b2/6d\u00b2",
-                  fontsize=7.5, color=INK, ha="center", va="bottom")
-    if method == "spring":
-        edge = [at(0.05 / (20 * rate(value))) for value in values]
-        axes.plot(edge, range(len(values)), color=INK, lw=1.4, ls=(0, (4, 2)))
-        axes.text(edge[-1], len(values) - 0.45, "in contact 5 % of the time", fontsize=7.5, color=INK, ha="left",
-                  va="bottom")
+        edge, text = [at(step_of_missed(0.05))] * len(values), "5 % missed: \u27e8\u0394\u00b2\u27e9/6d\u00b2"
+    elif method == "spring":
+        edge, text = [at(0.05 / (20 * rate(value))) for value in values], "in contact 5 % of the time"
+    else:
+        return
+    axes.plot(edge, range(len(values)), color=INK, lw=1.4, ls=(0, (4, 2)))
+    if not np.all(np.isnan(edge)):
+        axes.text(np.nanmin(edge), len(values) - 0.45, text, fontsize=7.5, color=INK, ha="left", va="bottom")
 
 
 def draw_maps(study):

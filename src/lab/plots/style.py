@@ -29,8 +29,15 @@ def folder():
     return pathlib.Path(sys.argv[1])
 
 
+def read_json(file):
+    try:
+        return json.loads(pathlib.Path(file).read_text())
+    except (OSError, ValueError) as error:
+        sys.exit(f"{file} cannot be read: {error}")
+
+
 def load(where, name):
-    return json.loads((where / f"{name}.json").read_text())
+    return read_json(where / f"{name}.json")
 
 
 def tidy(axes):
@@ -53,8 +60,11 @@ def machine_text(study):
 
 
 def save(figure, where, name):
-    figure.savefig(where / f"{name}.svg", metadata={"Date": None})
-    figure.savefig(where / f"{name}.png", dpi=120, metadata={"Software": None})
+    try:
+        figure.savefig(where / f"{name}.svg", metadata={"Date": None})
+        figure.savefig(where / f"{name}.png", dpi=120, metadata={"Software": None})
+    except OSError as error:
+        sys.exit(f"the picture {where / name} cannot be written: {error}")
     plt.close(figure)
 
 

@@ -4,16 +4,12 @@
 sweep.py FILE.json OUT    writes OUT.svg and OUT.png
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
-import json
-import pathlib
 import re
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 from matplotlib.ticker import FuncFormatter, NullLocator
+
+from style import plt, read_json
 
 # Okabe and Ito (2008): distinct for all kinds of colour vision. One colour per device, one dash per search.
 COLOURS = {"1 thread": "#0072B2", "all threads": "#D55E00", "CUDA": "#009E73"}
@@ -84,8 +80,8 @@ def draw_growth(axes, sweep):
                       mfc="white" if point["extrapolated"] else COLOURS[device_of(series)])
         ends.append((series, sizes[-1], times[-1]))
     axes.axhline(SIXTIETH_MS, color=FAINT, lw=0.9, ls=":", zorder=1)
-    left = min(point["num_parcels"] for series in sweep["series"] for point in series["points"])
-    axes.text(left * 0.8, SIXTIETH_MS * 1.12, "60 fps", color=FAINT, fontsize=8.5, va="bottom")
+    axes.text(0.01, SIXTIETH_MS * 1.12, "60 fps", color=FAINT, fontsize=8.5, va="bottom",
+              transform=axes.get_yaxis_transform())
     label_ends(axes, ends)
     axes.set_xlabel("air parcels N")
     axes.set_title("Physics of a frame, milliseconds", loc="left", fontsize=11.5, color=INK, pad=10)
@@ -178,7 +174,7 @@ def draw(sweep):
 def main():
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    sweep = json.loads(pathlib.Path(sys.argv[1]).read_text())
+    sweep = read_json(sys.argv[1])
     if sweep.get("kind") != "sweep" or not sweep["series"]:
         sys.exit(f"{sys.argv[1]}: no sweep with a series; measure one: pickleflight bench --sweep --json FILE")
     figure = draw(sweep)

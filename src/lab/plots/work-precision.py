@@ -187,6 +187,7 @@ def draw_parcels(study):
         axes.set_title(title, loc="left", color=INK)
         axes.set_xlabel("air parcels N")
         axes.set_xlim(sizes[0] * 0.8, sizes[-1] * 8.0)
+        axes.set_ylim(top=1.6 * axes.get_ylim()[1])  # room for the names of the methods
         axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
@@ -217,7 +218,7 @@ def draw_method_errors(axes, study, error, places):
             axes.annotate(f"{row['displacement_per_step']:g}", (at, entry["value"]), xytext=(6, 0), va="center",
                           textcoords="offset points", color=COLOURS[method], fontsize=8)
     for method in ("impulse", "spring"):
-        mine = [row["errors"][error]["value"] for row in rows if row["method"] == method]
+        mine = [entry["value"] + entry["sigma"] for entry in (row["errors"][error] for row in rows if row["method"] == method)]
         if mine:
             axes.annotate(method, (places[method], max(mine)), xytext=(0, 9), textcoords="offset points", ha="center",
                           color=COLOURS[method], fontsize=10, fontweight="bold")

@@ -1,0 +1,154 @@
+// The folder of a study: what is continued, what is refused, what stays when it cannot be written.
+#include "lab/study_files.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "core/error.hpp"
+#include "unit/temporary_folder.hpp"
+
+namespace pf::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+void write(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+
+std::string text_of(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file).rdbuf();
+  return text.str();
+}
+
+json whole_result() {
+  return {{"study", "terms"},
+          {"version", "1"},
+          {"quick", true},
+          {"machine", {{"devices", json::array()}, {"measured_under_load", false}}},
+          {"points", json::array({{{"key", "court/vacuum"}}})}};
+}
+
+// What resume_study says to this file; empty if it takes it.
+std::string refusal(const std::string& text) {
+  const TemporaryFolder folder;
+  write(folder.path() / "terms.json", text);
+  json result = {{"version", "1"}, {"quick", true}, {"points", json::array()}};
+  try {
+    resume_study(folder.path(), terms_study(), result);
+  } catch (const UserError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(StudyFiles, ADamagedResultIsRefusedByItsForm) {
+  EXPECT_EQ(refusal(whole_result().dump()), "");
+  for (const char* text : {"", "{", "[]", "null", R"({"study": 5})"})
+    EXPECT_NE(refusal(text).find("damaged"), std::string::npos) << text;
+  const json wrong[] = {{{"version", 3}},
+                        {{"study", 5}},
+                        {{"machine", 5}},
+                        {{"machine", json::object()}},
+                        {{"machine", {{"devices", json::array()}}}},
+                        {{"points", "none"}},
+                        {{"points", {3}}},
+                        {{"points", {{{"key", 1}}}}}};
+  for (const json& field : wrong) {
+    json result = whole_result();
+    result.update(field);
+    EXPECT_NE(refusal(result.dump()).find("damaged"), std::string::npos) << result;
+  }
+}
+
+TEST(StudyFiles, ARefusalSaysWhatWouldDo) {
+  json full = whole_result(), old = whole_result();
+  full["quick"] = false;
+  old["version"] = "0";
+  EXPECT_NE(refusal(full.dump()).find("leave it out"), std::string::npos) << refusal(full.dump());
+  EXPECT_NE(refusal(old.dump()).find("version 0"), std::string::npos) << refusal(old.dump());
+}
+
+TEST(StudyFiles, AFolderThatCannotBeUsedIsRefusedBeforeWork) {
+  const TemporaryFolder folder;
+  fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  if (::geteuid() != 0) {
+    EXPECT_THROW(open_results(folder.path(), Existing::refuse), UserError);
+    EXPECT_THROW(open_results(folder.path(), Existing::overwrite), UserError);
+  }
+  fs::permissions(folder.path(), fs::perms::owner_all);
+  EXPECT_NO_THROW(open_results(folder.path(), Existing::refuse));
+}
+
+TEST(StudyFiles, AFailedWriteLeavesTheOldFilesAndNothingElse) {
+  const TemporaryFolder folder;
+  json result = whole_result();
+  save_study(folder.path(), result);
+  const std::string before = text_of(folder.path() / "terms.json");
+  // /dev/full stands for the full disk.
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  fs::create_symlink("/dev/full", folder.path() / "terms.json.new");
+  result["quick"] = false;
+  EXPECT_THROW(save_study(folder.path(), result), UserError);
+  EXPECT_EQ(text_of(folder.path() / "terms.json"), before);
+  EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "terms.json.new")));
+  EXPECT_NO_THROW(save_study(folder.path(), result));
+}
+
+TEST(StudyFiles, OldPicturesOfAStudyGoAndOthersStay) {
+  const TemporaryFolder folder;
+  for (const char* name :
+       {"terms.png", "terms.svg", "terms-more.png", "terms.csv", "stability.png", "termsx.png"})
+    write(folder.path() / name, "x");
+  remove_pictures(folder.path(), "terms");
+  for (const char* name : {"terms.png", "terms.svg", "terms-more.png"})
+    EXPECT_FALSE(fs::exists(folder.path() / name)) << name;
+  for (const char* name : {"terms.csv", "stability.png", "termsx.png"})
+    EXPECT_TRUE(fs::exists(folder.path() / name)) << name;
+}
+
+json table(const char* version, bool quick, int mark) {
+  return {{"study", "work-precision"},
+          {"version", version},
+          {"quick", quick},
+          {"points", json::array()},
+          {"mark", mark}};
+}
+
+TEST(StudyFiles, AQuickTableReplacesNoFullOneOfTheSameVersion) {
+  const TemporaryFolder folder;
+  const fs::path kept = folder.path() / "cache/pickleflight/work-precision.json";
+  const auto mark_after = [&](const json& measured) {
+    save_study(folder.path(), measured);
+    const std::string note = keep_accuracy_table(folder.path(), kept);
+    const int mark = json::parse(text_of(kept)).at("mark").get<int>();
+    EXPECT_EQ(note.empty(), mark == measured.at("mark").get<int>()) << note;
+    return mark;
+  };
+  EXPECT_EQ(mark_after(table("1", true, 1)), 1) << "the first one, in a new folder";
+  EXPECT_EQ(mark_after(table("1", false, 2)), 2);
+  EXPECT_EQ(mark_after(table("1", true, 3)), 2) << "the full one stays";
+  EXPECT_EQ(mark_after(table("1", false, 4)), 4);
+  EXPECT_EQ(mark_after(table("2", true, 5)), 5) << "the full one is of another version";
+  EXPECT_EQ(keep_accuracy_table(folder.path(), {}), "") << "no folder for it";
+}
+
+TEST(StudyFiles, ATableThatCannotBeWrittenLeavesTheOldOne) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  const TemporaryFolder folder;
+  const fs::path kept = folder.path() / "kept.json";
+  write(kept, "old");
+  save_study(folder.path(), table("1", false, 1));
+  fs::create_symlink("/dev/full", folder.path() / "kept.json.new");
+  EXPECT_NE(keep_accuracy_table(folder.path(), kept).find("cannot be written"), std::string::npos);
+  EXPECT_EQ(text_of(kept), "old");
+}
+
+}  // namespace
+}  // namespace pf::test
