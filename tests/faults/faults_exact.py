@@ -20,7 +20,7 @@ EXACT = [
           "collisions in the last tenth of a step may be missed"),
     Fault("tick_length", "exact/trajectory.hpp", "world.unit_m / (8.0 * power)", "8.0", "1.0",
           "ticks are eight times as long"),
-    Fault("far_image", "exact/trajectory.hpp", "2.0 * half;\n  return offset", "2.0 * half", "(2.0 * half - 64.0)",
+    Fault("far_image", "world.hpp", "2.0 * half;\n  return offset", "2.0 * half", "(2.0 * half - 64.0)",
           "images are 64 units off"),
     Fault("wrapped", "exact/trajectory.hpp", "(position + half) % period", "half", "half + 64",
           "an anchor that is wrapped is 64 units off"),

@@ -89,23 +89,6 @@ PF_HD inline Vec2d displacement_units(const TickScale& scale, Vec2d velocity_mps
   return velocity_mps * (scale.units_per_tick * static_cast<double>(ticks));
 }
 
-PF_HD_RARE inline double far_image(double offset, std::int32_t half) {
-  const double period = 2.0 * half;
-  return offset - period * static_cast<double>(round_to_int64(offset / period));
-}
-
-PF_HD inline double nearest_image(double offset, std::int32_t half) {
-  const double limit = half;
-  if (offset < limit && offset > -limit) return offset;
-  return far_image(offset, half);
-}
-
-template <Boundary kBoundary>
-PF_HD inline Vec2d nearest_image(const World& world, Vec2d offset) {
-  if constexpr (kBoundary != Boundary::periodic) return offset;
-  return {nearest_image(offset.x, world.half.x), nearest_image(offset.y, world.half.y)};
-}
-
 // The image of any coordinate that lies in a periodic world.
 PF_HD_RARE inline std::int64_t wrapped(std::int64_t position, std::int32_t half) {
   const std::int64_t period = 2LL * half;
