@@ -135,6 +135,14 @@ PF_HD inline Vec2i start_position(const ExactConstants& c, const Trajectory& tra
           static_cast<std::int32_t>(trajectory.anchor.y + round_to_int64(moved.y))};
 }
 
+// Returns whether trajectories go on when constants change during a run. Otherwise they begin anew: ticks are
+// those of the reference speed, walls stand a radius away, and parcels may overlap from now on. Host text.
+inline bool keeps_trajectories(const Physics& before, const Physics& after) {
+  return before.parcels.radius_m == after.parcels.radius_m &&
+         before.parcels.contacts == after.parcels.contacts &&
+         before.reference_speed_mps == after.reference_speed_mps;
+}
+
 // Moves the anchor to a tick of the step.
 template <Boundary kBoundary>
 PF_HD inline void anchor_at(const ExactConstants& c, Trajectory& trajectory, std::uint32_t tick) {
