@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <tuple>
 
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
@@ -114,10 +113,7 @@ void CudaBackend::reset(const Physics& physics, const SpawnPlan& plan, const Bal
 }
 
 void CudaBackend::set_physics(const Physics& physics) {
-  const auto trajectories_depend_on = [](const Physics& p) {
-    return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
-  };
-  if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
+  if (!keeps_trajectories(physics_, physics)) stop_exact();
   // Walls are a radius away: a parcel that is now beyond its limit moves farther than any step would.
   if (physics.parcels.radius_m != physics_.parcels.radius_m) sorted_ = false;
   // `exact` keeps bounds on speeds by regions since the sort where there is a ball.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 
 #include "cuda/device_buffer.cuh"
 #include "cuda/stream.hpp"
@@ -35,13 +36,15 @@ class InteropDrawTarget final : public GlDrawTarget {
   void reserve(std::size_t num_parcels) override {
     if (num_parcels <= capacity_ && capacity_ > 0) return;
     unregister();
-    capacity_ = with_slack(num_parcels);
+    capacity_ = 0;
     has_content_ = false;
-    position_ = make_storage(capacity_ * sizeof(Vec2f), 0);
-    speed_ = make_storage(capacity_ * sizeof(float), 0);
+    const std::size_t capacity = with_slack(num_parcels);
+    position_ = make_storage(capacity * sizeof(Vec2f), 0);
+    speed_ = make_storage(capacity * sizeof(float), 0);
     const unsigned flags = cudaGraphicsRegisterFlagsWriteDiscard;
     PF_CUDA(cudaGraphicsGLRegisterBuffer(&resources_[0], position_.get(), flags));
     PF_CUDA(cudaGraphicsGLRegisterBuffer(&resources_[1], speed_.get(), flags));
+    capacity_ = capacity;
   }
 
   DrawBuffers map() override {
@@ -88,20 +91,20 @@ class InteropDrawTarget final : public GlDrawTarget {
 class StagedDrawTarget final : public GlDrawTarget {
  public:
   explicit StagedDrawTarget(std::string reason) : reason_(std::move(reason)) {}
-  ~StagedDrawTarget() override { cudaFreeHost(staging_); }
 
   DrawTargetKind kind() const override { return DrawTargetKind::staged; }
   std::string reason() const override { return reason_; }
 
   void reserve(std::size_t num_parcels) override {
     if (num_parcels <= capacity_ && capacity_ > 0) return;
-    capacity_ = with_slack(num_parcels);
+    capacity_ = 0;
     has_content_ = false;
-    device_position_ = DeviceBuffer<Vec2f>(capacity_);
-    device_speed_ = DeviceBuffer<float>(capacity_);
-    cudaFreeHost(staging_);
-    PF_CUDA(cudaMallocHost(&staging_, bytes()));
-    gl_ = make_storage(bytes(), GL_DYNAMIC_STORAGE_BIT);
+    const std::size_t capacity = with_slack(num_parcels);
+    device_position_ = DeviceBuffer<Vec2f>(capacity);
+    device_speed_ = DeviceBuffer<float>(capacity);
+    staging_ = PinnedBuffer<std::byte>(capacity * (sizeof(Vec2f) + sizeof(float)));
+    gl_ = make_storage(staging_.bytes(), GL_DYNAMIC_STORAGE_BIT);
+    capacity_ = capacity;
   }
 
   DrawBuffers map() override { return {device_position_.data(), device_speed_.data(), capacity_, true}; }
@@ -109,11 +112,12 @@ class StagedDrawTarget final : public GlDrawTarget {
   void unmap() override {
     const cudaStream_t stream = work_stream();
     const std::size_t positions = capacity_ * sizeof(Vec2f);
-    PF_CUDA(cudaMemcpyAsync(staging_, device_position_.data(), positions, cudaMemcpyDeviceToHost, stream));
-    PF_CUDA(cudaMemcpyAsync(staging_ + positions, device_speed_.data(), capacity_ * sizeof(float),
+    PF_CUDA(
+        cudaMemcpyAsync(staging_.data(), device_position_.data(), positions, cudaMemcpyDeviceToHost, stream));
+    PF_CUDA(cudaMemcpyAsync(staging_.data() + positions, device_speed_.data(), capacity_ * sizeof(float),
                             cudaMemcpyDeviceToHost, stream));
     PF_CUDA(cudaStreamSynchronize(stream));
-    glNamedBufferSubData(gl_.get(), 0, static_cast<GLsizeiptr>(bytes()), staging_);
+    glNamedBufferSubData(gl_.get(), 0, static_cast<GLsizeiptr>(staging_.bytes()), staging_.data());
     has_content_ = true;
   }
 
@@ -124,12 +128,10 @@ class StagedDrawTarget final : public GlDrawTarget {
   void frame_drawn() override {}
 
  private:
-  std::size_t bytes() const { return capacity_ * (sizeof(Vec2f) + sizeof(float)); }
-
   std::string reason_;
   DeviceBuffer<Vec2f> device_position_;
   DeviceBuffer<float> device_speed_;
-  std::byte* staging_ = nullptr;
+  PinnedBuffer<std::byte> staging_;  // positions, then speeds
   GlBuffer gl_;
   std::size_t capacity_ = 0;
   bool has_content_ = false;

@@ -11,6 +11,7 @@
 #include "app/simulation.hpp"
 #include "app/step_request.hpp"
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -24,8 +25,8 @@ struct Spread {
 };
 
 Spread spread_of(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return {values[values.size() / 2], values.front(), values.back()};
+  const auto [min, max] = std::ranges::minmax(values);
+  return {median_of(values), min, max};
 }
 
 // 0 for null.
@@ -133,15 +134,15 @@ void run_bench(const Options& options, Backend& backend) {
 
 nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
                               const std::vector<nlohmann::json>& recorded) {
-  const auto median_of = [](const std::vector<nlohmann::json>& runs, const auto& value_of) {
+  const auto median_over = [](const std::vector<nlohmann::json>& runs, const auto& value_of) {
     std::vector<double> values;
     for (const nlohmann::json& run : runs) values.push_back(value_of(run));
-    return spread_of(std::move(values)).median;
+    return median_of(values);
   };
   const auto frame_ms = [](const nlohmann::json& run) { return number_of(run["frame_ms"]["median"]); };
   const auto mean_ms = [](const nlohmann::json& run) { return number_of(run["frames"]["frame_ms"]); };
-  const double without_ms = median_of(plain, frame_ms);
-  const double with_ms = median_of(recorded, frame_ms);
+  const double without_ms = median_over(plain, frame_ms);
+  const double with_ms = median_over(recorded, frame_ms);
   const nlohmann::json& film = recorded.back()["record"];
   std::int64_t num_dropped = 0;
   for (const nlohmann::json& run : recorded) num_dropped += run["record"]["dropped"].get<std::int64_t>();
@@ -150,8 +151,8 @@ nlohmann::json recording_cost(const std::vector<nlohmann::json>& plain,
           {"frame_ms_without", without_ms},
           {"frame_ms_with", with_ms},
           {"ratio", with_ms / without_ms},
-          {"mean_frame_ms_without", median_of(plain, mean_ms)},
-          {"mean_frame_ms_with", median_of(recorded, mean_ms)},
+          {"mean_frame_ms_without", median_over(plain, mean_ms)},
+          {"mean_frame_ms_with", median_over(recorded, mean_ms)},
           {"cost_ms", with_ms - without_ms},
           {"share_of_period", (with_ms - without_ms) / period_ms},
           {"period_ms", period_ms},

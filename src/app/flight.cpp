@@ -60,8 +60,8 @@ std::optional<FlightDistance> distance_between(const FlightRecord& a, const Flig
 Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m) {
   const Vec2d way = to_m - from_m;
   if (world.boundary != Boundary::periodic) return way;
-  const Vec2d period = to_metres(world, world.half) * 2.0;
-  return {way.x - period.x * std::round(way.x / period.x), way.y - period.y * std::round(way.y / period.y)};
+  const Vec2d half_m = to_metres(world, world.half);
+  return {nearest_image(way.x, half_m.x), nearest_image(way.y, half_m.y)};
 }
 
 std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {

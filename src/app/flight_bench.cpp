@@ -9,6 +9,7 @@
 #include "app/report.hpp"
 #include "app/simulation.hpp"
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 
 namespace pf {
 namespace {
@@ -95,23 +96,22 @@ void print_flight(const json& report, const StepTotals& totals) {
 }  // namespace
 
 json flight_figures(const std::vector<TimedFrame>& frames, bool is_exact) {
-  std::vector<double> sorted;
+  std::vector<double> times_ms;
   double sum_ms = 0.0;
   for (const TimedFrame& frame : frames) {
-    sorted.push_back(frame.ms);
+    times_ms.push_back(frame.ms);
     sum_ms += frame.ms;
   }
-  std::sort(sorted.begin(), sorted.end());
-  const std::size_t num = sorted.size();
+  const auto [median_ms, p99_ms] = median_and_p99(times_ms);
   const auto worst = std::max_element(frames.begin(), frames.end(),
                                       [](const TimedFrame& a, const TimedFrame& b) { return a.ms < b.ms; });
-  json figures = {{"frames", num},
-                  {"median_ms", 0.5 * (sorted[(num - 1) / 2] + sorted[num / 2])},
-                  {"p99_ms", sorted[(99 * num + 99) / 100 - 1]},
+  json figures = {{"frames", frames.size()},
+                  {"median_ms", median_ms},
+                  {"p99_ms", p99_ms},
                   {"worst_ms", worst->ms},
                   {"worst_frame", worst - frames.begin()},
                   {"worst_at_s", worst->simulated_s},
-                  {"worst_over_mean", worst->ms * static_cast<double>(num) / sum_ms},
+                  {"worst_over_mean", worst->ms * static_cast<double>(frames.size()) / sum_ms},
                   {"simulated_s", list_of(frames, [](const TimedFrame& f) { return f.simulated_s; })},
                   {"ms", list_of(frames, [](const TimedFrame& f) { return f.ms; })}};
   if (!is_exact) return figures;

@@ -61,6 +61,14 @@ fs::path numbered(const fs::path& file, int number) {
   return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
 }
 
+// A name that cannot be looked up counts as free: whoever writes the file tells why it cannot be.
+fs::path free_name(const fs::path& file) {
+  std::error_code ignored;
+  int number = 1;
+  while (fs::exists(numbered(file, number), ignored)) ++number;
+  return numbered(file, number);
+}
+
 std::string file_part(std::string name) {
   const auto is_plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';

@@ -22,6 +22,9 @@ std::filesystem::path log_beside(const std::filesystem::path& film);
 // NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
 std::filesystem::path numbered(const std::filesystem::path& file, int number);
 
+// The first of these names that no file has.
+std::filesystem::path free_name(const std::filesystem::path& file);
+
 // A scene's name as part of a file's.
 std::string file_part(std::string name);
 

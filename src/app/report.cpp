@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.hpp"
+#include "core/statistics.hpp"
 #include "core/text.hpp"
 #include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
@@ -29,13 +30,11 @@ json vector(Vec2d value) { return json::array({number(value.x), number(value.y)}
 
 double magnitude(Vec2d value) { return std::sqrt(dot(value, value)); }
 
-// Median, and the smallest value that 99 % of the values do not exceed.
-json median_and_p99(std::vector<double> values) {
+// null without values.
+json statistics_of(std::vector<double> values) {
   if (values.empty()) return {{"median", nullptr}, {"p99", nullptr}};
-  std::sort(values.begin(), values.end());
-  const std::size_t num = values.size();
-  const double median = 0.5 * (values[(num - 1) / 2] + values[num / 2]);
-  return {{"median", number(median)}, {"p99", number(values[(99 * num + 99) / 100 - 1])}};
+  const auto [median, p99] = median_and_p99(values);
+  return {{"median", number(median)}, {"p99", number(p99)}};
 }
 
 json phase_report(const std::vector<PhaseTimes>& frames) {
@@ -44,18 +43,18 @@ json phase_report(const std::vector<PhaseTimes>& frames) {
     std::vector<double> values;
     values.reserve(frames.size());
     for (const PhaseTimes& times : frames) values.push_back(times.ms[phase]);
-    report[kPhaseNames[phase]] = median_and_p99(std::move(values));
+    report[kPhaseNames[phase]] = statistics_of(std::move(values));
   }
   return report;
 }
 
 // Over the frames in which the time is known.
-json known_median(const std::vector<DrawTimes>& frames, double DrawTimes::*member) {
+json known_statistics(const std::vector<DrawTimes>& frames, double DrawTimes::*member) {
   std::vector<double> values;
   for (const DrawTimes& frame : frames) {
     if (std::isfinite(frame.*member)) values.push_back(frame.*member);
   }
-  return median_and_p99(std::move(values));
+  return statistics_of(std::move(values));
 }
 
 double render_ms(const PhaseTimes& times) {
@@ -227,14 +226,14 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"steps", all.num_steps},
       {"simulated_s", number(simulated_s_)},
       {"wall_s", number(wall_s)},
-      {"frame_ms", median_and_p99(intervals_ms_)},
+      {"frame_ms", statistics_of(intervals_ms_)},
       {"phase_ms", phase_report(frames_)},
       {"host_ms",
-       {{"draw", known_median(drawings_, &DrawTimes::host_draw_ms)},
-        {"panel", known_median(drawings_, &DrawTimes::host_panel_ms)}}},
+       {{"draw", known_statistics(drawings_, &DrawTimes::host_draw_ms)},
+        {"panel", known_statistics(drawings_, &DrawTimes::host_panel_ms)}}},
       {"gpu_ms",
-       {{"draw", known_median(drawings_, &DrawTimes::gpu_draw_ms)},
-        {"panel", known_median(drawings_, &DrawTimes::gpu_panel_ms)}}},
+       {{"draw", known_statistics(drawings_, &DrawTimes::gpu_draw_ms)},
+        {"panel", known_statistics(drawings_, &DrawTimes::gpu_panel_ms)}}},
       {"ns_per_particle_step", ratio(1e9 * compute_s, particle_steps)},
       {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},
       {"energy", energy_report(initial_, final)},

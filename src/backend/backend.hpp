@@ -90,7 +90,8 @@ class Backend {
   // it makes no difference.
   virtual std::unique_ptr<Backend> with_threads(unsigned) const { return nullptr; }
 
-  // Spawns the parcels of plan and adopts physics and ball. Throws UserError if memory does not suffice.
+  // Spawns the parcels of plan and adopts physics and ball. Throws UserError if a device's memory does not
+  // suffice, std::bad_alloc if that of the host does not.
   virtual void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball) = 0;
   // Replaces the constants. Number of parcels and world must be those of the last reset.
   virtual void set_physics(const Physics& physics) = 0;
@@ -123,7 +124,7 @@ class Backend {
   // Stores the state into `state`, whose memory is used again. Not while a step is unfinished (mid_step).
   virtual void save(BackendState& state) = 0;
   // Replaces all that a reset sets. state: as save() left it, of a run with these constants, on any backend.
-  // Throws UserError if memory does not suffice.
+  // Throws as reset() does.
   virtual void resume(const Physics& physics, const BackendState& state) = 0;
   virtual Measures measure() = 0;
   // Profile of the current state. The base class sums over snapshot(); results are the same everywhere.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 
 #include "backend/processor.hpp"
 #include "model/time_step.hpp"
@@ -38,10 +37,7 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
 }
 
 void CpuBackend::set_physics(const Physics& physics) {
-  const auto trajectories_depend_on = [](const Physics& p) {
-    return std::tuple(p.parcels.radius_m, p.parcels.contacts, p.reference_speed_mps);
-  };
-  if (trajectories_depend_on(physics) != trajectories_depend_on(physics_)) stop_exact();
+  if (!keeps_trajectories(physics_, physics)) stop_exact();
   exact_.forget_predictions();
   physics_ = physics;
 }
@@ -183,7 +179,8 @@ Profile CpuBackend::profile(const ProfileShape& shape) {
   std::vector<Profile> parts(team_.size(), empty_profile(shape));
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
-    add_parcels(parts[thread], &position[begin], &parcels_.current.velocity[begin], end - begin);
+    add_parcels(parts[thread], position.data() + begin, parcels_.current.velocity.data() + begin,
+                end - begin);
   });
   for (std::size_t k = 1; k < parts.size(); ++k) {
     for (std::size_t bin = 0; bin < parts[k].bins.size(); ++bin) parts[0].bins[bin] += parts[k].bins[bin];

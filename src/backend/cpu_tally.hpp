@@ -29,9 +29,7 @@ struct alignas(64) CpuTally {
   void begin_contact() { ++num_collisions; }
   void ball_hit(const BallSums& hit) {
     ++num_ball_hits;
-    ball.impulse_x += hit.impulse_x;
-    ball.impulse_y += hit.impulse_y;
-    ball.torque += hit.torque;
+    ball += hit;
   }
   void moved(std::int32_t displacement, float speed2) {
     max_displacement = std::max(max_displacement, displacement);
@@ -51,9 +49,8 @@ struct alignas(64) CpuTally {
     impulse_sum += o.impulse_sum;
     overlap(o.max_overlap);
     moved(o.max_displacement, o.max_speed2);
-    const std::uint64_t hits = num_ball_hits + o.num_ball_hits;
-    ball_hit(o.ball);
-    num_ball_hits = hits;
+    num_ball_hits += o.num_ball_hits;
+    ball += o.ball;
   }
 };
 

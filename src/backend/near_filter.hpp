@@ -1,8 +1,6 @@
 // The first test for contact of a parcel with eight others at a time.
 #pragma once
 
-#include <array>
-
 #include "backend/avx2.hpp"
 #include "backend/neighbour_search.hpp"
 
@@ -35,10 +33,6 @@ struct Filter {
     return _mm256_cmp_ps(squared, _mm256_set1_ps(space.filter_distance2), _CMP_LT_OQ);
   }
 
-  __attribute__((PF_AVX2, always_inline)) unsigned near_bits(std::uint32_t first) const {
-    return static_cast<unsigned>(_mm256_movemask_ps(is_near(first)));
-  }
-
   __attribute__((PF_AVX2, always_inline)) unsigned wanted(std::uint32_t first, std::uint32_t last) const {
     const __m256i order = _mm256_set_epi32(7, 6, 3, 2, 5, 4, 1, 0);
     const __m256i index = _mm256_add_epi32(order, _mm256_set1_epi32(static_cast<int>(first)));
@@ -51,16 +45,6 @@ struct Filter {
 
 // The order of Eight.
 constexpr std::uint32_t kOrder[8] = {0, 1, 4, 5, 2, 3, 6, 7};
-
-// The bits of the first 0 .. 8 parcels in that order.
-constexpr std::array<unsigned char, 9> kFirstBits = [] {
-  std::array<unsigned char, 9> bits{};
-  for (unsigned num = 0; num <= 8; ++num) {
-    for (unsigned lane = 0; lane < 8; ++lane)
-      bits[num] = static_cast<unsigned char>(bits[num] | (kOrder[lane] < num ? 1U << lane : 0U));
-  }
-  return bits;
-}();
 
 }  // namespace pf
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "core/statistics.hpp"
 #include "lab/flight_case.hpp"
 
 namespace pf {
@@ -69,11 +70,11 @@ nlohmann::json measure_frames(const FrameCase& flight, bool quick) {
                         {"max_overlap", flown.totals.max_overlap_diameters}};
   if (ms.empty()) return row;
   const double mean = std::accumulate(ms.begin(), ms.end(), 0.0) / static_cast<double>(ms.size());
-  std::sort(ms.begin(), ms.end());
+  const double worst = *std::max_element(ms.begin(), ms.end());
   row["mean_ms"] = mean;
-  row["median_ms"] = ms[ms.size() / 2];
-  row["worst_ms"] = ms.back();
-  row["worst_over_mean"] = ms.back() / mean;
+  row["median_ms"] = median_of(ms);
+  row["worst_ms"] = worst;
+  row["worst_over_mean"] = worst / mean;
   return row;
 }
 

@@ -22,6 +22,13 @@ struct BallSums {
   std::int64_t impulse_x = 0;
   std::int64_t impulse_y = 0;
   std::int64_t torque = 0;
+
+  PF_HD BallSums& operator+=(const BallSums& o) {
+    impulse_x += o.impulse_x;
+    impulse_y += o.impulse_y;
+    torque += o.torque;
+    return *this;
+  }
 };
 
 struct BallFlight {
@@ -109,19 +116,26 @@ PF_HD inline void apply_boundary_to_ball(const World& world, double radius_m, Ba
   one_axis(state.position_m.y, state.velocity_mps.y, world.half.y);
 }
 
-// Advances the ball over one step, then applies the impulses of the step's hits. impulse_unit_kg_mps: value
-// of one count of sums.impulse.
-PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& sums,
+// Changes the ball's velocity and spin by the impulses of hits. impulse_unit_kg_mps: value of one count of
+// hits.impulse.
+PF_HD inline void apply_hits(const BallConstants& ball, const BallSums& hits, double impulse_unit_kg_mps,
+                             BallState& state) {
+  const double per_mass = impulse_unit_kg_mps / ball.mass_kg;
+  state.velocity_mps +=
+      Vec2d{static_cast<double>(hits.impulse_x) * per_mass, static_cast<double>(hits.impulse_y) * per_mass};
+  state.spin_radps +=
+      static_cast<double>(hits.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
+}
+
+// Advances the ball over one step, then applies the impulses of the step's hits.
+PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& hits,
                                double impulse_unit_kg_mps, double dt_s, BallState& state) {
   if (ball.held) return;
   const BallFlight flight = fly(ball, state, dt_s);
   state.position_m += flight.displacement_m;
   state.angle_rad += state.spin_radps * dt_s;
-  const double per_mass = impulse_unit_kg_mps / ball.mass_kg;
-  state.velocity_mps = {flight.velocity_mps.x + static_cast<double>(sums.impulse_x) * per_mass,
-                        flight.velocity_mps.y + static_cast<double>(sums.impulse_y) * per_mass};
-  state.spin_radps +=
-      static_cast<double>(sums.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
+  state.velocity_mps = flight.velocity_mps;
+  apply_hits(ball, hits, impulse_unit_kg_mps, state);
   apply_boundary_to_ball(world, ball.radius_m, state);
 }
 
@@ -155,6 +169,13 @@ PF_HD inline BallImpulse ball_impulse(const BallConstants& ball, const ParcelCon
     tangential_mps = stick > bound ? bound : (stick < -bound ? -bound : stick);
   }
   return {normal * normal_mps + perpendicular(normal) * tangential_mps, tangential_mps};
+}
+
+// What the ball gets for an impulse on a parcel. per_impulse_unit: counts per m/s.
+PF_HD inline BallSums reaction_counts(const BallImpulse& impulse, double per_impulse_unit) {
+  return {round_to_int64(-impulse.per_mass_mps.x * per_impulse_unit),
+          round_to_int64(-impulse.per_mass_mps.y * per_impulse_unit),
+          round_to_int64(-impulse.tangential_mps * per_impulse_unit)};
 }
 
 }  // namespace pf

@@ -38,9 +38,8 @@ struct StepConstants {
   double per_impulse_count = 0.0;  // counts of the sum over pair impulses per m/s
 
   // For contacts and moves of the time-stepped methods, which are computed in float.
-  std::uint64_t touch_distance2 =
-      0;                        // smallest squared distance at which parcels do not touch, units squared
-  float touch_distance = 0.0F;  // 2 r, position units
+  std::uint64_t touch_distance2 = 0;  // the smallest square at which parcels do not touch, units squared
+  float touch_distance = 0.0F;        // 2 r, position units
   float per_touch_distance = 0.0F;
   float advance = 0.0F;  // position units per (m/s), for this dt: the sum of these two
   float advance_rest = 0.0F;

@@ -1,5 +1,6 @@
 // Contact law of method `spring` from contact duration t_c and restitution e of a pair of equal masses:
-// e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m (docs/physics.md, 'Spring contact').
+// e = exp(-g t_c), (pi / t_c)^2 = w0^2 - g^2 with w0^2 = 2 k / m and g = gamma / m (docs/physics.md, 'Spring
+// contact').
 #pragma once
 
 #include <cmath>

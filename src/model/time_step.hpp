@@ -76,9 +76,7 @@ PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
   const double push = overlap_units > 1.0 ? overlap_units * 4294967296.0 : 0.0;
   const std::int64_t x = round_at_random(first.x + second.x + round_to_int64(push * normal.x), random.x);
   const std::int64_t y = round_at_random(first.y + second.y + round_to_int64(push * normal.y), random.y);
-  tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.per_impulse_unit),
-                  round_to_int64(-impulse.per_mass_mps.y * c.per_impulse_unit),
-                  round_to_int64(-impulse.tangential_mps * c.per_impulse_unit)});
+  tally.ball_hit(reaction_counts(impulse, c.per_impulse_unit));
   movement = {to_float(after_hit), {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)}};
   return x < kHalfSide && x > -kHalfSide && y < kHalfSide && y > -kHalfSide;
 }

@@ -71,4 +71,23 @@ PF_HD inline Vec2i separation(const World& world, Vec2i from, Vec2i to) {
           axis_separation<kBoundary>(from.y, to.y, world.half.y)};
 }
 
+// Not inlined: few offsets need it.
+PF_HD_RARE inline double far_image(double offset, double half) {
+  const double period = 2.0 * half;
+  return offset - period * static_cast<double>(round_to_int64(offset / period));
+}
+
+// An offset along an axis on which the world repeats after 2 half, in any unit: that of the nearest image.
+PF_HD inline double nearest_image(double offset, double half) {
+  if (offset < half && offset > -half) return offset;
+  return far_image(offset, half);
+}
+
+// offset: position units.
+template <Boundary kBoundary>
+PF_HD inline Vec2d nearest_image(const World& world, Vec2d offset) {
+  if constexpr (kBoundary != Boundary::periodic) return offset;
+  return {nearest_image(offset.x, world.half.x), nearest_image(offset.y, world.half.y)};
+}
+
 }  // namespace pf

@@ -9,13 +9,6 @@ namespace {
 constexpr double kTime_s = 0.18;     // of easing
 constexpr double kBallShare = 0.12;  // of the region's smaller side, at the start
 
-// The nearest image of a distance in a periodic world.
-Vec2d nearest(Vec2d distance_m, const World& world) {
-  if (world.boundary != Boundary::periodic) return distance_m;
-  const Vec2d side_m = to_metres(world, world.half) * 2.0;
-  return {std::remainder(distance_m.x, side_m.x), std::remainder(distance_m.y, side_m.y)};
-}
-
 }  // namespace
 
 Vec2d ball_in_picture(const FrameView& frame) {
@@ -44,7 +37,7 @@ void BallCamera::zoom(double factor, double width_m) {
 
 void BallCamera::move(const Seen& seen, const World& world, const ViewRegion& region, Camera& camera) {
   const bool jumps = is_new_ || seen.num_flights != num_flights_;
-  if (jumps) offset_m_ = nearest(camera.to_world(region.center_px()) - seen.ball_m, world);
+  if (jumps) offset_m_ = nearest_way(world, seen.ball_m, camera.to_world(region.center_px()));
   is_new_ = false;
   num_flights_ = seen.num_flights;
   offset_m_ = {eased(offset_m_.x, seen.passed_s), eased(offset_m_.y, seen.passed_s)};

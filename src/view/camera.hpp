@@ -32,6 +32,7 @@ struct Camera {
   bool shows_images = false;  // of a periodic world, beyond its edges
 
   Vec2d to_world(Vec2d px) const { return center_m + (px - anchor_px) * metres_per_px; }
+  Vec2d to_px(Vec2d world_m) const { return (world_m - center_m) * (1.0 / metres_per_px) + anchor_px; }
 
   // Shows a world of the given size with a margin around it [px].
   void fit(double width_m, double height_m, const ViewRegion& region, double margin_px) {

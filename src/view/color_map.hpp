@@ -3,16 +3,20 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
+#include "scene/settings.hpp"
 #include "view/look.hpp"
 
 namespace pf {
 
 // Speed of the top colour: four times the parcels' own spread, so that air at rest uses the lower half of the
-// scale and parcels that the ball has hit stand out. A fifth of a hot disc's, which cools as it spreads.
-inline double top_color_speed_mps(double parcel_speed_mps, double flow_mps, double hot_speed_mps) {
-  const double top = 4.0 * parcel_speed_mps + flow_mps + 0.2 * hot_speed_mps;
-  return top > 0.0 ? top : 1.0;
+// scale and parcels that the ball has hit stand out; that of the flow; and a fifth of a hot disc's, which
+// cools as it spreads.
+inline double top_color_speed_mps(const Settings& settings) {
+  const double flow_mps = std::hypot(settings.flow_x_mps, settings.flow_y_mps);
+  const double top_mps = 4.0 * settings.parcel_speed_mps + flow_mps + 0.2 * settings.hot_speed_mps;
+  return top_mps > 0.0 ? top_mps : 1.0;
 }
 
 // The part of the map that is used; the rest would not show on the floor. Fast is bright on the dark floor

@@ -51,8 +51,8 @@ struct ContextRequest {
   int height_px = 720;
   bool vsync = true;
   std::string title = "Pickleball Flight";
-  int egl_device =
-      -1;  // index among EGL devices; -1: an NVIDIA one if there is one, then Mesa surfaceless, then any
+  // Index among EGL devices; -1: an NVIDIA one if there is one, then Mesa surfaceless, then any.
+  int egl_device = -1;
 };
 
 // Renderer and version of the current context by its glGetString: for contexts older than what glad loads.

@@ -78,8 +78,8 @@ class GlFence {
 
   void place();
   bool placed() const { return sync_ != nullptr; }
-  void wait();  // returns at once if none is placed; the fence is gone afterwards. Throws DeviceError on a
-                // lost device
+  // Returns at once if none is placed; the fence is gone afterwards. Throws DeviceError on a lost device.
+  void wait();
 
  private:
   void clear();

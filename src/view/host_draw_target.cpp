@@ -17,6 +17,7 @@ void HostDrawTarget::reserve(std::size_t num_parcels) {
   glNamedBufferStorage(buffer_.get(), bytes, nullptr, access);
   memory_ = static_cast<std::byte*>(glMapNamedBufferRange(buffer_.get(), 0, bytes, access));
   if (memory_ == nullptr) {
+    buffer_.reset();
     throw DeviceError(
         fmt::format("glMapNamedBufferRange: no {} MiB of draw memory for {} parcels; choose fewer (-p)",
                     bytes >> 20, num_parcels));

@@ -30,11 +30,6 @@ void begin_strip(const OverlayPlace& place, float height, const OverlayColors& c
   ImGui::GetWindowDrawList()->AddLine(low, ImVec2(high.x, low.y), colors.edge, place.scale);
 }
 
-double top_speed_mps(const Settings& settings) {
-  return top_color_speed_mps(settings.parcel_speed_mps, std::hypot(settings.flow_x_mps, settings.flow_y_mps),
-                             settings.hot_speed_mps);
-}
-
 }  // namespace
 
 OverlayMode Overlay::fitting_mode(OverlayMode mode, float width_px, float scale) {
@@ -181,7 +176,7 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
 void Overlay::write_legend(const FrameView& frame, float x, float y, float scale) {
   const float row = kRow_px * scale;
   const float width = kLegendWidth_px * scale;
-  const double top_mps = top_speed_mps(*frame.settings);
+  const double top_mps = top_color_speed_mps(*frame.settings);
   texts_.add(x, y, colors_.dim, "parcel speed [m/s]");
   texts_.add(x, y + 2.2F * row, colors_.text, "0");
   const std::string middle = rounded_text(0.5 * top_mps), top = rounded_text(top_mps) + "+";

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <span>
 
@@ -10,21 +9,6 @@
 #include "core/text.hpp"
 
 namespace pf {
-namespace {
-
-// Reorders values.
-MedianP99 statistics(std::span<double> values) {
-  if (values.empty()) return {};
-  const auto at = [&](std::size_t rank) {
-    const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
-    std::nth_element(values.begin(), place, values.end());
-    return *place;
-  };
-  const std::size_t num = values.size();
-  return {0.5 * (at((num - 1) / 2) + at(num / 2)), at((99 * num + 99) / 100 - 1)};
-}
-
-}  // namespace
 
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
@@ -41,7 +25,7 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   std::array<double, kNumKept> values{};
   const auto of = [&](const auto& value_of) {
     for (std::size_t i = 0; i < size(); ++i) values[i] = value_of(kept_[i]);
-    return statistics(std::span(values).first(size()));
+    return median_and_p99(std::span(values).first(size()));
   };
   for (std::size_t phase = 0; phase < kNumPhases; ++phase)
     figures.phase_ms[phase] = of([phase](const Kept& kept) { return kept.times.ms[phase]; });
@@ -52,7 +36,7 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
     for (std::size_t i = 0; i < size(); ++i) {
       if (std::isfinite(kept_[i].drawing.*member)) values[num++] = kept_[i].drawing.*member;
     }
-    return statistics(std::span(values).first(num)).median;
+    return median_and_p99(std::span(values).first(num)).median;
   };
   figures.gpu_draw_ms = known_median(&DrawTimes::gpu_draw_ms);
   figures.gpu_panel_ms = known_median(&DrawTimes::gpu_panel_ms);

@@ -8,13 +8,9 @@
 #include <string>
 
 #include "app/simulation.hpp"
+#include "core/statistics.hpp"
 
 namespace pf {
-
-struct MedianP99 {
-  double median = 0.0;
-  double p99 = 0.0;  // smallest value that 99 % do not exceed
-};
 
 struct OverlayFigures {
   std::array<MedianP99, kNumPhases> phase_ms;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "view/camera.hpp"
 #include "view/look.hpp"
 
 namespace pf {
@@ -29,6 +30,12 @@ inline const OverlayColors& overlay_colors(Theme theme) {
 
 inline ImU32 packed(const Rgb& color, float alpha = 1.0F) {
   return ImGui::ColorConvertFloat4ToU32(ImVec4(color[0], color[1], color[2], alpha));
+}
+
+// Place of a point of the world in a picture so high, from the upper left corner as ImGui counts.
+inline ImVec2 on_screen(Vec2d world_m, const Camera& camera, float height_px) {
+  const Vec2d px = camera.to_px(world_m);
+  return {static_cast<float>(px.x), height_px - static_cast<float>(px.y)};
 }
 
 // size: relative to the font's height.

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "core/round_up.hpp"
+#include "core/statistics.hpp"
 #include "view/overlay.hpp"
 #include "view/overlay_layout.hpp"
 #include "view/overlay_text.hpp"
@@ -80,9 +82,7 @@ double Overlay::usual_max_ms() const {
   if (count == 0) return 0.0;
   std::array<double, FrameHistory::kNumKept> totals{};
   for (std::size_t i = 0; i < count; ++i) totals[i] = history_.times(i).total();
-  const auto rank = totals.begin() + static_cast<std::ptrdiff_t>(count * 19 / 20);
-  std::nth_element(totals.begin(), rank, totals.begin() + static_cast<std::ptrdiff_t>(count));
-  return *rank;
+  return value_of_rank(std::span(totals).first(count), count * 19 / 20);
 }
 
 void Overlay::write_scale(const OverlayPlace& place) {

@@ -172,9 +172,7 @@ void Recorder::take_requested(const SeenPicture& picture, Simulation& simulation
   const char* ending = picture_requested_ ? "png" : "svg";
   const std::string name = fmt::format("{}_t{:.4f}s.{}", file_part(simulation.settings().name),
                                        simulation.view().simulated_s, ending);
-  int number = 1;
-  while (fs::exists(numbered(name, number))) ++number;
-  const fs::path file = numbered(name, number);
+  const fs::path file = free_name(name);
   try {
     if (!picture_requested_) {
       write_svg(file, path_svg(simulation.view(), scene.look));

@@ -40,9 +40,7 @@ double drawn_radius_m(const Settings& settings, const Physics& physics) {
 
 // Speed to place on the colour scale.
 float per_color_mps(const Settings& settings) {
-  return static_cast<float>(1.0 / top_color_speed_mps(settings.parcel_speed_mps,
-                                                      std::hypot(settings.flow_x_mps, settings.flow_y_mps),
-                                                      settings.hot_speed_mps));
+  return static_cast<float>(1.0 / top_color_speed_mps(settings));
 }
 
 // A round number of metres that cuts the side into 5 to 12 parts.

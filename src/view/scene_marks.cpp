@@ -19,9 +19,7 @@ constexpr double kMphPerMps = 3600.0 / 1609.344;  // miles of 1609.344 m
 constexpr double kRpmPerRadps = 30.0 / kPi;
 
 ImVec2 on_screen(Vec2d world_m, const ScenePlace& scene) {
-  const Camera& camera = scene.camera;
-  const Vec2d px = (world_m - camera.center_m) * (1.0 / camera.metres_per_px) + camera.anchor_px;
-  return {static_cast<float>(px.x), scene.height_px - static_cast<float>(px.y)};
+  return on_screen(world_m, scene.camera, scene.height_px);
 }
 
 PxRect free_rect(const ScenePlace& scene) {

@@ -32,11 +32,6 @@ void paint_name(ImVec2 at, const std::string& text, const Rgb& color, Theme them
   list->AddText(ImVec2(at.x + 23.0F * scale, at.y + 3.0F * scale), overlay_colors(theme).text, text.c_str());
 }
 
-ImVec2 on_screen(Vec2d world_m, const Camera& camera, float height_px) {
-  const Vec2d px = (world_m - camera.center_m) * (1.0 / camera.metres_per_px) + camera.anchor_px;
-  return {static_cast<float>(px.x), height_px - static_cast<float>(px.y)};
-}
-
 }  // namespace
 
 ViewRegion SplitPicture::lay_out(const SplitScene& scene, const ViewRegion& free, float scale) {

@@ -41,7 +41,7 @@ void SplitView::take_mouse(InputFrame& input, const Camera& camera, Gui& gui, fl
   if (!in_second_) return;
   const Camera second = picture_.second_camera(camera, pair_.view().physics->world, scale);
   const Vec2d world_m = second.to_world(input.pointer_px);
-  input.pointer_px = (world_m - camera.center_m) * (1.0 / camera.metres_per_px) + camera.anchor_px;
+  input.pointer_px = camera.to_px(world_m);
   input.drag_px = input.drag_px * (second.metres_per_px / camera.metres_per_px);
 }
 

@@ -94,7 +94,7 @@ void Stage::zoom(const InputFrame& input) {
 // Its place in the picture, for tests.
 void Stage::note_followed_ball() {
   if (!ball_camera_.is_on()) return;
-  const Vec2d px = (ball_m_ - camera_.center_m) * (1.0 / camera_.metres_per_px) + camera_.anchor_px;
+  const Vec2d px = camera_.to_px(ball_m_);
   const double radius_px = simulation_.view().physics->ball.radius_m / camera_.metres_per_px;
   const PxRect ball = square_around(static_cast<float>(px.x), static_cast<float>(size_.height - px.y),
                                     static_cast<float>(radius_px));

@@ -1,8 +1,6 @@
 // The last seconds of the scene, written by a key.
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "view/stage_loop.hpp"
@@ -42,10 +40,8 @@ void Stage::write_last_seconds() {
   if (last_seconds_.is_writing()) return notice_.show("The last seconds are still being written", now);
   const std::string base = fmt::format("{}_t{:.4f}s.{}", file_part(simulation_.settings().name),
                                        simulation_.view().simulated_s, options_.clip_format);
-  int number = 1;
-  while (std::filesystem::exists(numbered(base, number))) ++number;
   try {
-    last_seconds_.write(numbered(base, number));
+    last_seconds_.write(free_name(base));
   } catch (const std::exception& error) {
     notice_.show(error.what(), now, kRead_s);
   }

@@ -198,9 +198,7 @@ void Stage::write_panel_map() {
   if (hooks_.panel_map.empty()) return;
   write_frame_count();
   if (simulation_.view().physics->ball.exists) {
-    const Vec2d start_px =
-        (initial_ball(simulation_.settings()).position_m - camera_.center_m) * (1.0 / camera_.metres_per_px) +
-        camera_.anchor_px;
+    const Vec2d start_px = camera_.to_px(initial_ball(simulation_.settings()).position_m);
     const auto x = static_cast<float>(start_px.x);
     const auto y = static_cast<float>(size_.height - start_px.y);
     panel_.controls().note("Ball's start", {x - 1.0F, y - 1.0F, x + 1.0F, y + 1.0F});

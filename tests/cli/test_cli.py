@@ -280,8 +280,32 @@ def lost_streams(bench):
         process.kill()
 
 
+# What bash-completion has: the words of the command line so far, and a sign of names of files.
+COMPLETE = """_init_completion() { words=($LINE '') cword=$((${#words[@]} - 1)) cur='' prev=${words[cword-1]}; }
+_filedir() { COMPREPLY+=("files${1:+ in }$1"); }
+source "$SCRIPT" && words=($LINE) && _pickleflight "${words[0]}" && printf '%s\\n' "${COMPREPLY[@]}"
+"""
+
+
+def completion(bench):
+    """Bash completes what the program takes now: options for files, studies, names."""
+    skip_without("bash")
+    script = pathlib.Path(__file__).resolve().parents[2] / "scripts/package/completion.bash"
+
+    def completed(line):
+        environment = {**os.environ, "SCRIPT": str(script), "LINE": f"{bench.program} {line}"}
+        return subprocess.run(["bash", "-c", COMPLETE], env=environment, capture_output=True, text=True,
+                              timeout=LIMIT_S).stdout.split()
+
+    for line, expected in {"lab": ["validate", "contact-clock", "gas-dynamics", "plot"], "--profile-csv": ["files"],
+                           "run --dump": ["files"], "bench --json": ["files"], "--method": ["impulse", "exact"],
+                           "--scene": ["court", "gas"], "": ["run", "bench"]}.items():
+        found = completed(line)
+        check(all(word in found for word in expected), f"{line!r} is followed by {' '.join(expected)}")
+
+
 CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals,
-                                          stood_still, lost_streams)}
+                                          stood_still, lost_streams, completion)}
 
 
 def main():

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "app/checkpoints.hpp"
 #include "support/scene_support.hpp"
@@ -48,6 +49,23 @@ TEST(FlightRecord, EnergyDriftNeedsAnUndisturbedEnd) {
   EXPECT_DOUBLE_EQ(*flight.energy_drift(), -0.25);
   flight.disturbed = true;
   EXPECT_FALSE(flight.energy_drift());
+}
+
+// A side is off by a position unit at most, 5e-9, and the longest way is two periods away.
+TEST(NearestWay, CrossesAnEdgeOfAPeriodicWorldIfThatIsShorter) {
+  const World walls = make_world(10.0, 6.0, Boundary::walls);
+  const World periodic = make_world(10.0, 6.0, Boundary::periodic);
+  EXPECT_EQ(nearest_way(walls, {4.5, 0.0}, {-4.5, 0.0}), (Vec2d{-9.0, 0.0}));
+  for (const auto& [from, to, way] : {std::tuple(Vec2d{4.5, 0.0}, Vec2d{-4.5, 0.0}, Vec2d{1.0, 0.0}),
+                                      {Vec2d{0.0, -2.5}, Vec2d{0.0, 2.5}, Vec2d{0.0, -1.0}},
+                                      {Vec2d{3.0, 1.0}, Vec2d{4.0, 1.0}, Vec2d{1.0, 0.0}},
+                                      {Vec2d{3.0, 1.0}, Vec2d{14.0, 7.0}, Vec2d{1.0, 0.0}},
+                                      {Vec2d{3.0, 1.0}, Vec2d{-26.0, 13.0}, Vec2d{1.0, 0.0}}}) {
+    const Vec2d found = nearest_way(periodic, from, to);
+    EXPECT_NEAR(found.x, way.x, 1e-8) << to.x;
+    EXPECT_NEAR(found.y, way.y, 1e-8) << to.y;
+    EXPECT_EQ(is_straight_way(from, to, found), to.x == 4.0);
+  }
 }
 
 TEST(Ghost, VacuumWithoutSpinIsAStraightLine) {

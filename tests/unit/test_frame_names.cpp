@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "app/options.hpp"
 #include "core/error.hpp"
 #include "temporary_folder.hpp"
@@ -58,6 +60,19 @@ TEST(FrameNames, RecordAcceptsAPatternInANewFolder) {
   EXPECT_NE(refusal(file + "/%05d.png").find("cannot be written"), std::string::npos);
   EXPECT_NE(refusal("a.png").find("FOLDER/%05d.png"), std::string::npos) << refusal("a.png");
   EXPECT_NE(refusal("a.avi").find(".mp4 or .mkv"), std::string::npos);
+}
+
+TEST(FrameNames, AFreeNameIsTheFirstThatNoFileHas) {
+  const TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "gas.png";
+  EXPECT_EQ(free_name(file), file);
+  folder.write("gas.png", "");
+  EXPECT_EQ(free_name(file).filename(), "gas-2.png");
+  folder.write("gas-2.png", "");
+  EXPECT_EQ(free_name(file).filename(), "gas-3.png");
+  // No file system takes it: to write it fails, to ask for it must not.
+  const std::filesystem::path too_long = folder.path() / (std::string(5000, 'a') + ".png");
+  EXPECT_EQ(free_name(too_long), too_long);
 }
 
 }  // namespace

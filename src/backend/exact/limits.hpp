@@ -14,7 +14,8 @@ inline void check_is_countable(double end_s, double tick_s) {
                   " ns, at most 2^62 of them; these steps would exceed that. Take shorter steps, or reset.");
 }
 
-// Throws UserError: a step of one tick has more events than can be solved in order. The state is unchanged.
+// Throws UserError: a window of one tick has more events than can be solved in order. The state is that of
+// the window's start.
 [[noreturn]] inline void throw_unresolvable(double tick_s) {
   throw UserError(
       "exact: more parcels touch within a tick of " + std::to_string(tick_s * 1e9) +

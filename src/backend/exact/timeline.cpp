@@ -211,9 +211,7 @@ void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked,
   epoch_length_.add_events(outcome.result.num_events);
   if (!chord_) return;
   chord_->done += length;
-  chord_->frozen_hits.impulse_x += outcome.result.frozen_hits.impulse_x;
-  chord_->frozen_hits.impulse_y += outcome.result.frozen_hits.impulse_y;
-  chord_->frozen_hits.torque += outcome.result.frozen_hits.torque;
+  chord_->frozen_hits += outcome.result.frozen_hits;
 }
 
 // After a window that did not finish: a new epoch with a higher bound on speeds if that was too low, else a

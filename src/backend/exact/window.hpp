@@ -74,18 +74,15 @@ struct ClusterTally {
   void retired() { ++num_retired; }
   void ball_hit(const BallSums& hit) {
     ++num_ball_hits;
-    ball.impulse_x += hit.impulse_x;
-    ball.impulse_y += hit.impulse_y;
-    ball.torque += hit.torque;
+    ball += hit;
   }
   void add_to(CpuTally& sum) const {
     sum.num_collisions += num_collisions;
     sum.num_retired += num_retired;
     sum.impulse_sum += impulse_sum;
     sum.overlap(max_overlap);
-    if (num_ball_hits == 0) return;
-    sum.ball_hit(ball);
-    sum.num_ball_hits += num_ball_hits - 1;
+    sum.num_ball_hits += num_ball_hits;
+    sum.ball += ball;
   }
 };
 static_assert(EventTally<ClusterTally>);

@@ -66,10 +66,15 @@ class WindowLength {
   }
 
  private:
+  // Events that a window should have.
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
+  // Of a cluster, at least, before its window is cut.
   static constexpr std::uint32_t kMostClusterEvents = 128;
-  static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0;
-  static constexpr double kWaste = 0.5, kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
+  // A window is too long if its largest cluster has more events than both of these, the second one a share of
+  // the window's, or if more than a share kWaste of its events were solved in vain.
+  static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0, kWaste = 0.5;
+  // Factors from one window's length to the next: at least, in a crowd at most, and at most.
+  static constexpr double kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
 
   double wanted_events_ = 1.0;
   double ticks_ = 1.0;

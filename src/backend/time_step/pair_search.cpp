@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-// Counts of 0 .. kMaxCount parcels.
+// Counts of 0 .. ParcelCount::kMax parcels.
 constexpr auto kCounts = [] {
   std::array<ParcelCount, ParcelCount::kMax + 1> counts{};
   for (unsigned num = 0; num <= ParcelCount::kMax; ++num) {

@@ -12,7 +12,8 @@
 namespace pf {
 namespace {
 
-// Position units. Together with the longest flight that free_flight.cpp knows less than a step may be.
+// Position units. With the longest flight that free_flight.cpp makes it is less than 2^30, which no step may
+// reach.
 constexpr std::uint32_t kMaxPush = 1 << 22;
 
 }  // namespace

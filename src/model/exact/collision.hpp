@@ -188,9 +188,7 @@ PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallT
   const double least_mps = least_separation_mps(c.plan, c.run.ball_contact - distance);
   if (separation_mps < least_mps) impulse.per_mass_mps += normal * ((least_mps - separation_mps) / recoil);
   parcel.velocity = to_float(to_double(parcel.velocity) + impulse.per_mass_mps);
-  tally.ball_hit({round_to_int64(-impulse.per_mass_mps.x * c.run.per_impulse_unit),
-                  round_to_int64(-impulse.per_mass_mps.y * c.run.per_impulse_unit),
-                  round_to_int64(-impulse.tangential_mps * c.run.per_impulse_unit)});
+  tally.ball_hit(reaction_counts(impulse, c.run.per_impulse_unit));
   return {-impulse.per_mass_mps, -impulse.tangential_mps};
 }
 

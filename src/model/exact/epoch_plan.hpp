@@ -20,15 +20,6 @@ constexpr double kEpochSpacings = 0.6;
 // Largest turn of the ball's velocity in a chord, radians, and largest part of its speed that drag takes.
 constexpr double kMaxChordTurn = 1.0 / 16.0;
 
-PF_HD inline std::uint64_t ticks_to_anchoring(const ExactProgress& progress) {
-  return kAnchorPeriod - (progress.now >> progress.tick_exponent) % kAnchorPeriod;
-}
-
-// Ticks from now to the one that contains `until`.
-PF_HD inline std::uint64_t ticks_until(const ExactProgress& progress, std::uint64_t until) {
-  return ((until - progress.now - 1) >> progress.tick_exponent) + 1;
-}
-
 // Longest epoch whose search boxes hold few parcels, ticks.
 PF_HD inline double preferred_epoch_ticks(const ExactConstants& c) {
   const World& world = c.run.physics.world;
@@ -39,14 +30,6 @@ PF_HD inline double preferred_epoch_ticks(const ExactConstants& c) {
   // Parcels that pass through each other are searched for at the ball only.
   if (!c.run.physics.parcels.contacts && units < c.run.ball_contact) units = c.run.ball_contact;
   return units / (c.plan.max_speed_mps * c.plan.units_per_tick);
-}
-
-// A plan of no length that starts now.
-PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& progress) {
-  StepPlan plan;
-  static_cast<TickScale&>(plan) = scaled(run.reference_ticks, progress.tick_exponent);
-  plan.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
-  return plan;
 }
 
 // Plans the epoch that starts now. The ball's role is set by its chords. longer: multiple of the preferred
@@ -71,8 +54,7 @@ PF_HD inline bool always_flies_straight(const BallConstants& ball) { return flie
 // trajectories are anchored anew. It depends on nothing else but the ball's state.
 PF_HD inline std::uint32_t chord_ticks(const RunConstants& run, const ExactProgress& progress,
                                        std::uint64_t until) {
-  const std::uint64_t asked = ticks_until(progress, until), to_anchoring = ticks_to_anchoring(progress);
-  const std::uint64_t wanted = asked < to_anchoring ? asked : to_anchoring;
+  const std::uint64_t wanted = ticks_until_anchoring_or(progress, until);
   const BallConstants& ball = run.physics.ball;
   if (ball.held) return static_cast<std::uint32_t>(wanted);
   const double tick_s = run.reference_ticks.tick_s * static_cast<double>(1ULL << progress.tick_exponent);

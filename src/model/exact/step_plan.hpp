@@ -49,15 +49,12 @@ PF_HD inline BallRole ball_role(const Physics& physics, const BallState& ball, d
   return change < kNegligible ? BallRole::frozen : BallRole::participant;
 }
 
-// Speed of the fastest point of the ball: what it hits may become as fast.
-PF_HD inline double surface_speed_mps(const Physics& physics, const BallTrajectory& ball) {
+// Speed of the fastest point of the ball: what it hits may become as fast. Ball: BallState or BallTrajectory.
+// factor: of the speed of its centre.
+template <class Ball>
+PF_HD inline double surface_speed_mps(const Physics& physics, const Ball& ball, double factor = 1.0) {
   const double spin = ball.spin_radps < 0.0 ? -ball.spin_radps : ball.spin_radps;
-  return speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
-}
-
-PF_HD inline double surface_speed_mps(const Physics& physics, const BallState& ball) {
-  const double spin = ball.spin_radps < 0.0 ? -ball.spin_radps : ball.spin_radps;
-  return speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
+  return factor * speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
 }
 
 // Bound on speeds that present speeds can lead to, and hits by the ball. reference_mps: of the step's ticks.
@@ -67,8 +64,7 @@ PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_m
   double fastest = 1e-3 * reference_mps;
   if (progress.fastest_mps > fastest) fastest = progress.fastest_mps;
   if (physics.ball.exists) {
-    const double spin = progress.ball.spin_radps < 0.0 ? -progress.ball.spin_radps : progress.ball.spin_radps;
-    const double surface = ball_factor * speed_of(progress.ball.velocity_mps) + spin * physics.ball.radius_m;
+    const double surface = surface_speed_mps(physics, progress.ball, ball_factor);
     if (surface > fastest) fastest = surface;
   }
   const double bound = kSpeedMargin * fastest;
@@ -181,17 +177,37 @@ PF_HD inline bool is_at_anchoring(const ExactProgress& progress) {
   return (progress.now >> progress.tick_exponent) % kAnchorPeriod == 0;
 }
 
+// Ticks from now to the next moment at which trajectories are anchored anew: at least one.
+PF_HD inline std::uint64_t ticks_to_anchoring(const ExactProgress& progress) {
+  return kAnchorPeriod - (progress.now >> progress.tick_exponent) % kAnchorPeriod;
+}
+
+// Ticks from now to the end of the one that contains `until`, which is later than now. until: ticks of the
+// reference speed.
+PF_HD inline std::uint64_t ticks_until(const ExactProgress& progress, std::uint64_t until) {
+  return ((until - progress.now - 1) >> progress.tick_exponent) + 1;
+}
+
+// The same, or those to the next anchoring if that comes first.
+PF_HD inline std::uint64_t ticks_until_anchoring_or(const ExactProgress& progress, std::uint64_t until) {
+  const std::uint64_t asked = ticks_until(progress, until), to_anchoring = ticks_to_anchoring(progress);
+  return asked < to_anchoring ? asked : to_anchoring;
+}
+
+// A plan of no length that starts now.
+PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& progress) {
+  StepPlan plan;
+  static_cast<TickScale&>(plan) = scaled(run.reference_ticks, progress.tick_exponent);
+  plan.start = static_cast<std::uint32_t>(progress.now >> progress.tick_exponent);
+  return plan;
+}
+
 // Plans the step that starts now and ends at the latest in the tick of `until`, at most max_ticks long. It
 // ends where trajectories are anchored anew.
 PF_HD inline StepPlan plan_step(const RunConstants& run, const ExactProgress& progress, std::uint64_t until,
                                 std::uint32_t max_ticks) {
-  ExactConstants c{run, {}};
-  static_cast<TickScale&>(c.plan) = scaled(run.reference_ticks, progress.tick_exponent);
-  const std::uint64_t start = progress.now >> progress.tick_exponent;
-  const std::uint64_t asked = ((until - progress.now - 1) >> progress.tick_exponent) + 1;
-  c.plan.start = static_cast<std::uint32_t>(start);
-  const std::uint64_t to_anchoring = kAnchorPeriod - start % kAnchorPeriod;
-  const std::uint64_t wanted = asked < to_anchoring ? asked : to_anchoring;
+  ExactConstants c{run, plan_of_now(run, progress)};
+  const std::uint64_t wanted = ticks_until_anchoring_or(progress, until);
   const double parts = static_cast<double>(wanted) / preferred_ticks(c, progress);  // equal ones
   const std::uint64_t num = parts > 1.0 ? static_cast<std::uint64_t>(parts) + 1 : 1;
   const std::uint64_t part = (wanted + num - 1) / num;
@@ -286,16 +302,6 @@ struct StepResult {
   std::uint64_t num_events = 0;
 };
 
-// Applies the impulses of a step to a ball that was frozen in it.
-PF_HD inline void apply_frozen_hits(const RunConstants& run, const BallSums& hits, BallState& ball) {
-  const Physics& physics = run.physics;
-  const double per_mass = run.impulse_unit_kg_mps / physics.ball.mass_kg;
-  ball.velocity_mps +=
-      Vec2d{static_cast<double>(hits.impulse_x) * per_mass, static_cast<double>(hits.impulse_y) * per_mass};
-  ball.spin_radps += static_cast<double>(hits.torque) *
-                     (run.impulse_unit_kg_mps * physics.ball.radius_m / physics.ball.inertia_kg_m2);
-}
-
 // Moves the ball to the end of the step. ball: after the step's events. progress: already at the end
 // otherwise.
 PF_HD inline void finish_ball(const ExactConstants& c, const ExactBall& ball, const BallSums& frozen_hits,
@@ -308,7 +314,8 @@ PF_HD inline void finish_ball(const ExactConstants& c, const ExactBall& ball, co
                      physics.world.unit_m;
   state.velocity_mps = ball.end_velocity_mps;
   state.spin_radps = trajectory.spin_radps;
-  if (c.plan.ball == BallRole::frozen) apply_frozen_hits(c.run, frozen_hits, state);
+  if (c.plan.ball == BallRole::frozen)
+    apply_hits(physics.ball, frozen_hits, c.run.impulse_unit_kg_mps, state);
   state.angle_rad += state.spin_radps * (c.plan.length * c.plan.tick_s);
   progress.ball_trajectory = trajectory;
   progress.ball_trajectory.tick -= static_cast<std::int32_t>(c.plan.length);

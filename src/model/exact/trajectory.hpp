@@ -89,23 +89,6 @@ PF_HD inline Vec2d displacement_units(const TickScale& scale, Vec2d velocity_mps
   return velocity_mps * (scale.units_per_tick * static_cast<double>(ticks));
 }
 
-PF_HD_RARE inline double far_image(double offset, std::int32_t half) {
-  const double period = 2.0 * half;
-  return offset - period * static_cast<double>(round_to_int64(offset / period));
-}
-
-PF_HD inline double nearest_image(double offset, std::int32_t half) {
-  const double limit = half;
-  if (offset < limit && offset > -limit) return offset;
-  return far_image(offset, half);
-}
-
-template <Boundary kBoundary>
-PF_HD inline Vec2d nearest_image(const World& world, Vec2d offset) {
-  if constexpr (kBoundary != Boundary::periodic) return offset;
-  return {nearest_image(offset.x, world.half.x), nearest_image(offset.y, world.half.y)};
-}
-
 // The image of any coordinate that lies in a periodic world.
 PF_HD_RARE inline std::int64_t wrapped(std::int64_t position, std::int32_t half) {
   const std::int64_t period = 2LL * half;
@@ -150,6 +133,14 @@ PF_HD inline Vec2i start_position(const ExactConstants& c, const Trajectory& tra
   const Vec2d moved = displacement_units(c.plan, to_double(trajectory.velocity), age);
   return {static_cast<std::int32_t>(trajectory.anchor.x + round_to_int64(moved.x)),
           static_cast<std::int32_t>(trajectory.anchor.y + round_to_int64(moved.y))};
+}
+
+// Returns whether trajectories go on when constants change during a run. Otherwise they begin anew: ticks are
+// those of the reference speed, walls stand a radius away, and parcels may overlap from now on. Host text.
+inline bool keeps_trajectories(const Physics& before, const Physics& after) {
+  return before.parcels.radius_m == after.parcels.radius_m &&
+         before.parcels.contacts == after.parcels.contacts &&
+         before.reference_speed_mps == after.reference_speed_mps;
 }
 
 // Moves the anchor to a tick of the step.

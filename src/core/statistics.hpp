@@ -1,0 +1,36 @@
+// Median and percentile of measured values. Every report takes them here, so that all agree on what they are
+// of an even number of values, or of few.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+namespace pf {
+
+struct MedianP99 {
+  double median = 0.0;
+  double p99 = 0.0;  // smallest value that 99 % do not exceed
+};
+
+// The value that `rank` others come before, if they are sorted. rank < values.size(). Reorders values.
+inline double value_of_rank(std::span<double> values, std::size_t rank) {
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+// Of an even number the mean of the two in the middle. At least one value; reorders them.
+inline double median_of(std::span<double> values) {
+  const std::size_t num = values.size();
+  const double lower = value_of_rank(values, (num - 1) / 2);
+  return 0.5 * (lower + value_of_rank(values, num / 2));
+}
+
+// Zeros of no values. Reorders them.
+inline MedianP99 median_and_p99(std::span<double> values) {
+  if (values.empty()) return {};
+  return {median_of(values), value_of_rank(values, (99 * values.size() + 99) / 100 - 1)};
+}
+
+}  // namespace pf
