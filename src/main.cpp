@@ -252,8 +252,9 @@ int list() {
 }
 
 // Chooses method, time step and parcels by --accuracy, and prints the choice.
-void choose_settings(Options& options) {
+void choose_settings(Options& options, const Ranks& ranks) {
   if (options.accuracy.error <= 0.0) return;
+  options.accuracy.refused = refused_methods(options, ranks);
   const std::string backend = options.cuda && cuda_obstacle().empty() ? "cuda" : "cpu";
   const std::filesystem::path table = accuracy_table_file();
   options.settings.num_parcels = resolve_num_parcels(options.settings, backend);
@@ -269,7 +270,7 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
     fmt::print("{}", parsed.text);
     return parsed.exit_code;
   }
-  choose_settings(*parsed.options);
+  choose_settings(*parsed.options, ranks);
   read_start(*parsed.options);
   switch (parsed.options->command) {
     case Command::bench:

@@ -13,6 +13,7 @@
 #include "app/flight.hpp"
 #include "app/flight_history.hpp"
 #include "backend/backend.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "scene/settings.hpp"
 
@@ -61,6 +62,7 @@ struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;
   std::string backend;          // "cpu" or "cuda"
+  MethodSet refused{};          // methods that it cannot fly
   std::int64_t num_scenes = 1;  // loaded so far
   BallState ball;
   const FlightRecord* flight_record = nullptr;            // the current one

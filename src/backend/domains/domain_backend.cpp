@@ -35,11 +35,7 @@ class DomainBackend final : public Backend, public ParcelImages {
   double share_here() const override {
     return static_cast<double>(carrier_->num_ranks_here()) / carrier_->num_ranks();
   }
-  std::string refusal_of(Method method) const override {
-    if (method != Method::exact) return "";
-    return "run.method: exact works in one domain only, since its events hang together across slabs; give "
-           "impulse or spring, or leave out --domains and mpirun";
-  }
+  std::string refusal_of(Method method) const override { return refusal_in_domains(method); }
   std::unique_ptr<Backend> with_threads(unsigned num_threads) const override {
     if (gpus_ != nullptr) return nullptr;
     return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads, nullptr,
@@ -179,6 +175,12 @@ std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, u
                                              unsigned num_threads, std::shared_ptr<DomainGpus> gpus,
                                              LinkChoice link) {
   return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads, std::move(gpus), link);
+}
+
+std::string refusal_in_domains(Method method) {
+  if (method != Method::exact) return "";
+  return "run.method: exact works in one domain only, since its events hang together across slabs; give "
+         "impulse or spring, or leave out --domains and mpirun";
 }
 
 void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }

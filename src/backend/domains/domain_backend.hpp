@@ -17,6 +17,9 @@ std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, u
                                              unsigned num_threads, std::shared_ptr<DomainGpus> gpus = nullptr,
                                              LinkChoice link = LinkChoice::automatic);
 
+// Why several domains cannot fly a method, with a remedy; "": they can.
+std::string refusal_in_domains(Method method);
+
 // The GPUs of this rank, or null.
 using FindDomainGpus = std::function<std::shared_ptr<DomainGpus>()>;
 
