@@ -41,6 +41,7 @@ struct Commands {
   bool launch = false;            // put the ball back to its start; parcels are kept
   std::optional<BallLaunch> fly;  // launch the ball like this, into fresh air of the scene's seed
   Comparison compare = Comparison::none;
+  std::optional<Method> next_method;       // of Comparison::next_method, for a replay; none: what comes next
   bool hold = false;                       // no step in this frame
   bool back = false;                       // go back by a second of display, with the present settings
   std::optional<double> seek_s;            // go to this time of the flight, as it was flown; since its launch
