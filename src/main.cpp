@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "app/accuracy.hpp"
 #include "app/accuracy_table.hpp"
@@ -24,6 +23,7 @@
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
+#include "mpi/launcher.hpp"
 #include "process.hpp"
 #include "ranks.hpp"
 #include "scene/scene_file.hpp"
@@ -189,7 +189,7 @@ int bench_frames(Options options, const Ranks& ranks) {
 
 int bench(const Options& options, const Ranks& ranks) {
   if (options.sweep) {
-    if (ranks.num() > 1) throw UserError("--sweep: starts runs of its own; leave out mpirun");
+    if (num_ranks_by_launcher() > 0) throw UserError("--sweep: starts runs of its own; leave out mpirun");
     const std::string obstacle = cuda_obstacle();
     if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
     stop_gracefully();
@@ -297,9 +297,7 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
   } catch (const std::bad_alloc&) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
-    const bool of_thread = error.code() == std::errc::resource_unavailable_try_again;
-    announce(fmt::format("pickleflight: a system call failed: {}{}", error.what(),
-                         of_thread ? "; give fewer --threads" : ""));
+    announce(fmt::format("pickleflight: {}", text_of(error)));
   }
   return ranks.fail(3);
 }
