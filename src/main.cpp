@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -284,20 +285,31 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
   }
 }
 
-// Prints errors. Returns the exit code.
-int run_all(int argc, char** argv, const Ranks& ranks) {
+// Prints what failed. Returns the exit code.
+int explain(const std::exception_ptr& failure) {
   try {
-    return dispatch(argc, argv, ranks);
+    std::rethrow_exception(failure);
   } catch (const UserError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
     return 2;
   } catch (const DeviceError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
-    return ranks.fail(3);
   } catch (const std::bad_alloc&) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
     announce(fmt::format("pickleflight: {}", text_of(error)));
+  }
+  return 3;
+}
+
+// Returns the exit code. Errors of the user leave the other ranks in order.
+int run_all(int argc, char** argv, const Ranks& ranks) {
+  try {
+    return dispatch(argc, argv, ranks);
+  } catch (const BrokenRanks& broken) {
+    explain(broken.cause);
+  } catch (const std::exception&) {
+    if (const int exit_code = explain(std::current_exception()); exit_code == 2) return exit_code;
   }
   return ranks.fail(3);
 }
