@@ -27,10 +27,14 @@ LinkChoice link_choice(const Options& options) {
   return options.domain_link == "direct" ? LinkChoice::direct : LinkChoice::automatic;
 }
 
+unsigned num_domains(const Options& options, const Ranks& ranks) {
+  return options.domains > 0 ? static_cast<unsigned>(options.domains) : ranks.num();
+}
+
 // Domains of this process and others.
 std::unique_ptr<Backend> domain_backend(const Options& options, const Ranks& ranks,
                                         std::shared_ptr<DomainGpus> gpus) {
-  const unsigned num = options.domains > 0 ? static_cast<unsigned>(options.domains) : ranks.num();
+  const unsigned num = num_domains(options, ranks);
   if (num > kMaxDomains)
     throw UserError(fmt::format("mpirun: {} processes; give at most {}", num, kMaxDomains));
   if (num % ranks.num() != 0) {
@@ -89,6 +93,14 @@ std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device,
   }
   if (ranks.num() > 1 || options.domains > 1) return domain_backend(options, ranks, nullptr);
   return make_cpu_backend(static_cast<unsigned>(options.settings.threads));
+}
+
+MethodSet refused_methods(const Options& options, const Ranks& ranks) {
+  MethodSet refused{};
+  if (num_domains(options, ranks) == 1) return refused;
+  for (const MethodRow& row : kMethods)
+    refused[static_cast<std::size_t>(row.method)] = !refusal_in_domains(row.method).empty();
+  return refused;
 }
 
 std::shared_ptr<DomainGpus> find_domain_gpus() { return cuda_obstacle().empty() ? domain_gpus() : nullptr; }

@@ -21,6 +21,9 @@ std::unique_ptr<Backend> cuda_backend_on(int device);
 // stderr. Throws UserError and DeviceError.
 std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks);
 
+// Methods that it will not be able to fly.
+MethodSet refused_methods(const Options& options, const Ranks& ranks);
+
 // The GPUs of this process, for the domains of ranks that serve; null without any.
 std::shared_ptr<DomainGpus> find_domain_gpus();
 

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <exception>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "app/accuracy.hpp"
 #include "app/accuracy_table.hpp"
@@ -24,6 +24,7 @@
 #include "data/read_start.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
+#include "mpi/launcher.hpp"
 #include "process.hpp"
 #include "ranks.hpp"
 #include "scene/scene_file.hpp"
@@ -189,7 +190,7 @@ int bench_frames(Options options, const Ranks& ranks) {
 
 int bench(const Options& options, const Ranks& ranks) {
   if (options.sweep) {
-    if (ranks.num() > 1) throw UserError("--sweep: starts runs of its own; leave out mpirun");
+    if (num_ranks_by_launcher() > 0) throw UserError("--sweep: starts runs of its own; leave out mpirun");
     const std::string obstacle = cuda_obstacle();
     if (options.cuda_no_fallback && !obstacle.empty()) throw DeviceError("--cuda-no-fallback: " + obstacle);
     stop_gracefully();
@@ -252,8 +253,9 @@ int list() {
 }
 
 // Chooses method, time step and parcels by --accuracy, and prints the choice.
-void choose_settings(Options& options) {
+void choose_settings(Options& options, const Ranks& ranks) {
   if (options.accuracy.error <= 0.0) return;
+  options.accuracy.refused = refused_methods(options, ranks);
   const std::string backend = options.cuda && cuda_obstacle().empty() ? "cuda" : "cpu";
   const std::filesystem::path table = accuracy_table_file();
   options.settings.num_parcels = resolve_num_parcels(options.settings, backend);
@@ -269,7 +271,7 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
     fmt::print("{}", parsed.text);
     return parsed.exit_code;
   }
-  choose_settings(*parsed.options);
+  choose_settings(*parsed.options, ranks);
   read_start(*parsed.options);
   switch (parsed.options->command) {
     case Command::bench:
@@ -283,22 +285,31 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
   }
 }
 
-// Prints errors. Returns the exit code.
-int run_all(int argc, char** argv, const Ranks& ranks) {
+// Prints what failed. Returns the exit code.
+int explain(const std::exception_ptr& failure) {
   try {
-    return dispatch(argc, argv, ranks);
+    std::rethrow_exception(failure);
   } catch (const UserError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
     return 2;
   } catch (const DeviceError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
-    return ranks.fail(3);
   } catch (const std::bad_alloc&) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
-    const bool of_thread = error.code() == std::errc::resource_unavailable_try_again;
-    announce(fmt::format("pickleflight: a system call failed: {}{}", error.what(),
-                         of_thread ? "; give fewer --threads" : ""));
+    announce(fmt::format("pickleflight: {}", text_of(error)));
+  }
+  return 3;
+}
+
+// Returns the exit code. Errors of the user leave the other ranks in order.
+int run_all(int argc, char** argv, const Ranks& ranks) {
+  try {
+    return dispatch(argc, argv, ranks);
+  } catch (const BrokenRanks& broken) {
+    explain(broken.cause);
+  } catch (const std::exception&) {
+    if (const int exit_code = explain(std::current_exception()); exit_code == 2) return exit_code;
   }
   return ranks.fail(3);
 }

@@ -1,6 +1,7 @@
 #include "process.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -20,6 +21,11 @@ extern "C" void request_stop(int number) {
 
 // Not fmt::print, which throws.
 void announce(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+
+std::string text_of(const std::system_error& error) {
+  const bool of_thread = error.code() == std::errc::resource_unavailable_try_again;
+  return fmt::format("a system call failed: {}{}", error.what(), of_thread ? "; give fewer --threads" : "");
+}
 
 void reserve_standard_streams() {
   for (int number = 0; number <= 2; ++number) {

@@ -2,11 +2,15 @@
 #pragma once
 
 #include <string>
+#include <system_error>
 
 namespace pf {
 
 // Writes a line to standard error. Does nothing where that cannot be written: the run and its files go on.
 void announce(const std::string& line);
+
+// What a system call that failed says to the user, with a remedy where there is one.
+std::string text_of(const std::system_error& error);
 
 // What is opened next does not become the standard output of a program that was started without one.
 void reserve_standard_streams();

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "core/random.hpp"
 #include "mpi/launcher.hpp"
+#include "process.hpp"
 #if PF_HAVE_MPI
 #include "mpi/mpi_carrier.hpp"
 #endif
@@ -60,12 +61,15 @@ int Ranks::serve(const std::function<void()>& other_work, const FindDomainGpus& 
   if (!are_alike_) return 0;  // the first rank says so
   std::signal(SIGINT, SIG_IGN);
   std::signal(SIGTERM, SIG_IGN);
+  std::signal(SIGHUP, SIG_IGN);
   std::string error;
   try {
     while (serve_domains(*carrier_, find_gpus) == Served::asked_to_leave) other_work();
     return 0;
   } catch (const std::bad_alloc&) {
     error = "out of memory; give fewer parcels (-p)";
+  } catch (const std::system_error& failed) {
+    error = text_of(failed);
   } catch (const std::exception& other) {
     error = other.what();
   }

@@ -1,6 +1,7 @@
 #include "app/accuracy.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <charconv>
@@ -122,6 +123,23 @@ void check_target(const Settings& scene, const std::string& target) {
   }
 }
 
+std::string names_without(const MethodSet& refused) {
+  std::vector<std::string> names;
+  for (const MethodRow& row : kMethods) {
+    if (!refused[static_cast<std::size_t>(row.method)]) names.emplace_back(row.name);
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string why_none(const AccuracyWish& wish, bool beyond) {
+  if (!wish.refused[static_cast<std::size_t>(Method::exact)])
+    return "--accuracy: the table lacks method exact; measure one: pickleflight lab work-precision";
+  return fmt::format(
+      "--accuracy: by the table only exact is so accurate here, and it works in one domain only; leave out "
+      "--domains and mpirun{}",
+      beyond ? "" : ", or allow a larger error");
+}
+
 // Sets the method and its step.
 void choose_method(const TableRows& table, const AccuracyWish& wish, AccuracyChoice& choice) {
   const std::vector<TableCase> cases = cases_around(table.rows, choice.settings);
@@ -129,7 +147,8 @@ void choose_method(const TableRows& table, const AccuracyWish& wish, AccuracyCho
   if (beyond) choice.remarks.push_back("denser or softer than any case of the table: only exact is safe");
   std::optional<TableEntry> best;
   for (const MethodRow& row : kMethods) {
-    if (beyond && row.method != Method::exact) continue;
+    const bool is_refused = wish.refused[static_cast<std::size_t>(row.method)];
+    if (is_refused || (beyond && row.method != Method::exact)) continue;
     std::vector<std::vector<TableEntry>> ladders;
     for (const TableCase& at : cases) ladders.push_back(entries_of(table.rows, at, row.name, choice.of));
     const std::vector<TableEntry> layer = layer_entries(table.layer, row.name, choice.of);
@@ -138,8 +157,11 @@ void choose_method(const TableRows& table, const AccuracyWish& wish, AccuracyCho
     best = entry;
     choice.settings.method = row.method;
   }
-  if (!best)
-    throw UserError("--accuracy: the table lacks method exact; measure one: pickleflight lab work-precision");
+  if (!best) throw UserError(why_none(wish, beyond));
+  if (wish.refused != MethodSet{}) {
+    choice.remarks.push_back("chosen among the methods that several domains can fly: " +
+                             names_without(wish.refused));
+  }
   choice.settings.dt_s = 0.0;
   choice.settings.substeps = 0;
   choice.settings.displacement_per_step = best->displacement;

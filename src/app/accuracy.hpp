@@ -19,6 +19,7 @@ struct AccuracyWish {
   double error = 0.0;         // relative, in (0, 1); 0: no wish
   std::string of;             // one of accuracy_targets(); empty: drag if a ball flies, otherwise rate
   bool keep_parcels = false;  // the number of parcels was given
+  MethodSet refused{};        // methods that the backend cannot fly
 };
 
 const std::vector<std::string>& accuracy_targets();
@@ -38,7 +39,8 @@ struct AccuracyChoice {
 
 // table: the JSON of the study. backend: "cpu" or "cuda"; its series is used if the table has one. A scene
 // between cases of the table gets the shortest step that any neighbouring case needs. Throws UserError if the
-// scene has no parcels, or if the target needs a ball and there is none.
+// scene has no parcels, if the target needs a ball and there is none, or if only a refused method is so
+// accurate.
 AccuracyChoice choose_by_accuracy(const nlohmann::json& table, const Settings& scene,
                                   const AccuracyWish& wish, const std::string& backend);
 

@@ -18,7 +18,10 @@ Commands joined(Commands all, const Commands& later) {
   if (!later.scene.empty()) all.scene = later.scene;
   if (later.restart) all.restart = later.restart;
   if (later.fly) all.fly = later.fly;
-  if (later.compare != Comparison::none) all.compare = later.compare;
+  if (later.compare != Comparison::none) {
+    all.compare = later.compare;
+    all.next_method = later.next_method;
+  }
   if (!later.save_scene.empty()) all.save_scene = later.save_scene;
   if (later.split) all.split = later.split;
   if (later.seek_s) all.seek_s = later.seek_s;

@@ -9,6 +9,7 @@
 #include "app/flight_pair.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/methods.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
@@ -56,6 +57,7 @@ std::string frame_text(const LoggedFrame& frame) {
   }
   if (frame.compare != Comparison::none)
     text += fmt::format("compare = {}\n", toml_string(comparison_names()[static_cast<int>(frame.compare)]));
+  if (frame.method) text += fmt::format("method = {}\n", toml_string(method_name(*frame.method)));
   if (frame.time_scale_factor != 1.0)
     text += fmt::format("time_scale_factor = {}\n", frame.time_scale_factor);
   if (frame.seek_s) text += fmt::format("seek = {}\n", *frame.seek_s);
@@ -144,6 +146,8 @@ void InputLog::note_inputs(const Simulation& simulation) {
   } else if (asked_ && edited) {
     frame_.edits = edits_between(settings_before_, *asked_, *edited);
   }
+  if (frame_.compare == Comparison::next_method && !frame_.method)
+    frame_.method = simulation.settings().method;
   asked_.reset();  // the first picture of the frame makes its edits
 }
 

@@ -32,6 +32,7 @@ struct LoggedFrame {
   std::vector<std::string> presses;  // names of Commands that are on or off (command_switches)
   std::optional<BallLaunch> fly;
   Comparison compare = Comparison::none;
+  std::optional<Method> method;  // after Comparison::next_method, which skips what a backend cannot fly
   double time_scale_factor = 1.0;
   std::optional<double> seek_s;            // Commands::seek_s
   std::optional<std::uint32_t> max_steps;  // of the frame, which inputs have ended; none: all

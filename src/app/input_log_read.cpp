@@ -11,6 +11,7 @@
 #include "app/input_log.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 namespace {
@@ -111,6 +112,14 @@ void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
     if (found == comparison_names().end())
       refuse(*compare, fmt::format("compare takes one of {}", fmt::join(comparison_names(), ", ")));
     frame.compare = static_cast<Comparison>(found - comparison_names().begin());
+  }
+  if (const toml::node* method = table.get("method")) {
+    const std::string name = text(table, "method");
+    const auto found = std::find_if(kMethods.begin(), kMethods.end(),
+                                    [&](const MethodRow& row) { return row.name == name; });
+    if (found == kMethods.end())
+      refuse(*method, fmt::format("method takes one of {}", fmt::join(method_names(), ", ")));
+    frame.method = found->method;
   }
   if (const toml::node* factor = table.get("time_scale_factor")) {
     frame.time_scale_factor = number(*factor, "time_scale_factor");

@@ -17,6 +17,7 @@ Commands Replay::commands(const Settings& current) const {
     if (frame.restart) commands.restart = frame.restart;
     if (frame.fly) commands.fly = frame.fly;
     if (frame.compare != Comparison::none) commands.compare = frame.compare;
+    if (frame.method) commands.next_method = frame.method;
     if (frame.seek_s) commands.seek_s = frame.seek_s;
     if (frame.max_steps) commands.max_steps = frame.max_steps;
     if (frame.second.split) commands.split = frame.second.split;

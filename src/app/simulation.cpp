@@ -112,6 +112,8 @@ void Simulation::State::update_view() {
   view.half_step = scene_dt_s.has_value();
   view.num_parcels = physics.parcels.num;
   view.backend = backend->name();
+  for (const MethodRow& row : kMethods)
+    view.refused[static_cast<std::size_t>(row.method)] = !backend->refusal_of(row.method).empty();
   view.memory_bytes = backend->memory_bytes();
   view.waits = !launches_by_itself();
   view.unfinished = frame || sought;

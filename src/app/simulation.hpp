@@ -13,6 +13,7 @@
 #include "app/flight.hpp"
 #include "app/flight_history.hpp"
 #include "backend/backend.hpp"
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 #include "scene/settings.hpp"
 
@@ -40,6 +41,7 @@ struct Commands {
   bool launch = false;            // put the ball back to its start; parcels are kept
   std::optional<BallLaunch> fly;  // launch the ball like this, into fresh air of the scene's seed
   Comparison compare = Comparison::none;
+  std::optional<Method> next_method;       // of Comparison::next_method, for a replay; none: what comes next
   bool hold = false;                       // no step in this frame
   bool back = false;                       // go back by a second of display, with the present settings
   std::optional<double> seek_s;            // go to this time of the flight, as it was flown; since its launch
@@ -61,6 +63,7 @@ struct FrameView {
   const Settings* settings = nullptr;
   const Physics* physics = nullptr;
   std::string backend;          // "cpu" or "cuda"
+  MethodSet refused{};          // methods that it cannot fly
   std::int64_t num_scenes = 1;  // loaded so far
   BallState ball;
   const FlightRecord* flight_record = nullptr;            // the current one

@@ -114,7 +114,7 @@ void Simulation::State::apply_commands(const Commands& commands) {
   if (!commands.scene.empty()) change_scene(commands.scene);
   if (commands.restart) restart(*commands.restart);
   if (commands.fly) fly(*commands.fly);
-  if (commands.compare != Comparison::none) compare(commands.compare);
+  if (commands.compare != Comparison::none) compare(commands.compare, commands.next_method);
   if (commands.back) go_back();
   if (commands.seek_s) seek(*commands.seek_s);
   if (!commands.save_scene.empty()) save_scene(commands.save_scene);

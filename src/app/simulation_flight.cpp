@@ -146,9 +146,9 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   return true;
 }
 
-void Simulation::State::compare(Comparison comparison) {
+void Simulation::State::compare(Comparison comparison, std::optional<Method> logged) {
   if (!physics.ball.exists) throw UserError("compare: this scene has no ball to launch again");
-  if (comparison == Comparison::next_method) return compare_methods();
+  if (comparison == Comparison::next_method) return compare_methods(logged);
   compare_steps(comparison == Comparison::half_step);
 }
 
@@ -168,12 +168,13 @@ void Simulation::State::compare_steps(bool half) {
   if (!repeat_flight(with)) scene_dt_s = before_s;
 }
 
-void Simulation::State::compare_methods() {
+// logged: the one that a flight took, perhaps on a backend that cannot fly all methods.
+void Simulation::State::compare_methods(std::optional<Method> logged) {
   Settings with = settings;
   constexpr int kNumMethods = static_cast<int>(kMethods.size());
   for (int next = 1; next < kNumMethods; ++next) {
     with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);
-    if (repeat_flight(with)) return;
+    if (logged.value_or(with.method) == with.method && repeat_flight(with)) return;
   }
 }
 

@@ -77,8 +77,8 @@ struct Simulation::State {
   void begin_flight(bool fresh_air);
   void launch_again();
   void fly(const BallLaunch& wanted);
-  void compare(Comparison comparison);
-  void compare_methods();
+  void compare(Comparison comparison, std::optional<Method> logged);
+  void compare_methods(std::optional<Method> logged);
   void compare_steps(bool half);
   bool repeat_flight(const Settings& with);
   bool launches_by_itself() const;

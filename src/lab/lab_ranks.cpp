@@ -162,9 +162,13 @@ void LabRanks::measure(const Work& work, const std::function<void(std::size_t)>&
   }
   std::jthread here([&] { parallel_for(static_cast<int>(num_threads), num_threads, measure_here); });
   const auto is_busy = [](const auto& points) { return !points.empty(); };
-  for (hand_out(work, before, queue); std::any_of(given_.begin(), given_.end(), is_busy);
-       hand_out(work, before, queue)) {
-    if (!take_results(keep, queue)) std::this_thread::sleep_for(kNap);
+  try {
+    for (hand_out(work, before, queue); std::any_of(given_.begin(), given_.end(), is_busy);
+         hand_out(work, before, queue)) {
+      if (!take_results(keep, queue)) std::this_thread::sleep_for(kNap);
+    }
+  } catch (...) {  // of before() or keep(); the destructor waits for the other ranks
+    queue.fail(std::current_exception());
   }
   here.join();
   queue.rethrow();

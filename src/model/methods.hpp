@@ -63,6 +63,8 @@ constexpr const MethodRow& row_of(Method method) { return kMethods[static_cast<s
 
 constexpr const char* method_name(Method method) { return row_of(method).name; }
 
+using MethodSet = std::array<bool, kMethods.size()>;  // some of them, by Method
+
 constexpr bool rows_follow_enum() {
   for (std::size_t k = 0; k < kMethods.size(); ++k) {
     if (static_cast<std::size_t>(kMethods[k].method) != k) return false;

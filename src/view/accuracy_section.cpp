@@ -212,7 +212,7 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
 }
 
 void AccuracySection::choose(SettingRows& rows, const FrameView& frame) {
-  const AccuracyWish wish = {0.01 * percent_, target(rows.edited()), true};
+  const AccuracyWish wish = {0.01 * percent_, target(rows.edited()), true, frame.refused};
   try {
     const AccuracyChoice choice = choose_by_accuracy(*table_, rows.edited(), wish, frame.backend);
     rows.edited() = choice.settings;

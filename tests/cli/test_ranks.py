@@ -124,7 +124,11 @@ def refusals(bench):
     refused(("not a multiple of the 2", "give 2"), 2, *COURT, "--domains", "3")
     refused(("64 slabs", "give at most"), 0, *COURT, "--domains", "64")
     refused(("1 to 64",), 0, *COURT, "--domains", "65")
-    refused(("leave out mpirun",), 2, "bench", "--sweep")
+    for num_ranks in (1, 2):  # the sweep's runs would join the launcher's processes
+        refused(("leave out mpirun",), num_ranks, "bench", "--sweep")
+    refused(("only exact is so accurate", "leave out --domains"), 0, *COURT, "--domains", "2", "--accuracy", "0.0001%")
+    text = bench.run(2, *COURT, "--seconds", "0.02", "--accuracy", "20%")
+    check("several domains can fly: impulse, spring" in text, "--accuracy says among which methods it chooses")
     refused(("is not a scene",), 2, "run", "--scene", "cour")
 
     hidden = {**ENVIRONMENT, "CUDA_VISIBLE_DEVICES": ""}
@@ -196,14 +200,19 @@ def killed(bench):
 
 
 def stopped(bench):
-    """SIGTERM to the first process ends a run in its own time, with its files."""
-    launcher, ranks = fly(bench, 2, "--report", "report.json")
-    first = [pid for pid in ranks
-             if b"\0OMPI_COMM_WORLD_RANK=0\0" in b"\0" + pathlib.Path(f"/proc/{pid}/environ").read_bytes()] or ranks[:1]
-    os.kill(first[0], signal.SIGTERM)
-    text, _ = launcher.communicate(timeout=30)
-    check((bench.folder / "report.json").exists(), f"the report is there: {text[-500:]}")
-    check(not children(launcher.pid), "no process stays")
+    """SIGTERM to the first process ends a run in its own time, with its files. So does SIGHUP to all, as srun hands it on."""
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        launcher, ranks = fly(bench, 2, "--report", "report.json")
+        first = [pid for pid in ranks
+                 if b"\0OMPI_COMM_WORLD_RANK=0\0" in b"\0" + pathlib.Path(f"/proc/{pid}/environ").read_bytes()] or ranks[:1]
+        others = [pid for pid in ranks if pid not in first] if number == signal.SIGHUP else []
+        for pid in others + first[:1]:
+            os.kill(pid, number)
+        text, _ = launcher.communicate(timeout=30)
+        check((bench.folder / "report.json").exists(), f"{number.name}: the report is there: {text[-500:]}")
+        check(not children(launcher.pid), "no process stays")
+        for name in ("report.json", "run.state"):
+            (bench.folder / name).unlink()
 
 
 CASES = {function.__name__: function for function in (same_bits, picture_and_files, lab, refusals, killed, stopped)}

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <new>
 
 #include "core/error.hpp"
 #include "domains/domain_pair.hpp"
@@ -54,6 +55,46 @@ TEST_F(Domains, RestoreASnapshotOnAllRanks) {
   pair.expect_same_steps(20, 1e-4);
   for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(then);
   pair.expect_same_steps(20, 1e-4);
+}
+
+// Memory that is lacking for what this rank gathers, while the other ranks wait for it.
+class LackingCarrier final : public Carrier {
+ public:
+  explicit LackingCarrier(unsigned num_ranks) : num_ranks_(num_ranks) {}
+  unsigned rank() const override { return 0; }
+  unsigned num_ranks() const override { return num_ranks_; }
+  unsigned num_ranks_here() const override { return num_ranks_; }
+  unsigned rank_here() const override { return 0; }
+  void broadcast(std::vector<std::byte>&) override {}
+  void all_gather(const void*, std::size_t, void*) override { throw std::bad_alloc(); }
+  void exchange(const std::vector<Outgoing>&, const std::vector<Incoming>&) override {}
+  void send(unsigned, const std::vector<std::byte>&) override {}
+  std::optional<Letter> look() override { return std::nullopt; }
+
+ private:
+  unsigned num_ranks_;
+};
+
+TEST(BrokenRanks, ReachTheProgramPastHandlersOfLesserFailures) {
+  const auto go_on_after = [](unsigned num_ranks, const auto& work) {
+    const auto backend = make_domain_backend(std::make_shared<LackingCarrier>(num_ranks), 2, 1);
+    try {
+      work(*backend);
+    } catch (const std::exception&) {
+      return true;
+    } catch (const BrokenRanks& broken) {
+      EXPECT_THROW(std::rethrow_exception(broken.cause), std::bad_alloc);
+    }
+    return false;
+  };
+  const PixelGrid grid{{0.0F, 0.0F}, {1.0F, 1.0F}, {0.0F, 0.0F}, 1.0F, 2, 2};
+  const auto picture = [&](Backend& backend) { backend.images()->count(grid, {}); };
+  const auto snapshot = [](Backend& backend) { backend.snapshot(); };
+  const auto measure = [](Backend& backend) { backend.measure(); };
+  EXPECT_FALSE(go_on_after(2, picture));
+  EXPECT_FALSE(go_on_after(2, snapshot));
+  EXPECT_FALSE(go_on_after(2, measure));
+  EXPECT_TRUE(go_on_after(1, measure)) << "no other rank waits";
 }
 
 // A backend that has spawned nothing, in a world that is not as wide as others.

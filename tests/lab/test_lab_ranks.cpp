@@ -134,6 +134,32 @@ TEST(LabRanks, AnErrorNamesItsRankAndEndsTheWork) {
   }
 }
 
+// As a full disk where rows are saved. The first point here waits for it, and no other one begins.
+TEST(LabRanks, ARowThatCannotBeKeptEndsTheWork) {
+  Helpers helpers(2, quick_context());
+  LabRanks ranks(helpers.first, 1, kGoOn);
+  LabRanks::Work work{"gas-dynamics", some_points(), false};
+  std::atomic<bool> has_thrown = false;
+  std::atomic<int> num_here = 0;
+  for (LabPoint& point : work.points) {
+    point.measure = [&] {
+      ++num_here;
+      while (!has_thrown) std::this_thread::yield();
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+      return json::object();
+    };
+  }
+  const auto keep = [&](std::size_t, const json& row) {
+    if (row.empty()) return;
+    has_thrown = true;
+    throw UserError("the disk is full");
+  };
+  EXPECT_THROW(ranks.measure(
+                   work, [](std::size_t) {}, keep),
+               UserError);
+  EXPECT_LE(num_here, 1);
+}
+
 TEST(LabRanks, AnErrorHereIsThrownWhenTheOthersHaveEnded) {
   const auto nothing = [](std::size_t) {};
   const auto keep = [](std::size_t, const json&) {};

@@ -95,6 +95,29 @@ TEST(Accuracy, BeyondTheTableOnlyExactIsChosen) {
   EXPECT_EQ(dense.remarks.size(), 1U);
 }
 
+// At 0.002 exact is cheaper than the impulse of shorter steps.
+TEST(Accuracy, LeavesOutMethodsThatCannotBeFlown) {
+  AccuracyWish wish{0.002, "rate", false};
+  wish.refused[static_cast<std::size_t>(Method::exact)] = true;
+  const AccuracyChoice choice = choose_by_accuracy(table(), gas_scene(0.1), wish, "cpu");
+  EXPECT_EQ(choice.settings.method, Method::impulse);
+  EXPECT_EQ(choice.settings.displacement_per_step, 0.0625);
+  ASSERT_EQ(choice.remarks.size(), 1U);
+  EXPECT_NE(choice.remarks.front().find("several domains can fly: impulse, spring"), std::string::npos);
+  const auto refusal = [&](double error, double eta) -> std::string {
+    wish.error = error;
+    try {
+      return choose_by_accuracy(table(), gas_scene(eta), wish, "cpu").settings.name;
+    } catch (const UserError& thrown) {
+      return thrown.what();
+    }
+  };
+  EXPECT_NE(refusal(0.0005, 0.1).find("only exact is so accurate"), std::string::npos);
+  EXPECT_NE(refusal(0.0005, 0.1).find("a larger error"), std::string::npos);
+  EXPECT_NE(refusal(0.5, 0.6).find("only exact is so accurate"), std::string::npos) << "beyond the table";
+  EXPECT_EQ(refusal(0.5, 0.6).find("a larger error"), std::string::npos) << "which would not help";
+}
+
 TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   json with = table();
   for (const double num : {500.0, 2000.0}) {

@@ -6,6 +6,7 @@
 
 #include <csignal>
 
+#include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"
 #include "support/logged_flight.hpp"
 #include "temporary_folder.hpp"
@@ -51,6 +52,30 @@ TEST(InputLog, ReplaysLaunchesByHand) {
     log.end_frame(simulation);
   }
   log.close_all(simulation);
+  const Flown flown = fly_again(file, make_cpu_backend(1));
+  EXPECT_EQ(flown.hash, simulation.backend().state_hash());
+  EXPECT_EQ(flown.report["same"], true) << flown.summary;
+}
+
+// Domains skip exact, which a backend of one domain would fly at that press of the key.
+TEST(InputLog, ReplaysComparisonsOfDomainsInOne) {
+  TemporaryFolder folder;
+  const auto file = folder.path() / "a.toml";
+  Simulation simulation(court(500), make_domain_backend(std::make_shared<LocalCarrier>(), 2, 1));
+  InputLog log(simulation, "cpu");
+  log.open(file);
+  std::vector<Method> methods;
+  for (int frame = 0; frame < 15; ++frame) {
+    Commands commands;
+    if (frame == 3 || frame == 6) commands.compare = Comparison::next_method;
+    log.begin_frame(commands, simulation);
+    simulation.advance_frame(commands, nullptr);
+    log.end_frame(simulation);
+    if (frame % 3 == 0) methods.push_back(simulation.settings().method);
+  }
+  log.close_all(simulation);
+  EXPECT_EQ(methods, (std::vector<Method>{Method::impulse, Method::spring, Method::impulse, Method::impulse,
+                                          Method::impulse}));
   const Flown flown = fly_again(file, make_cpu_backend(1));
   EXPECT_EQ(flown.hash, simulation.backend().state_hash());
   EXPECT_EQ(flown.report["same"], true) << flown.summary;
@@ -137,6 +162,7 @@ TEST(InputLog, RejectsFilesThatAreNotLogs) {
       {head + "number = 1\nfly = [1.0, 2.0]\n", "fly takes velocity and spin"},
       {head + "number = 1\nfly = [1.0, 2.0, inf]\n", "fly takes finite numbers"},
       {head + "number = 1\ncompare = \"other\"\n", "compare takes one of"},
+      {head + "number = 1\ncompare = \"next_method\"\nmethod = \"euler\"\n", "method takes one of impulse"},
       {head + "number = 1\ntime_scale_factor = 0\n", "takes a number above 0"},
       {"", "cannot be read as a log"},
   };

@@ -35,11 +35,7 @@ class DomainBackend final : public Backend, public ParcelImages {
   double share_here() const override {
     return static_cast<double>(carrier_->num_ranks_here()) / carrier_->num_ranks();
   }
-  std::string refusal_of(Method method) const override {
-    if (method != Method::exact) return "";
-    return "run.method: exact works in one domain only, since its events hang together across slabs; give "
-           "impulse or spring, or leave out --domains and mpirun";
-  }
+  std::string refusal_of(Method method) const override { return refusal_in_domains(method); }
   std::unique_ptr<Backend> with_threads(unsigned num_threads) const override {
     if (gpus_ != nullptr) return nullptr;
     return std::make_unique<DomainBackend>(carrier_, num_domains_, num_threads, nullptr,
@@ -57,24 +53,21 @@ class DomainBackend final : public Backend, public ParcelImages {
     group_.set_ball(ball);
   }
   void restore(const ParcelSnapshot& snapshot) override {
-    order(Message().put(Order::restore).put(snapshot.step));
-    group_.restore(snapshot);
+    together(Message().put(Order::restore).put(snapshot.step), [&] { group_.restore(snapshot); });
   }
   void submit(const StepRequest& request) override;
   StepReport collect() override { return report_; }
   void draw(const DrawBuffers& buffers) override {
     if (buffers.position_m == nullptr) return;
-    order(Message().put(Order::draw));
-    group_.draw(buffers);
+    together(Message().put(Order::draw), [&] { group_.draw(buffers); });
   }
   ParcelImages* images() override { return this; }
   std::vector<std::uint32_t> count(const PixelGrid& grid, const CountStyle& style) override {
-    order(Message().put(Order::count).put(grid).put(style));
-    return group_.count(grid, style);
+    return together(Message().put(Order::count).put(grid).put(style),
+                    [&] { return group_.count(grid, style); });
   }
   std::vector<DrawnParcel> gather(const PixelGrid& grid) override {
-    order(Message().put(Order::gather_in).put(grid));
-    return group_.gather_in(grid);
+    return together(Message().put(Order::gather_in).put(grid), [&] { return group_.gather_in(grid); });
   }
   ParcelSnapshot snapshot() override {
     ParcelSnapshot snapshot;
@@ -84,24 +77,21 @@ class DomainBackend final : public Backend, public ParcelImages {
   void save(BackendState& state) override;
   void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override {
-    order(Message().put(Order::measure));
-    return group_.measure();
+    return together(Message().put(Order::measure), [&] { return group_.measure(); });
   }
   Profile profile(const ProfileShape& shape) override {
-    order(Message().put(Order::profile).put(shape));
-    return group_.profile(shape);
+    return together(Message().put(Order::profile).put(shape), [&] { return group_.profile(shape); });
   }
   std::uint64_t state_hash() override {
-    order(Message().put(Order::state_hash));
-    return group_.state_hash();
+    return together(Message().put(Order::state_hash), [&] { return group_.state_hash(); });
   }
   std::uint64_t memory_bytes() const override { return group_.memory_bytes(); }
   double min_bytes_moved(const StepTotals& totals) const override {
     return min_step_bytes(physics_.parcels.num, 2 * std::size_t{physics_.parcels.num}, totals);
   }
   double measure_copy_bandwidth(std::size_t num_bytes) override {
-    order(Message().put(Order::measure_copy_bandwidth).put(num_bytes));
-    const double bandwidth = group_.measure_copy_bandwidth(num_bytes);
+    const double bandwidth = together(Message().put(Order::measure_copy_bandwidth).put(num_bytes),
+                                      [&] { return group_.measure_copy_bandwidth(num_bytes); });
     if (bandwidth == 0.0) throw DeviceError("no memory to measure the copy bandwidth");
     return bandwidth;
   }
@@ -114,10 +104,19 @@ class DomainBackend final : public Backend, public ParcelImages {
     gpus_->check_room(num_parcels, all, group_.memory_bytes() / num_domains_);
   }
   void order(Message& message) { carrier_->broadcast(message.bytes()); }
-  void order(Message&& message) { order(message); }
+  // The others do what this rank does in `part`.
+  template <class Part>
+  auto together(Message& message, const Part& part) -> decltype(part()) {
+    order(message);
+    if (carrier_->num_ranks() == 1) return part();
+    try {
+      return part();
+    } catch (...) {
+      throw BrokenRanks{std::current_exception()};
+    }
+  }
   void take_snapshot(ParcelSnapshot& to) {
-    order(Message().put(Order::gather));
-    group_.gather(to);
+    together(Message().put(Order::gather), [&] { group_.gather(to); });
   }
 
   std::shared_ptr<Carrier> carrier_;
@@ -143,8 +142,7 @@ void DomainBackend::reset(const Physics& physics, const SpawnPlan& plan, const B
   Message message;
   message.put(Order::reset).put(physics).put(ball);
   put_plan(message, plan);
-  order(message);
-  group_.reset(physics, plan, ball);
+  together(message, [&] { group_.reset(physics, plan, ball); });
 }
 
 void DomainBackend::submit(const StepRequest& request) {
@@ -152,8 +150,7 @@ void DomainBackend::submit(const StepRequest& request) {
   StepRequest plain = request;
   plain.events = nullptr;
   plain.draw = nullptr;
-  order(Message().put(Order::advance).put(plain));
-  report_ = group_.advance(plain);
+  report_ = together(Message().put(Order::advance).put(plain), [&] { return group_.advance(plain); });
   if (request.draw) draw(*request.draw);
 }
 
@@ -169,8 +166,8 @@ void DomainBackend::resume(const Physics& physics, const BackendState& state) {
   check_room(state.parcels.position.size());
   physics_ = physics;
   exact_s_ = state.exact_s;
-  order(Message().put(Order::resume).put(physics).put(state.ball).put(state.parcels.step));
-  group_.resume(physics, state.ball, state.parcels);
+  together(Message().put(Order::resume).put(physics).put(state.ball).put(state.parcels.step),
+           [&] { group_.resume(physics, state.ball, state.parcels); });
 }
 
 }  // namespace
@@ -179,6 +176,12 @@ std::unique_ptr<Backend> make_domain_backend(std::shared_ptr<Carrier> carrier, u
                                              unsigned num_threads, std::shared_ptr<DomainGpus> gpus,
                                              LinkChoice link) {
   return std::make_unique<DomainBackend>(std::move(carrier), num_domains, num_threads, std::move(gpus), link);
+}
+
+std::string refusal_in_domains(Method method) {
+  if (method != Method::exact) return "";
+  return "run.method: exact works in one domain only, since its events hang together across slabs; give "
+         "impulse or spring, or leave out --domains and mpirun";
 }
 
 void end_domains(Carrier& carrier) { carrier.broadcast(Message().put(Order::close).bytes()); }
