@@ -9,6 +9,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
+if {"-h", "--help"} & set(sys.argv[1:]):
+    print(sys.modules["__main__"].__doc__.strip())
+    sys.exit()
+
 # Okabe and Ito (2008): distinct for all kinds of colour vision. Each method also has its own shape of dot.
 COLOURS = {"impulse": "#0072B2", "spring": "#D55E00", "exact": "#009E73"}
 MARKS = {"impulse": "o", "spring": "s", "exact": "D"}

@@ -241,6 +241,17 @@ def draw_panel_alone(study, error, eta, restitution):
     return figure
 
 
+def with_devices_of(study, beside):
+    """The study, whose devices also name those of another study in the right panel, where they differ."""
+    names = {entry["series"]: entry["device"] for entry in beside["machine"]["devices"]}
+    devices = [dict(entry) for entry in study["machine"]["devices"]]
+    for entry in devices:
+        other = names.get(entry["series"], entry["device"])
+        if other != entry["device"]:
+            entry["device"] += f" (right: {other})"
+    return {**study, "machine": {**study["machine"], "devices": devices}}
+
+
 def draw_flight(study, layers):
     """A gas at rest beside the layer in front of the ball: what is right for one may fail in the other."""
     figure, grid = plt.subplots(1, 2, figsize=(11.2, 4.9))
@@ -257,7 +268,7 @@ def draw_flight(study, layers):
         share_limits([axes])
         axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
         axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
-    add_legend(figure, study, (0.985, 0.855))
+    add_legend(figure, with_devices_of(study, layers), (0.985, 0.855))
     figure.text(0.012, 0.97, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
     figure.text(0.012, 0.893, "Lower is more accurate, left is cheaper. Grey: no other dot beats these. Arrow: upper bound. "
                 "Dotted: cost of exact, the measure of the others.", fontsize=9, color=FAINT, va="top")
