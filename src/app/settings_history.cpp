@@ -9,12 +9,6 @@
 namespace pf {
 namespace {
 
-std::string short_value(const Field& field, const Settings& settings) {
-  if (const auto* number = std::get_if<double Settings::*>(&field.member))
-    return fmt::format("{:.5g}", settings.**number);
-  return value_text(field, settings);
-}
-
 const char* effect_text(ChangeEffect effect) {
   switch (effect) {
     case ChangeEffect::new_air:
@@ -41,7 +35,7 @@ std::string change_text(const Settings& from, const Settings& to) {
   for (const Field& field : fields()) {
     if (is_same(field, from, to)) continue;
     names.push_back(field.path());
-    last = short_value(field, to);
+    last = short_value_text(field, to);
   }
   if (names.size() == 1) return fmt::format("{} is {}", names[0], last);
   if (names.size() <= kMaxNamed) return fmt::format("{}", fmt::join(names, ", "));

@@ -56,13 +56,23 @@ void check_second(const Settings& second) {
   }
 }
 
-std::string value_of(const std::string& path, const Settings& settings) {
-  const Field& field = find_field(path, "--split");
-  const std::string value = value_text(field, settings);
+// value: its text.
+std::string name_of(const Field& field, const Settings& settings, const std::string& value) {
+  const std::string path = field.path();
   if (path == "run.method") return value;
   if (path == "run.dt_s" && settings.dt_s == 0.0) return "automatic step";
-  if (path == "run.dt_s") return fmt::format("step {:.4g} s", settings.dt_s);
+  if (path == "run.dt_s") return fmt::format("step {} s", value);
   return fmt::format("{} {}{}{}", field.key, value, field.unit.empty() ? "" : " ", field.unit);
+}
+
+// The values of both in a field, with few digits where these tell them apart.
+SplitNames names_of(const Field& field, const Settings& first, const Settings& second) {
+  const auto both = [&](auto text_of) {
+    return SplitNames{name_of(field, first, text_of(field, first)),
+                      name_of(field, second, text_of(field, second))};
+  };
+  const SplitNames names = both(short_value_text);
+  return names.first != names.second ? names : both(value_text);
 }
 
 }  // namespace
@@ -157,9 +167,9 @@ SplitNames split_names(const Settings& first, const Difference& difference) {
   SplitNames names;
   const auto add = [](std::string& to, const std::string& what) { to += (to.empty() ? "" : ", ") + what; };
   for (const std::string& edit : difference) {
-    const std::string path = path_of(edit);
-    add(names.first, value_of(path, first));
-    add(names.second, value_of(path, second));
+    const SplitNames both = names_of(find_field(path_of(edit), "--split"), first, second);
+    add(names.first, both.first);
+    add(names.second, both.second);
   }
   return names;
 }

@@ -164,6 +164,12 @@ std::string value_text(const Field& field, const Settings& settings) {
       field.member);
 }
 
+std::string short_value_text(const Field& field, const Settings& settings) {
+  if (const auto* number = std::get_if<double Settings::*>(&field.member))
+    return fmt::format("{:.5g}", settings.**number);
+  return value_text(field, settings);
+}
+
 bool is_same(const Field& field, const Settings& a, const Settings& b) {
   return std::visit(Overload{
                         [&](auto Settings::*member) { return a.*member == b.*member; },

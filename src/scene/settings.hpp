@@ -124,6 +124,8 @@ std::string range_text(const Field& field);
 
 // A field's value as text, as in a scene file (strings without quotes).
 std::string value_text(const Field& field, const Settings& settings);
+// The same with five digits, for people.
+std::string short_value_text(const Field& field, const Settings& settings);
 
 // Without text in between: whether both have the same value of a field, and the value of one for the other.
 bool is_same(const Field& field, const Settings& a, const Settings& b);

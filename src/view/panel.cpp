@@ -108,7 +108,9 @@ void Panel::edit_num_parcels() {
   auto num = static_cast<std::int64_t>(rows_.in_hand("Parcels N", static_cast<double>(edited.num_parcels)));
   double typed = rows_.in_hand("Parcels N typed", static_cast<double>(num));
   ImGui::BeginDisabled(edited.air != Air::parcels);
-  const std::string help = help_of("air.num_parcels") + "\nTakes effect when you let go, or with Enter.";
+  const std::string help = fmt::format(
+      "number of parcels\nAllowed: 1 to {}\nair.num_parcels\nTakes effect when you let go, or with Enter.",
+      limit_text(range.high));
   rows_.begin_row("Parcels N", help, {"air.num_parcels"});
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
   bool moved = ImGui::InputDouble("##N typed", &typed, 0.0, 0.0, "%.0f", ImGuiInputTextFlags_CharsScientific);

@@ -94,6 +94,23 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   const fs::path log = film->file() == "/dev/null" ? fs::path() : log_beside(film->file());
   if (!log.empty()) log_.open(log);
   running_.emplace(Running{std::move(film), log, false});
+  try {
+    scene();  // here, where its lack ends the film alone, and not while the frame is drawn
+  } catch (...) {
+    if (!log.empty()) log_.close(log, simulation);
+    running_.reset();
+    throw;
+  }
+}
+
+void Recorder::request_picture() {
+  picture_requested_ = true;
+  try {
+    scene();
+  } catch (const std::exception& error) {  // memory or GL: the run goes on
+    picture_requested_ = false;
+    tell(error.what());
+  }
 }
 
 void Recorder::toggle(Simulation& simulation) {

@@ -37,8 +37,8 @@ class Recorder {
   // Ends the current film, or begins another under a free name. Never throws: a film that cannot begin
   // becomes a notice.
   void toggle(Simulation& simulation);
-  // Writes the current frame as a PNG under a free name, or its paths as SVG.
-  void request_picture() { picture_requested_ = true; }
+  // Writes the current frame as a PNG under a free name, or its paths as SVG. Never throws.
+  void request_picture();
   void request_paths() { paths_requested_ = true; }
 
   // How the current frame must be drawn: wants_seen() if the seen picture must be in memory; scene() if the

@@ -79,6 +79,8 @@ void SettingRows::begin_frame(const Settings& shown, const Settings* scene) {
   edited_ = shown;
   scene_ = scene;
   changed_ = false;
+  const ImVector<ImWchar>& letters = ImGui::GetIO().InputQueueCharacters;
+  types_comma_ = std::find(letters.begin(), letters.end(), ImWchar{','}) != letters.end();
 }
 
 void SettingRows::begin_row(const char* label, const std::string& help, Paths paths) {
@@ -169,7 +171,12 @@ std::optional<double> SettingRows::finished(const char* label, double value, boo
   // A typed number counts when it is finished: 1e9 on the way to 1e-9 must not.
   const bool waits = on_release || ImGui::GetIO().WantTextInput;
   const bool done = held_label_ == label || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
-  if (ImGui::IsItemActivated()) refused_label_.clear();
+  if (ImGui::IsItemActivated()) {
+    refused_label_.clear();
+    has_comma_ = false;
+  }
+  // ImGui leaves commas out: 1,5 would be 15.
+  has_comma_ = has_comma_ || (types_comma_ && ImGui::IsItemActive());
   if (waits && ImGui::IsItemActive()) {
     held_label_ = label;
     held_value_ = value;
@@ -177,7 +184,7 @@ std::optional<double> SettingRows::finished(const char* label, double value, boo
     held_label_.clear();
   }
   if (!done) return std::nullopt;
-  refusal_ = refusal_of(value, range);
+  refusal_ = has_comma_ ? "a number has a point, not a comma; nothing changed" : refusal_of(value, range);
   refused_label_ = refusal_.empty() ? "" : label;
   return refusal_.empty() ? std::optional(value) : std::nullopt;
 }

@@ -91,6 +91,8 @@ class SettingRows {
   bool changed_ = false;
   std::string held_label_;  // of a control whose value is not applied yet
   double held_value_ = 0.0;
+  bool types_comma_ = false;   // in this frame
+  bool has_comma_ = false;     // the number in hand, as typed
   std::string refused_label_;  // of the control whose number was refused last
   std::string refusal_;
   ControlMap controls_;

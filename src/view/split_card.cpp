@@ -77,7 +77,12 @@ LegendSize SplitCard::size(float scale) const {
 void SplitCard::write(const FlightPair& pair, float scale) {
   const bool is_still = pair.view().paused || pair.view().flight == Flight::landed;
   if (pair.num_begun() != written_for_ || ++frames_since_ >= kFramesPerText || is_still) {
-    rows_ = split_rows(pair);
+    std::vector<SplitRow> rows = split_rows(pair);
+    const auto name = [](const std::vector<SplitRow>& of, std::size_t half) {
+      return half < of.size() ? of[half].name : std::string();
+    };
+    if (name(rows, 1) != name(rows_, 1) || name(rows, 2) != name(rows_, 2)) layout_width_ = kLeastWidth;
+    rows_ = std::move(rows);
     written_for_ = pair.num_begun();
     frames_since_ = 0;
   }
@@ -87,7 +92,7 @@ void SplitCard::write(const FlightPair& pair, float scale) {
     for (const SplitRow& row : rows_) widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c]));
     width += widths_px_[c] + (c > 0 ? kGap_px * scale : 0.0F);
   }
-  // In steps, and never narrower: figures that grow by a digit must not move the world.
+  // In steps, and never narrower for the same two: figures that grow by a digit must not move the world.
   constexpr double kWidthStep = 40.0;
   const double needed = kWidthStep * std::ceil(width / scale / kWidthStep);
   layout_width_ = std::max(layout_width_, needed);

@@ -38,13 +38,14 @@ class SplitCard {
 
  private:
   static constexpr std::size_t kNumColumns = 4;
+  static constexpr double kLeastWidth = 340.0;
 
   LegendSize size(float scale) const;
 
   std::vector<SplitRow> rows_;
   std::array<float, kNumColumns> widths_px_{};
-  float reduced_ = 1.0F;         // size of its letters, of the usual one
-  double layout_width_ = 340.0;  // with margins, in layout pixels, rounded up
+  float reduced_ = 1.0F;               // size of its letters, of the usual one
+  double layout_width_ = kLeastWidth;  // with margins, in layout pixels, rounded up
   std::int64_t written_for_ = -1;
   int frames_since_ = 0;
 };

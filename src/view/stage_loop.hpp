@@ -104,6 +104,7 @@ class Stage {
   void say_what_was_done();
   void finish_steps();
   void follow_accuracy();
+  const char* obstacle_to_terms();
   void follow_terms();
   void describe_overlay();
   void draw_air(const Viewport& viewport);

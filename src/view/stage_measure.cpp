@@ -1,5 +1,6 @@
 // What the stage measures beside the steps: copy bandwidth, accuracy, costs of terms.
 #include <new>
+#include <utility>
 
 #include "core/error.hpp"
 #include "view/stage_loop.hpp"
@@ -31,20 +32,27 @@ void Stage::follow_accuracy() {
   panel_.set_readout(accuracy_.is_followed() ? &accuracy_.readout() : nullptr);
 }
 
+// Why the costs of terms are not measured now; null: they are.
+const char* Stage::obstacle_to_terms() {
+  if (context_.window() == nullptr) return "Costs of terms are shown in a window";
+  if (overlay_is_of_first()) return "Costs of terms are measured with one flight; X ends the second one";
+  if (switches_.overlay_mode != static_cast<int>(OverlayMode::full))
+    return "Costs of terms are shown above the full overlay; O brings it";
+  if (recorder_.is_recording()) return "Costs of terms are not measured while a film is recorded";
+  return nullptr;
+}
+
 // Only beside a window that shows the costs, and not while it is filmed. The time goes to no phase: it
 // belongs to no step and to no picture.
 void Stage::follow_terms() {
   const FrameView& view = simulation_.view();
   if (!term_costs_.are_of(view)) overlay_.set_terms("");
-  if (overlay_is_of_first()) return term_costs_.pause();
-  const bool is_shown =
-      context_.window() != nullptr && switches_.overlay_mode == static_cast<int>(OverlayMode::full);
-  if (!is_shown || recorder_.is_recording()) {
-    term_costs_.pause();
-    return;
+  const bool is_requested = std::exchange(switches_.measure_terms, false);
+  if (const char* why = obstacle_to_terms(); why != nullptr) {
+    if (is_requested) notice_.show(why, Clock::now());
+    return term_costs_.pause();
   }
-  if (switches_.measure_terms) term_costs_.request();
-  switches_.measure_terms = false;
+  if (is_requested) term_costs_.request();
   term_costs_.follow(view, simulation_.backend());
   overlay_.set_terms(term_costs_.are_of(view) ? term_costs_.text() : "");
 }

@@ -32,7 +32,13 @@ double Stage::left_to_still_s() const {
 
 bool Stage::still_ended() const {
   const FrameView& view = simulation_.view();
-  if (num_frames_ > first_frame_ && left_to_still_s() == 0.0) return true;
+  const bool is_there = num_frames_ > first_frame_ && left_to_still_s() <= 0.0;
+  // Steps of a set length end where they do.
+  if (const double late_s = view.simulated_s - *options_.still_s;
+      is_there && hooks_.announce && late_s > 1e-3 * view.dt_s)
+    hooks_.announce(fmt::format("--still: no step of {:g} s ends at {} s; the picture is of {:.9g} s", view.dt_s,
+                                *options_.still_s, view.simulated_s));
+  if (is_there) return true;
   const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
   if (!stands) return false;
   throw UserError(fmt::format("--still: the flight ends at {} s of simulated time{}{}; give an earlier time",

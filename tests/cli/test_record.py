@@ -321,6 +321,10 @@ def stills(bench):
         at = float(texts["Simulated time"].split()[0])
         # The shortest frame takes 1e-6 / 60 s (the smallest time scale).
         check(abs(at - float(text)) < 2e-8, f"at {texts['Simulated time']}, asked {text}")
+    bench.run(*SMALL, "--set", "run.dt_s=0.01", "--still", "0.05", "b.png")
+    check("--still" not in bench.messages, "a step ends then")
+    bench.run(*SMALL, "--set", "run.dt_s=0.01", "--still", "0.053", "b.png")
+    check("--still: no step of 0.01 s ends at 0.053 s; the picture is of 0.06 s" in bench.messages, "or is said not to")
     check(texts["Software"].startswith("pickleflight ") and texts["Backend"] == "cpu", f"{texts['Software']}")
     check("spin_radps = 12.5" in texts["Scene"] and "time_scale = 0.2 " in texts["Scene"], "and the scene as TOML")
     (bench.folder / "scene.toml").write_text(texts["Scene"])

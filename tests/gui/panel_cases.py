@@ -38,7 +38,7 @@ def typed(bench):
     """Numbers typed after control and click: taken, or refused with a line below the control."""
     with bench.open() as window:
         window.type_value("Time step", "0.0002")
-        for label, text in (("Restitution", "7"), ("Time step", "1e9"), ("Parcels N typed", "-5"), ("Ball spin", "1e999")):
+        for label, text in (("Restitution", "7"), ("Restitution", "0,5"), ("Time step", "1e9"), ("Parcels N typed", "-5"), ("Ball spin", "1e999")):
             window.type_value(label, text)
             window.wait_for_control(f"{label} refused")
             x0, y0, x1, _ = window.controls()[f"{label} refused"]
@@ -177,9 +177,14 @@ def unstable(bench):
 
 
 def measured_terms(bench):
-    """So many parcels are measured on request only: E, while the run goes on."""
+    """So many parcels are measured on request only: E, while the run goes on and the full overlay has room for them."""
     csv = bench.folder / "frames.csv"
     with bench.open("-p", "20001", "--time-scale", "0.001", "--overlay-csv", str(csv)) as window:
+        window.press_key("o")
+        window.press_key("e")
+        window.wait_for_control("Notice: Costs of terms are shown above the full overlay; O brings it")
+        window.press_key("o")
+        window.press_key("o")
         window.press_key("e")
         # Two copies, then four rounds of four terms of 10 pairs, one a frame.
         wait_for("frames", lambda: window.is_running() and csv.read_text().count("\n") > 200, 60.0)

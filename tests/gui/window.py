@@ -211,7 +211,7 @@ class Window:
         self.click(label)
         self._press("keyup", "ctrl")
         for letter in text:  # a letter for each pair of frames
-            self._press("key", {".": "period", "-": "minus"}.get(letter, letter))
+            self._press("key", {".": "period", ",": "comma", "-": "minus"}.get(letter, letter))
         self.press_key("Return")
         time.sleep(0.3)  # until the text has ended, it takes all keys
 

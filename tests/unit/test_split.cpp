@@ -90,11 +90,16 @@ TEST(SplitSetting, ComparisonsChangeTheSecond) {
 }
 
 TEST(SplitSetting, NamesSayInWhatTheyDiffer) {
-  const Settings settings = test::court(300);
+  Settings settings = test::court(300);
   const SplitNames names = split_names(settings, {"run.method = exact", "air.restitution = 0.5"});
   EXPECT_EQ(names.first, "impulse, restitution 0.9");
   EXPECT_EQ(names.second, "exact, restitution 0.5");
   EXPECT_EQ(split_names(settings, {"run.dt_s = 0.0001"}).first, "automatic step");
+  EXPECT_EQ(split_names(settings, {"air.restitution = 0.12345678901234567"}).second, "restitution 0.12346");
+  settings.restitution = 0.5;
+  const SplitNames close = split_names(settings, {"air.restitution = 0.5000001"});
+  EXPECT_EQ(close.first, "restitution 0.5");
+  EXPECT_EQ(close.second, "restitution 0.5000001");
 }
 
 TEST(SplitOption, ValueIsOptional) {
