@@ -81,23 +81,23 @@ void measure(Bench& bench, Backend& backend, RunRecord& record) {
 nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecord& record) {
   const Spread spread = spread_of(bench.ns_per_step);
   nlohmann::json json = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
-  json["ns_per_particle_step"] = spread.median;
-  json["particle_steps_per_s"] = 1e9 / spread.median;
+  json["ns_per_parcel_step"] = spread.median;
+  json["parcel_steps_per_s"] = 1e9 / spread.median;
   json["bench"] = {
       {"repeats", bench.options.bench_repeats},
       {"steps", bench.options.bench_steps},
       {"warmup", bench.options.bench_warmup},
-      {"ns_per_particle_step_median", spread.median},
-      {"ns_per_particle_step_min", spread.min},
-      {"ns_per_particle_step_max", spread.max},
-      {"least_bytes_per_particle_step", backend.min_bytes_moved(bench.report.totals) / bench.parcel_steps()},
+      {"ns_per_parcel_step_median", spread.median},
+      {"ns_per_parcel_step_min", spread.min},
+      {"ns_per_parcel_step_max", spread.max},
+      {"least_bytes_per_parcel_step", backend.min_bytes_moved(bench.report.totals) / bench.parcel_steps()},
       {"copy_bandwidth_bytes_per_s", backend.measure_copy_bandwidth(kCopyBytes)}};
   return json;
 }
 
 void print_bench(const Bench& bench, const nlohmann::json& json) {
   const Spread spread = spread_of(bench.ns_per_step);
-  const double bytes_per_step = json["bench"]["least_bytes_per_particle_step"];
+  const double bytes_per_step = json["bench"]["least_bytes_per_parcel_step"];
   const double bandwidth = json["bench"]["copy_bandwidth_bytes_per_s"];
   fmt::print(
       "{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per "

@@ -10,7 +10,7 @@
 namespace pf {
 
 // Warm-up, then `bench_repeats` times `bench_steps` steps; prints a short table to stdout and writes the JSON
-// report (the run report's keys plus bench.{repeats,steps,warmup,ns_per_particle_step_{median,min,max}}).
+// report (the run report's keys plus bench.{repeats,steps,warmup,ns_per_parcel_step_{median,min,max}}).
 void run_bench(const Options& options, Backend& backend);
 
 // The cost of recording, from reports (RunRecord::finish) of the same run without and with a film, taken in

@@ -78,7 +78,7 @@ nlohmann::json to_json(const AccuracyReadout& r) {
           {"missed_fraction", number(r.missed_fraction)},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
-          {"num_redone_steps", r.num_retried_steps}};
+          {"num_retried_steps", r.num_retried_steps}};
 }
 
 }  // namespace pf

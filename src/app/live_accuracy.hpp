@@ -61,7 +61,7 @@ class LiveAccuracy {
   double measured_at_s_ = 0.0;  // simulated
 };
 
-// Keys: the members, and num_redone_steps for num_retried_steps of AccuracyReadout. null for NaN.
+// Keys: the members. null for NaN.
 nlohmann::json to_json(const AccuracyReadout& readout);
 
 }  // namespace pf

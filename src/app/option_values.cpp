@@ -117,10 +117,12 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
           "ends in .mp4 or .mkv, or raw frames, .rgb",
           in_quotes(text)));
     }
-    return output_file(app, "--record", text, {".mp4", ".mkv", ".rgb"});
+    file = output_file(app, "--record", text, {".mp4", ".mkv", ".rgb"});
+  } else {
+    const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
+    check_writable("--record", folder_is_new ? file.parent_path() : file);
   }
-  const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
-  check_writable("--record", folder_is_new ? file.parent_path() : file);
+  if (!file.empty()) check_writable("--record (the film's log)", log_beside(file));
   return file;
 }
 

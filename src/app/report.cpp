@@ -131,7 +131,7 @@ json exact_report(const Settings& settings, const Physics& physics, const StepTo
   const double units_per_diameter = 2.0 * physics.parcels.radius_m / physics.world.unit_m;
   return {{"max_overlap_units", number(totals.max_overlap_diameters * units_per_diameter)},
           {"rounds", totals.num_rounds},
-          {"redone_steps", totals.num_retried_steps},
+          {"retried_steps", totals.num_retried_steps},
           {"events", totals.num_events},
           {"solved_events", totals.num_solved_events},
           {"largest_cluster", totals.largest_cluster},
@@ -211,7 +211,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   // The thermal speed that belongs to the mean of the initial and the final energy.
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
   const double compute_s = step_seconds(frames_);
-  const double particle_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
+  const double parcel_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
   json report = {
       {"version", PF_VERSION},
       {"device", device_},
@@ -234,8 +234,8 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"gpu_ms",
        {{"draw", known_statistics(drawings_, &DrawTimes::gpu_draw_ms)},
         {"panel", known_statistics(drawings_, &DrawTimes::gpu_panel_ms)}}},
-      {"ns_per_particle_step", ratio(1e9 * compute_s, particle_steps)},
-      {"particle_steps_per_s", has_parcels ? ratio(particle_steps, compute_s) : json(nullptr)},
+      {"ns_per_parcel_step", ratio(1e9 * compute_s, parcel_steps)},
+      {"parcel_steps_per_s", has_parcels ? ratio(parcel_steps, compute_s) : json(nullptr)},
       {"energy", energy_report(initial_, final)},
       {"momentum", momentum_report(initial_, final)},
       {"collisions", collision_report(physics, all, simulated_s_, speed_mps)},

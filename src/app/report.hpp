@@ -41,10 +41,10 @@ class RunRecord {
   // restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
   // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later
   // phases: the host's clock), host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL
-  // device's clock; null where it has none), ns_per_particle_step, particle_steps_per_s,
+  // device's clock; null where it has none), ns_per_parcel_step, parcel_steps_per_s,
   // energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
-  // max_overlap_diameters, num_retired, exact.{rounds,redone_steps,events,solved_events (in all
+  // max_overlap_diameters, num_retired, exact.{rounds,retried_steps,events,solved_events (in all
   // rounds),largest_cluster (events),event_hash,max_overlap_units} (null for other methods),
   // ball.{x_m,y_m,vx_mps,vy_mps,spin_radps,distance_m,hits,impulse...}, state_hash (hex string), memory_bytes
   // (state and scratch of the parcels). A figure without meaning in the run (no parcels, no collision) is

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/link_target.hpp"
 #include "core/text.hpp"
 #include "data/run_state_json.hpp"
 
@@ -209,9 +210,7 @@ void check_consistent(const Input& input, const RunState& state, const std::stri
 }  // namespace
 
 std::uint64_t write_checkpoint(const fs::path& named, const RunState& state) {
-  std::error_code unresolved;
-  const fs::path target = fs::weakly_canonical(named, unresolved);  // of a link
-  const fs::path file = unresolved ? named : target;
+  const fs::path file = link_target(named);
   const fs::path aside = file.string() + ".part";
   const Head head = head_of(state);
   try {

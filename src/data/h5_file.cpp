@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/link_target.hpp"
 
 namespace pf::h5 {
 namespace {
@@ -76,7 +77,8 @@ std::uint32_t lookup3(const std::uint8_t* bytes, std::size_t num_bytes) {
 
 GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>& fill) : path_(file) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const fs::path aside = file.string() + ".part";
+  const fs::path target = link_target(file);
+  const fs::path aside = target.string() + ".part";
   {
     Handle made(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, creation_list().id(), access_list().id()), H5Fclose,
                 aside.c_str());
@@ -88,7 +90,7 @@ GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>&
   fd_ = ::open(aside.c_str(), O_RDWR);
   if (fd_ < 0) fail(path_);
   reserve(0);
-  fs::rename(aside, file);
+  fs::rename(aside, target);
 }
 
 GrowingFile::~GrowingFile() {

@@ -2,9 +2,12 @@
 
 #include <imgui.h>
 
+#include <algorithm>
+#include <iterator>
 #include <span>
 
 #include "app/key_table.hpp"
+#include "view/smaller_text.hpp"
 
 namespace pf {
 namespace {
@@ -22,12 +25,36 @@ void show_rows(const char* head, std::span<const KeyRow> rows) {
   }
 }
 
+// The card with text of the usual size.
+ImVec2 natural_size() {
+  constexpr float kScrollbarRoom = 2.0F;
+  constexpr auto kNumRows = std::size(kMouseRows) + std::size(kKeyRows) + 2;  // with two heads
+  float keys = 0.0F, does = 0.0F;
+  const auto measure = [&](std::span<const KeyRow> rows) {
+    for (const KeyRow& row : rows) {
+      keys = std::max(keys, ImGui::CalcTextSize(row.keys).x);
+      does = std::max(does, ImGui::CalcTextSize(row.does).x);
+    }
+  };
+  measure(kMouseRows);
+  measure(kKeyRows);
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float row = ImGui::GetTextLineHeight() + 2.0F * style.CellPadding.y;
+  return {keys + does + 4.0F * style.CellPadding.x + 2.0F * style.WindowPadding.x + kScrollbarRoom,
+          row * static_cast<float>(kNumRows) + 2.0F * style.WindowPadding.y + kScrollbarRoom};
+}
+
 }  // namespace
 
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
-  // Beside the panel if there is room. Large text in a small window scrolls.
+  constexpr float kSmallest = 0.45F;            // of the usual text; smaller scrolls instead
+  constexpr float kLeastBesideThePanel = 0.7F;  // smaller covers the panel instead
+  // Beside the panel if there is room, with smaller text where the window is small.
+  const ImVec2 natural = natural_size();
   const float right = place.left_px + place.width_px;
-  const float left = place.width_px > 38.0F * ImGui::GetFontSize() ? place.left_px : 0.0F;
+  const float left = place.width_px > kLeastBesideThePanel * natural.x ? place.left_px : 0.0F;
+  const SmallerText text(
+      std::clamp(std::min((right - left) / natural.x, place.bottom_px / natural.y), kSmallest, 1.0F));
   ImGui::SetNextWindowPos(ImVec2(0.5F * (left + right), 0.5F * place.bottom_px), ImGuiCond_Always,
                           ImVec2(0.5F, 0.5F));
   ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(right - left, place.bottom_px));
@@ -35,11 +62,13 @@ void show_key_card(const OverlayPlace& place, ControlMap& controls) {
                ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings |
                    ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_HorizontalScrollbar);
+  text.begin_text();
   if (ImGui::BeginTable("keys", 2, ImGuiTableFlags_SizingFixedFit)) {
     show_rows("Mouse", kMouseRows);
     show_rows("Keys", kKeyRows);
     ImGui::EndTable();
   }
+  text.end_text();
   const ImVec2 low = ImGui::GetWindowPos();
   const ImVec2 size = ImGui::GetWindowSize();
   controls.note("Key card", {low.x, low.y, low.x + size.x, low.y + size.y});

@@ -155,9 +155,9 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
     events += ", " + grouped(totals.num_ball_hits) + " ball hits";
   }
   texts_.add(x, y + 4.15F * row, colors_.dim, fitting(events, width));
-  if (figures_.particle_steps_per_s > 0.0) {
+  if (figures_.parcel_steps_per_s > 0.0) {
     texts_.add(x, y + 5.1F * row, colors_.text,
-               short_number(figures_.particle_steps_per_s) + " parcel-steps/s");
+               short_number(figures_.parcel_steps_per_s) + " parcel-steps/s");
     if (frame.settings->method == Method::exact) {
       texts_.add_right(x + width, y + 5.1F * row, colors_.dim, cluster_text(frame.frame_totals));
     } else if (figures_.copy_share > 0.0) {

@@ -41,15 +41,15 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   figures.gpu_draw_ms = known_median(&DrawTimes::gpu_draw_ms);
   figures.gpu_panel_ms = known_median(&DrawTimes::gpu_panel_ms);
   double seconds = 0.0;
-  double particle_steps = 0.0;
+  double parcel_steps = 0.0;
   double bytes = 0.0;
   for (std::size_t i = 0; i < size(); ++i) {
     if (!kept_[i].is_stepping) continue;
     seconds += 1e-3 * kept_[i].times.step_ms();
-    particle_steps += kept_[i].particle_steps;
+    parcel_steps += kept_[i].parcel_steps;
     bytes += kept_[i].min_bytes;
   }
-  if (seconds > 0.0) figures.particle_steps_per_s = particle_steps / seconds;
+  if (seconds > 0.0) figures.parcel_steps_per_s = parcel_steps / seconds;
   if (seconds > 0.0 && copy_bytes_per_s > 0.0) figures.copy_share = bytes / seconds / copy_bytes_per_s;
   return figures;
 }
@@ -63,8 +63,8 @@ OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::i
   add("total");
   for (const char* name : kPhaseNames) add(name);
   stream_
-      << ",num_parcels,method,neighbors,dt_s,steps,particle_steps_per_s,copy_share,memory_bytes,draw_target,"
-         "collisions,ball_hits,rounds,redone_steps,draw_host_ms,draw_gpu_ms,panel_host_ms,panel_gpu_ms,"
+      << ",num_parcels,method,neighbors,dt_s,steps,parcel_steps_per_s,copy_share,memory_bytes,draw_target,"
+         "collisions,ball_hits,rounds,retried_steps,draw_host_ms,draw_gpu_ms,panel_host_ms,panel_gpu_ms,"
          "events,solved_events,largest_cluster,pictures\n";
   if (!stream_) {
     throw UserError(
@@ -91,7 +91,7 @@ void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, dou
   const StepTotals& totals = frame.frame_totals;
   fmt::format_to(out, ",{},{},{},{},{},{:.6g},{:.4f},{},{},{},{},{},{}", frame.num_parcels,
                  name("run.method"), name("run.neighbors"), frame.dt_s, totals.num_steps,
-                 figures.particle_steps_per_s, figures.copy_share, frame.memory_bytes, target,
+                 figures.parcel_steps_per_s, figures.copy_share, frame.memory_bytes, target,
                  totals.num_collisions, totals.num_ball_hits, totals.num_rounds, totals.num_retried_steps);
   for (const double ms :
        {drawing.host_draw_ms, drawing.gpu_draw_ms, drawing.host_panel_ms, drawing.gpu_panel_ms}) {

@@ -18,7 +18,7 @@ struct OverlayFigures {
   double gpu_draw_ms = 0.0;  // medians by the clock of the GL device; 0: not known
   double gpu_panel_ms = 0.0;
   MedianP99 frame_ms;                 // from one frame to the next
-  double particle_steps_per_s = 0.0;  // in the phases of a step; 0: nothing stepped
+  double parcel_steps_per_s = 0.0;  // in the phases of a step; 0: nothing stepped
   double copy_share = 0.0;            // least bytes moved per second over those of a plain copy; 0: not known
 };
 
@@ -43,7 +43,7 @@ class FrameHistory {
     DrawTimes drawing;
     double frame_ms = 0.0;
     bool is_stepping = false;  // perhaps within a step
-    double particle_steps = 0.0;
+    double parcel_steps = 0.0;
     double min_bytes = 0.0;
   };
   std::array<Kept, kNumKept> kept_{};
@@ -61,8 +61,8 @@ struct OverlayInfo {
 
 // Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
 // each phase of kPhaseNames (of this frame, median and 99th percentile of the last 120), num_parcels, method,
-// neighbors, dt_s, steps, particle_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
-// rounds, redone_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks
+// neighbors, dt_s, steps, parcel_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
+// rounds, retried_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks
 // of the host and of the GL device; the device's is one or two frames late, and empty where it has none),
 // events, solved_events (in all rounds), largest_cluster (events), pictures (that the steps of a frame take).
 class OverlayCsv {

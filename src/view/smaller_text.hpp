@@ -13,12 +13,13 @@ class SmallerText {
     const auto smaller = [factor](ImVec2 size) { return ImVec2(factor * size.x, factor * size.y); };
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, smaller(style.WindowPadding));
     ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, smaller(style.FramePadding));
+    ImGui::PushStyleVar(ImGuiStyleVar_CellPadding, smaller(style.CellPadding));
     ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, smaller(style.ItemSpacing));
     ImGui::PushStyleVar(ImGuiStyleVar_ItemInnerSpacing, smaller(style.ItemInnerSpacing));
     ImGui::PushStyleVar(ImGuiStyleVar_GrabMinSize, factor * style.GrabMinSize);
     ImGui::PushStyleVar(ImGuiStyleVar_ScrollbarSize, factor * style.ScrollbarSize);
   }
-  ~SmallerText() { ImGui::PopStyleVar(6); }
+  ~SmallerText() { ImGui::PopStyleVar(7); }
   SmallerText(const SmallerText&) = delete;
   SmallerText& operator=(const SmallerText&) = delete;
 

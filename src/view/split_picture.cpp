@@ -22,10 +22,14 @@ Look second_look(const SplitScene& scene) {
 }
 
 // A chip with a flight's name.
+constexpr float kNameGap_px = 8.0F;  // from the corner of a half
+
+float name_height_px(float scale) { return ImGui::GetFontSize() + 6.0F * scale; }
+
 void paint_name(ImVec2 at, const std::string& text, const Rgb& color, Theme theme, float scale) {
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   const float width = text_width(text) + 28.0F * scale;
-  const ImVec2 high(at.x + width, at.y + ImGui::GetFontSize() + 6.0F * scale);
+  const ImVec2 high(at.x + width, at.y + name_height_px(scale));
   list->AddRectFilled(at, high, overlay_colors(theme).ground, 4.0F * scale);
   const float y = 0.5F * (at.y + high.y);
   list->AddLine(ImVec2(at.x + 6.0F * scale, y), ImVec2(at.x + 18.0F * scale, y), packed(color), 3.0F * scale);
@@ -33,6 +37,8 @@ void paint_name(ImVec2 at, const std::string& text, const Rgb& color, Theme them
 }
 
 }  // namespace
+
+float SplitPicture::names_px(float scale) { return kNameGap_px * scale + name_height_px(scale); }
 
 ViewRegion SplitPicture::lay_out(const SplitScene& scene, const ViewRegion& free, float scale) {
   const World& world = scene.pair->view().physics->world;
@@ -118,7 +124,7 @@ void SplitPicture::paint_names(const SplitScene& scene, const Camera& camera, fl
   const SplitNames names = split_names(*scene.pair->view().settings, scene.pair->difference());
   const Theme theme = scene.look.theme;
   const SplitColors colors = split_colors(theme, *scene.pair);
-  const float gap = 8.0F * scale;
+  const float gap = kNameGap_px * scale;
   if (scene.mode == SplitMode::halves) {
     const auto corner = [&](const ViewRegion& region) {
       return ImVec2(static_cast<float>(region.left_px) + gap,

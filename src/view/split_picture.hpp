@@ -36,6 +36,8 @@ class SplitPicture {
   // Card, divider and names, to ImGui. height_px: of the picture.
   void describe(const SplitScene& scene, const Camera& camera, float height_px, float scale);
 
+  // From the top of a half to below its name. Called within a frame of ImGui.
+  static float names_px(float scale);
   // The camera of the second half.
   Camera second_camera(const Camera& first, const World& world, float scale) const;
 

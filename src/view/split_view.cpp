@@ -98,7 +98,8 @@ float SplitView::covered_at_top_px(const OverlayPlace& place, float height_px) c
   const double middle_px = place.left_px + 0.5 * place.width_px;
   const bool is_there = card.bottom_px + card.height_px > height_px - 1.0 && card.left_px < middle_px &&
                         card.left_px + card.width_px > middle_px;
-  return is_there ? static_cast<float>(card.height_px) : 0.0F;
+  const float names_px = scene_.mode == SplitMode::halves ? SplitPicture::names_px(place.scale) : 0.0F;
+  return names_px + (is_there ? static_cast<float>(card.height_px) : 0.0F);
 }
 
 void SplitView::note(ControlMap& controls, float height_px) const {

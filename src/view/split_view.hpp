@@ -45,7 +45,7 @@ class SplitView {
   void air_is_drawn();
   void draw_flight(const Camera& camera, const Viewport& viewport);
   void describe(const Camera& camera, float height_px, float scale);
-  // What the card of figures covers in the middle of the window's top; 0: nothing.
+  // What the card of figures and the halves' names cover in the middle of the window's top; 0: nothing.
   float covered_at_top_px(const OverlayPlace& place, float height_px) const;
   // Rectangles of divider, card and halves for tests.
   void note(ControlMap& controls, float height_px) const;

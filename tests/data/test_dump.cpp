@@ -94,6 +94,17 @@ TEST_F(Dump, RefusesWhatCannotBeStartedFrom) {
   EXPECT_NE(refusal().find("cannot be opened as HDF5"), std::string::npos) << refusal();
 }
 
+TEST_F(Dump, ReplacesTheTargetOfALink) {
+  const std::filesystem::path target = folder_.write("target.h5", "an earlier dump");
+  std::filesystem::create_symlink("target.h5", file_);
+  RandomScene scene = random_scene(2);
+  scene.num_frames = 1;
+  run(scene);
+  EXPECT_TRUE(std::filesystem::is_symlink(file_));
+  EXPECT_EQ(refusal(), "");
+  EXPECT_FALSE(std::filesystem::is_symlink(target));
+}
+
 // Another number of parcels, and a step back, begin files of their own.
 TEST_F(Dump, BeginsAnotherFileWhereARunDoesNotContinue) {
   const auto sink = make_h5_dump(file_, {});

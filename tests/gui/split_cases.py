@@ -48,6 +48,11 @@ def cycle(bench):
     with bench.open("--time-scale", "0.01", "--size", "1280x700") as window:
         window.press_key("x")
         window.wait_for_control("Divider")
+        window.press_key("space")
+        window.wait_for_control("Pause notice")
+        place = window.controls()
+        check(place["Pause notice"][1] >= place["First half"][1] + 24, "a notice stands below the name")
+        window.press_key("space")
         window.press_key("x")
         window.wait_for_control("Divider", there=False)
         check("Split card" in window.controls(), "X again: one picture, with the figures")

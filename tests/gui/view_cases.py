@@ -191,6 +191,14 @@ def key_card(bench):
         x0, y0, x1, y1 = (round(edge) for edge in window.controls()["Key card"])
         window.stop()
     check(318 <= x0 and x1 <= 1000 and y0 > 0 and y1 < 700, f"all of it is over the picture: {x0}, {y0}, {x1}, {y1}")
+    with bench.open("--paused", "--size", "640x480") as window:
+        window.press_key("F1")
+        window.wait_for_control("Key card")
+        time.sleep(0.3)
+        left, top, right, bottom = window.controls()["Key card"]
+        window.stop()
+    check(left >= 0 and right <= 640 and top >= 0 and bottom <= 480 and bottom - top > 400,
+          f"in a small window as well, with small text: {left:.0f}, {top:.0f}, {right:.0f}, {bottom:.0f}")
     picture = read_png(file)
     lit = [any(max(picture.at(x, y)) > 150 for x in range(x0 + 14, x1)) for y in range(y0, y1)]
     lines = sum(1 for above, here in zip(lit, lit[1:]) if here and not above)

@@ -26,6 +26,11 @@ TEST(Options, RejectsUnwritableOutput) {
   const std::string missing = (folder.path() / "no" / "a.mp4").string();
   const std::string message = refusal({"--record", missing});
   EXPECT_TRUE(contains(message, "--record: '" + missing + "' cannot be written: the folder '")) << message;
+  std::filesystem::create_directory(folder.path() / "kept.mp4.toml");
+  const std::string kept_film = folder.write("kept.mp4", "an earlier film").string();
+  const std::string without_log = refusal({"--record", kept_film});
+  EXPECT_TRUE(contains(without_log, "--record (the film's log): '" + kept_film + ".toml' cannot be written"))
+      << without_log;
   EXPECT_TRUE(contains(message, "choose a file in a folder that exists and is writable")) << message;
   EXPECT_TRUE(contains(refusal({"--report", folder.path().string()}), "it is a folder"));
   EXPECT_TRUE(contains(refusal({"--report", "/proc/pf_report.json"}),

@@ -111,8 +111,8 @@ TEST_F(Report, HasTheDocumentedKeys) {
   EXPECT_EQ(
       keys,
       "area_fraction ball collisions compressibility device domain_link dt_s energy exact frame_ms gpu_ms "
-      "host_ms max_overlap_diameters memory_bytes method momentum neighbors ns_per_particle_step num_parcels "
-      "num_retired particle_steps_per_s phase_ms restitution scene simulated_s state_hash steps version "
+      "host_ms max_overlap_diameters memory_bytes method momentum neighbors ns_per_parcel_step num_parcels "
+      "num_retired parcel_steps_per_s phase_ms restitution scene simulated_s state_hash steps version "
       "wall_s ");
 }
 
@@ -159,8 +159,8 @@ TEST_F(Report, CollisionFiguresFollowTheFormulas) {
 TEST_F(Report, RatesCountStepsOnly) {
   const nlohmann::json report = finish();
   const double seconds = (1.0 + 2.0 + 3.0 + 4.0 + 5.0 + 2.0 + 3.0 + 4.0) * 1e-3;
-  EXPECT_NEAR(report["ns_per_particle_step"], 1e9 * seconds / 3000.0, 1e-6);
-  EXPECT_NEAR(report["particle_steps_per_s"], 3000.0 / seconds, 1e-6);
+  EXPECT_NEAR(report["ns_per_parcel_step"], 1e9 * seconds / 3000.0, 1e-6);
+  EXPECT_NEAR(report["parcel_steps_per_s"], 3000.0 / seconds, 1e-6);
 }
 
 // Method exact spends its step in phases of its own.
@@ -173,7 +173,7 @@ TEST(ReportPhases, StepTimeIncludesThePhasesOfExact) {
   record.add_frame(times, totals_of(10, 0, 0.0), 0.1);
   StubBackend backend;
   const nlohmann::json report = record.finish(settings, physics, backend, {}, 0.0);
-  EXPECT_DOUBLE_EQ(report["particle_steps_per_s"], 1e6);
+  EXPECT_DOUBLE_EQ(report["parcel_steps_per_s"], 1e6);
   EXPECT_EQ(report["phase_ms"]["reconcile"]["median"], 0.25);
   EXPECT_EQ(record.frame_report()["physics_ms"], 1.0);
 }
@@ -264,7 +264,7 @@ TEST(ReportNulls, WithoutParcelsOrFrames) {
   StubBackend backend;
   const RunRecord record(physics, {}, "d");
   const nlohmann::json report = record.finish(settings, physics, backend, {}, 0.0);
-  for (const char* key : {"area_fraction", "ns_per_particle_step", "particle_steps_per_s", "compressibility",
+  for (const char* key : {"area_fraction", "ns_per_parcel_step", "parcel_steps_per_s", "compressibility",
                           "max_overlap_diameters"}) {
     EXPECT_TRUE(report.at(key).is_null()) << key << " is " << report.at(key);
   }

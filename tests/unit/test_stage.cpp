@@ -132,7 +132,7 @@ TEST(OverlayFigures, StepTimeIncludesEveryPhaseOfAStep) {
   PhaseTimes exact;
   exact[Phase::predict] = exact[Phase::solve] = exact[Phase::reconcile] = exact[Phase::commit] = 0.5;
   history.add(exact, 16.0, frames.view);
-  EXPECT_DOUBLE_EQ(history.figures(0.0).particle_steps_per_s, 2e6);
+  EXPECT_DOUBLE_EQ(history.figures(0.0).parcel_steps_per_s, 2e6);
 }
 
 TEST(OverlayPhases, EveryPhaseHasARow) {
@@ -248,7 +248,7 @@ TEST(OverlayFigures, RateAndShareOfCopying) {
   frames.view.min_bytes_moved = 0.0;
   for (int i = 0; i < 10; ++i) history.add(computing(5.0), 16.0, frames.view);
   const OverlayFigures figures = history.figures(2.5e8);
-  EXPECT_DOUBLE_EQ(figures.particle_steps_per_s, 2e6);
+  EXPECT_DOUBLE_EQ(figures.parcel_steps_per_s, 2e6);
   EXPECT_DOUBLE_EQ(figures.copy_share, 0.2);
 }
 

@@ -38,7 +38,7 @@ def lines_of(runs):
     """{(device, method): {N: Gps}}, by the median step."""
     lines = collections.defaultdict(dict)
     for run in runs:
-        lines[run["device"], run["method"]][run["num_parcels"]] = 1.0 / run["bench"]["ns_per_particle_step_median"]
+        lines[run["device"], run["method"]][run["num_parcels"]] = 1.0 / run["bench"]["ns_per_parcel_step_median"]
     return lines
 
 
