@@ -121,6 +121,17 @@ void check_target(const Settings& scene, const std::string& target) {
     throw UserError(fmt::format(
         "--of: {} needs a ball that flies, and the scene has none; give rate or pressure", target));
   }
+  if (!scene.contacts)
+    throw UserError(
+        "--accuracy: the scene's parcels do not collide with each other (air.contacts = false), and the "
+        "table "
+        "is of collisions; leave it out");
+}
+
+// The table's gas is at rest, without hot places.
+void remark_on_flows(const Settings& scene, std::vector<std::string>& remarks) {
+  if (scene.flow_x_mps == 0.0 && scene.flow_y_mps == 0.0 && scene.hot_radius_m == 0.0) return;
+  remarks.push_back("the table is of a gas at rest: where this one flows or is hot, errors may be larger");
 }
 
 std::string names_without(const MethodSet& refused) {
@@ -219,6 +230,7 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
   const TableRows rows = rows_with(table, choice.of, backend);
   if (rows.is_other_series)
     choice.remarks.push_back("the table has no " + backend + " series: costs are ranked as on a CPU");
+  remark_on_flows(scene, choice.remarks);
   choose_method(rows, wish, choice);
   choose_parcels(table, wish, choice);
   return choice;

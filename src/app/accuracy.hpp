@@ -39,8 +39,8 @@ struct AccuracyChoice {
 
 // table: the JSON of the study. backend: "cpu" or "cuda"; its series is used if the table has one. A scene
 // between cases of the table gets the shortest step that any neighbouring case needs. Throws UserError if the
-// scene has no parcels, if the target needs a ball and there is none, or if only a refused method is so
-// accurate.
+// scene has no parcels, or none that collide with each other, if the target needs a ball and there is none,
+// or if only a refused method is so accurate.
 AccuracyChoice choose_by_accuracy(const nlohmann::json& table, const Settings& scene,
                                   const AccuracyWish& wish, const std::string& backend);
 

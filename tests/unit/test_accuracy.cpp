@@ -95,6 +95,18 @@ TEST(Accuracy, BeyondTheTableOnlyExactIsChosen) {
   EXPECT_EQ(dense.remarks.size(), 1U);
 }
 
+TEST(Accuracy, SaysWhereTheTableFitsLess) {
+  Settings scene = gas_scene(0.1);
+  const AccuracyWish wish{0.1, "rate", false};
+  EXPECT_TRUE(choose_by_accuracy(table(), scene, wish, "cpu").remarks.empty());
+  scene.flow_x_mps = -1.4;
+  const std::vector<std::string> remarks = choose_by_accuracy(table(), scene, wish, "cpu").remarks;
+  ASSERT_EQ(remarks.size(), 1U);
+  EXPECT_NE(remarks[0].find("of a gas at rest"), std::string::npos) << remarks[0];
+  scene.contacts = false;
+  EXPECT_THROW(choose_by_accuracy(table(), scene, wish, "cpu"), UserError);
+}
+
 // At 0.002 exact is cheaper than the impulse of shorter steps.
 TEST(Accuracy, LeavesOutMethodsThatCannotBeFlown) {
   AccuracyWish wish{0.002, "rate", false};
