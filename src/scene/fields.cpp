@@ -75,8 +75,8 @@ std::vector<Field> air_fields() {
        &Settings::hot_speed_mps, kNewParcels},
       {"air", "restitution", "", "normal speed after over before a collision, of parcels and ball", 0, 1,
        &Settings::restitution},
-      {"air", "impulse_scale", "", "factor on parcel-parcel impulses; 1 is correct physics", 0, 10,
-       &Settings::impulse_scale},
+      {"air", "impulse_scale", "", "method impulse: factor on parcel-parcel impulses; 1 is correct physics",
+       0, 10, &Settings::impulse_scale},
       {"air", "contacts", "", "parcels collide with each other", 0, 0, &Settings::contacts},
   };
 }

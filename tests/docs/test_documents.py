@@ -399,6 +399,29 @@ def keys(project):
                [f"docs/using.md alone has {row}" for row in sorted(told - known)], "docs/using.md has the same")
 
 
+def reports(project):
+    """docs/data.md has the keys of a report and the columns of the tables, and no others."""
+    with tempfile.TemporaryDirectory() as folder:
+        done = project.run(project.program, "--headless", "-p", "200", "--seconds", "0.05", "--size", "320x180", "--set",
+                           "run.profile=x", "--report", "r.json", "--overlay-csv", "o.csv", "--profile-csv", "p.csv",
+                           cwd=folder)
+        check(done.returncode == 0, f"a run with a report ends with {done.returncode} {done.stderr.strip()}")
+        made = {name: (pathlib.Path(folder) / name).read_text(encoding="utf-8") for name in ("r.json", "o.csv", "p.csv")}
+    text = project.text("docs/data.md")
+    section = {name: text.partition(f"\n## {name}\n")[2].partition("\n## ")[0] for name in ("Reports", "Tables")}
+    cells = [line.split("|")[1] for line in section["Reports"].splitlines() if line.startswith("| `")]
+    told, known = set(re.findall(r"`(\w+)`", "".join(cells))), set(json.loads(made["r.json"]))
+    faults = [f"the report alone has {key}" for key in sorted(known - told)]
+    faults += [f"docs/data.md alone has {key}" for key in sorted(told - known)]
+    told = set(re.findall(r"`(\w+)`", section["Tables"]))
+    for name in ("o.csv", "p.csv"):
+        columns = made[name].splitlines()[0].split(",")
+        of_phases = {column for column in columns if column.endswith(("_median_ms", "_p99_ms"))}
+        of_phases |= {column.replace("_median_ms", "_ms") for column in of_phases}
+        faults += [f"no word of the column {column}" for column in columns if column not in told | of_phases]
+    check_none(faults, "docs/data.md has the keys of a report and the columns of the tables")
+
+
 # ---- drawings and spelling
 
 def drawings(project):
@@ -466,6 +489,8 @@ FAULTS = [
     (options, "docs/using.md", "`--still` writes", "`--stills` writes"),
     (options, "docs/exact.md", "`run.contact_clock_s`", "`run.contact_clocks`"),
     (keys, "docs/using.md", "begin, end a film", "begin a film"),
+    (reports, "docs/data.md", "| `clock_s` |", "| `clock` |"),
+    (reports, "docs/data.md", "`ball_hits`; of", "`hits`; of"),
     (drawings, "docs/drawings/merge.svg", "find_conflicts", "find_conflict"),
     (drawings, "docs/exact.md", "collide at tick 58", "collide at tick 59"),
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),
@@ -499,7 +524,8 @@ def refuses_broken(project):
             check(False, f"{look.__name__} does not see {new!r} in {name}")
 
 
-CASES = {case.__name__: case for case in (words, purposes, files, commands, options, keys, drawings, spelling, refuses_broken)}
+CASES = {case.__name__: case for case in (words, purposes, files, commands, options, keys, reports, drawings, spelling,
+                                        refuses_broken)}
 
 
 def main():
