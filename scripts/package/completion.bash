@@ -6,7 +6,8 @@ _pickleflight() {
   for word in "${words[@]:1:cword-1}"; do
     case $word in run | bench | scenes | lab) command=$word && break ;; esac
   done
-  help=$("$1" "$command" --help 2>/dev/null)
+  # Newer versions of CLI11 break long lines, and indent what follows.
+  help=$("$1" "$command" --help 2>/dev/null | sed -E ':a;N;$!ba;s/\n {20,}/ /g')
   case $prev in
     --scene) COMPREPLY=($(compgen -W "$("$1" scenes 2>/dev/null | cut -d' ' -f1)" -- "$cur")) && _filedir toml && return ;;
     --cues) COMPREPLY=($(compgen -W "talk" -- "$cur")) && _filedir toml && return ;;
