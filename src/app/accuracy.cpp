@@ -263,15 +263,19 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const Settings& s = choice.settings;
   const Physics physics = derive_physics(s);
   const FramePlan plan = plan_frame(s, physics, initial_ball(s));
-  std::string text = fmt::format(
-      "--accuracy: method {}, dt {:.3g} s ({} substeps a frame), {} parcels\n"
-      "  expected: {} within {}{:.2g} %{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
-      method_name(s.method), plan.dt_s, plan.num_steps, physics.parcels.num, choice.of,
-      choice.is_bound ? "less than " : "", 100.0 * choice.expected_error,
+  const std::string of_method = choice.expected_error > 0.0
+                                    ? fmt::format("within {}{:.2g} %", choice.is_bound ? "less than " : "",
+                                                  100.0 * choice.expected_error)
+                                    : "by the measure of all methods";
+  const std::string of_parcels =
       choice.parcels_error > 0.0
           ? fmt::format(", {:.2g} % from the number of parcels", 100.0 * choice.parcels_error)
-          : "",
-      choice.ns_per_disc_time, table.string());
+          : "";
+  std::string text = fmt::format(
+      "--accuracy: method {}, dt {:.3g} s ({} step{} a frame), {} parcels\n"
+      "  expected: {} {}{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
+      method_name(s.method), plan.dt_s, plan.num_steps, plan.num_steps == 1 ? "" : "s", physics.parcels.num,
+      choice.of, of_method, of_parcels, choice.ns_per_disc_time, table.string());
   for (const std::string& remark : choice.remarks) text += "  " + remark + "\n";
   return text;
 }
