@@ -266,7 +266,7 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const std::string of_method = choice.expected_error > 0.0
                                     ? fmt::format("within {}{:.2g} %", choice.is_bound ? "less than " : "",
                                                   100.0 * choice.expected_error)
-                                    : "by the measure of all methods";
+                                    : "with no error of the method";
   const std::string of_parcels =
       choice.parcels_error > 0.0
           ? fmt::format(", {:.2g} % from the number of parcels", 100.0 * choice.parcels_error)
