@@ -21,6 +21,18 @@ double frame_s(const FrameView& flight) {
   return flown_s > 0.0 ? flown_s : flight.settings->time_scale / flight.settings->frame_rate_hz;
 }
 
+// Why settings cannot fly; empty: they can.
+std::string refusal_of(Settings edited, const std::string& backend) {
+  try {
+    edited.num_parcels = resolve_num_parcels(edited, backend);
+    check_settings(edited, "panel");
+    derive_physics(edited);
+    return "";
+  } catch (const UserError& error) {
+    return error.what();
+  }
+}
+
 }  // namespace
 
 void FlightPair::keep_to_budget() {
@@ -106,15 +118,12 @@ bool FlightPair::waits(const Simulation& flight, const Simulation& other) const 
 // Edits that the second flight could not follow are refused for both.
 void FlightPair::refuse_bad_edits(Commands& commands) {
   if (!second_ || !commands.settings) return;
-  try {
-    Settings second = differing(*commands.settings, difference_);
-    second.num_parcels = resolve_num_parcels(second, first_.backend().name());
-    check_settings(second, "panel");
-    derive_physics(second);
-  } catch (const UserError& error) {
-    message_ = fmt::format("Second half: {}", error.what());
-    commands.settings.reset();
-  }
+  const std::string backend = first_.backend().name();
+  const std::string of_second = refusal_of(differing(*commands.settings, difference_), backend);
+  if (of_second.empty()) return;
+  const std::string of_first = refusal_of(*commands.settings, backend);
+  message_ = of_first.empty() ? fmt::format("Second half: {}", of_second) : of_first;
+  commands.settings.reset();
 }
 
 void FlightPair::change(const Difference& wanted, Commands& commands) {

@@ -48,6 +48,7 @@ void Simulation::State::reset(const Settings& with) {
   collision_rate_per_s = 0.0;
   flight_seed = settings.seed;
   launch(true);
+  show_plan();
 }
 
 // Spawns parcels for the settings around a ball. Throws UserError, without any change, if they do not fit.
@@ -60,6 +61,7 @@ void Simulation::State::respawn(const Settings& with, const BallState& around) {
   frame.reset();
   view.mid_step = false;
   step_ms = 0.0;
+  num_frame_pictures = 1;
   physics = derived;
   ball = around;
   profile_is_due = true;
@@ -152,6 +154,7 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
   const bool is_new = view.num_scenes != scenes_before;  // its initial state is shown and measured
   const bool steps = !is_new && !commands.hold && ((!view.paused && !is_landed) || commands.single_step);
   if (steps && !frame) begin_steps(commands);
+  if (!frame) show_plan();
   if (frame) {
     submit_steps(target);
   } else if (target) {

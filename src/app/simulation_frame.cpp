@@ -51,6 +51,15 @@ void Simulation::State::begin_steps(const Commands& commands) {
   frame->start_s = view.simulated_s;
 }
 
+// The figures of the next frame, while there is none in hand.
+void Simulation::State::show_plan() {
+  const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
+  view.num_pictures = num_frame_pictures;
+  view.dt_s = plan.dt_s;
+  view.steps_per_frame = plan.num_steps;
+  view.slow_motion = plan.slow_motion / view.num_pictures;
+}
+
 // A step that input waits for is completed first. Backends may ignore the budget between steps, so that the
 // number of steps keeps to it, too. A series of `exact` is not divided here.
 std::uint32_t Simulation::State::num_steps_to_submit() const {

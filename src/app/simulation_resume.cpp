@@ -64,6 +64,7 @@ void Simulation::State::resume(const RunState& from) {
   flight = from.flight;
   ghosts = ghosts_of(settings);
   begin_history();
+  show_plan();
 }
 
 Simulation::Simulation(const RunState& from, std::unique_ptr<Backend> backend)

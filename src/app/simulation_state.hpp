@@ -108,6 +108,7 @@ struct Simulation::State {
   Commands admit(const Commands& wanted);
   bool can_start_anew() const;
   void begin_steps(const Commands& commands);
+  void show_plan();
   std::uint32_t num_steps_to_submit() const;
   void submit_steps(DrawTarget* target);
   void draw_again(DrawTarget& target);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "view/ball_camera.hpp"
+#include "view/profile_strip.hpp"
 
 namespace pf {
 
@@ -43,7 +44,10 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   const ViewRegion free = {0.0, bottom, static_cast<double>(size_.width),
                            std::max(size_.height - bottom, 1.0)};
   ViewRegion region = overlay == nullptr ? free : marks_.region_for_world(frame, look_, free, scale_);
-  if (split_ != nullptr) region = second_.lay_out(*split_, free, scale_);
+  if (split_ != nullptr) {
+    const bool has_strip = overlay != nullptr;
+    region = second_.lay_out(*split_, has_strip ? above_profile_strip(free, frame, scale_) : free, scale_);
+  }
   camera_ = camera_like(window, seen, region, frame.physics->world, scale_);
   const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(), size_, scale_};
   renderer_.draw_air(frame, &parcels, camera_, viewport);
@@ -80,6 +84,7 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const 
     look.paths = look.paths && split_ == nullptr;  // the legend's flights
     const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
     marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale});
+    place = above_profile_strip(place, frame);
   }
   title.show(place, look_.theme);
   gui_.end_frame();

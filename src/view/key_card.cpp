@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <span>
 
@@ -44,6 +45,21 @@ ImVec2 natural_size() {
           row * static_cast<float>(kNumRows) + 2.0F * style.WindowPadding.y + kScrollbarRoom};
 }
 
+// At most the wanted factor of the usual text, at which no dash falls between two rows of pixels. Its rows in
+// the font are enlarged or reduced as they are; where letters are made for each size, none is lost.
+float legible(float factor) {
+#if IMGUI_VERSION_NUM < 19200
+  const ImFontGlyph* dash = ImGui::GetFont()->FindGlyph('-');
+  const float scale = ImGui::GetFontSize() / ImGui::GetFont()->FontSize;
+  const auto has_row = [&](float size) {
+    return std::round(size * scale * dash->Y0) < std::round(size * scale * dash->Y1);
+  };
+  for (float size = factor; size > 0.85F * factor; size -= 0.01F)
+    if (has_row(size)) return size;
+#endif
+  return factor;
+}
+
 }  // namespace
 
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
@@ -53,8 +69,8 @@ void show_key_card(const OverlayPlace& place, ControlMap& controls) {
   const ImVec2 natural = natural_size();
   const float right = place.left_px + place.width_px;
   const float left = place.width_px > kLeastBesideThePanel * natural.x ? place.left_px : 0.0F;
-  const SmallerText text(
-      std::clamp(std::min((right - left) / natural.x, place.bottom_px / natural.y), kSmallest, 1.0F));
+  const float fitting = std::min((right - left) / natural.x, place.bottom_px / natural.y);
+  const SmallerText text(legible(std::clamp(fitting, kSmallest, 1.0F)));
   ImGui::SetNextWindowPos(ImVec2(0.5F * (left + right), 0.5F * place.bottom_px), ImGuiCond_Always,
                           ImVec2(0.5F, 0.5F));
   ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(right - left, place.bottom_px));

@@ -12,11 +12,12 @@ namespace pf {
 
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
+  air_ = {frame.num_scenes, frame.num_parcels};
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
   const bool is_stepping = steps > 0.0 || frame.unfinished;
   if (frame.flight == Flight::landed && !is_stepping) return;
   kept_[num_added_ % kNumKept] = {
-      times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
+      air_, times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
   ++num_added_;
 }
 
@@ -44,7 +45,7 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   double parcel_steps = 0.0;
   double bytes = 0.0;
   for (std::size_t i = 0; i < size(); ++i) {
-    if (!kept_[i].is_stepping) continue;
+    if (!kept_[i].is_stepping || kept_[i].air != air_) continue;
     seconds += 1e-3 * kept_[i].times.step_ms();
     parcel_steps += kept_[i].parcel_steps;
     bytes += kept_[i].min_bytes;

@@ -17,9 +17,9 @@ struct OverlayFigures {
   MedianP99 total_ms;        // all phases
   double gpu_draw_ms = 0.0;  // medians by the clock of the GL device; 0: not known
   double gpu_panel_ms = 0.0;
-  MedianP99 frame_ms;                 // from one frame to the next
-  double parcel_steps_per_s = 0.0;  // in the phases of a step; 0: nothing stepped
-  double copy_share = 0.0;            // least bytes moved per second over those of a plain copy; 0: not known
+  MedianP99 frame_ms;               // from one frame to the next
+  double parcel_steps_per_s = 0.0;  // of this scene and number, in the phases of a step; 0: nothing stepped
+  double copy_share = 0.0;          // least bytes moved per second over those of a plain copy; 0: not known
 };
 
 // The last kNumKept frames.
@@ -38,7 +38,13 @@ class FrameHistory {
   OverlayFigures figures(double copy_bytes_per_s) const;
 
  private:
+  struct Air {
+    std::int64_t num_scenes = 0;
+    std::uint32_t num_parcels = 0;
+    bool operator==(const Air&) const = default;
+  };
   struct Kept {
+    Air air;
     PhaseTimes times;
     DrawTimes drawing;
     double frame_ms = 0.0;
@@ -48,6 +54,7 @@ class FrameHistory {
   };
   std::array<Kept, kNumKept> kept_{};
   std::size_t num_added_ = 0;
+  Air air_;  // the present one
 };
 
 // Facts about the view, besides the frame.
@@ -62,9 +69,10 @@ struct OverlayInfo {
 // Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
 // each phase of kPhaseNames (of this frame, median and 99th percentile of the last 120), num_parcels, method,
 // neighbors, dt_s, steps, parcel_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
-// rounds, retried_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the clocks
-// of the host and of the GL device; the device's is one or two frames late, and empty where it has none),
-// events, solved_events (in all rounds), largest_cluster (events), pictures (that the steps of a frame take).
+// rounds, retried_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the
+// clocks of the host and of the GL device; the device's is one or two frames late, and empty where it has
+// none), events, solved_events (in all rounds), largest_cluster (events), pictures (that the steps of a frame
+// take).
 class OverlayCsv {
  public:
   explicit OverlayCsv(const std::filesystem::path& file);  // throws UserError if it cannot be written

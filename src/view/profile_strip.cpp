@@ -57,10 +57,12 @@ struct Box {
   float left, top, right, bottom;
 };
 
+float strip_height_px(float room_px, float scale) { return std::min(kHeight_px * scale, 0.5F * room_px); }
+
 Box box_of(const ScenePlace& scene) {
   const OverlayPlace& place = scene.place;
   const float margin = kMargin_px * place.scale;
-  return {place.left_px + margin, place.bottom_px - (kHeight_px * place.scale - margin),
+  return {place.left_px + margin, place.bottom_px - strip_height_px(place.bottom_px, place.scale) + margin,
           place.left_px + place.width_px - margin, place.bottom_px - margin};
 }
 
@@ -84,13 +86,18 @@ void paint_curve(const Curve& curve, const std::vector<ProfileRow>& rows, const 
   }
 }
 
+// Side by side, smaller where the strip is too narrow for all of them.
 void write_names(const std::vector<Curve>& curves, const Box& box, float scale) {
-  float x = box.left + 8.0F * scale;
+  const float before = 8.0F * scale, between = 22.0F * scale;
+  float needed = 2.0F * before - between;
+  for (const Curve& curve : curves) needed += text_width(curve.name) + between;
+  const float size = std::min(1.0F, (box.right - box.left) / needed);
+  float x = box.left + size * before;
   const float y = box.top + 3.0F * scale;
   for (const Curve& curve : curves) {
-    ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), ImGui::GetFontSize(), ImVec2(x, y), curve.color,
-                                        curve.name.c_str());
-    x += text_width(curve.name) + 22.0F * scale;
+    ImGui::GetWindowDrawList()->AddText(ImGui::GetFont(), size * ImGui::GetFontSize(), ImVec2(x, y),
+                                        curve.color, curve.name.c_str());
+    x += size * (text_width(curve.name) + between);
   }
 }
 
@@ -116,12 +123,15 @@ void paint_strip(const FrameView& frame, const ScenePlace& scene, const Box& box
 }  // namespace
 
 ViewRegion above_profile_strip(const ViewRegion& all, const FrameView& frame, float scale) {
-  const double strip_px = std::min(profile_strip_height_px(frame, scale), 0.5 * all.height_px);
+  if (frame.profile == nullptr) return all;
+  const double strip_px = strip_height_px(static_cast<float>(all.height_px), scale);
   return {all.left_px, all.bottom_px + strip_px, all.width_px, all.height_px - strip_px};
 }
 
-double profile_strip_height_px(const FrameView& frame, float scale) {
-  return frame.profile == nullptr ? 0.0 : static_cast<double>(kHeight_px * scale);
+OverlayPlace above_profile_strip(const OverlayPlace& all, const FrameView& frame) {
+  OverlayPlace above = all;
+  if (frame.profile != nullptr) above.bottom_px -= strip_height_px(all.bottom_px, all.scale);
+  return above;
 }
 
 std::array<float, 4> show_profile_strip(const FrameView& frame, const ScenePlace& scene) {
@@ -136,7 +146,7 @@ std::array<float, 4> show_profile_strip(const FrameView& frame, const ScenePlace
   ImGui::Begin("profile", nullptr, kFlags);
   paint_strip(frame, scene, box);
   ImGui::End();
-  return {box.left, box.top, box.right - box.left, box.bottom - box.top};
+  return {box.left, box.top, box.right, box.bottom};
 }
 
 }  // namespace pf

@@ -6,12 +6,11 @@
 
 namespace pf {
 
-// Height of the strip; 0 if the frame has no profile.
-double profile_strip_height_px(const FrameView& frame, float scale);
-// What the strip at its bottom leaves of a region: half of it at least.
+// What the strip at its bottom leaves of a region: half of it at least, all of it without a profile.
 ViewRegion above_profile_strip(const ViewRegion& all, const FrameView& frame, float scale);
+OverlayPlace above_profile_strip(const OverlayPlace& all, const FrameView& frame);
 
-// Returns its rectangle: left, top, width, height; all 0 if there is none.
+// Returns its rectangle: x0, y0, x1, y1; all 0 if there is none.
 std::array<float, 4> show_profile_strip(const FrameView& frame, const ScenePlace& scene);
 
 }  // namespace pf

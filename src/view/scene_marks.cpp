@@ -112,13 +112,15 @@ class Chips {
     const ImVec2 text = ImGui::CalcTextSize(what.c_str(), nullptr, false, room);
     const float height = text.y + 12.0F * s;
     const float left = place_.left_px + std::max(0.5F * (place_.width_px - text.x - beside), 4.0F * s);
-    const ImVec2 low(left, y_);
-    const ImVec2 high(left + text.x + beside, y_ + height);
+    // With very large text over a legend rather than below the picture.
+    const float top = std::max(std::min(y_, place_.bottom_px - height - 4.0F * s), 0.0F);
+    const ImVec2 low(left, top);
+    const ImVec2 high(left + text.x + beside, top + height);
     ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys
     list->AddRectFilled(low, high, colors_.ground, 13.0F * s);
     list->AddRect(low, high, edge, 13.0F * s);
-    if (dot) list->AddCircleFilled(ImVec2(left + 15.0F * s, y_ + 0.5F * height), 5.0F * s, kRed);
-    list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), ImVec2(high.x - 12.0F * s - text.x, y_ + 6.0F * s),
+    if (dot) list->AddCircleFilled(ImVec2(left + 15.0F * s, top + 0.5F * height), 5.0F * s, kRed);
+    list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), ImVec2(high.x - 12.0F * s - text.x, top + 6.0F * s),
                   colors_.text, what.c_str(), nullptr, room);
     rectangles_[name] = {low.x, low.y, high.x, high.y};
     y_ = high.y + 6.0F * s;
@@ -153,11 +155,13 @@ void show_notices(const FrameView& frame, const WindowNotices& window, const Ove
 
 }  // namespace
 
-void SceneMarks::show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices) {
+void SceneMarks::show(const FrameView& frame, const ScenePlace& all, const WindowNotices& notices) {
+  rectangles_.clear();
+  if (frame.profile != nullptr) rectangles_["profile"] = show_profile_strip(frame, all);
+  ScenePlace scene = all;
+  scene.place = above_profile_strip(all.place, frame);
   float y = kTop_px * scene.place.scale + notices.below_px;
   OverlayPlace beside = scene.place;
-  rectangles_.clear();
-  if (frame.profile != nullptr) rectangles_["profile"] = show_profile_strip(frame, scene);
   if (FlightLegend::is_shown(frame, scene.look)) {
     const ViewRegion legend = show_legend(frame, scene);
     // Notices stand beside the legend, or below one that is too wide.
@@ -292,13 +296,16 @@ void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hi
 
 void SceneMarks::show_aim(const BallLaunch& launch, Vec2d start_m, double ball_radius_m,
                           const ScenePlace& scene) {
-  const float s = scene.place.scale;
+  const auto& [left, width, bottom, s] = scene.place;
   const ImVec2 from = on_screen(start_m, scene);
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  list->PushClipRect(ImVec2(left, 0.0F), ImVec2(left + width, bottom));  // not over panel and overlay
   show_arrow(launch.velocity_mps, from, scene);
   const auto radius = static_cast<float>(ring_radius_px(ball_radius_m / scene.camera.metres_per_px, s));
   show_spin(launch.spin_radps, from, radius, scene);
   const float offset = radius + 8.0F * s;
   show_figures(launch, ImVec2(from.x + offset, from.y + offset), scene);
+  list->PopClipRect();
 }
 
 }  // namespace pf

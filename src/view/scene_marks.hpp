@@ -39,7 +39,7 @@ struct WindowNotices {
 
 class SceneMarks {
  public:
-  void show(const FrameView& frame, const ScenePlace& scene, const WindowNotices& notices = {});
+  void show(const FrameView& frame, const ScenePlace& all, const WindowNotices& notices = {});
   // Rectangles of legend, notices, magnifier and numbers in the last frame.
   void note(ControlMap& controls) const;
   // The magnifier's square in the last frame; none: there was none, or no place for it.

@@ -53,6 +53,8 @@ void Stage::follow_terms() {
     return term_costs_.pause();
   }
   if (is_requested) term_costs_.request();
+  if (is_requested && view.paused)
+    notice_.show("Costs of terms are measured once the flight goes on (space)", Clock::now());
   term_costs_.follow(view, simulation_.backend());
   overlay_.set_terms(term_costs_.are_of(view) ? term_costs_.text() : "");
 }

@@ -65,7 +65,7 @@ void Stage::describe_overlay() {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});
   }
-  title_place_ = title_.show(place, switches_.look.theme);
+  title_place_ = title_.show(above_profile_strip(place, view), switches_.look.theme);
   gui_.end_frame();
 }
 

@@ -31,6 +31,7 @@ void Stage::follow_timeline(Commands& commands) {
 void Stage::take_dropped(const std::vector<std::string>& files, Commands& commands) {
   if (files.empty()) return;
   const DropAnswer answer = answer_drop({files.begin(), files.end()});
+  if (answer.line.empty()) notice_.show("", Clock::now());  // the answer to an earlier one
   if (!answer.scene.empty()) {
     commands.scene = answer.scene;
     switches_.fit_camera = true;

@@ -157,7 +157,11 @@ void explain(const Track& track, const FrameView& frame) {
   }
   ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding,
                       ImVec2(track.px(8.0F), track.px(8.0F)));  // the bar has none
-  ImGui::SetTooltip("%s", text.c_str());
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(std::min(40.0F * ImGui::GetFontSize(), 0.9F * ImGui::GetIO().DisplaySize.x));
+  ImGui::TextUnformatted(text.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
   ImGui::PopStyleVar();
 }
 

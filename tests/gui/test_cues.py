@@ -108,6 +108,19 @@ def talk_is_clear(bench):
             window.stop()
 
 
+def title_above_profile(bench):
+    """The title of a cue stands above the strip of a scene with a profile."""
+    text = TALK.replace('scene = "gas"', 'scene = "blast"').replace('"Gamma"', '"Gamma"\ntitle_s = 0')
+    with bench.open("--cues", talk_of(bench, text), *NEARLY_STILL) as window:
+        window.press_key("3")
+        window.wait_for_control(title("Gamma"))
+        window.wait_for_control("profile")
+        places = window.controls()
+        window.stop()
+    low, top = places[title("Gamma")][3], places["profile"][1]
+    check(low <= top, f"the title ends at {low:.0f}, the strip begins at {top:.0f}")
+
+
 def cue_list_files(bench):
     """Without a list a digit says so; a list is loaded in the panel, a broken one changes nothing, and a cue is added."""
     good = talk_of(bench)
@@ -243,7 +256,8 @@ def scene_values(bench):
           f"the values at the start are back: {report['restitution']}, {report['num_parcels']}, {report['method']}")
 
 
-CASES = {case.__name__: case for case in (cue_keys, talk_is_clear, cue_list_files, cue_film, undo, scene_values)}
+CASES = {case.__name__: case
+         for case in (cue_keys, talk_is_clear, title_above_profile, cue_list_files, cue_film, undo, scene_values)}
 
 
 def fails(case, bench):

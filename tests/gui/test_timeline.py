@@ -124,6 +124,7 @@ def drop(bench):
         source.drop(int(window.id), [bench.folder / "talk.toml"], (500, 300))
         window.wait_for_control("Cue title: Alpha")
         print("ok: a cue list begins with its first cue")
+        check(not any("type: pickleflight" in label for label in window.controls()), "and the earlier line is gone")
         source.drop(int(window.id), [bench.folder / "a scene.toml"], (500, 300))
         time.sleep(1.0)
         report = window.stop()

@@ -283,6 +283,31 @@ TEST(FlightPair, RefusesEditsThatTheSecondCannotFollow) {
   EXPECT_EQ(both.second().settings().restitution, 0.5);
 }
 
+// One parcel would be wider than half the court, with either method.
+TEST(FlightPair, RefusesWithTheWordsOfOneFlightWhatNeitherCanFollow) {
+  Pair both(test::court(300), {"run.method = spring"});
+  both.picture(edit(both.first.settings(), [](Settings& s) { s.num_parcels = 1; }));
+  EXPECT_EQ(both.pair.view().message.substr(0, 14), "air: 1 parcel ") << both.pair.view().message;
+  EXPECT_EQ(both.first.settings().num_parcels, 300);
+}
+
+TEST(FlightPair, HalvesTheStepOfAFlightThatHasNotBegun) {
+  Simulation first(two_threads(test::court(300)), make_cpu_backend(2));
+  FlightPair pair(first, cpu);
+  Commands start = split_by({"run.method = spring"});
+  start.toggle_pause = true;
+  pair.begin(pair.admit(start), nullptr, nullptr);
+  pair.finish();
+  Commands half;
+  half.compare = Comparison::half_step;
+  pair.begin(pair.admit(half), nullptr, nullptr);
+  pair.finish();
+  ASSERT_TRUE(pair.second());
+  EXPECT_EQ(first.view().totals.num_steps, 0U);
+  EXPECT_GT(first.view().dt_s, 0.0);
+  EXPECT_DOUBLE_EQ(pair.second()->settings().dt_s, 0.5 * first.view().dt_s);
+}
+
 TEST(FlightPair, FiguresAreThoseOfTheFlights) {
   Settings settings = test::court(300);
   Pair both(settings, {"air.restitution = 0.1"});

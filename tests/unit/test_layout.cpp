@@ -184,6 +184,7 @@ class Layout : public WithText {
     frames.flight = flight_of(stand.num_flights, Method::exact);
     frames.view.half_step = stand.num_flights > 3;
     frames.view.ball.position_m = {7.0, 0.0};
+    frames.view.profile = profile_;
     Panel panel(1000, "host: CPU backend");
     panel.fit(stand.width, 1.0F);
     const float left = stand.has_panel ? panel.width_px(stand.scale) : 0.0F;
@@ -207,6 +208,7 @@ class Layout : public WithText {
     Camera camera;
     fit_world(camera, frames.physics.world, marks.region_for_world(frames.view, look, region, stand.scale),
               stand.scale);
+    camera.metres_per_px /= zoom_;
     const OverlayPlace place = {free_.x0, free_.width(), free_.y1, stand.scale};
     const float side = Magnifier::side_px(free_.width(), free_.height(), stand.scale);
     marks.show(frames.view, {camera, place, stand.height, look, side, 0.001}, notices_);
@@ -220,6 +222,8 @@ class Layout : public WithText {
 
   PxRect free_, drawn_;
   WindowNotices notices_;
+  const Profile* profile_ = nullptr;
+  double zoom_ = 1.0;
 };
 
 TEST_F(Layout, MarksStandBesideEachOtherWithinTheWindow) {
@@ -244,6 +248,34 @@ TEST_F(Layout, MarksStandBesideEachOtherWithinTheWindow) {
         }
       }
     }
+  }
+}
+
+// Also where the world fills the picture, as while the camera follows the ball.
+TEST_F(Layout, NothingLiesUnderAProfile) {
+  Settings settings = test::court(1000);
+  settings.profile = ProfileAxis::x;
+  const Simulation simulation(settings, make_cpu_backend(1));
+  profile_ = simulation.view().profile;
+  notices_ = {"0:12  court.mp4, 3 dropped", "picture \"court_t0.1234s.png\"", "Back to 0.25 s"};
+  for (const double zoom : {1.0, 5.0}) {
+    zoom_ = zoom;
+    for (const int num_flights : {1, 2}) {
+      const auto marks = marks_of({1280.0F, 720.0F, 1.0F, true, num_flights});
+      ASSERT_TRUE(marks.contains("profile") && marks.contains("Legend"));
+      EXPECT_TRUE(is_within(marks.at("profile"), free_));
+      for (const auto& [name, rectangle] : marks)
+        EXPECT_TRUE(name == "profile" || overlap_px2(rectangle, marks.at("profile")) == 0.0F)
+            << name << ", zoom " << zoom;
+    }
+  }
+}
+
+TEST_F(Layout, NoticesStayAboveTheOverlayWithVeryLargeText) {
+  notices_ = {"0:12  court.mp4, 3 dropped", "picture \"court_t0.1234s.png\"", "Back to 0.25 s"};
+  for (const auto& [name, rectangle] : marks_of({640.0F, 480.0F, 2.8F, true, 2})) {
+    if (name.find("notice") == std::string::npos) continue;
+    EXPECT_TRUE(rectangle.y0 >= 0.0F && rectangle.y1 <= free_.y1) << name;
   }
 }
 

@@ -1,4 +1,4 @@
-// Failures in the simulation loop: a failing device, NaN.
+// The simulation loop: its figures before a step, and failures: a failing device, NaN.
 #include "app/simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/error.hpp"
+#include "scene/derive.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -134,6 +135,30 @@ TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
   const double simulated_s = simulation.view().simulated_s;
   simulation.advance_frame({}, nullptr);
   EXPECT_EQ(simulation.view().simulated_s, simulated_s) << "paused";
+}
+
+void expect_planned(const FrameView& view) {
+  const FramePlan plan = plan_frame(*view.settings, *view.physics, view.ball);
+  EXPECT_EQ(view.dt_s, plan.dt_s);
+  EXPECT_EQ(view.steps_per_frame, plan.num_steps);
+  EXPECT_EQ(view.slow_motion, plan.slow_motion);
+}
+
+// Those of an earlier scene would be wrong, as would be none: half of the time step is taken from them.
+TEST(Simulation, BeforeAStepFiguresAreThoseOfTheNextFrame) {
+  Simulation simulation(court(500), make_cpu_backend(1));
+  expect_planned(simulation.view());
+  for (int frame = 0; frame < 3; ++frame) simulation.advance_frame({}, nullptr);
+  Commands slower;
+  slower.toggle_pause = true;
+  slower.time_scale_factor = 0.25;
+  simulation.advance_frame(slower, nullptr);
+  expect_planned(simulation.view());
+  Commands other;
+  other.restart = court(5000);
+  simulation.advance_frame(other, nullptr);
+  EXPECT_EQ(simulation.view().totals.num_steps, 0U);
+  expect_planned(simulation.view());
 }
 
 }  // namespace

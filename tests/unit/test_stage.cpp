@@ -252,6 +252,22 @@ TEST(OverlayFigures, RateAndShareOfCopying) {
   EXPECT_DOUBLE_EQ(figures.copy_share, 0.2);
 }
 
+TEST(OverlayFigures, TheRateIsThatOfTheAirShown) {
+  Frames frames;
+  FrameHistory history;
+  for (int i = 0; i < 10; ++i) history.add(computing(2.0), 16.0, frames.view);
+  frames.view.num_parcels = 0;  // a vacuum, while the ball has left
+  frames.view.flight = Flight::landed;
+  frames.view.frame_totals = {};
+  history.add({}, 16.0, frames.view);
+  EXPECT_EQ(history.figures(2.5e8).parcel_steps_per_s, 0.0);
+  frames.view.flight = Flight::flying;
+  frames.view.num_parcels = 500;
+  frames.view.frame_totals.num_steps = 4;
+  history.add(computing(2.0), 16.0, frames.view);
+  EXPECT_DOUBLE_EQ(history.figures(2.5e8).parcel_steps_per_s, 1e6);
+}
+
 TEST(OverlayCsv, OneLinePerFrameWithEveryColumn) {
   TemporaryFolder folder;
   Frames frames;
