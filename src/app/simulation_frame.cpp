@@ -124,10 +124,7 @@ void Simulation::State::end_frame() {
   const FramePlan& plan = ended.plan;
   view.num_done = ended.num_done;
   if (ended.num_done == plan.num_steps) {
-    const auto num_collisions = static_cast<double>(ended.totals.num_collisions);
-    collision_rate_per_s = physics.parcels.num == 0
-                               ? 0.0
-                               : 2.0 * num_collisions / (physics.parcels.num * plan.num_steps * plan.dt_s);
+    collision_rate_per_s = measured_rate_per_s(ended.totals.num_collisions, physics.parcels.num, plan);
     num_frame_pictures = ended.num_pictures;
   }
   profile_is_due = true;

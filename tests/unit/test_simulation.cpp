@@ -1,4 +1,4 @@
-// Failures in the simulation loop: a failing device, NaN.
+// The simulation loop: a failing device, NaN, and what is measured of a frame.
 #include "app/simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -134,6 +134,15 @@ TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
   const double simulated_s = simulation.view().simulated_s;
   simulation.advance_frame({}, nullptr);
   EXPECT_EQ(simulation.view().simulated_s, simulated_s) << "paused";
+}
+
+// 2e8 collisions among 1e8 parcels in 1 s: 4 of each. Parcels times steps are 5e9, more than 2^32.
+TEST(Simulation, TheMeasuredRateHoldsForManyParcelsAndSteps) {
+  FramePlan plan;
+  plan.num_steps = 50;
+  plan.dt_s = 0.02;
+  EXPECT_DOUBLE_EQ(measured_rate_per_s(200'000'000, 100'000'000, plan), 4.0);
+  EXPECT_EQ(measured_rate_per_s(0, 0, plan), 0.0);
 }
 
 }  // namespace
