@@ -86,6 +86,7 @@ void Simulation::State::pause_at(const UserError& error) {
   in_flight = false;
   frame.reset();
   sought.reset();
+  settings_at_sought.reset();
   view.mid_step = false;
   view.paused = true;
   view.message = error.what();

@@ -169,7 +169,13 @@ void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
 // Draws the current state without a step.
 void Simulation::State::draw_again(DrawTarget& target) {
   target.reserve(physics.parcels.num);
-  backend->draw(target.map());
+  const DrawBuffers buffers = target.map();
+  try {
+    backend->draw(buffers);
+  } catch (...) {
+    target.unmap();
+    throw;
+  }
   target.unmap();
 }
 

@@ -59,6 +59,17 @@ TEST_F(Checkpoint, GoesOnToTheSameBits) {
   }
 }
 
+TEST_F(Checkpoint, AProfileIsShownFromTheStart) {
+  Settings settings = gas(100);
+  settings.profile = ProfileAxis::x;
+  Simulation simulation(settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  const Simulation again(state, make_cpu_backend(1));
+  ASSERT_NE(again.view().profile, nullptr);
+  EXPECT_EQ(again.view().profile->bins, simulation.view().profile->bins);
+}
+
 // A gas of `exact` that has cooled so far that its ticks are long.
 TEST_F(Checkpoint, KeepsLongTicks) {
   RandomScene scene;

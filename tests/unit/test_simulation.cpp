@@ -71,12 +71,17 @@ TEST_P(Fallback, ContinuesFromTheStartOfTheScene) {
   struct NoTarget final : DrawTarget {
     DrawTargetKind kind() const override { return DrawTargetKind::host; }
     void reserve(std::size_t n) override { position.resize(n), speed.resize(n); }
-    DrawBuffers map() override { return {position.data(), speed.data(), position.size(), false}; }
-    void unmap() override {}
+    DrawBuffers map() override {
+      ++num_mapped;
+      return {position.data(), speed.data(), position.size(), false};
+    }
+    void unmap() override { --num_mapped; }
+    int num_mapped = 0;
     std::vector<Vec2f> position;
     std::vector<float> speed;
   } target;
   for (int frame = 0; frame < 4; ++frame) simulation.advance_frame(frame == 0 ? pause : Commands{}, &target);
+  EXPECT_EQ(target.num_mapped, 0) << "also where drawing failed";
   EXPECT_EQ(simulation.num_fallbacks(), 1);
   EXPECT_EQ(simulation.backend().name(), "cpu");
   EXPECT_NE(simulation.view().message.find("fell off the bus"), std::string::npos)
@@ -115,6 +120,27 @@ TEST(Simulation, StepsThatCannotBeDonePauseTheRun) {
     simulation.advance_frame(reset, nullptr);
     EXPECT_EQ(simulation.view().message, "");
   }
+}
+
+// The settings that a jump would have kept are not those of a later one.
+TEST(Simulation, AJumpThatFailedLeavesNoSettingsBehind) {
+  constexpr int kFrames = 70;
+  Simulation simulation(court(200),
+                        std::make_unique<LosingBackend>(LosingBackend::At::submit, kFrames, true));
+  simulation.keep_checkpoints();
+  for (int frame = 0; frame < kFrames; ++frame) simulation.advance_frame({}, nullptr);
+  Commands back;
+  back.back = true;
+  simulation.advance_frame(back, nullptr);
+  ASSERT_EQ(simulation.view().message, "refused");
+  ASSERT_FALSE(simulation.view().sought_s);
+  Commands edit;
+  edit.settings = simulation.settings();
+  edit.settings->restitution = 0.5;
+  simulation.advance_frame(edit, nullptr);
+  simulation.advance_frame(back, nullptr);
+  EXPECT_EQ(simulation.view().message, "");
+  EXPECT_EQ(simulation.settings().restitution, 0.5);
 }
 
 TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
