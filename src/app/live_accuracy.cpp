@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "model/kinetic_theory.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
@@ -66,16 +67,13 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
 }
 
 nlohmann::json to_json(const AccuracyReadout& r) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-  };
   return {{"simulated_s", r.simulated_s},
           {"num_collisions", r.num_collisions},
-          {"energy_drift", number(r.energy_drift)},
-          {"momentum_drift", number(r.momentum_drift)},
-          {"rate_over_enskog", number(r.rate_over_enskog)},
-          {"rate_error", number(r.rate_error)},
-          {"missed_fraction", number(r.missed_fraction)},
+          {"energy_drift", number_or_null(r.energy_drift)},
+          {"momentum_drift", number_or_null(r.momentum_drift)},
+          {"rate_over_enskog", number_or_null(r.rate_over_enskog)},
+          {"rate_error", number_or_null(r.rate_error)},
+          {"missed_fraction", number_or_null(r.missed_fraction)},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
           {"num_retried_steps", r.num_retried_steps}};

@@ -48,6 +48,10 @@ void for_each_array(State& state, const Do& apply) {
 
 // ---- writing
 
+[[noreturn]] void fail(const fs::path& file, const std::string& reason) {
+  throw UserError(fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file.string()), reason));
+}
+
 class Output {
  public:
   explicit Output(const fs::path& file)
@@ -78,14 +82,17 @@ class Output {
   }
 
  private:
-  [[noreturn]] void fail() const {
-    throw UserError(fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file_.string()),
-                                std::strerror(errno)));
-  }
+  [[noreturn]] void fail() const { pf::fail(file_, std::strerror(errno)); }
   fs::path file_;
   int fd_;
   std::uint32_t crc_ = 0;
 };
+
+void rename_to(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (error) fail(to, error.message());
+}
 
 // The rename is on the disk once its folder is.
 void sync_folder(const fs::path& file) {
@@ -220,16 +227,11 @@ std::uint64_t write_checkpoint(const fs::path& named, const RunState& state) {
       output.write(array.data(), array.size() * sizeof(array[0]));
     });
     output.finish();
+    rename_to(aside, file);
   } catch (const UserError&) {
     std::error_code ignored;
     fs::remove(aside, ignored);
     throw;
-  }
-  std::error_code error;
-  fs::rename(aside, file, error);
-  if (error) {
-    throw UserError(
-        fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file.string()), error.message()));
   }
   sync_folder(file);
   return head.num_bytes;
@@ -246,10 +248,11 @@ RunState read_checkpoint(const fs::path& file) {
   check_format(input);
   const std::string about_line = input.line(), state_line = input.line();
   RunState sizes;
-  json about;
+  std::string hash;
   try {
-    about = json::parse(about_line);
+    const json about = json::parse(about_line);
     check_size(input, about, sizes);
+    hash = about.at("state_hash").get<std::string>();
   } catch (const UserError&) {
     throw;
   } catch (const std::exception&) {
@@ -270,7 +273,7 @@ RunState read_checkpoint(const fs::path& file) {
   state.backend.exact.last_contact_tick.swap(sizes.backend.exact.last_contact_tick);
   state.flight.points_m.swap(sizes.flight.points_m);
   state.flight.times_s.swap(sizes.flight.times_s);
-  check_consistent(input, state, about.at("state_hash").get<std::string>());
+  check_consistent(input, state, hash);
   return state;
 }
 
