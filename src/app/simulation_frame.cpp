@@ -55,7 +55,7 @@ void Simulation::State::begin_steps(const Commands& commands) {
 // number of steps keeps to it, too. A series of `exact` is not divided here.
 std::uint32_t Simulation::State::num_steps_to_submit() const {
   const std::uint32_t left = frame->num_steps - frame->num_done;
-  if (changes_anything(waiting) && !only_steps(waiting)) return 1;
+  if (!only_steps(waiting)) return 1;
   const double budget_ms = budget_share * settings.frame_budget_ms;
   if (budget_ms <= 0.0 || step_ms <= 0.0 || settings.method == Method::exact) return left;
   return static_cast<std::uint32_t>(std::clamp<double>(budget_ms / step_ms, 1.0, left));
