@@ -96,7 +96,7 @@ void note_edit(const std::string& given, const std::string& path, const Settings
                     "run.frame_budget_ms",
                     given));
   }
-  data.from_edits.push_back(path + " = " + value_text(find_field(path, "--from"), settings));
+  data.from_edits.push_back(edit_text(find_field(path, "--from"), settings));
 }
 
 void read_from(const Typed& typed, Options& options) {

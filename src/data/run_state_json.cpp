@@ -181,7 +181,7 @@ void for_each_part(State& state, const Do& apply) {
 
 std::vector<std::string> settings_lines(const Settings& settings) {
   std::vector<std::string> lines;
-  for (const Field& field : fields()) lines.push_back(field.path() + " = " + value_text(field, settings));
+  for (const Field& field : fields()) lines.push_back(edit_text(field, settings));
   return lines;
 }
 
