@@ -10,8 +10,8 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <utility>
 
+#include "core/descriptor.hpp"
 #include "core/error.hpp"
 #include "core/link_target.hpp"
 #include "core/text.hpp"
@@ -55,36 +55,24 @@ void for_each_array(State& state, const Do& apply) {
 class Output {
  public:
   explicit Output(const fs::path& file)
-      : file_(file), fd_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
-    if (fd_ < 0) fail();
+      : file_(file), stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+    if (!stream_.is_open()) fail();
   }
-  ~Output() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
 
   void write(const void* data, std::size_t num_bytes) {
     crc_ = crc_of(crc_, data, num_bytes);
-    const char* next = static_cast<const char*>(data);
-    for (std::size_t left = num_bytes; left > 0;) {
-      const ssize_t written = ::write(fd_, next, left);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) fail();
-      next += written;
-      left -= static_cast<std::size_t>(written);
-    }
+    if (!stream_.write(data, num_bytes)) fail();
   }
   void finish() {
     const std::uint32_t crc = crc_;
     write(&crc, sizeof crc);
-    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) fail();
+    if (::fsync(stream_.get()) != 0 || !stream_.close()) fail();
   }
 
  private:
   [[noreturn]] void fail() const { pf::fail(file_, std::strerror(errno)); }
   fs::path file_;
-  int fd_;
+  Descriptor stream_;
   std::uint32_t crc_ = 0;
 };
 
@@ -97,10 +85,8 @@ void rename_to(const fs::path& from, const fs::path& to) {
 // The rename is on the disk once its folder is.
 void sync_folder(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY);
-  if (fd < 0) return;
-  ::fsync(fd);
-  ::close(fd);
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY));
+  if (opened.is_open()) ::fsync(opened.get());
 }
 
 struct Head {
