@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-constexpr double kPeriod_ms = 250.0;
+constexpr std::chrono::milliseconds kPeriod{250};
 
 double length(Vec2d v) { return std::sqrt(dot(v, v)); }
 
@@ -22,26 +22,25 @@ FlightKey key_of(const FrameView& view) {
   return {only(*view.settings, &Effects::flight), view.num_flights, view.num_scenes};
 }
 
-void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
+void LiveAccuracy::follow(const FrameView& view, Backend& backend, Clock::time_point now) {
   const FlightKey key = key_of(view);
   if (!start_ || start_->key != key) {
     start_ = {key, backend.measure(), view.simulated_s, view.totals};
     readout_ = {};
-    measured_ = Clock::now();
+    measured_ = now;
     measured_at_s_ = view.simulated_s;
     return;
   }
   readout_.max_overlap_diameters =
       std::max(readout_.max_overlap_diameters, view.frame_totals.max_overlap_diameters);
-  if (view.mid_step || view.simulated_s == measured_at_s_ || milliseconds_since(measured_) < kPeriod_ms)
-    return;
+  if (view.mid_step || view.simulated_s == measured_at_s_ || now - measured_ < kPeriod) return;
+  measured_ = now;
   measure(view, backend);
 }
 
 void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   const Measures now = backend.measure();
   const Measures& then = start_->measures;
-  measured_ = Clock::now();
   measured_at_s_ = view.simulated_s;
   readout_.simulated_s = view.simulated_s - start_->simulated_s;
   readout_.num_collisions = view.totals.num_collisions - start_->totals.num_collisions;
