@@ -52,6 +52,8 @@ class Spawner {
  public:
   // Throws UserError if the parcels do not fit without overlap with each other, the ball or the walls.
   Spawner(const Settings& settings, const Physics& physics, const BallState& ball);
+  Spawner(Spawner&&) = default;  // a copy's plan would point into the tables of the other
+  Spawner& operator=(Spawner&&) = default;
 
   const SpawnPlan& plan() const { return plan_; }
 

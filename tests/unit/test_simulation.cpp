@@ -48,6 +48,9 @@ class LosingBackend final : public Backend {
   std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
   double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
   double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
+  std::string refusal_of(Method) const override { return refusal; }
+
+  std::string refusal;  // of every method
 
  private:
   void lose(At at) {
@@ -119,6 +122,22 @@ TEST(Simulation, StepsThatCannotBeDonePauseTheRun) {
     reset.reset = true;
     simulation.advance_frame(reset, nullptr);
     EXPECT_EQ(simulation.view().message, "");
+  }
+}
+
+TEST(Simulation, ALaunchThatIsRefusedDoesNotEndTheFlight) {
+  auto backend = std::make_unique<LosingBackend>(LosingBackend::At::submit, 1000);
+  LosingBackend& used = *backend;
+  Simulation simulation(court(200), std::move(backend));
+  for (int frame = 0; frame < 3; ++frame) simulation.advance_frame({}, nullptr);
+  used.refusal = "not now";
+  Commands fly, compare;
+  fly.fly = BallLaunch{{10.0, 0.0}, 0.0};
+  compare.compare = Comparison::half_step;
+  for (const Commands& refused : {fly, compare}) {
+    simulation.advance_frame(refused, nullptr);
+    EXPECT_EQ(simulation.view().message, "not now");
+    EXPECT_FALSE(simulation.view().flight_record->end_energy_j);
   }
 }
 
