@@ -4,11 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/accuracy_table.hpp"
+#include "app/option_values.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "model/methods.hpp"
@@ -211,11 +211,8 @@ const std::vector<std::string>& accuracy_targets() {
 double read_accuracy(const std::string& place, const std::string& text) {
   const bool is_percent = text.ends_with('%');
   const std::string digits = is_percent ? text.substr(0, text.size() - 1) : text;
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (is_percent) value *= 0.01;
-  const bool is_number = error == std::errc() && end == digits.data() + digits.size() && !digits.empty();
-  if (is_number && value > 0.0 && value < 1.0) return value;
+  const double value = number_in(digits).value_or(0.0) * (is_percent ? 0.01 : 1.0);
+  if (value > 0.0 && value < 1.0) return value;
   throw UserError(
       fmt::format("{}: {} is not an accuracy; give a relative error between 0 and 1, as 1% or 0.01", place,
                   in_quotes(text)));

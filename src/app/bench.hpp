@@ -10,7 +10,10 @@
 namespace pf {
 
 // Warm-up, then `bench_repeats` times `bench_steps` steps; prints a short table to stdout and writes the JSON
-// report (the run report's keys plus bench.{repeats,steps,warmup,ns_per_parcel_step_{median,min,max}}).
+// report: the run report's keys, with the median of the repeats as ns_per_parcel_step, and
+// bench.{repeats,steps,warmup,ns_per_parcel_step_{median,min,max},least_bytes_per_parcel_step,
+// copy_bandwidth_bytes_per_s}. Throws UserError if there are no parcels or the backend cannot fly the
+// settings.
 void run_bench(const Options& options, Backend& backend);
 
 // The cost of recording, from reports (RunRecord::finish) of the same run without and with a film, taken in

@@ -49,11 +49,6 @@ pid_t spawn(std::vector<std::string> arguments, int input, int errors) {
 
 }  // namespace
 
-void Descriptor::close() {
-  if (fd_ >= 0) ::close(fd_);
-  fd_ = -1;
-}
-
 ChildProcess::ChildProcess(std::vector<std::string> arguments, int input)
     : errors_(::memfd_create("errors-of-child", MFD_CLOEXEC)) {
   if (errors_.get() < 0) fail("memfd_create", errno);

@@ -13,29 +13,33 @@ bool only_steps(const Commands& c) {
   return !presses && !flies && !starts_anew(c) && !c.settings && !c.split && c.save_scene.empty();
 }
 
+// Takes every member by its name: a new one does not compile until it is joined here.
 Commands joined(Commands all, const Commands& later) {
-  if (later.settings) all.settings = later.settings;
-  if (!later.scene.empty()) all.scene = later.scene;
-  if (later.restart) all.restart = later.restart;
-  if (later.fly) all.fly = later.fly;
-  if (later.compare != Comparison::none) {
-    all.compare = later.compare;
-    all.next_method = later.next_method;
+  const auto& [settings, scene, restart, toggle_pause, single_step, reset, launch, fly, compare, next_method,
+               hold, back, seek_s, time_scale_factor, save_scene, max_steps, quit, split, second_max_steps,
+               drop_future] = later;
+  if (settings) all.settings = settings;
+  if (!scene.empty()) all.scene = scene;
+  if (restart) all.restart = restart;
+  all.toggle_pause = all.toggle_pause != toggle_pause;
+  all.single_step = all.single_step || single_step;
+  all.reset = all.reset || reset;
+  all.launch = all.launch || launch;
+  if (fly) all.fly = fly;
+  if (compare != Comparison::none) {
+    all.compare = compare;
+    all.next_method = next_method;
   }
-  if (!later.save_scene.empty()) all.save_scene = later.save_scene;
-  if (later.split) all.split = later.split;
-  if (later.seek_s) all.seek_s = later.seek_s;
-  if (later.max_steps) all.max_steps = later.max_steps;
-  if (later.second_max_steps) all.second_max_steps = later.second_max_steps;
-  all.toggle_pause = all.toggle_pause != later.toggle_pause;
-  all.single_step = all.single_step || later.single_step;
-  all.reset = all.reset || later.reset;
-  all.launch = all.launch || later.launch;
-  all.back = all.back || later.back;
-  all.drop_future = all.drop_future || later.drop_future;
-  all.time_scale_factor *= later.time_scale_factor;
-  all.quit = all.quit || later.quit;
-  all.hold = later.hold;  // of the current picture
+  all.hold = hold;  // of the current picture
+  all.back = all.back || back;
+  if (seek_s) all.seek_s = seek_s;
+  all.time_scale_factor *= time_scale_factor;
+  if (!save_scene.empty()) all.save_scene = save_scene;
+  if (max_steps) all.max_steps = max_steps;
+  all.quit = all.quit || quit;
+  if (split) all.split = split;
+  if (second_max_steps) all.second_max_steps = second_max_steps;
+  all.drop_future = all.drop_future || drop_future;
   return all;
 }
 

@@ -20,11 +20,10 @@ std::string h264_encoder();
 
 class Encoder final : public FrameSink {
  public:
-  // An animated picture, .gif or .webp, or
-  // H.264 in a container chosen by the file's ending (.mp4, .mkv), in yuv420p, which all players support. If
-  // the program or ffmpeg dies, the film stays playable up to the last whole second that was encoded
-  // (fragmented mp4, a key frame every second). Throws UserError if ffmpeg or the file's folder is missing,
-  // and DeviceError if the process cannot be started.
+  // The file's ending chooses: an animated picture (.gif, .webp), or H.264 (.mp4, .mkv) in yuv420p, which all
+  // players support. If the program or ffmpeg dies, H.264 stays playable up to the last whole second that was
+  // encoded (fragmented mp4, a key frame every second). Throws UserError for another ending or if ffmpeg or
+  // the file's folder is missing, and DeviceError if the process cannot be started.
   Encoder(const std::filesystem::path& file, int width_px, int height_px, double frame_rate_hz);
   ~Encoder() override;  // finishes the film
   Encoder(const Encoder&) = delete;

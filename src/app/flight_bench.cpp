@@ -16,6 +16,7 @@ namespace {
 
 using nlohmann::json;
 
+// At the frame rate.
 constexpr double kLongestFlight_s = 60.0;
 constexpr double kWithoutFlight_s = 6.0;
 
@@ -37,7 +38,6 @@ StepTotals sum_of(const std::vector<TimedFrame>& frames) {
   return sum;
 }
 
-// At the frame rate.
 double longest_s(const Simulation& simulation) {
   const Settings& settings = simulation.settings();
   if (settings.seconds > 0.0) return settings.seconds;

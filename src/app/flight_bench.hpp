@@ -23,9 +23,10 @@ struct TimedFrame {
 // and for method `exact` events, solved_events, rounds, retried_steps, largest_cluster. frames: at least one.
 nlohmann::json flight_figures(const std::vector<TimedFrame>& frames, bool is_exact);
 
-// Flies until the ball leaves, for settings.seconds if they are given, or, where no ball leaves, for 6 s at
-// the frame rate. Prints the figures and writes the JSON report: the run report's keys and `flight`. stop:
-// ends the flight after the current frame. Throws UserError if there are no parcels.
+// Flies until the ball leaves but at most 60 s, for settings.seconds if they are given, or, where no ball
+// leaves, for 6 s; all at the frame rate. A flight that pauses ends. Prints the figures and writes the JSON
+// report: the run report's keys and `flight`. stop: ends the flight after the current frame. Throws UserError
+// if there are no parcels.
 void run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
                       const std::atomic<bool>& stop);
 

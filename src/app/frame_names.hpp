@@ -1,4 +1,4 @@
-// File names of films with their frames and logs, of pictures and clips.
+// File names of films with their frames and logs, of pictures, clips and dumps.
 #pragma once
 
 #include <filesystem>

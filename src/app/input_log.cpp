@@ -24,10 +24,6 @@ std::string array_text(const char* key, const std::vector<std::string>& values, 
   return fmt::format("{} = [{}{}]\n", key, is_one_line ? "" : "\n  ", fmt::join(texts, between));
 }
 
-std::string edit_text(const Field& field, const Settings& settings) {
-  return field.path() + " = " + value_text(field, settings);
-}
-
 std::string settings_text(const Settings& settings) {
   std::vector<std::string> all;
   for (const Field& field : fields()) all.push_back(edit_text(field, settings));

@@ -50,7 +50,9 @@ struct RunLog {
   std::vector<LoggedFrame> frames;
 };
 
-// Applies each "section.key = value". Throws UserError that begins with where.
+// A setting as "section.key = value".
+std::string edit_text(const Field& field, const Settings& settings);
+// Applies each of these. Throws UserError that begins with where.
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where);
 
 // The keys of a log for it, each in a line.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "model/kinetic_theory.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
@@ -11,7 +12,7 @@
 namespace pf {
 namespace {
 
-constexpr double kPeriod_ms = 250.0;
+constexpr std::chrono::milliseconds kPeriod{250};
 
 double length(Vec2d v) { return std::sqrt(dot(v, v)); }
 
@@ -21,26 +22,25 @@ FlightKey key_of(const FrameView& view) {
   return {only(*view.settings, &Effects::flight), view.num_flights, view.num_scenes};
 }
 
-void LiveAccuracy::follow(const FrameView& view, Backend& backend) {
+void LiveAccuracy::follow(const FrameView& view, Backend& backend, Clock::time_point now) {
   const FlightKey key = key_of(view);
   if (!start_ || start_->key != key) {
     start_ = {key, backend.measure(), view.simulated_s, view.totals};
     readout_ = {};
-    measured_ = Clock::now();
+    measured_ = now;
     measured_at_s_ = view.simulated_s;
     return;
   }
   readout_.max_overlap_diameters =
       std::max(readout_.max_overlap_diameters, view.frame_totals.max_overlap_diameters);
-  if (view.mid_step || view.simulated_s == measured_at_s_ || milliseconds_since(measured_) < kPeriod_ms)
-    return;
+  if (view.mid_step || view.simulated_s == measured_at_s_ || now - measured_ < kPeriod) return;
+  measured_ = now;
   measure(view, backend);
 }
 
 void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   const Measures now = backend.measure();
   const Measures& then = start_->measures;
-  measured_ = Clock::now();
   measured_at_s_ = view.simulated_s;
   readout_.simulated_s = view.simulated_s - start_->simulated_s;
   readout_.num_collisions = view.totals.num_collisions - start_->totals.num_collisions;
@@ -66,16 +66,13 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
 }
 
 nlohmann::json to_json(const AccuracyReadout& r) {
-  const auto number = [](double value) {
-    return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
-  };
   return {{"simulated_s", r.simulated_s},
           {"num_collisions", r.num_collisions},
-          {"energy_drift", number(r.energy_drift)},
-          {"momentum_drift", number(r.momentum_drift)},
-          {"rate_over_enskog", number(r.rate_over_enskog)},
-          {"rate_error", number(r.rate_error)},
-          {"missed_fraction", number(r.missed_fraction)},
+          {"energy_drift", number_or_null(r.energy_drift)},
+          {"momentum_drift", number_or_null(r.momentum_drift)},
+          {"rate_over_enskog", number_or_null(r.rate_over_enskog)},
+          {"rate_error", number_or_null(r.rate_error)},
+          {"missed_fraction", number_or_null(r.missed_fraction)},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
           {"num_retried_steps", r.num_retried_steps}};

@@ -39,8 +39,8 @@ FlightKey key_of(const FrameView& view);
 // are shown.
 class LiveAccuracy {
  public:
-  // Call after the steps of each frame while the figures are shown.
-  void follow(const FrameView& view, Backend& backend);
+  // Call after the steps of each frame while the figures are shown. now: when that is.
+  void follow(const FrameView& view, Backend& backend, Clock::time_point now);
   void forget() { start_.reset(); }  // the figures are no longer shown; the next frame starts anew
   const AccuracyReadout& readout() const { return readout_; }
   bool is_followed() const { return start_.has_value(); }

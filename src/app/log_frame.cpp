@@ -11,6 +11,10 @@
 
 namespace pf {
 
+std::string edit_text(const Field& field, const Settings& settings) {
+  return field.path() + " = " + value_text(field, settings);
+}
+
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where) {
   for (const std::string& edit : edits) {
     const std::size_t equals = edit.find(" = ");

@@ -5,7 +5,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 
 #include "app/option_values.hpp"
 #include "core/error.hpp"
@@ -18,10 +17,8 @@ namespace {
 constexpr double kMaxInterval_s = 1e6;
 
 double read_interval(const char* flag, const std::string& text) {
-  double value = 0.0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error == std::errc() && end == text.data() + text.size() && value > 0.0 && value <= kMaxInterval_s)
-    return value;
+  const std::optional<double> value = number_in(text);
+  if (value && *value > 0.0 && *value <= kMaxInterval_s) return *value;
   throw UserError(fmt::format("{}: {} is not a time; give seconds of simulated time, above 0 and up to 1e6",
                               flag, in_quotes(text)));
 }
@@ -99,7 +96,7 @@ void note_edit(const std::string& given, const std::string& path, const Settings
                     "run.frame_budget_ms",
                     given));
   }
-  data.from_edits.push_back(path + " = " + value_text(find_field(path, "--from"), settings));
+  data.from_edits.push_back(edit_text(find_field(path, "--from"), settings));
 }
 
 void read_from(const Typed& typed, Options& options) {
@@ -123,30 +120,24 @@ void read_from(const Typed& typed, Options& options) {
 
 }  // namespace
 
-void add_data_flags(CLI::App& app, Typed& typed, Options&) {
-  const auto add = [&app](const char* flag, std::optional<std::string>& target, const char* value,
-                          const char* help) {
-    app.add_option_function<std::string>(
-           flag, [&target](const std::string& text) { target = text; }, help)
-        ->type_name(value);
-  };
+void add_data_flags(CLI::App& app, Typed& typed) {
   app.add_option(
          "--dump", typed.dump,
          "write positions and velocities of parcels and ball: H5MD (.h5, with FILE.xdmf for ParaView) or "
          "extended XYZ (.xyz, for OVITO)")
       ->type_name("FILE");
-  add("--dump-every", typed.dump_every, "T",
-      "seconds of simulated time between dumped frames; default: every frame");
-  add("--dump-fields", typed.dump_fields, "LIST",
-      "what a .h5 has of the parcels; position, velocity, state (what --from needs); default all three");
-  add("--dump-compression", typed.dump_compression, "LEVEL", "of a .h5; 0 (off) to 9; default 0");
+  add_text(app, "--dump-every", typed.dump_every, "T",
+           "seconds of simulated time between dumped frames; default: every frame");
+  add_text(app, "--dump-fields", typed.dump_fields, "LIST",
+           "what a .h5 has of the parcels; position, velocity, state (what --from needs); default all three");
+  add_text(app, "--dump-compression", typed.dump_compression, "LEVEL", "of a .h5; 0 (off) to 9; default 0");
   app.add_option("--checkpoint", typed.checkpoint,
                  "write a file at the end of the run from which --from goes on to the same bits")
       ->type_name("FILE");
-  add("--checkpoint-every", typed.checkpoint_every, "T",
-      "write it every T seconds of simulated time, too; the file is always a whole one");
-  add("--from", typed.from, "FILE", "go on from a checkpoint, or from a frame of a dump (.h5)");
-  add("--from-frame", typed.from_frame, "N", "frame of the dump, from 0; default the last one");
+  add_text(app, "--checkpoint-every", typed.checkpoint_every, "T",
+           "write it every T seconds of simulated time, too; the file is always a whole one");
+  add_text(app, "--from", typed.from, "FILE", "go on from a checkpoint, or from a frame of a dump (.h5)");
+  add_text(app, "--from-frame", typed.from_frame, "N", "frame of the dump, from 0; default the last one");
 }
 
 void read_data_options(const CLI::App& command, const Typed& typed, Options& options) {

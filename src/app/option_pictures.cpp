@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <charconv>
 
 #include "app/option_flags.hpp"
 #include "app/option_values.hpp"
@@ -34,10 +33,9 @@ namespace {
 
 void read_still(const Typed& typed, Options& options) {
   if (typed.still.empty()) return;
-  double seconds = 0.0;
   const std::string& text = typed.still[0];
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
-  if (error != std::errc() || end != text.data() + text.size() || !(seconds >= 0.0 && seconds <= 1e6)) {
+  const std::optional<double> seconds = number_in(text);
+  if (!seconds || !(*seconds >= 0.0 && *seconds <= 1e6)) {
     throw UserError(
         fmt::format("--still: {} is not a time; give seconds of simulated time from 0 to 1e6 and "
                     "a file, as --still 0.25 FILE.png",

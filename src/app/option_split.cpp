@@ -27,11 +27,9 @@ void add_split_flags(CLI::App& app, Typed& typed) {
                              fmt::join(settings_that_may_differ(), ", ")))
       ->type_name("[SECTION.KEY=VALUE]")
       ->allow_extra_args(false);
-  app.add_option_function<std::string>(
-         "--split-view", [&typed](const std::string& text) { typed.split_view = text; },
-         fmt::format("two flights in two halves or in one picture; {}; default {}",
-                     fmt::join(kViewOptions, ", "), kViewOptions.front()))
-      ->type_name("NAME");
+  add_text(app, "--split-view", typed.split_view, "NAME",
+           fmt::format("two flights in two halves or in one picture; {}; default {}",
+                       fmt::join(kViewOptions, ", "), kViewOptions.front()));
 }
 
 void read_split(const Typed& typed, Options& options) {

@@ -48,21 +48,23 @@ void read_size(const std::string& flag, const std::string& text, int& width_px, 
   }
 }
 
-double read_ui_scale(const std::string& text) {
+std::optional<double> number_in(const std::string& text) {
   double value = 0.0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() ||
-      !(value >= kMinUiScale && value <= kMaxUiScale)) {
-    throw UserError(fmt::format("--ui-scale: {} cannot be used; give a number from {} to {}", in_quotes(text),
-                                kMinUiScale, kMaxUiScale));
-  }
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
 }
 
+double read_ui_scale(const std::string& text) {
+  const std::optional<double> value = number_in(text);
+  if (value && *value >= kMinUiScale && *value <= kMaxUiScale) return *value;
+  throw UserError(fmt::format("--ui-scale: {} cannot be used; give a number from {} to {}", in_quotes(text),
+                              kMinUiScale, kMaxUiScale));
+}
+
 std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names) {
-  if (std::find(names.begin(), names.end(), text) != names.end()) return text;
-  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(text),
-                              nearest_name(text, names), fmt::join(names, ", ")));
+  check_name(flag, text, names);
+  return text;
 }
 
 void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,16 +12,20 @@ class App;
 
 namespace pf {
 
-// All functions here throw UserError with place, allowed values and remedy.
+// The number that all of the text is, which may be infinite or NaN; none: it is not a number.
+std::optional<double> number_in(const std::string& text);
+
+// All functions below throw UserError with place, allowed values and remedy.
 int whole_number(const std::string& place, const std::string& text, int min, int max);
 
 void read_size(const std::string& flag, const std::string& text, int& width_px, int& height_px);
 
 double read_ui_scale(const std::string& text);
 
-std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names);
-
+// Throws unless the name is one of those known.
 void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known);
+// The same; returns the name.
+std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names);
 
 // Opens the file in append mode, so that it is kept. Removes a file that did not exist before.
 void check_writable(const std::string& place, const std::filesystem::path& file);

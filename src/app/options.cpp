@@ -6,7 +6,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 
 #include "app/option_bench.hpp"
 #include "app/option_data.hpp"
@@ -274,7 +273,7 @@ ParseResult parse_options(int argc, const char* const* argv) {
   }
   add_setting_flags(run, typed, options, kDefaultScene);
   add_run_flags(run, typed, options);
-  add_data_flags(run, typed, options);
+  add_data_flags(run, typed);
   add_setting_flags(bench, typed, options, kBenchScene);
   add_bench_flags(bench, typed, options);
   add_lab_flags(lab, typed, options);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
+
 namespace pf {
 namespace {
 
@@ -11,9 +13,7 @@ using nlohmann::json;
 
 constexpr std::int64_t kFramesPerFigures = 6;
 
-json number(const std::optional<double>& value) {
-  return value && std::isfinite(*value) ? json(*value) : json(nullptr);
-}
+json number(const std::optional<double>& value) { return value ? number_or_null(*value) : json(nullptr); }
 
 std::optional<double> cost_of(const FrameView& flight) {
   const double time_s = flight_time_s(flight);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 
@@ -12,8 +13,6 @@ namespace pf {
 namespace {
 
 using nlohmann::json;
-
-json finite(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
 std::string finite_text(double value) { return std::isfinite(value) ? fmt::format("{:.9g}", value) : ""; }
 
@@ -28,8 +27,8 @@ json profile_report(const FrameView& view) {
     report["num"].push_back(row.num);
     report["area_fraction"].push_back(row.area_fraction);
     report["density_per_m2"].push_back(row.density_per_m2);
-    report["velocity_mps"].push_back(finite(row.velocity_mps));
-    report["speed_mps"].push_back(finite(row.speed_mps));
+    report["velocity_mps"].push_back(number_or_null(row.velocity_mps));
+    report["speed_mps"].push_back(number_or_null(row.speed_mps));
   }
   return report;
 }

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "core/statistics.hpp"
 #include "core/text.hpp"
@@ -18,15 +19,12 @@ namespace {
 
 using nlohmann::json;
 
-// JSON has no NaN: null stands for it.
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 // null where the ratio has no meaning.
 json ratio(double numerator, double denominator) {
-  return denominator > 0.0 ? number(numerator / denominator) : json(nullptr);
+  return denominator > 0.0 ? number_or_null(numerator / denominator) : json(nullptr);
 }
 
-json vector(Vec2d value) { return json::array({number(value.x), number(value.y)}); }
+json vector(Vec2d value) { return json::array({number_or_null(value.x), number_or_null(value.y)}); }
 
 double magnitude(Vec2d value) { return std::sqrt(dot(value, value)); }
 
@@ -34,7 +32,7 @@ double magnitude(Vec2d value) { return std::sqrt(dot(value, value)); }
 json statistics_of(std::vector<double> values) {
   if (values.empty()) return {{"median", nullptr}, {"p99", nullptr}};
   const auto [median, p99] = median_and_p99(values);
-  return {{"median", number(median)}, {"p99", number(p99)}};
+  return {{"median", number_or_null(median)}, {"p99", number_or_null(p99)}};
 }
 
 json phase_report(const std::vector<PhaseTimes>& frames) {
@@ -73,8 +71,8 @@ double thermal_speed_mps(const Physics& physics, double kinetic_energy_j) {
 }
 
 json energy_report(const Measures& initial, const Measures& final) {
-  return {{"initial_j", number(initial.energy_j())},
-          {"final_j", number(final.energy_j())},
+  return {{"initial_j", number_or_null(initial.energy_j())},
+          {"final_j", number_or_null(final.energy_j())},
           {"relative_drift", ratio(final.energy_j() - initial.energy_j(), initial.energy_j())}};
 }
 
@@ -96,7 +94,7 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   const double collisions = 2.0 * static_cast<double>(totals.num_collisions);  // one counts for both partners
   report["rate_per_parcel_per_s"] = ratio(collisions, parcels.num * simulated_s);
   report["enskog_rate_per_parcel_per_s"] =
-      number(enskog_rate_per_s(area_fraction_of(physics), speed_mps, parcels.radius_m));
+      number_or_null(enskog_rate_per_s(area_fraction_of(physics), speed_mps, parcels.radius_m));
   return report;
 }
 
@@ -107,29 +105,29 @@ json compressibility(const ParcelConstants& parcels, const StepTotals& totals, d
   if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;
   const double virial = 2.0 * parcels.radius_m * totals.impulse_sum_mps;
   const double ideal = 2.0 * parcels.num * speed_mps * speed_mps * simulated_s;
-  return ideal > 0.0 ? number(1.0 + virial / ideal) : json(nullptr);
+  return ideal > 0.0 ? number_or_null(1.0 + virial / ideal) : json(nullptr);
 }
 
 json ball_report(const BallConstants& constants, const BallState& ball, const StepTotals& totals,
                  double distance_m) {
   if (!constants.exists) return nullptr;
-  return {{"x_m", number(ball.position_m.x)},
-          {"y_m", number(ball.position_m.y)},
-          {"vx_mps", number(ball.velocity_mps.x)},
-          {"vy_mps", number(ball.velocity_mps.y)},
-          {"spin_radps", number(ball.spin_radps)},
-          {"distance_m", number(distance_m)},
+  return {{"x_m", number_or_null(ball.position_m.x)},
+          {"y_m", number_or_null(ball.position_m.y)},
+          {"vx_mps", number_or_null(ball.velocity_mps.x)},
+          {"vy_mps", number_or_null(ball.velocity_mps.y)},
+          {"spin_radps", number_or_null(ball.spin_radps)},
+          {"distance_m", number_or_null(distance_m)},
           {"hits", totals.num_ball_hits},
-          {"impulse_x_kg_mps", number(totals.ball_impulse_kg_mps.x)},
-          {"impulse_y_kg_mps", number(totals.ball_impulse_kg_mps.y)},
-          {"torque_impulse_kg_m2ps", number(totals.ball_torque_impulse_kg_m2ps)}};
+          {"impulse_x_kg_mps", number_or_null(totals.ball_impulse_kg_mps.x)},
+          {"impulse_y_kg_mps", number_or_null(totals.ball_impulse_kg_mps.y)},
+          {"torque_impulse_kg_m2ps", number_or_null(totals.ball_torque_impulse_kg_m2ps)}};
 }
 
 // null for time-stepped methods.
 json exact_report(const Settings& settings, const Physics& physics, const StepTotals& totals) {
   if (settings.method != Method::exact) return nullptr;
   const double units_per_diameter = 2.0 * physics.parcels.radius_m / physics.world.unit_m;
-  return {{"max_overlap_units", number(totals.max_overlap_diameters * units_per_diameter)},
+  return {{"max_overlap_units", number_or_null(totals.max_overlap_diameters * units_per_diameter)},
           {"rounds", totals.num_rounds},
           {"retried_steps", totals.num_retried_steps},
           {"events", totals.num_events},
@@ -192,10 +190,10 @@ json RunRecord::frame_report() const {
   const double num = static_cast<double>(frames_.size() - num_warmup_);
   const double frame_ms = std::chrono::duration<double, std::milli>(last_frame_ - timed_from_).count() / num;
   report["num"] = frames_.size() - num_warmup_;
-  report["frame_ms"] = number(frame_ms);
-  report["physics_ms"] = number(sum.step_ms() / num);
-  report["render_ms"] = number(render_ms(sum) / num);
-  report["overhead_ms"] = number(std::max(0.0, frame_ms - (sum.step_ms() + render_ms(sum)) / num));
+  report["frame_ms"] = number_or_null(frame_ms);
+  report["physics_ms"] = number_or_null(sum.step_ms() / num);
+  report["render_ms"] = number_or_null(render_ms(sum) / num);
+  report["overhead_ms"] = number_or_null(std::max(0.0, frame_ms - (sum.step_ms() + render_ms(sum)) / num));
   return report;
 }
 
@@ -220,12 +218,12 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"method", name_of("run.method", settings)},
       {"neighbors", name_of("run.neighbors", settings)},
       {"num_parcels", parcels.num},
-      {"area_fraction", has_parcels ? number(area_fraction_of(physics)) : json(nullptr)},
-      {"restitution", number(parcels.restitution)},
-      {"dt_s", number(dt_s_)},
+      {"area_fraction", has_parcels ? number_or_null(area_fraction_of(physics)) : json(nullptr)},
+      {"restitution", number_or_null(parcels.restitution)},
+      {"dt_s", number_or_null(dt_s_)},
       {"steps", all.num_steps},
-      {"simulated_s", number(simulated_s_)},
-      {"wall_s", number(wall_s)},
+      {"simulated_s", number_or_null(simulated_s_)},
+      {"wall_s", number_or_null(wall_s)},
       {"frame_ms", statistics_of(intervals_ms_)},
       {"phase_ms", phase_report(frames_)},
       {"host_ms",
@@ -240,7 +238,8 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"momentum", momentum_report(initial_, final)},
       {"collisions", collision_report(physics, all, simulated_s_, speed_mps)},
       {"compressibility", compressibility(parcels, all, simulated_s_, speed_mps)},
-      {"max_overlap_diameters", all.num_collisions > 0 ? number(all.max_overlap_diameters) : json(nullptr)},
+      {"max_overlap_diameters",
+       all.num_collisions > 0 ? number_or_null(all.max_overlap_diameters) : json(nullptr)},
       {"num_retired", all.num_retired},
       {"exact", exact_report(settings, physics, all)},
       {"ball", ball_report(physics.ball, ball, all, ball_distance_m)},

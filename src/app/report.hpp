@@ -36,7 +36,8 @@ class RunRecord {
 
   // Keys: those of set_part (record: the last film, files: dump and checkpoint, replay, display: the window
   // at the end, accuracy: the last readout of the panel's section, split: see FlightPair, terms: the cost of
-  // each term per step, measured beside a window), version, device, domain_link (how motion goes
+  // each term per step, measured beside a window, clock_s: simulated time at the end, which jumps back make
+  // less than simulated_s), version, device, domain_link (how motion goes
   // between domains on GPUs; otherwise null), scene, method, neighbors, num_parcels, area_fraction,
   // restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end to the next),
   // phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks; panel and later

@@ -36,7 +36,7 @@ void Simulation::State::check_room(const Settings& with, std::uint64_t held_byte
 // Starts anew with these settings. Equal settings and seed give equal runs. Throws UserError, without any
 // change, if they cannot run.
 void Simulation::State::reset(const Settings& with) {
-  respawn(with, initial_ball(with));
+  respawn(new_air(with, initial_ball(with)));
   settings = with;
   num_launches = 0;
   left_once = false;
@@ -51,19 +51,23 @@ void Simulation::State::reset(const Settings& with) {
   show_plan();
 }
 
-// Spawns parcels for the settings around a ball. Throws UserError, without any change, if they do not fit.
-void Simulation::State::respawn(const Settings& with, const BallState& around) {
+// Throws UserError if the backend cannot fly the settings, or the parcels do not fit around the ball.
+NewAir Simulation::State::new_air(const Settings& with, const BallState& around) const {
   const Physics derived = derive_physics(with);
   check_backend(with, derived, *backend);
-  const Spawner spawner(with, derived, around);
+  NewAir air{derived, around, Spawner(with, derived, around)};
   check_room(with, backend->memory_bytes());
-  backend->reset(derived, spawner.plan(), around);
+  return air;
+}
+
+void Simulation::State::respawn(const NewAir& air) {
+  backend->reset(air.physics, air.spawner.plan(), air.ball);
   frame.reset();
   view.mid_step = false;
   step_ms = 0.0;
   num_frame_pictures = 1;
-  physics = derived;
-  ball = around;
+  physics = air.physics;
+  ball = air.ball;
   profile_is_due = true;
   begin_history();
 }
@@ -88,6 +92,7 @@ void Simulation::State::pause_at(const UserError& error) {
   in_flight = false;
   frame.reset();
   sought.reset();
+  settings_at_sought.reset();
   view.mid_step = false;
   view.paused = true;
   view.message = error.what();

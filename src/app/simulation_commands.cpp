@@ -32,7 +32,7 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   if (is_respawned) const Spawner tried(with, derived, ball);  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
   if (is_respawned) {
-    respawn(with, ball);
+    respawn(new_air(with, ball));
   } else {
     physics = derived;
     backend->set_physics(physics);

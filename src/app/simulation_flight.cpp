@@ -90,7 +90,7 @@ void Simulation::State::launch_again() {
   end_flight();
   bool fresh_air = true;
   try {
-    respawn(with, initial_ball(with));
+    respawn(new_air(with, initial_ball(with)));
     flight_seed = with.seed;
   } catch (const UserError& error) {  // settings changed in flight may leave no room around the start
     view.message = error.what();
@@ -104,15 +104,16 @@ void Simulation::State::launch_again_when_due() {
   if (launches_by_itself() && landed_for_s >= kRelaunchDelay_s) launch_again();
 }
 
-// Throws UserError, without any change, for a launch out of range.
+// Throws UserError, without any change, for a launch out of range or air that does not fit.
 void Simulation::State::fly(const BallLaunch& wanted) {
   Settings with = settings;
   with.ball_vx_mps = wanted.velocity_mps.x;
   with.ball_vy_mps = wanted.velocity_mps.y;
   with.ball_spin_radps = wanted.spin_radps;
   check_settings(with, "launch");
+  const NewAir air = new_air(with, initial_ball(with));
   end_flight();
-  respawn(with, initial_ball(with));
+  respawn(air);
   settings = with;
   flight_seed = settings.seed;
   launch(true);
@@ -124,13 +125,15 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   Settings spawned = with;
   spawned.seed = flight_seed;
   const std::int64_t same_launch = flight.launch;
-  end_flight();
+  std::optional<NewAir> air;
   try {
-    respawn(spawned, initial_ball(spawned));
+    air.emplace(new_air(spawned, initial_ball(spawned)));
   } catch (const UserError& error) {
     view.message = error.what();
     return false;
   }
+  end_flight();
+  respawn(*air);
   settings = with;
   keep_old_flight();
   begin_flight(true);

@@ -64,7 +64,7 @@ void Simulation::State::show_plan() {
 // number of steps keeps to it, too. A series of `exact` is not divided here.
 std::uint32_t Simulation::State::num_steps_to_submit() const {
   const std::uint32_t left = frame->num_steps - frame->num_done;
-  if (changes_anything(waiting) && !only_steps(waiting)) return 1;
+  if (!only_steps(waiting)) return 1;
   const double budget_ms = budget_share * settings.frame_budget_ms;
   if (budget_ms <= 0.0 || step_ms <= 0.0 || settings.method == Method::exact) return left;
   return static_cast<std::uint32_t>(std::clamp<double>(budget_ms / step_ms, 1.0, left));
@@ -133,10 +133,7 @@ void Simulation::State::end_frame() {
   const FramePlan& plan = ended.plan;
   view.num_done = ended.num_done;
   if (ended.num_done == plan.num_steps) {
-    const auto num_collisions = static_cast<double>(ended.totals.num_collisions);
-    collision_rate_per_s = physics.parcels.num == 0
-                               ? 0.0
-                               : 2.0 * num_collisions / (physics.parcels.num * plan.num_steps * plan.dt_s);
+    collision_rate_per_s = measured_rate_per_s(ended.totals.num_collisions, physics.parcels.num, plan);
     num_frame_pictures = ended.num_pictures;
   }
   profile_is_due = true;
@@ -181,7 +178,13 @@ void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
 // Draws the current state without a step.
 void Simulation::State::draw_again(DrawTarget& target) {
   target.reserve(physics.parcels.num);
-  backend->draw(target.map());
+  const DrawBuffers buffers = target.map();
+  try {
+    backend->draw(buffers);
+  } catch (...) {
+    target.unmap();
+    throw;
+  }
   target.unmap();
 }
 

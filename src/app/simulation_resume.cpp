@@ -63,6 +63,7 @@ void Simulation::State::resume(const RunState& from) {
   scene_dt_s = from.scene_dt_s;
   flight = from.flight;
   ghosts = ghosts_of(settings);
+  profile_is_due = true;
   begin_history();
   show_plan();
 }

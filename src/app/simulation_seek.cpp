@@ -52,6 +52,7 @@ void Simulation::State::restore(const Checkpoint& then) {
   landed_for_s = 0.0;
   shown_s = then.shown_s;
   flight = then.flight;
+  profile_is_due = true;
   history.go_to(then.frame, then.num_changes);
 }
 

@@ -26,6 +26,13 @@ struct FrameSteps {
   StepTotals totals;
 };
 
+// Parcels to be spawned around a ball.
+struct NewAir {
+  Physics physics;
+  BallState ball;
+  Spawner spawner;
+};
+
 struct Simulation::State {
   Settings settings;
   Physics physics;
@@ -69,7 +76,8 @@ struct Simulation::State {
   void save(RunState& to) const;
   void resume(const RunState& from);
   void reset(const Settings& with);
-  void respawn(const Settings& with, const BallState& around);
+  NewAir new_air(const Settings& with, const BallState& around) const;
+  void respawn(const NewAir& air);
   void launch(bool fresh_air);
   void end_flight();
   void keep_old_flight();

@@ -100,7 +100,7 @@ std::string split_setting(const std::string& assignment) {
   Settings scratch;
   const Field& field = find_field(path, "--split");
   set_from_text(field, scratch, trimmed(assignment.substr(equals + 1)), "--split " + path);
-  return path + " = " + value_text(field, scratch);
+  return edit_text(field, scratch);
 }
 
 Difference split_settings(const std::vector<std::string>& assignments) {

@@ -20,7 +20,7 @@ const std::vector<std::string>& settings_that_may_differ();
 // "run.method=spring", "method = spring" or "next" in the form above; "next" stays. Throws UserError if the
 // setting is unknown, cannot differ, or does not take the value.
 std::string split_setting(const std::string& assignment);
-// The same for each; of several for one setting the last counts. Empty: the next method.
+// The same for each. Empty: the next method. Throws UserError as above, and if a setting is given twice.
 Difference split_settings(const std::vector<std::string>& assignments);
 
 // The settings of the second flight beside one with `first`. difference: without "next".

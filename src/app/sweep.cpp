@@ -109,7 +109,9 @@ Outcome run_point(const std::vector<std::string>& arguments, const ReportFile& f
   if (stopped) return {};
   if (!end->good) return {nullptr, child.last_errors(), end->peak_host_bytes};
   std::ifstream stream(file.path());
-  return {json::parse(stream), "", end->peak_host_bytes};
+  json report = json::parse(stream, nullptr, false);
+  if (report.is_discarded()) return {nullptr, "its report cannot be read", end->peak_host_bytes};
+  return {std::move(report), "", end->peak_host_bytes};
 }
 
 json percent(double part, double whole) { return whole > 0.0 ? json(100.0 * part / whole) : json(nullptr); }

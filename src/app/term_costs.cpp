@@ -10,6 +10,7 @@
 #include "app/step_request.hpp"
 #include "core/error.hpp"
 #include "core/round_up.hpp"
+#include "core/statistics.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -20,16 +21,6 @@ constexpr std::array<Term, kNumTerms> kOrder = {Term::contacts, Term::friction, 
 constexpr std::uint32_t kNumWarmUps = 2;  // the first sorts; the second tells how long a step takes
 constexpr std::uint32_t kMaxSteps = 64;
 constexpr std::size_t kTimedFrames = 60;  // about the last second
-
-// values is left in another order.
-double quantile(std::vector<double>& values, double share) {
-  const double place = share * static_cast<double>(values.size());
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::min(place, values.size() - 1.0));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-double median(std::vector<double>& values) { return quantile(values, 0.5); }
 
 }  // namespace
 
@@ -120,7 +111,7 @@ bool TermCosts::are_of(const FrameView& frame) const {
 
 void TermCosts::follow(const FrameView& frame, Backend& backend) {
   if (frame.frame_totals.num_steps == 0 || frame.mid_step || !make_) return;
-  if (only(*frame.settings, &Effects::cost) != settings_ || backend.name() != backend_) start_over(frame);
+  if (!are_of(frame)) start_over(frame);
   add_times(frame);
   const bool is_done = state_ == State::known || state_ == State::failed;
   if (is_done || num_settled_++ < kSettlingFrames) return;
@@ -159,9 +150,9 @@ void TermCosts::add_times(const FrameView& frame) {
   last_frame_ = Clock::now();
 }
 
-double TermCosts::step_ms(double share) const {
+double TermCosts::median_step_ms() const {
   std::vector<double> values = step_ms_;
-  return values.empty() ? 0.0 : quantile(values, share);
+  return values.empty() ? 0.0 : median_of(values);
 }
 
 double TermCosts::budget_ms() const { return kShare * std::max(frame_ms_, kMinFrame_ms); }
@@ -169,7 +160,7 @@ double TermCosts::budget_ms() const { return kShare * std::max(frame_ms_, kMinFr
 // Allocating on a device takes a time that is not bounded here, so there it is always on request.
 bool TermCosts::is_cheap(const FrameView& frame) const {
   return frame.backend == "cpu" && frame.settings->num_parcels <= kMaxParcels &&
-         2.0 * step_ms() <= budget_ms();
+         2.0 * median_step_ms() <= budget_ms();
 }
 
 // Each call does one thing that takes time: reading the state, making a copy, or a pair of steps.
@@ -254,18 +245,20 @@ void TermCosts::finish(Term term) {
   for (std::size_t i = 1; i < differences_ms.size(); i += 2)
     means_ms.push_back(0.5 * (differences_ms[i - 1] + differences_ms[i]));
   TermCost& cost = costs_[static_cast<std::size_t>(term)];
-  cost.ms = median(means_ms);
+  cost.ms = median_of(means_ms);
   for (double& mean : means_ms) mean = std::fabs(mean - cost.ms);
-  cost.error_ms = 1.2533 * 1.4826 * median(means_ms) / std::sqrt(static_cast<double>(means_ms.size()));
+  cost.error_ms = 1.2533 * 1.4826 * median_of(means_ms) / std::sqrt(static_cast<double>(means_ms.size()));
   cost.is_known = true;
 }
 
 // The median, and the middle half of the frames where they differ by more than a tenth.
 std::string TermCosts::step_text() const {
-  const double low_ms = step_ms(0.25);
-  const double high_ms = step_ms(0.75);
-  const std::string text = fmt::format("{:.3f} ms a step", step_ms());
-  if (high_ms - low_ms <= 0.1 * step_ms()) return text;
+  std::vector<double> values_ms = step_ms_;
+  const double median_ms = median_of(values_ms);
+  const double low_ms = value_of_share(values_ms, 0.25);
+  const double high_ms = value_of_share(values_ms, 0.75);
+  const std::string text = fmt::format("{:.3f} ms a step", median_ms);
+  if (high_ms - low_ms <= 0.1 * median_ms) return text;
   return fmt::format("{} (half of them {:.3f} to {:.3f})", text, low_ms, high_ms);
 }
 

@@ -77,7 +77,7 @@ class TermCosts {
   // make: null if nothing can be measured.
   explicit TermCosts(MakeBackend make) : make_(std::move(make)) {}
 
-  // Whether the text is of that work.
+  // Whether the costs are of that frame's work and backend.
   bool are_of(const FrameView& frame) const;
   // After each frame, while the costs are shown. A change of settings that changes the work starts over. A
   // frame without steps does nothing; others take a tenth of a frame's time, unless request() was called.
@@ -89,9 +89,6 @@ class TermCosts {
 
   State state() const { return state_; }
   const TermCost& cost(Term term) const { return costs_[static_cast<std::size_t>(term)]; }
-  // Milliseconds per step of the run in about the last second: the value that so large a share of the frames
-  // does not exceed.
-  double step_ms(double share = 0.5) const;
   // One line for the overlay; empty before the first step.
   std::string text() const;
 
@@ -116,6 +113,7 @@ class TermCosts {
 
   void start_over(const FrameView& frame);
   void add_times(const FrameView& frame);
+  double median_step_ms() const;  // of the run in about the last second; 0 before the first step
   double budget_ms() const;
   bool is_cheap(const FrameView& frame) const;
   void begin(const FrameView& frame, Backend& backend);

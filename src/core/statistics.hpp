@@ -1,8 +1,9 @@
-// Median and percentile of measured values. Every report takes them here, so that all agree on what they are
+// Median and percentiles of measured values. Every report takes them here, so that all agree on what they are
 // of an even number of values, or of few.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -25,6 +26,12 @@ inline double median_of(std::span<double> values) {
   const std::size_t num = values.size();
   const double lower = value_of_rank(values, (num - 1) / 2);
   return 0.5 * (lower + value_of_rank(values, num / 2));
+}
+
+// The smallest value that a share of them, in (0, 1], does not exceed. At least one value; reorders them.
+inline double value_of_share(std::span<double> values, double share) {
+  const double num = std::ceil(share * static_cast<double>(values.size()));
+  return value_of_rank(values, static_cast<std::size_t>(num) - 1);
 }
 
 // Zeros of no values. Reorders them.

@@ -10,8 +10,8 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <utility>
 
+#include "core/descriptor.hpp"
 #include "core/error.hpp"
 #include "core/link_target.hpp"
 #include "core/text.hpp"
@@ -48,52 +48,45 @@ void for_each_array(State& state, const Do& apply) {
 
 // ---- writing
 
+[[noreturn]] void fail(const fs::path& file, const std::string& reason) {
+  throw UserError(fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file.string()), reason));
+}
+
 class Output {
  public:
   explicit Output(const fs::path& file)
-      : file_(file), fd_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
-    if (fd_ < 0) fail();
+      : file_(file), stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+    if (!stream_.is_open()) fail();
   }
-  ~Output() {
-    if (fd_ >= 0) ::close(fd_);
-  }
-  Output(const Output&) = delete;
-  Output& operator=(const Output&) = delete;
 
   void write(const void* data, std::size_t num_bytes) {
     crc_ = crc_of(crc_, data, num_bytes);
-    const char* next = static_cast<const char*>(data);
-    for (std::size_t left = num_bytes; left > 0;) {
-      const ssize_t written = ::write(fd_, next, left);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0) fail();
-      next += written;
-      left -= static_cast<std::size_t>(written);
-    }
+    if (!stream_.write(data, num_bytes)) fail();
   }
   void finish() {
     const std::uint32_t crc = crc_;
     write(&crc, sizeof crc);
-    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) fail();
+    if (::fsync(stream_.get()) != 0 || !stream_.close()) fail();
   }
 
  private:
-  [[noreturn]] void fail() const {
-    throw UserError(fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file_.string()),
-                                std::strerror(errno)));
-  }
+  [[noreturn]] void fail() const { pf::fail(file_, std::strerror(errno)); }
   fs::path file_;
-  int fd_;
+  Descriptor stream_;
   std::uint32_t crc_ = 0;
 };
+
+void rename_to(const fs::path& from, const fs::path& to) {
+  std::error_code error;
+  fs::rename(from, to, error);
+  if (error) fail(to, error.message());
+}
 
 // The rename is on the disk once its folder is.
 void sync_folder(const fs::path& file) {
   const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
-  const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY);
-  if (fd < 0) return;
-  ::fsync(fd);
-  ::close(fd);
+  const Descriptor opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY));
+  if (opened.is_open()) ::fsync(opened.get());
 }
 
 struct Head {
@@ -220,16 +213,11 @@ std::uint64_t write_checkpoint(const fs::path& named, const RunState& state) {
       output.write(array.data(), array.size() * sizeof(array[0]));
     });
     output.finish();
+    rename_to(aside, file);
   } catch (const UserError&) {
     std::error_code ignored;
     fs::remove(aside, ignored);
     throw;
-  }
-  std::error_code error;
-  fs::rename(aside, file, error);
-  if (error) {
-    throw UserError(
-        fmt::format("{}: the checkpoint cannot be written: {}", in_quotes(file.string()), error.message()));
   }
   sync_folder(file);
   return head.num_bytes;
@@ -246,10 +234,11 @@ RunState read_checkpoint(const fs::path& file) {
   check_format(input);
   const std::string about_line = input.line(), state_line = input.line();
   RunState sizes;
-  json about;
+  std::string hash;
   try {
-    about = json::parse(about_line);
+    const json about = json::parse(about_line);
     check_size(input, about, sizes);
+    hash = about.at("state_hash").get<std::string>();
   } catch (const UserError&) {
     throw;
   } catch (const std::exception&) {
@@ -270,7 +259,7 @@ RunState read_checkpoint(const fs::path& file) {
   state.backend.exact.last_contact_tick.swap(sizes.backend.exact.last_contact_tick);
   state.flight.points_m.swap(sizes.flight.points_m);
   state.flight.times_s.swap(sizes.flight.times_s);
-  check_consistent(input, state, about.at("state_hash").get<std::string>());
+  check_consistent(input, state, hash);
   return state;
 }
 

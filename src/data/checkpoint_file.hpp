@@ -13,8 +13,8 @@ std::uint64_t write_checkpoint(const std::filesystem::path& file, const RunState
 
 bool is_checkpoint(const std::filesystem::path& file);
 
-// Throws UserError with the reason for a file that is missing, foreign, cut off, damaged or of a newer
-// version.
+// Throws UserError with the reason for a file that is missing, foreign, cut off, damaged or of another
+// format.
 RunState read_checkpoint(const std::filesystem::path& file);
 
 }  // namespace pf

@@ -1,14 +1,12 @@
 #include "data/h5_dump.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 #include <limits>
 #include <list>
 #include <optional>
 
-#include "core/error.hpp"
+#include "app/frame_names.hpp"
 #include "data/h5_fields.hpp"
 #include "data/h5_file.hpp"
 #include "data/h5_layout.hpp"
@@ -22,15 +20,6 @@ namespace fs = std::filesystem;
 
 bool is_same_world(const World& a, const World& b) {
   return a.half == b.half && a.unit_m == b.unit_m && a.boundary == b.boundary;
-}
-
-// NAME.h5, then NAME-2.h5.
-fs::path nth_name(const fs::path& file, int n) {
-  if (n == 1) return file;
-  fs::path name = file.stem();
-  name += fmt::format("-{}", n);
-  name += file.extension();
-  return file.parent_path() / name;
 }
 
 constexpr Vec2i kNowhere{kRetired, 0};
@@ -228,7 +217,7 @@ H5Dump::~H5Dump() = default;
 
 void H5Dump::write(const RunState& state) {
   if (file_ && !file_->continues(state)) finish();
-  if (!file_) file_ = std::make_unique<H5DumpFile>(nth_name(path_, ++num_files_), state, format_);
+  if (!file_) file_ = std::make_unique<H5DumpFile>(numbered(path_, ++num_files_), state, format_);
   file_->add(state);
 }
 

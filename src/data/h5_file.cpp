@@ -79,23 +79,29 @@ GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>&
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const fs::path target = link_target(file);
   const fs::path aside = target.string() + ".part";
-  {
-    Handle made(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, creation_list().id(), access_list().id()), H5Fclose,
-                aside.c_str());
-    fill(made.id());
-    if (!made.reset()) checked(-1, aside.c_str());
+  std::error_code error;
+  try {
+    make(aside, fill);
+    fs::rename(aside, target, error);
+    if (error) throw DeviceError(path_.string() + ": cannot be written: " + error.message());
+  } catch (...) {
+    fs::remove(aside, error);
+    throw;
   }
-  file_ = Handle(H5Fopen(aside.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
-                 file.c_str());
-  fd_ = ::open(aside.c_str(), O_RDWR);
-  if (fd_ < 0) fail(path_);
-  reserve(0);
-  fs::rename(aside, target);
 }
 
-GrowingFile::~GrowingFile() {
-  file_.reset();
-  if (fd_ >= 0) ::close(fd_);
+void GrowingFile::make(const fs::path& file, const std::function<void(hid_t)>& fill) {
+  {
+    Handle made(H5Fcreate(file.c_str(), H5F_ACC_TRUNC, creation_list().id(), access_list().id()), H5Fclose,
+                file.c_str());
+    fill(made.id());
+    if (!made.reset()) checked(-1, file.c_str());
+  }
+  file_ = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
+                 path_.c_str());
+  superblock_ = Descriptor(::open(file.c_str(), O_RDWR));
+  if (!superblock_.is_open()) fail(path_);
+  reserve(0);
 }
 
 std::uint64_t GrowingFile::num_bytes() const {
@@ -106,14 +112,16 @@ std::uint64_t GrowingFile::num_bytes() const {
 
 void GrowingFile::put_superblock(std::uint64_t end) {
   std::array<std::uint8_t, kSuperblockBytes> block{};
-  if (::pread(fd_, block.data(), block.size(), 0) != static_cast<ssize_t>(block.size())) fail(path_);
+  if (::pread(superblock_.get(), block.data(), block.size(), 0) != static_cast<ssize_t>(block.size()))
+    fail(path_);
   if (block[kVersionAt] != 3)
     throw DeviceError(path_.string() + ": HDF5 has written another superblock than expected");
   block[kFlagsAt] = 0;
   for (std::size_t k = 0; k < 8; ++k) block[kEndAt + k] = static_cast<std::uint8_t>(end >> (8 * k));
   const std::uint32_t checksum = lookup3(block.data(), kChecksumAt);
   for (std::size_t k = 0; k < 4; ++k) block[kChecksumAt + k] = static_cast<std::uint8_t>(checksum >> (8 * k));
-  if (::pwrite(fd_, block.data(), block.size(), 0) != static_cast<ssize_t>(block.size())) fail(path_);
+  if (::pwrite(superblock_.get(), block.data(), block.size(), 0) != static_cast<ssize_t>(block.size()))
+    fail(path_);
 }
 
 // The file is longer before its superblock says so.
@@ -122,7 +130,7 @@ void GrowingFile::reserve(std::uint64_t num_bytes_more) {
   const std::uint64_t needed = num_bytes() + num_bytes_more + kSlack;
   if (needed <= reserved_) return;
   reserved_ = needed + 4 * num_bytes_more + 4 * kSlack;
-  if (::ftruncate(fd_, static_cast<off_t>(reserved_)) != 0) fail(path_);
+  if (::ftruncate(superblock_.get(), static_cast<off_t>(reserved_)) != 0) fail(path_);
   put_superblock(reserved_);
 }
 
@@ -131,8 +139,8 @@ void GrowingFile::finish() {
   put_superblock(num_bytes());
   if (!file_.reset()) checked(-1, path_.c_str());
   std::uint64_t end = 0;
-  const bool is_known = ::pread(fd_, &end, sizeof end, kEndAt) == sizeof end;
-  if (!is_known || ::ftruncate(fd_, static_cast<off_t>(end)) != 0 || ::close(std::exchange(fd_, -1)) != 0)
+  const bool is_known = ::pread(superblock_.get(), &end, sizeof end, kEndAt) == sizeof end;
+  if (!is_known || ::ftruncate(superblock_.get(), static_cast<off_t>(end)) != 0 || !superblock_.close())
     fail(path_);
 }
 

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <functional>
 
+#include "core/descriptor.hpp"
 #include "data/h5.hpp"
 
 namespace pf::h5 {
@@ -21,9 +22,6 @@ class GrowingFile {
   // Makes the file aside, has `fill` create all groups and data sets, and renames it when it may be read.
   // Throws DeviceError.
   GrowingFile(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
-  ~GrowingFile();
-  GrowingFile(const GrowingFile&) = delete;
-  GrowingFile& operator=(const GrowingFile&) = delete;
 
   hid_t id() const { return file_.id(); }
   // Extends the file so that num_bytes more can be written. To be called before they are.
@@ -33,11 +31,12 @@ class GrowingFile {
   std::uint64_t num_bytes() const;  // used so far
 
  private:
+  void make(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
   void put_superblock(std::uint64_t end);
 
   std::filesystem::path path_;
+  Descriptor superblock_;  // of the same file; closed last
   Handle file_;
-  int fd_ = -1;
   std::uint64_t reserved_ = 0;
 };
 

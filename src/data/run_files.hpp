@@ -24,7 +24,8 @@ class RunFiles {
  public:
   using Announce = std::function<void(const std::string&)>;
 
-  // may_drop: frames of a dump are dropped if the writer is behind; otherwise the run waits.
+  // may_drop: frames of a dump, and checkpoints but the last, are dropped if the writer is behind; otherwise
+  // the run waits. announce: told of failures and losses, in one line each; may be empty.
   RunFiles(const DataOptions& options, bool may_drop, Announce announce);
 
   // Before the first frame and after each picture: writes what is due.

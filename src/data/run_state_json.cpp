@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "app/input_log.hpp"
+#include "app/json_number.hpp"
 #include "core/error.hpp"
 
 namespace pf {
@@ -15,15 +15,19 @@ namespace {
 
 using nlohmann::json;
 
-// JSON has no NaN: null stands for it.
+double number_in(const json& stored) {
+  return stored.is_null() ? std::numeric_limits<double>::quiet_NaN() : stored.get<double>();
+}
+
+// null stands for NaN.
 struct Storing {
   json& to;
-  void operator()(const char* key, double value) {
-    to[key] = std::isfinite(value) ? json(value) : json(nullptr);
+  void operator()(const char* key, double value) { to[key] = number_or_null(value); }
+  void operator()(const char* key, Vec2d value) {
+    to[key] = {number_or_null(value.x), number_or_null(value.y)};
   }
-  void operator()(const char* key, Vec2d value) { to[key] = {value.x, value.y}; }
   void operator()(const char* key, const std::optional<double>& value) {
-    if (value) to[key] = *value;
+    if (value) to[key] = number_or_null(*value);
   }
   template <class T>
   void operator()(const char* key, const T& value) {
@@ -36,16 +40,13 @@ struct Storing {
 
 struct Reading {
   const json& from;
-  void operator()(const char* key, double& value) {
-    const json& stored = from.at(key);
-    value = stored.is_null() ? std::numeric_limits<double>::quiet_NaN() : stored.get<double>();
-  }
+  void operator()(const char* key, double& value) { value = number_in(from.at(key)); }
   void operator()(const char* key, Vec2d& value) {
-    value = {from.at(key).at(0).get<double>(), from.at(key).at(1).get<double>()};
+    value = {number_in(from.at(key).at(0)), number_in(from.at(key).at(1))};
   }
   void operator()(const char* key, std::optional<double>& value) {
     value.reset();
-    if (from.contains(key)) value = from.at(key).get<double>();
+    if (from.contains(key)) value = number_in(from.at(key));
   }
   template <class T>
   void operator()(const char* key, T& value) {
@@ -166,7 +167,7 @@ void read_part(const json& object, Part& part, const Visit& visit) {
   visit(reading, part);
 }
 
-// The parts that are written and read alike; do(name, part, visit).
+// Calls apply(name, part, visit) for each part that is written and read alike.
 template <class State, class Do>
 void for_each_part(State& state, const Do& apply) {
   apply("run", state, [](auto& a, auto& s) { visit_run(a, s); });
@@ -180,7 +181,7 @@ void for_each_part(State& state, const Do& apply) {
 
 std::vector<std::string> settings_lines(const Settings& settings) {
   std::vector<std::string> lines;
-  for (const Field& field : fields()) lines.push_back(field.path() + " = " + value_text(field, settings));
+  for (const Field& field : fields()) lines.push_back(edit_text(field, settings));
   return lines;
 }
 

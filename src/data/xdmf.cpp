@@ -58,17 +58,14 @@ constexpr const char* kFloat = "NumberType=\"Float\" Precision=\"4\"";
 XdmfFile::XdmfFile(const std::filesystem::path& file, Layout layout)
     : name_(file.string()),
       layout_(std::move(layout)),
-      fd_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+      stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
   put(std::string(kHead) + kTail);
   end_ = static_cast<std::int64_t>(std::strlen(kHead));
 }
 
-XdmfFile::~XdmfFile() {
-  if (fd_ >= 0) ::close(fd_);
-}
-
 void XdmfFile::put(const std::string& text) {
-  if (fd_ >= 0 && ::pwrite(fd_, text.data(), text.size(), end_) == static_cast<ssize_t>(text.size())) return;
+  const bool is_there = stream_.is_open() && ::lseek(stream_.get(), end_, SEEK_SET) == end_;
+  if (is_there && stream_.write(text.data(), text.size())) return;
   throw UserError(fmt::format("{}: cannot be written: {}", in_quotes(name_), std::strerror(errno)));
 }
 

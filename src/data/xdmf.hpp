@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <string>
 
+#include "core/descriptor.hpp"
+
 namespace pf {
 
 class XdmfFile {
@@ -17,9 +19,6 @@ class XdmfFile {
 
   // Throws UserError if the file cannot be written.
   XdmfFile(const std::filesystem::path& file, Layout layout);
-  ~XdmfFile();
-  XdmfFile(const XdmfFile&) = delete;
-  XdmfFile& operator=(const XdmfFile&) = delete;
 
   // Adds frame num_frames - 1. The text is complete before and after.
   void add_frame(double time_s, std::uint64_t num_frames);
@@ -29,7 +28,7 @@ class XdmfFile {
 
   std::string name_;
   Layout layout_;
-  int fd_ = -1;
+  Descriptor stream_;
   std::int64_t end_ = 0;  // of the last frame, where the next one begins
 };
 

@@ -60,35 +60,24 @@ std::string xyz_frame(const RunState& state) {
 }
 
 XyzDump::XyzDump(std::filesystem::path file)
-    : file_(std::move(file)), fd_(::open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
-  if (fd_ < 0) fail(file_);
-}
-
-XyzDump::~XyzDump() {
-  if (fd_ >= 0) ::close(fd_);
+    : file_(std::move(file)), stream_(::open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+  if (!stream_.is_open()) fail(file_);
 }
 
 // A frame that could not be written whole is taken back.
 void XyzDump::write(const RunState& state) {
   const std::string text = xyz_frame(state);
-  const char* next = text.data();
-  for (std::size_t left = text.size(); left > 0;) {
-    const ssize_t written = ::write(fd_, next, left);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const int reason = errno;
-      if (::ftruncate(fd_, static_cast<off_t>(num_bytes_)) != 0) errno = reason;
-      errno = reason;
-      fail(file_);
-    }
-    next += written;
-    left -= static_cast<std::size_t>(written);
+  if (!stream_.write(text.data(), text.size())) {
+    const int reason = errno;
+    if (::ftruncate(stream_.get(), static_cast<off_t>(num_bytes_)) != 0) errno = reason;
+    errno = reason;
+    fail(file_);
   }
   num_bytes_ += text.size();
 }
 
 void XyzDump::finish() {
-  if (::close(std::exchange(fd_, -1)) != 0) fail(file_);
+  if (!stream_.close()) fail(file_);
 }
 
 }  // namespace pf

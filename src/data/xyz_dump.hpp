@@ -1,10 +1,10 @@
 // Extended XYZ: text that OVITO and ASE read. A frame has the parcels that are in the world, with their ids.
 #pragma once
 
-#include <cstdio>
 #include <filesystem>
 #include <string>
 
+#include "core/descriptor.hpp"
 #include "data/state_writer.hpp"
 
 namespace pf {
@@ -13,9 +13,6 @@ class XyzDump final : public StateSink {
  public:
   // Throws UserError if the file cannot be opened.
   explicit XyzDump(std::filesystem::path file);
-  ~XyzDump() override;
-  XyzDump(const XyzDump&) = delete;
-  XyzDump& operator=(const XyzDump&) = delete;
 
   void write(const RunState& state) override;
   void finish() override;
@@ -23,7 +20,7 @@ class XyzDump final : public StateSink {
 
  private:
   std::filesystem::path file_;
-  int fd_ = -1;
+  Descriptor stream_;
   std::uint64_t num_bytes_ = 0;
 };
 

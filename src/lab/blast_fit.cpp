@@ -3,6 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "lab/line_fit.hpp"
+
 namespace pf {
 namespace {
 
@@ -11,18 +13,16 @@ using nlohmann::json;
 constexpr double kFirstShare = 0.4;
 constexpr std::size_t kTime = 0, kFront = 2;
 
-// Slope of y over x by least squares.
+// Slope of y over x.
 template <class X, class Y>
 double slope_of(const json& samples, const X& x_of, const Y& y_of) {
   const double least = kFirstShare * samples.back()[kFront].get<double>();
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  LineFit fit;
   for (const json& sample : samples) {
     const double radius = sample[kFront].get<double>();
-    if (radius < least) continue;
-    const double at = x_of(sample[kTime].get<double>()), value = y_of(radius);
-    n += 1.0, x += at, y += value, xx += at * at, xy += at * value;
+    if (radius >= least) fit.add(x_of(sample[kTime].get<double>()), y_of(radius));
   }
-  return (n * xy - x * y) / (n * xx - x * x);
+  return fit.slope();
 }
 
 }  // namespace

@@ -87,9 +87,8 @@ FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_
       const StepReport report = backend.advance(step_request(settings, physics, plan.num_steps, plan.dt_s));
       flight.frame_ms.push_back(milliseconds_since(start_time));
       wall_s += 1e-3 * flight.frame_ms.back();
-      const double frame_s = plan.num_steps * plan.dt_s;
-      rate_per_s = 2.0 * static_cast<double>(report.totals.num_collisions) / (physics.parcels.num * frame_s);
-      flight.time_s += frame_s;
+      rate_per_s = measured_rate_per_s(report.totals.num_collisions, physics.parcels.num, plan);
+      flight.time_s += plan.num_steps * plan.dt_s;
       flight.totals += report.totals;
       flight.ball = report.ball;
     }

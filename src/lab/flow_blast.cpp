@@ -40,8 +40,8 @@ BlastPlan plan_blast(const BlastCase& c) {
   return plan;
 }
 
-// The num_hot parcels nearest to the origin get a temperature of 1 and no total momentum; the others rest.
-// Returns the number of hot ones.
+// The parcels within a radius of the origin get a temperature of 1 and no total momentum; the others rest.
+// Returns the number of hot ones, which is their energy as well.
 double heat(ParcelSnapshot& state, const World& world, double radius, std::int64_t seed) {
   std::mt19937_64 random(static_cast<std::uint64_t>(seed));
   std::vector<std::size_t> hot;

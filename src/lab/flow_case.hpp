@@ -26,7 +26,8 @@ struct ShockCase {
   std::int64_t seed = 1;
 };
 // Keys: density, temperature, pressure (ratios), front_speed (over c), their values by theory as *_theory,
-// collisions (per parcel), ns_per_disc_time, energy_ratio, and the last profile under `profile`.
+// collisions (per parcel), ns_per_disc_time, energy_ratio, max_overlap, num_invalid, and of seed 1 the last
+// profile under `profile`.
 nlohmann::json measure_shock(const ShockCase& shock, const FlowSteps& steps, Backend& backend);
 
 // A hot disc in a gas at rest.
@@ -39,7 +40,7 @@ struct BlastCase {
 // Keys: lists over the samples `samples` of [t, radius of the disc that holds as many parcels as move, radius
 // of the front in the density], lengths over the mean free path, times over t of that radius by theory;
 // theory, the prefactor; scale, (E t^2 / rho)^(1/4) over the mean free path at time 1; collisions,
-// ns_per_disc_time, energy_ratio.
+// ns_per_disc_time, energy_ratio, max_overlap.
 nlohmann::json measure_blast(const BlastCase& blast, const FlowSteps& steps, Backend& backend);
 
 // A held smooth ball in a stream that starts at once.
@@ -54,9 +55,9 @@ struct DragCase {
   std::int64_t seed = 1;
 };
 // Keys: drag (coefficient, F / (rho V^2 R_c)), drag_first (in the first half of the measurement), hits,
-// start, num_parcels, area_fraction, ball_radius, ns_per_disc_time, and of the cell in front of the ball,
-// over the stream's: stagnation_density, stagnation_temperature, stagnation_pressure (by the equation of
-// state).
+// start, num_parcels, area_fraction, ball_radius, ns_per_disc_time, collisions (per parcel), max_overlap; and
+// of the cell in front of a ball of at least 3 mean free paths, over the stream's: stagnation_density,
+// stagnation_temperature, stagnation_pressure (by the equation of state).
 nlohmann::json measure_drag(const DragCase& drag, const FlowSteps& steps, Backend& backend);
 
 }  // namespace pf

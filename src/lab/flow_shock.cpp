@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "lab/flow_run.hpp"
+#include "lab/line_fit.hpp"
 #include "lab/theory.hpp"
 
 namespace pf {
@@ -122,14 +123,12 @@ class ShockSamples {
     return at;
   }
 
-  // Slope of the front's position over time, by least squares over all but the first quarter.
+  // Slope of the front's position over time, over all samples but the first quarter.
   double front_speed(double ratio) const {
-    double n = 0.0, t = 0.0, x = 0.0, tt = 0.0, tx = 0.0;
-    for (std::size_t k = samples_.size() / 4; k < samples_.size(); ++k) {
-      const double time = samples_[k].time, at = front(samples_[k], ratio);
-      n += 1.0, t += time, x += at, tt += time * time, tx += time * at;
-    }
-    return (n * tx - t * x) / (n * tt - t * t);
+    LineFit fit;
+    for (std::size_t k = samples_.size() / 4; k < samples_.size(); ++k)
+      fit.add(samples_[k].time, front(samples_[k], ratio));
+    return fit.slope();
   }
 
   // Pressure in the middle over that ahead: the momentum that the gas near the middle gains, relative to the

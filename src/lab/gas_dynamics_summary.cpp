@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/json_number.hpp"
 #include "lab/blast_fit.hpp"
 #include "lab/error_entry.hpp"
 #include "lab/mean_error.hpp"
@@ -75,9 +76,6 @@ struct Figure {
   double tolerance = 0.0;  // 0: only shown
 };
 
-// JSON has no NaN: null stands for it.
-json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
-
 void add_row(json& table, const Runs& runs, const Figure& figure) {
   const double error = figure.measured.mean / figure.expected - 1.0;
   const double sigma = figure.measured.sigma / figure.expected;
@@ -86,13 +84,13 @@ void add_row(json& table, const Runs& runs, const Figure& figure) {
   const bool has_sigma = runs.rows.size() > 1;
   const bool judged = tolerance > 0.0 && has_sigma && runs.first.at("method") == "exact";
   json row = {{"figure", figure.name},
-              {"expected", number(figure.expected)},
-              {"measured", number(figure.measured.mean)},
-              {"error", number(error)},
-              {"sigma", number(sigma)},
-              {"allowed", number(tolerance)},
+              {"expected", number_or_null(figure.expected)},
+              {"measured", number_or_null(figure.measured.mean)},
+              {"error", number_or_null(error)},
+              {"sigma", number_or_null(sigma)},
+              {"allowed", number_or_null(tolerance)},
               {"seeds", runs.rows.size()},
-              {"ns_per_disc_time", number(least_cost(runs))},
+              {"ns_per_disc_time", number_or_null(least_cost(runs))},
               {"verdict", !judged                       ? "-"
                           : std::fabs(error) <= allowed ? "pass"
                                                         : "FAIL"}};

@@ -73,10 +73,11 @@ std::vector<LabPoint> plan(const LabContext& context) {
   scene.num_parcels = context.quick ? 4000 : 20000;
   std::vector<LabPoint> points;
   const LabDevice& device = context.devices.front();
+  const int num_seeds = context.quick ? 8 : 32;
   for (const Variant& variant : kVariants) {
-    points.push_back({fmt::format("{}/{}", context.scene, variant.name), [device, scene, &variant, &context] {
-                        return fly_variant(device, scene, variant, context.quick ? 8 : 32);
-                      }});
+    points.push_back(
+        {fmt::format("{}/{}", context.scene, variant.name),
+         [device, scene, &variant, num_seeds] { return fly_variant(device, scene, variant, num_seeds); }});
   }
   return points;
 }

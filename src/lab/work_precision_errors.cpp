@@ -11,6 +11,7 @@
 
 #include "core/portable_math.hpp"
 #include "lab/error_entry.hpp"
+#include "lab/line_fit.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 #include "lab/work_precision_summary.hpp"
@@ -145,14 +146,11 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
 // Least-squares slope of log error over log step, for errors of 1e-5 to 0.1 diameters. Larger errors are
 // outside the regime of small steps; smaller ones are rounding.
 json order_of(const std::vector<std::pair<double, double>>& points) {
-  double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
+  LineFit fit;
   for (const auto& [step, error] : points) {
-    if (error > 0.1 || error < 1e-5) continue;
-    const double lx = std::log(step), ly = std::log(error);
-    n += 1.0, x += lx, y += ly, xx += lx * lx, xy += lx * ly;
+    if (error <= 0.1 && error >= 1e-5) fit.add(std::log(step), std::log(error));
   }
-  if (n < 3.0) return nullptr;
-  return (n * xy - x * y) / (n * xx - x * x);
+  return fit.num() < 3.0 ? json(nullptr) : json(fit.slope());
 }
 
 json orders(const json& points) {

@@ -286,11 +286,16 @@ void append_cue(const fs::path& file, const Cue& cue) {
   std::error_code ignored;
   const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
   if (!is_new) load_cue_list(file.string());
+  const std::uintmax_t bytes_before = is_new ? 0 : fs::file_size(file, ignored);
   std::ofstream stream(file, std::ios::binary | std::ios::app);
   if (is_new) stream << "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
   stream << cue_text(cue);
   stream.close();
-  if (!stream) {
+  if (!stream) {  // half a cue would make the list unreadable
+    if (is_new)
+      fs::remove(file, ignored);
+    else
+      fs::resize_file(file, bytes_before, ignored);
     throw UserError(
         fmt::format("{}: the cue cannot be written; choose a file in a folder that exists and is "
                     "writable",

@@ -252,6 +252,12 @@ FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState&
   return plan;
 }
 
+double measured_rate_per_s(std::uint64_t num_collisions, std::uint32_t num_parcels, const FramePlan& plan) {
+  if (num_parcels == 0) return 0.0;
+  const double parcel_steps = static_cast<double>(num_parcels) * plan.num_steps;  // may exceed 32 bits
+  return 2.0 * static_cast<double>(num_collisions) / (parcel_steps * plan.dt_s);
+}
+
 double displacement_of_step(const Settings& s, const Physics& physics, const BallState& ball, double dt_s) {
   if (physics.parcels.num == 0) return 0.0;
   return fastest_expected_mps(s, physics, ball) * dt_s / (2.0 * physics.parcels.radius_m);

@@ -29,6 +29,10 @@ struct FramePlan {
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,
                      double collision_rate_per_s = 0.0);
 
+// The rate of a parcel in the frame of that plan, for the next plan: each collision counts for both partners.
+// 0 without parcels.
+double measured_rate_per_s(std::uint64_t num_collisions, std::uint32_t num_parcels, const FramePlan& plan);
+
 // Value of run.displacement_per_step that leads to steps of dt_s: displacement of a typical fast parcel, in
 // diameters.
 double displacement_of_step(const Settings& settings, const Physics& physics, const BallState& ball,
@@ -39,7 +43,8 @@ double spring_contact_s(const Settings& settings, double dt_s);
 
 // Contact duration of the TC model in `exact`, from the settings: in seconds, or as a share of the mean free
 // time at the start. That is the time between collisions in a gas of this area fraction whose parcels have
-// their own speed, or a tenth of the ball's if that is more. 0 if nothing is lost in a collision. physics: from the same settings.
+// their own speed, or a tenth of the ball's if that is more. 0 if nothing is lost in a collision. physics:
+// from the same settings.
 double contact_clock_s(const Settings& settings, const Physics& physics);
 
 // Plans the initial positions, and owns the tables that the plan points to.
@@ -47,6 +52,8 @@ class Spawner {
  public:
   // Throws UserError if the parcels do not fit without overlap with each other, the ball or the walls.
   Spawner(const Settings& settings, const Physics& physics, const BallState& ball);
+  Spawner(Spawner&&) = default;  // a copy's plan would point into the tables of the other
+  Spawner& operator=(Spawner&&) = default;
 
   const SpawnPlan& plan() const { return plan_; }
 

@@ -129,7 +129,12 @@ void save_new_scene_file(const fs::path& file, Settings settings) {
     throw UserError(fmt::format("{}: already exists and is not overwritten; choose another name",
                                 in_quotes(file.string())));
   }
-  save_scene_file(file, settings);
+  try {
+    save_scene_file(file, settings);
+  } catch (const UserError&) {
+    fs::remove(file, error);  // half a scene would be in the way of the next attempt
+    throw;
+  }
 }
 
 std::vector<fs::path> asset_folders() { return program_folders("assets", "PICKLEFLIGHT_ASSETS"); }

@@ -19,8 +19,8 @@ std::string scene_text(const Settings& settings);
 
 // Writes scene_text(). Throws UserError if the file cannot be written.
 void save_scene_file(const std::filesystem::path& file, const Settings& settings);
-// Writes a new scene with the file's name as its own. Throws UserError if the file exists, or if the name is
-// too long for a scene.
+// Writes a new scene with the file's name as its own. Throws UserError if the file exists or cannot be
+// written whole, which leaves none, or if the name is too long for a scene.
 void save_new_scene_file(const std::filesystem::path& file, Settings settings);
 
 // Folders to search for scenes/NAME.toml, in order: $PICKLEFLIGHT_ASSETS, then those of

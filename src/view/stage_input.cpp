@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "app/command_queue.hpp"
 #include "view/escape.hpp"
 #include "view/key_card.hpp"
 #include "view/stage_loop.hpp"
@@ -36,13 +38,7 @@ Commands Stage::handle_input() {
   if (num_frames_ == first_frame_)
     commands.toggle_pause =
         commands.toggle_pause != (options_.paused && input_ && !simulation_.view().paused);
-  commands.toggle_pause = commands.toggle_pause != input.commands.toggle_pause;
-  commands.single_step = commands.single_step || input.commands.single_step;
-  commands.reset = commands.reset || input.commands.reset;
-  commands.launch = commands.launch || input.commands.launch;
-  commands.back = commands.back || input.commands.back;
-  commands.time_scale_factor = input.commands.time_scale_factor;
-  if (input.commands.compare != Comparison::none) commands.compare = input.commands.compare;
+  commands = joined(std::move(commands), input.commands);
   if (commands.compare == Comparison::half_step && simulation_.view().half_step)
     commands.compare = Comparison::scene_step;
   if (input.is_new_gesture) ++gesture_;

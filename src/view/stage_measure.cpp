@@ -25,7 +25,7 @@ void Stage::measure_copy_bandwidth() {
 void Stage::follow_accuracy() {
   ScopedPhase timing(times_, Phase::panel);
   if (panel_.shows_accuracy()) {
-    accuracy_.follow(simulation_.view(), simulation_.backend());
+    accuracy_.follow(simulation_.view(), simulation_.backend(), Clock::now());
   } else {
     accuracy_.forget();
   }

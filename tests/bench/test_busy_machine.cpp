@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "bench/busy_processes.hpp"
+#include "core/statistics.hpp"
 #include "core/timing.hpp"
 #include "support/scene_support.hpp"
 
@@ -24,8 +25,7 @@ double median_ms_of_frame(SceneRun& run) {
     run.advance(kSteps);
     times.push_back(milliseconds_since(start));
   }
-  std::nth_element(times.begin(), times.begin() + kFrames / 2, times.end());
-  return times[kFrames / 2];
+  return median_of(times);
 }
 
 // On two processors of an EPYC the ratio is 1.0 to 1.2, and mostly 11 to 42 if the calling thread waits for

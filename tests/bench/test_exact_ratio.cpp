@@ -1,11 +1,12 @@
 // Method `exact` on the CPU against the lab's serial event-driven reference: parallel steps must be faster.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <thread>
 
 #include "app/scene_run.hpp"
+#include "bench/undisturbed.hpp"
+#include "core/statistics.hpp"
 #include "core/timing.hpp"
 #include "lab/reference.hpp"
 
@@ -27,11 +28,6 @@ Reference rival_of(SceneRun& run) {
   return {run.physics, parcels, run.ball};
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
   if (!PF_IS_OPTIMISED) GTEST_SKIP() << "times only a Release build without sanitizers";
   if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores; this machine has fewer";
@@ -40,6 +36,7 @@ TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
   SceneRun run(settings, 2);
   run.advance(1, 5.0 * kTime_s);  // the starting lattice melts
   Reference rival = rival_of(run);
+  const MachineLoad load;
   std::vector<double> per_s[2];  // collisions per second: exact, reference
   for (int repeat = 0; repeat < kRepeats; ++repeat) {
     Clock::time_point start = Clock::now();
@@ -53,11 +50,15 @@ TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
     // Both step the same gas: 9e4 collisions, 4 sigma of the difference.
     EXPECT_NEAR(exact / reference, 1.0, 0.02);
   }
-  const double ratio = median(per_s[0]) / median(per_s[1]);
+  const double exact_per_s = median_of(per_s[0]), reference_per_s = median_of(per_s[1]);
+  const double ratio = exact_per_s / reference_per_s;
   std::printf(
       "million collisions per second, median: exact, 2 threads %.3f; reference, 1 thread %.3f; ratio %.2f\n",
-      1e-6 * median(per_s[0]), 1e-6 * median(per_s[1]), ratio);
-  EXPECT_GE(ratio, 1.8);  // measured: 2.5 to 4.2 on a Xeon, 3.8 to 6.4 on an EPYC, two threads each
+      1e-6 * exact_per_s, 1e-6 * reference_per_s, ratio);
+  constexpr double kMin = 1.8;  // measured: 2.5 to 4.2 on a Xeon, 3.8 to 6.4 on an EPYC, two threads each
+  const std::string disturbed = disturbance(load);
+  if (ratio < kMin && !disturbed.empty()) GTEST_SKIP() << disturbed;
+  EXPECT_GE(ratio, kMin);
 }
 
 }  // namespace

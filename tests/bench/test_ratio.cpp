@@ -9,8 +9,9 @@
 
 #include "backend/time_step/paired_loop.hpp"
 #include "bench/plain_stepper.hpp"
+#include "bench/undisturbed.hpp"
+#include "core/statistics.hpp"
 #include "core/timing.hpp"
-#include "lab/machine_load.hpp"
 #include "model/kinetic_theory.hpp"
 #include "support/scene_support.hpp"
 
@@ -59,11 +60,6 @@ double ns_of(Work work) {
   return 1e6 * milliseconds_since(start);
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 double minimum(const std::vector<double>& values) { return *std::min_element(values.begin(), values.end()); }
 
 // 100,000 discs x 10.5 time units x 1.29 collisions have a statistical error of 0.1 %. The rest of the 3 % is
@@ -100,8 +96,9 @@ double ratio_of(std::int64_t num, unsigned num_threads) {
                          ns_of([&] { run.advance(static_cast<std::uint32_t>(steps), kDt_s); }));
   }
   std::printf("ns per disc-step, median (minimum): plain %.2f (%.2f); backend, threads: %u, %.2f (%.2f)\n",
-              median(plain_ns), minimum(plain_ns), num_threads, median(backend_ns), minimum(backend_ns));
-  return median(plain_ns) / median(backend_ns);
+              median_of(plain_ns), minimum(plain_ns), num_threads, median_of(backend_ns),
+              minimum(backend_ns));
+  return median_of(plain_ns) / median_of(backend_ns);
 }
 
 class OneThread : public testing::TestWithParam<std::int64_t> {};
@@ -117,11 +114,12 @@ INSTANTIATE_TEST_SUITE_P(BenchRatio, OneThread, testing::Values(kNum, 10 * kNum)
 TEST(BenchRatio, TwoThreadsAreTwiceAsFastAsThePlainStepper) {
   if (!PF_IS_OPTIMISED) GTEST_SKIP() << "times only a Release build without sanitizers";
   if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores; this machine has fewer";
+  constexpr double kMin = 2.0;
   const MachineLoad load;
   const double ratio = ratio_of(kNum, 2);
-  const double others = load.cores_used_by_others();  // slow down two threads, but not one
-  EXPECT_GE(ratio, 2.0) << "other processes kept " << others
-                        << " cores busy; repeat the test if these are many";
+  const std::string disturbed = disturbance(load);  // slows down two threads, but not one
+  if (ratio < kMin && !disturbed.empty()) GTEST_SKIP() << "ratio " << ratio << "; " << disturbed;
+  EXPECT_GE(ratio, kMin);
 }
 
 }  // namespace

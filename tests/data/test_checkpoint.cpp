@@ -1,8 +1,10 @@
 // Checkpoints: a run goes on to the same bits; what is not a whole checkpoint is refused.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "app/run_state.hpp"
 #include "core/error.hpp"
@@ -57,6 +59,17 @@ TEST_F(Checkpoint, GoesOnToTheSameBits) {
     EXPECT_EQ(end_of(again), expected) << scene.text << ", saved after frame " << scene.saved_after;
     EXPECT_GT(expected.num_steps, 0U) << scene.text;
   }
+}
+
+TEST_F(Checkpoint, AProfileIsShownFromTheStart) {
+  Settings settings = gas(100);
+  settings.profile = ProfileAxis::x;
+  Simulation simulation(settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  const Simulation again(state, make_cpu_backend(1));
+  ASSERT_NE(again.view().profile, nullptr);
+  EXPECT_EQ(again.view().profile->bins, simulation.view().profile->bins);
 }
 
 // A gas of `exact` that has cooled so far that its ticks are long.
@@ -166,6 +179,22 @@ TEST_F(Checkpoint, KeepsPathAndSettings) {
   EXPECT_EQ(read.initial.momentum_kg_mps, state.initial.momentum_kg_mps);
 }
 
+// As of a flight that was launched again after its parcels had blown up.
+TEST_F(Checkpoint, KeepsWhatIsNoNumber) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  Simulation simulation(random_scene(2).settings, make_cpu_backend(1));
+  RunState state;
+  simulation.save(state);
+  state.flight.end_energy_j = kNan;
+  state.totals.ball_impulse_kg_mps = {kNan, 1.0};
+  write_checkpoint(file_, state);
+  const RunState read = read_checkpoint(file_);
+  ASSERT_TRUE(read.flight.end_energy_j);
+  EXPECT_TRUE(std::isnan(*read.flight.end_energy_j));
+  EXPECT_TRUE(std::isnan(read.totals.ball_impulse_kg_mps.x));
+  EXPECT_EQ(read.totals.ball_impulse_kg_mps.y, 1.0);
+}
+
 TEST_F(Checkpoint, RefusesEveryCut) {
   save_small();
   const std::string whole = contents_of(file_);
@@ -226,6 +255,12 @@ TEST_F(Checkpoint, IsKeptWhenTheNextOneCannotBeWritten) {
   simulation.save(state);
   EXPECT_THROW(write_checkpoint(file_, state), UserError);
   EXPECT_EQ(contents_of(file_), whole);
+}
+
+TEST_F(Checkpoint, LeavesNothingBesideAFolderOfItsName) {
+  std::filesystem::create_directory(file_);
+  EXPECT_THROW(write_checkpoint(file_, {}), UserError);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "a.state.part"));
 }
 
 }  // namespace

@@ -50,6 +50,14 @@ class Dump : public testing::Test {
 
 #if PF_HAVE_HDF5
 
+TEST_F(Dump, LeavesNothingBesideAFolderOfItsName) {
+  std::filesystem::create_directory(file_);
+  RunState state;
+  Simulation(random_scene(0).settings, make_cpu_backend(1)).save(state);
+  EXPECT_THROW(make_h5_dump(file_, {})->write(state), DeviceError);
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "a.h5.part"));
+}
+
 TEST_F(Dump, GoesOnFromAnyFrameToTheSameBits) {
   for (unsigned number = 0; number < 13; ++number) {
     const RandomScene scene = number < 12 ? random_scene(number) : heating_scene(8);

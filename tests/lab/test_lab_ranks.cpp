@@ -120,13 +120,14 @@ TEST(LabRanks, AnErrorNamesItsRankAndEndsTheWork) {
   LabRanks::Work work{"gas-dynamics",
                       {{"cuda/unknown", [] { return json(1); }}, {"cuda/unknown", [] { return json(1); }}},
                       true};
-  work.points[0].measure = work.points[1].measure = [&] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  std::atomic<int> num_taken = 0;
+  work.points[0].measure = work.points[1].measure = [&] {  // of this rank: leaves the other one a point
+    while (num_taken < 2) std::this_thread::yield();
     return json(1);
   };
   try {
     ranks.measure(
-        work, [](std::size_t) {}, [](std::size_t, const json&) {});
+        work, [&](std::size_t) { ++num_taken; }, [](std::size_t, const json&) {});
     ADD_FAILURE() << "a rank knows the point cuda/unknown";
   } catch (const UserError& error) {
     EXPECT_EQ(std::string(error.what()),

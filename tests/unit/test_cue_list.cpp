@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 #include "scene/cue_list.hpp"
 #include "scene/scene_file.hpp"
+#include "support/full_disk.hpp"
 #include "support/scene_support.hpp"
 #include "temporary_folder.hpp"
 
@@ -153,6 +154,18 @@ TEST_F(CueLists, SavingChangesNoBrokenFile) {
   EXPECT_THROW(append_cue(file, Cue{}), UserError);
   EXPECT_EQ(contents_of(file), "[[cue]]\ntitel = 1\n");
   EXPECT_THROW(append_cue(folder_.path() / "none" / "a.toml", Cue{}), UserError);
+}
+
+TEST_F(CueLists, SavingOnAFullDiskChangesNoList) {
+  const std::string before = "[[cue]]\ntitle = \"A\"\n";
+  const auto file = folder_.write("a.toml", before), other = folder_.path() / "b.toml";
+  {
+    const test::FullDisk full(before.size() + 10);
+    EXPECT_THROW(append_cue(file, Cue{}), UserError);
+    EXPECT_THROW(append_cue(other, Cue{}), UserError);
+  }
+  EXPECT_EQ(contents_of(file), before);
+  EXPECT_FALSE(std::filesystem::exists(other)) << "so that it can be saved when there is room";
 }
 
 // Each cue of the shipped talk runs, with few parcels.

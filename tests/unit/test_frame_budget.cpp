@@ -3,6 +3,7 @@
 
 #include <random>
 
+#include "app/command_queue.hpp"
 #include "model/methods.hpp"
 #include "support/logged_flight.hpp"
 #include "temporary_folder.hpp"
@@ -103,6 +104,30 @@ TEST(FrameBudget, SettingsWaitForTheEndOfTheStepAndNoLonger) {
   EXPECT_FALSE(simulation.view().asked);
   EXPECT_LE(simulation.view().totals.num_steps, steps_before + 2)
       << "the step, and one with the new settings";
+}
+
+TEST(JoinedCommands, KeepBothAndOfTwoValuesTheLater) {
+  Commands earlier, later;
+  earlier.scene = "gas";
+  earlier.toggle_pause = later.toggle_pause = true;
+  earlier.launch = true;
+  earlier.seek_s = 1.0;
+  earlier.hold = true;
+  earlier.time_scale_factor = later.time_scale_factor = 0.5;
+  later.seek_s = 2.0;
+  later.compare = Comparison::next_method;
+  later.next_method = Method::spring;
+  later.drop_future = true;
+  const Commands both = joined(earlier, later);
+  EXPECT_EQ(both.scene, "gas");
+  EXPECT_FALSE(both.toggle_pause) << "twice is not at all";
+  EXPECT_TRUE(both.launch);
+  EXPECT_EQ(both.seek_s, 2.0);
+  EXPECT_FALSE(both.hold) << "of the current picture alone";
+  EXPECT_EQ(both.time_scale_factor, 0.25);
+  EXPECT_EQ(both.compare, Comparison::next_method);
+  EXPECT_EQ(both.next_method, Method::spring);
+  EXPECT_TRUE(both.drop_future);
 }
 
 // Inputs of every kind at random pictures. Fewer than those of a frame apart, so that many frames are ended.

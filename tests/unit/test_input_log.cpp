@@ -2,12 +2,10 @@
 #include "app/input_log.hpp"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
-
-#include <csignal>
 
 #include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"
+#include "support/full_disk.hpp"
 #include "support/logged_flight.hpp"
 #include "temporary_folder.hpp"
 
@@ -116,32 +114,28 @@ TEST(InputLog, TruncatedLogStillPlays) {
   EXPECT_EQ(flown.report["same"], true);
 }
 
-// A limit on the size of files stands for the full disk.
 TEST(InputLog, OnAFullDiskItEndsWithAWholeEntry) {
   TemporaryFolder folder;
   const auto file = folder.path() / "a.toml";
   Simulation simulation(court(50), make_cpu_backend(1));
   InputLog log(simulation, "cpu");
   log.open(file);
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
-  auto* const handler = std::signal(SIGXFSZ, SIG_IGN);
-  const rlimit room = {std::filesystem::file_size(file) + 100, before.rlim_max};
-  setrlimit(RLIMIT_FSIZE, &room);
-  Commands commands;
-  commands.launch = true;
-  for (int frame = 0; frame < 9; ++frame) {
-    log.begin_frame(commands, simulation);
-    simulation.advance_frame(commands, nullptr);
-    log.end_frame(simulation);
+  const std::uintmax_t room = std::filesystem::file_size(file) + 100;
+  {
+    const FullDisk full(room);
+    Commands commands;
+    commands.launch = true;
+    for (int frame = 0; frame < 9; ++frame) {
+      log.begin_frame(commands, simulation);
+      simulation.advance_frame(commands, nullptr);
+      log.end_frame(simulation);
+    }
+    log.close_all(simulation);
   }
-  log.close_all(simulation);
-  setrlimit(RLIMIT_FSIZE, &before);
-  std::signal(SIGXFSZ, handler);
   EXPECT_TRUE(log.failed());
   EXPECT_NE(log.take_failure().find("the log broke off"), std::string::npos);
   const std::string text = contents_of(file);
-  EXPECT_LT(text.size(), room.rlim_cur);
+  EXPECT_LT(text.size(), room);
   EXPECT_EQ(text.back(), '\n');
   EXPECT_EQ(read_log(file).frames.size(), 2U);
 }

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
-#include <thread>
 
 #include "core/error.hpp"
 #include "model/kinetic_theory.hpp"
@@ -23,18 +23,19 @@ Commands changing(const Settings& settings) {
 struct Followed {
   Simulation simulation;
   LiveAccuracy accuracy;
+  Clock::time_point now{};  // goes on when measure() says so, however long the frames take
 
   explicit Followed(const Settings& settings) : simulation(settings, make_cpu_backend(1)) { frames(1); }
 
   void frames(int num, const Commands& first = {}) {
     for (int i = 0; i < num; ++i) {
       simulation.advance_frame(i == 0 ? first : Commands{}, nullptr);
-      accuracy.follow(simulation.view(), simulation.backend());
+      accuracy.follow(simulation.view(), simulation.backend(), now);
     }
   }
   // A measurement is due now.
   void measure() {
-    std::this_thread::sleep_for(std::chrono::milliseconds(260));
+    now += std::chrono::milliseconds(250);
     frames(1);
   }
 };

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "scene/scene_file.hpp"
+#include "support/full_disk.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf {
@@ -277,6 +278,16 @@ TEST(Assets, MissingAssetListsSearchedFolders) {
   const std::string message = message_of([] { find_asset("no/such.png"); });
   EXPECT_TRUE(contains(message, "no/such.png: not found in ")) << message;
   for (const auto& folder : asset_folders()) EXPECT_TRUE(contains(message, folder.string())) << message;
+}
+
+TEST_F(SceneFile, ANewOneThatCannotBeWrittenWholeIsNotThere) {
+  const auto file = folder_.path() / "new.toml";
+  {
+    const test::FullDisk full(10);
+    EXPECT_THROW(save_new_scene_file(file, Settings{}), UserError);
+  }
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_NO_THROW(save_new_scene_file(file, Settings{}));
 }
 
 }  // namespace

@@ -218,6 +218,18 @@ TEST(SeekInThePast, NeedsAMoment) {
   EXPECT_NE(simulation.backend().state_hash(), hash) << "it goes on";
 }
 
+TEST(SeekInThePast, ShowsTheProfileOfThen) {
+  Settings settings = scene_of(Method::impulse);
+  settings.profile = ProfileAxis::x;
+  FollowedFlight flight(settings);
+  ASSERT_NE(flight.view().profile, nullptr);
+  const std::vector<ProfileSums> at_start = flight.view().profile->bins;
+  flight.fly_frames(20);
+  ASSERT_NE(flight.view().profile->bins, at_start);
+  flight.seek(0);
+  EXPECT_EQ(flight.view().profile->bins, at_start);
+}
+
 // The air of a flight that was launched by itself has another seed than the settings.
 TEST(SeekInLaterFlights, LeadsToTheStateOfThen) {
   Settings settings = scene_of(Method::impulse);

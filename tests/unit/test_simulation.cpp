@@ -1,4 +1,4 @@
-// The simulation loop: its figures before a step, and failures: a failing device, NaN.
+// The simulation loop: its figures before a step and of a frame, and failures: a failing device, NaN.
 #include "app/simulation.hpp"
 
 #include <gtest/gtest.h>
@@ -49,6 +49,9 @@ class LosingBackend final : public Backend {
   std::uint64_t memory_bytes() const override { return real_->memory_bytes(); }
   double min_bytes_moved(const StepTotals& t) const override { return real_->min_bytes_moved(t); }
   double measure_copy_bandwidth(std::size_t n) override { return real_->measure_copy_bandwidth(n); }
+  std::string refusal_of(Method) const override { return refusal; }
+
+  std::string refusal;  // of every method
 
  private:
   void lose(At at) {
@@ -72,12 +75,17 @@ TEST_P(Fallback, ContinuesFromTheStartOfTheScene) {
   struct NoTarget final : DrawTarget {
     DrawTargetKind kind() const override { return DrawTargetKind::host; }
     void reserve(std::size_t n) override { position.resize(n), speed.resize(n); }
-    DrawBuffers map() override { return {position.data(), speed.data(), position.size(), false}; }
-    void unmap() override {}
+    DrawBuffers map() override {
+      ++num_mapped;
+      return {position.data(), speed.data(), position.size(), false};
+    }
+    void unmap() override { --num_mapped; }
+    int num_mapped = 0;
     std::vector<Vec2f> position;
     std::vector<float> speed;
   } target;
   for (int frame = 0; frame < 4; ++frame) simulation.advance_frame(frame == 0 ? pause : Commands{}, &target);
+  EXPECT_EQ(target.num_mapped, 0) << "also where drawing failed";
   EXPECT_EQ(simulation.num_fallbacks(), 1);
   EXPECT_EQ(simulation.backend().name(), "cpu");
   EXPECT_NE(simulation.view().message.find("fell off the bus"), std::string::npos)
@@ -116,6 +124,43 @@ TEST(Simulation, StepsThatCannotBeDonePauseTheRun) {
     simulation.advance_frame(reset, nullptr);
     EXPECT_EQ(simulation.view().message, "");
   }
+}
+
+TEST(Simulation, ALaunchThatIsRefusedDoesNotEndTheFlight) {
+  auto backend = std::make_unique<LosingBackend>(LosingBackend::At::submit, 1000);
+  LosingBackend& used = *backend;
+  Simulation simulation(court(200), std::move(backend));
+  for (int frame = 0; frame < 3; ++frame) simulation.advance_frame({}, nullptr);
+  used.refusal = "not now";
+  Commands fly, compare;
+  fly.fly = BallLaunch{{10.0, 0.0}, 0.0};
+  compare.compare = Comparison::half_step;
+  for (const Commands& refused : {fly, compare}) {
+    simulation.advance_frame(refused, nullptr);
+    EXPECT_EQ(simulation.view().message, "not now");
+    EXPECT_FALSE(simulation.view().flight_record->end_energy_j);
+  }
+}
+
+// The settings that a jump would have kept are not those of a later one.
+TEST(Simulation, AJumpThatFailedLeavesNoSettingsBehind) {
+  constexpr int kFrames = 70;
+  Simulation simulation(court(200),
+                        std::make_unique<LosingBackend>(LosingBackend::At::submit, kFrames, true));
+  simulation.keep_checkpoints();
+  for (int frame = 0; frame < kFrames; ++frame) simulation.advance_frame({}, nullptr);
+  Commands back;
+  back.back = true;
+  simulation.advance_frame(back, nullptr);
+  ASSERT_EQ(simulation.view().message, "refused");
+  ASSERT_FALSE(simulation.view().sought_s);
+  Commands edit;
+  edit.settings = simulation.settings();
+  edit.settings->restitution = 0.5;
+  simulation.advance_frame(edit, nullptr);
+  simulation.advance_frame(back, nullptr);
+  EXPECT_EQ(simulation.view().message, "");
+  EXPECT_EQ(simulation.settings().restitution, 0.5);
 }
 
 TEST(Simulation, NanPausesTheRunWithCountStepAndFirstId) {
@@ -159,6 +204,15 @@ TEST(Simulation, BeforeAStepFiguresAreThoseOfTheNextFrame) {
   simulation.advance_frame(other, nullptr);
   EXPECT_EQ(simulation.view().totals.num_steps, 0U);
   expect_planned(simulation.view());
+}
+
+// 2e8 collisions among 1e8 parcels in 1 s: 4 of each. Parcels times steps are 5e9, more than 2^32.
+TEST(Simulation, TheMeasuredRateHoldsForManyParcelsAndSteps) {
+  FramePlan plan;
+  plan.num_steps = 50;
+  plan.dt_s = 0.02;
+  EXPECT_DOUBLE_EQ(measured_rate_per_s(200'000'000, 100'000'000, plan), 4.0);
+  EXPECT_EQ(measured_rate_per_s(0, 0, plan), 0.0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Median and percentile of measured values.
+// Median and percentiles of measured values.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -27,6 +27,14 @@ TEST(Statistics, NinetyNineInAHundredDoNotExceedThePercentile) {
   for (const auto& [num, p99] : {std::pair(1, 1.0), {99, 99.0}, {100, 99.0}, {101, 100.0}, {1000, 990.0}}) {
     std::vector<double> values = numbers_to(num);
     EXPECT_EQ(median_and_p99(values).p99, p99) << num;
+  }
+}
+
+TEST(Statistics, AShareDoesNotExceedItsValue) {
+  for (const auto& [num, quarter] : {std::pair(1, 1.0), {2, 1.0}, {4, 1.0}, {5, 2.0}, {60, 15.0}}) {
+    std::vector<double> values = numbers_to(num);
+    EXPECT_EQ(value_of_share(values, 0.25), quarter) << num;
+    EXPECT_EQ(value_of_share(values, 1.0), num);
   }
 }
 

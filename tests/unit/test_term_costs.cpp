@@ -72,7 +72,6 @@ INSTANTIATE_TEST_SUITE_P(TermCosts, EveryMethod,
                          testing::Values(Method::impulse, Method::spring, Method::exact),
                          [](const auto& method) { return method_name(method.param); });
 
-// 20 frames until it has settled, then the state and two copies in a frame each.
 TEST(TermCosts, WaitUntilNothingChanges) {
   Measured run(court_by(Method::impulse));
   run.frames(TermCosts::kSettlingFrames);
