@@ -121,11 +121,11 @@ void check_target(const Settings& scene, const std::string& target) {
     throw UserError(fmt::format(
         "--of: {} needs a ball that flies, and the scene has none; give rate or pressure", target));
   }
-  if (!scene.contacts)
+  if (!scene.contacts) {
     throw UserError(
-        "--accuracy: the scene's parcels do not collide with each other (air.contacts = false), and the "
-        "table "
-        "is of collisions; leave it out");
+        "--accuracy: the scene's parcels do not collide (air.contacts = false), and the table is of their "
+        "collisions; leave it out");
+  }
 }
 
 // The table's gas is at rest, without hot places.
