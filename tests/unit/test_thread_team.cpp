@@ -68,7 +68,9 @@ TEST(ThreadTeam, ThrowsWhatAPartHasThrownAndGoesOn) {
     EXPECT_THROW(team.run(work), std::bad_alloc) << failing;
     EXPECT_EQ(times_done, std::vector<int>(team.size(), 1)) << failing;
     int last = 0;
-    team.run([&](unsigned part) { last += part == 0 ? 1 : 0; });
+    team.run([&](unsigned part) {
+      if (part == 0) ++last;
+    });
     EXPECT_EQ(last, 1);
   }
 }
