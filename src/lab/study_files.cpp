@@ -11,6 +11,7 @@
 #include "app/child_process.hpp"
 #include "app/report.hpp"
 #include "core/error.hpp"
+#include "core/link_target.hpp"
 #include "core/program_files.hpp"
 #include "core/text.hpp"
 
@@ -53,12 +54,13 @@ std::string quoted(const std::string& text) {
 }
 
 void write_text(const fs::path& file, const std::string& text) {
-  const fs::path temporary = file.string() + ".new";
+  const fs::path target = link_target(file);
+  const fs::path temporary = target.string() + ".new";
   std::ofstream out(temporary, std::ios::binary);
   out << text;
   out.close();
   std::error_code error, ignored;
-  if (out) fs::rename(temporary, file, error);
+  if (out) fs::rename(temporary, target, error);
   if (out && !error) return;
   fs::remove(temporary, ignored);
   throw UserError(

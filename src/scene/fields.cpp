@@ -16,7 +16,7 @@ constexpr Effects kNewParcels{true, true, true};
 constexpr Effects kOtherParcels{true, true, false};  // new ones that cost the same
 constexpr Effects kFlightAlone{false, true, false};
 constexpr Effects kCostAlone{false, false, true};
-constexpr Effects kNextLaunch{false, false, false};
+constexpr Effects kNextLaunch = kNothing;  // in the present flight
 
 // Names for an enumeration member of Settings.
 template <auto kMember>

@@ -101,6 +101,17 @@ TEST(StudyFiles, AFailedWriteLeavesTheOldFilesAndNothingElse) {
   EXPECT_NO_THROW(save_study(folder.path(), result));
 }
 
+TEST(StudyFiles, AResultReplacesTheTargetOfALink) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "kept");
+  write(folder.path() / "kept" / "result.json", "an earlier result");
+  fs::create_symlink("kept/result.json", folder.path() / "terms.json");
+  save_study(folder.path(), whole_result());
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "terms.json"));
+  EXPECT_EQ(text_of(folder.path() / "kept" / "result.json"), text_of(folder.path() / "terms.json"));
+  EXPECT_NE(text_of(folder.path() / "terms.json"), "an earlier result");
+}
+
 TEST(StudyFiles, OldPicturesOfAStudyGoAndOthersStay) {
   const TemporaryFolder folder;
   for (const char* name :
