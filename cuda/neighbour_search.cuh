@@ -62,35 +62,54 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
   }
 }
 
-// Calls visit(j) for every parcel within the circle of those of indices in [first, last). Two at a time,
-// since few come; reads one beyond the last. Nothing writes positions after begin_in_turn().
+// Indices [first, first + count) of sorted parcels.
+struct ParcelRange {
+  std::uint32_t first, count;
+};
+
+// Parcels that search_ranges() reads at a time; it reads up to three beyond the end of a range.
+constexpr unsigned kReadTogether = 4;
+
+// Calls visit(j) for every parcel of two ranges within the circle. The ranges are one loop, so that a thread
+// goes on with the second one while others of its warp still are in their first: with parcels read by twos
+// the loop has 5.6 turns instead of 7.4 (gas, area fraction 0.2), by fours 3.4. Nothing writes positions
+// after begin_in_turn().
 template <Boundary kBoundary, class Visit>
-__device__ __forceinline__ void search_range(const DeviceSearch& space, const Vec2i* position,
-                                             const SearchCircle& circle, std::uint32_t first,
-                                             std::uint32_t last, Visit visit) {
+__device__ __forceinline__ void search_ranges(const DeviceSearch& space, const Vec2i* position,
+                                              const SearchCircle& circle, const ParcelRange& one,
+                                              const ParcelRange& two, Visit visit) {
   const auto is_within = [&](int2 there) {
     const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
     const float x = static_cast<float>(offset.x);
     const float y = static_cast<float>(offset.y);
     return __fmaf_rn(x, x, y * y) < circle.radius2;
   };
-  const int2* from = reinterpret_cast<const int2*>(position) + first;
-  int num_left = static_cast<int>(last - first);
-  while (num_left > 0) {  // 32 at a time, a bit for each
-    std::uint32_t near = 0, bit = 1;
-    const int num_then = max(num_left - 32, 0);
+  // The ranges one after the other, the first one filled up.
+  const std::uint32_t end_one = (one.count + kReadTogether - 1) / kReadTogether * kReadTogether;
+  const std::uint32_t end = end_one + two.count;
+  const std::uint32_t first_two = two.first - end_one;
+  for (std::uint32_t k = 0; k < end;) {
+    const std::uint32_t next = min(end, k + 32);
+    std::uint32_t near = 0;  // a bit for each of the last 32
 #pragma unroll 1
     do {
-      const int2 one = __ldg(from), two = __ldg(from + 1);
-      from += 2;
-      if (is_within(one)) near |= bit;
-      if (is_within(two) && num_left > 1) near |= 2 * bit;
-      bit *= 4;
-      num_left -= 2;
-    } while (num_left > num_then);
-    for (; near != 0; near &= near - 1)
-      visit(first + static_cast<std::uint32_t>(__ffs(static_cast<int>(near)) - 1));
-    first += 32;
+      const std::uint32_t j = k + (k < end_one ? one.first : first_two);
+      const int2* from = reinterpret_cast<const int2*>(position) + j;
+      int2 there[kReadTogether];
+#pragma unroll
+      for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
+      near >>= kReadTogether;
+#pragma unroll
+      for (unsigned u = 0; u < kReadTogether; ++u) {
+        if (is_within(there[u])) near |= 1U << (32 - kReadTogether + u);
+      }
+      k += kReadTogether;
+    } while (k < next);
+    for (; near != 0; near &= near - 1) {
+      const std::uint32_t at = k - 33 + static_cast<std::uint32_t>(__ffs(static_cast<int>(near)));
+      const bool in_one = at < end_one;
+      if (at < (in_one ? one.count : end)) visit(at + (in_one ? one.first : first_two));
+    }
   }
 }
 
@@ -101,8 +120,12 @@ __device__ __forceinline__ void search_later(const DeviceSearch& space, const Ve
                                              const SearchCircle& circle, std::int32_t displacement,
                                              Visit visit) {
   const std::uint32_t next = circle.self + 1;
+  const auto later = [&](std::uint32_t first, std::uint32_t last) {
+    const std::uint32_t begin = max(first, next);
+    return ParcelRange{begin, max(last, begin) - begin};
+  };
   const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
-    search_range<kBoundary>(space, position, circle, max(first, next), last, visit);
+    search_ranges<kBoundary>(space, position, circle, later(first, last), {}, visit);
   };
   const GridShape& grid = space.grid;
   const std::int32_t x = circle.centre.x, y = circle.centre.y, reach = circle.reach;
@@ -118,19 +141,21 @@ __device__ __forceinline__ void search_later(const DeviceSearch& space, const Ve
     return;
   }
   // A later parcel is in no row before the parcel's own row at the sort.
-  const std::int32_t row = cell_coordinate(y - displacement, grid.y),
-                     last_row = cell_coordinate(y + reach, grid.y);
+  const std::int32_t row = cell_coordinate(y - displacement, grid.y);
   const std::int32_t column = cell_coordinate(x - reach, grid.x);
-  const std::int32_t num_columns = cell_coordinate(x + reach, grid.x) - column + 1;
-  const std::uint32_t* start =
-      space.cell_start + static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(grid.x.num) + column;
-  std::uint32_t first = start[0], last = start[num_columns];
-  for (int num_rows = last_row - row; num_rows >= 0; --num_rows) {
-    if (num_rows > 0) start += grid.x.num;  // fetched while this row is visited
-    const std::uint32_t next_first = start[0], next_last = start[num_columns];
-    visit_range(first, last);
-    first = next_first;
-    last = next_last;
+  const auto row_length = static_cast<std::uint32_t>(grid.x.num);
+  const auto num_columns = static_cast<std::uint32_t>(cell_coordinate(x + reach, grid.x) - column + 1);
+  std::uint32_t cell = static_cast<std::uint32_t>(row) * row_length + static_cast<std::uint32_t>(column);
+  const auto later_in_row = [&](std::uint32_t first_cell) {
+    return later(space.cell_start[first_cell], space.cell_start[first_cell + num_columns]);
+  };
+  for (std::int32_t num_rows = cell_coordinate(y + reach, grid.y) - row; num_rows >= 0; num_rows -= 2) {
+    const std::uint32_t next_row = num_rows > 0 ? cell + row_length : cell;
+    const ParcelRange one = later_in_row(cell);
+    ParcelRange two = later_in_row(next_row);
+    if (num_rows == 0) two.count = 0;
+    search_ranges<kBoundary>(space, position, circle, one, two, visit);
+    cell = next_row + row_length;
   }
 }
 

@@ -22,6 +22,9 @@ struct ParcelPointers {
   std::uint32_t* last_contact_tick = nullptr;  // method `exact` with a contact duration only, else null
 };
 
+// Positions that a search may read beyond the last one.
+constexpr std::size_t kReadBeyond = 3;
+
 // Owner of the arrays. Method `exact` allocates the last two when it needs them.
 struct DeviceParcels {
   DeviceBuffer<Vec2i> position;
@@ -31,9 +34,9 @@ struct DeviceParcels {
   DeviceBuffer<std::uint32_t> tick, last_contact_tick;
 
   DeviceParcels() = default;
-  // One position more, which a search may read and ignores.
+  // Some positions more, which a search may read and ignores.
   explicit DeviceParcels(std::size_t capacity)
-      : position(capacity + 1), velocity(capacity), id(capacity), heated(num_words(capacity)) {}
+      : position(capacity + kReadBeyond), velocity(capacity), id(capacity), heated(num_words(capacity)) {}
 
   // Of a bit for each of so many parcels.
   static constexpr std::size_t num_words(std::size_t num_parcels) { return (num_parcels + 31) / 32; }

@@ -11,6 +11,7 @@ namespace {
 
 constexpr unsigned kContactBlock = 128;
 constexpr unsigned kListsOfWarp = 4;  // that a warp of contact_kernel works off together
+static_assert(kReadTogether <= kReadBeyond + 1);
 
 __device__ bool is_copy(const StepLaunch& launch, std::uint32_t i) {
   return (launch.from.id[i] & kCopyBit) != 0;
@@ -28,6 +29,13 @@ __device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list)
   return min(kPairList, num_searched<kBorders>(launch) - list * kPairList);
 }
 
+// Bound since the sort, along an axis; kHalfSide: parcels may be anywhere.
+__device__ std::int32_t displacement_since_sort(const StepState& state) {
+  const auto bound = static_cast<unsigned long long>(__ldg(&state.max_displacement));
+  constexpr std::uint32_t kMost = kHalfSide;
+  return static_cast<std::int32_t>(bound >> 32 != 0 ? kMost : min(static_cast<std::uint32_t>(bound), kMost));
+}
+
 // Calls visit(i, j) for each pair that touches, once: those of the k-th parcel i. Without kBorders pairs of
 // own parcels, j after i; with it pairs of an own parcel near others' and a copy. They are within the float's
 // margin of touching.
@@ -35,12 +43,12 @@ template <bool kBorders, Boundary kBoundary, class Visit>
 __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint32_t k, Visit visit) {
   const std::uint32_t i = kBorders ? launch.near[k] : k;
   const Vec2i* position = launch.from.position;
-  const Vec2i centre = position[i];
+  const std::int32_t displacement = displacement_since_sort(*launch.state);  // on its way with the position
+  const int2 there = __ldg(reinterpret_cast<const int2*>(position) + i);
+  const Vec2i centre{there.x, there.y};
   if (is_retired(centre)) return;
   const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
   if (kBorders && is_inside) return;
-  const long long since_sort = launch.state->max_displacement;
-  const auto displacement = static_cast<std::int32_t>(since_sort < kHalfSide ? since_sort : kHalfSide);
   const SearchCircle circle{centre, i, search_reach(launch.constants, displacement),
                             launch.constants.filter_distance2};
   if constexpr (kBorders) {
@@ -54,11 +62,17 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   }
 }
 
-// The sums of a parcel that touches another one start at zero.
-__device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i) {
-  const std::uint32_t bit = 1U << (i % 32);
-  if ((atomicOr(&contacts.touched[i / 32], bit) & bit) != 0) return;
-  sums_of(contacts, i) = {};
+// A bit of a word for each parcel.
+__device__ std::uint32_t bit_of(std::uint32_t i) { return 1U << (i % 32); }
+
+// Marks a parcel that touches another one; returns the word before.
+__device__ std::uint32_t mark_touched(const ContactScratch& contacts, std::uint32_t i) {
+  return atomicOr(&contacts.touched[i / 32], bit_of(i));
+}
+
+// The sums of a parcel start at zero when it is marked first.
+__device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std::uint32_t touched_before) {
+  if ((touched_before & bit_of(i)) == 0) sums_of(contacts, i) = {};
 }
 
 template <bool kBorders, Boundary kBoundary>
@@ -71,9 +85,12 @@ __global__ void __launch_bounds__(kPairList,
   const std::uint32_t num_in_list = list_size<kBorders>(launch, blockIdx.x);
   if (threadIdx.x < num_in_list) {
     visit_pairs<kBorders, kBoundary>(launch, base + threadIdx.x, [&](std::uint32_t i, std::uint32_t j) {
-      begin_sums(contacts, i);
-      begin_sums(contacts, j);
+      asm volatile("" : "+r"(i));  // what follows from i is not computed ahead: few parcels touch
+      // Three atomics are waited for together.
+      const std::uint32_t before_i = mark_touched(contacts, i), before_j = mark_touched(contacts, j);
       const unsigned slot = atomicAdd(&contacts.num_pairs[blockIdx.x], 1U);
+      begin_sums(contacts, i, before_i);
+      begin_sums(contacts, j, before_j);
       if (slot >= num_in_list) return;
       contacts.first[base + slot] = i;
       contacts.second[base + slot] = j;

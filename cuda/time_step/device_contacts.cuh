@@ -5,21 +5,18 @@
 
 namespace pf {
 
-// Half side of the search box of every parcel.
+// Half side of the search box of every parcel. displacement: since the sort, 0 to kHalfSide.
 __device__ inline std::int32_t search_reach(const StepConstants& c, std::int32_t displacement) {
-  const long long reach = static_cast<long long>(c.contact_reach) + displacement;
-  return static_cast<std::int32_t>(reach < kHalfSide ? reach : kHalfSide);
+  const std::uint32_t reach =
+      static_cast<std::uint32_t>(c.contact_reach) + static_cast<std::uint32_t>(displacement);
+  return static_cast<std::int32_t>(min(reach, static_cast<std::uint32_t>(kHalfSide)));
 }
 
 __device__ inline DeviceSums& sums_of(const ContactScratch& contacts, std::uint32_t i) {
-  DeviceSums* part = contacts.part[0];
-#pragma unroll
-  for (unsigned k = 1; k < ContactScratch::kNumParts; ++k) {
-    if (i < contacts.num_in_part) break;
-    part = contacts.part[k];
-    i -= contacts.num_in_part;
-  }
-  return part[i];
+  static_assert(ContactScratch::kNumParts == 4);
+  const std::uint32_t num = contacts.num_in_part;
+  const unsigned k = (i >= num) + (i >= 2 * num) + (i >= 3 * num);
+  return contacts.part[k][i - k * num];
 }
 
 }  // namespace pf

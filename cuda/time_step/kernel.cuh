@@ -22,10 +22,11 @@ namespace pf {
 
 // Size of the cells, and widest reach of the search box before a sort pays off, in contact distances. Cells
 // of a row that a box covers are one range, so narrow ones cost nothing but their counts. Measured on an
-// H200, area fraction 0.2, Gps at 10^7: width 1.5 and height 3.5 28.8, 1.5 and 3.0 28.5, 2 and 4 0.4
-// less, 2.5 and 2.5 0.8 less; reach 2.75 28.8, 2.5 28.7, 3.0 28.5.
-constexpr double kStepCellWidth = 1.5, kStepCellHeight = 3.5;
-constexpr double kWidestStepReach = 2.75;
+// H100, Gps of a gas of 10^7, area fraction 0.2 and 0.35, and ms a frame of the court of 10^7: width 1.25,
+// height 3.5, reach 3.0 26.8, 20.9, 9.11; reach 2.75 26.8, 21.0, 9.34; 3.25 26.7, 20.6, 9.12; width 1.5,
+// reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33.
+constexpr double kStepCellWidth = 1.25, kStepCellHeight = 3.5;
+constexpr double kWidestStepReach = 3.0;
 
 inline CellSize step_cells(const StepConstants& constants) {
   return {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel,

@@ -86,7 +86,8 @@ inline GridShape choose_grid(const World& world, std::uint32_t num_parcels, cons
 
 // position: any 32-bit value.
 PF_HD inline std::int32_t cell_coordinate(std::int32_t position, const GridAxis& axis) {
-  const std::int32_t inside = position < axis.low ? axis.low : (position > axis.high ? axis.high : position);
+  const std::int32_t below = position < axis.high ? position : axis.high;
+  const std::int32_t inside = below > axis.low ? below : axis.low;
   const std::uint32_t offset = static_cast<std::uint32_t>(inside) - static_cast<std::uint32_t>(axis.low);
   return static_cast<std::int32_t>((static_cast<std::uint64_t>(offset) * axis.factor) >> 32);
 }

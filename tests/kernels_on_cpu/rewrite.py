@@ -2,7 +2,7 @@
 
 rewrite.py FROM TO
 Four things are not C++ or not for a CPU: launches by <<<...>>>, the cast of a kernel for a cooperative launch, alignas
-after __shared__, and three lines of assembler.
+after __shared__, and lines of assembler.
 """
 import pathlib
 import re
@@ -13,6 +13,7 @@ RULES = [
     (r"reinterpret_cast<const void\*>\(kernel\)", "kernel"),
     (r"__shared__ alignas\((\w+)\)", r"alignas(\1) __shared__"),
     (r'asm volatile\("ld\.global[^;]*;"[^;]*;', "value = *from;"),
+    (r'asm volatile\("" : "\+r"\(\w+\)\);', ""),
     (r'asm volatile\("mov\.u64 %0, %%globaltimer;"[^;]*;',
      "time = static_cast<unsigned long long>(std::chrono::steady_clock::now().time_since_epoch().count());"),
 ]
