@@ -40,28 +40,6 @@ __device__ __forceinline__ bool is_within(const DeviceSearch& space, const Vec2i
   return x * x + y * y < circle.radius2;
 }
 
-// Calls visit(j) for every parcel within the circle. position: num_parcels entries, in the order of the sort.
-// kReadOnly: no thread writes them while the kernel runs. kLanes consecutive threads may share one search;
-// each sees its share of the parcels.
-template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
-__device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
-                       Visit visit) {
-  const unsigned lane = threadIdx.x % kLanes;
-  const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
-  // A range holds few parcels. Of 1, 2 and 4 (the compiler's choice) 2 is the fastest: 23.2, 22.4 and 22.4
-  // Gps of `impulse` at 10^7 on an H200.
-#pragma unroll 2
-    for (std::uint32_t j = first + lane; j < last; j += kLanes) {
-      if (is_within<kBoundary, kReadOnly>(space, position, circle, j) && j != circle.self) visit(j);
-    }
-  };
-  if (space.all_pairs || circle.reach >= kHalfSide) {
-    visit_range(0, space.num_parcels);
-  } else {
-    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach, visit_range);
-  }
-}
-
 // Indices [first, first + count) of sorted parcels.
 struct ParcelRange {
   std::uint32_t first, count;
@@ -113,19 +91,18 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
   }
 }
 
-// Calls visit(j) for every parcel within the circle that comes after circle.self in the order of the sort.
-// displacement: bound since the sort, along an axis.
+// Calls visit(j) for every parcel within the circle of those from index `begin` on, if none of them is in a
+// row of cells before that of y = lowest. Nothing writes positions while the kernel runs.
 template <Boundary kBoundary, class Visit>
-__device__ __forceinline__ void search_later(const DeviceSearch& space, const Vec2i* position,
-                                             const SearchCircle& circle, std::int32_t displacement,
-                                             Visit visit) {
-  const std::uint32_t next = circle.self + 1;
-  const auto later = [&](std::uint32_t first, std::uint32_t last) {
-    const std::uint32_t begin = max(first, next);
-    return ParcelRange{begin, max(last, begin) - begin};
+__device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec2i* position,
+                                            const SearchCircle& circle, std::int32_t lowest,
+                                            std::uint32_t begin, Visit visit) {
+  const auto not_before = [&](std::uint32_t first, std::uint32_t last) {
+    const std::uint32_t from = max(first, begin);
+    return ParcelRange{from, max(last, from) - from};
   };
   const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
-    search_ranges<kBoundary>(space, position, circle, later(first, last), {}, visit);
+    search_ranges<kBoundary>(space, position, circle, not_before(first, last), {}, visit);
   };
   const GridShape& grid = space.grid;
   const std::int32_t x = circle.centre.x, y = circle.centre.y, reach = circle.reach;
@@ -136,26 +113,60 @@ __device__ __forceinline__ void search_later(const DeviceSearch& space, const Ve
   const Vec2i half = space.world.half;
   if (kBoundary == Boundary::periodic &&
       (x - reach < -half.x || x + reach >= half.x || y - reach < -half.y || y + reach >= half.y)) {
-    // The box crosses an edge: rows do not tell what is later.
+    // The box crosses an edge: rows do not tell what comes before `begin`.
     visit_candidate_ranges<kBoundary>(grid, space.cell_start, circle.centre, reach, visit_range);
     return;
   }
-  // A later parcel is in no row before the parcel's own row at the sort.
-  const std::int32_t row = cell_coordinate(y - displacement, grid.y);
+  const std::int32_t row = cell_coordinate(lowest, grid.y);
   const std::int32_t column = cell_coordinate(x - reach, grid.x);
   const auto row_length = static_cast<std::uint32_t>(grid.x.num);
   const auto num_columns = static_cast<std::uint32_t>(cell_coordinate(x + reach, grid.x) - column + 1);
   std::uint32_t cell = static_cast<std::uint32_t>(row) * row_length + static_cast<std::uint32_t>(column);
-  const auto later_in_row = [&](std::uint32_t first_cell) {
-    return later(space.cell_start[first_cell], space.cell_start[first_cell + num_columns]);
+  const auto range_in_row = [&](std::uint32_t first_cell) {
+    return not_before(space.cell_start[first_cell], space.cell_start[first_cell + num_columns]);
   };
   for (std::int32_t num_rows = cell_coordinate(y + reach, grid.y) - row; num_rows >= 0; num_rows -= 2) {
     const std::uint32_t next_row = num_rows > 0 ? cell + row_length : cell;
-    const ParcelRange one = later_in_row(cell);
-    ParcelRange two = later_in_row(next_row);
+    const ParcelRange one = range_in_row(cell);
+    ParcelRange two = range_in_row(next_row);
     if (num_rows == 0) two.count = 0;
     search_ranges<kBoundary>(space, position, circle, one, two, visit);
     cell = next_row + row_length;
+  }
+}
+
+// The same for parcels that come after circle.self in the order of the sort. displacement: bound since the
+// sort, along an axis. A later parcel is in no row before the parcel's own row at the sort.
+template <Boundary kBoundary, class Visit>
+__device__ __forceinline__ void search_later(const DeviceSearch& space, const Vec2i* position,
+                                             const SearchCircle& circle, std::int32_t displacement,
+                                             Visit visit) {
+  search_rows<kBoundary>(space, position, circle, circle.centre.y - displacement, circle.self + 1, visit);
+}
+
+// Calls visit(j) for every parcel within the circle. position: num_parcels entries, in the order of the sort.
+// kReadOnly: no thread writes them while the kernel runs. kLanes consecutive threads may share one search;
+// each sees its share of the parcels.
+template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
+__device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
+                       Visit visit) {
+  if constexpr (kReadOnly && kLanes == 1) {
+    search_rows<kBoundary>(space, position, circle, circle.centre.y - circle.reach, 0, [&](std::uint32_t j) {
+      if (j != circle.self) visit(j);
+    });
+    return;
+  }
+  const unsigned lane = threadIdx.x % kLanes;
+  const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
+#pragma unroll 2  // a range holds few parcels
+    for (std::uint32_t j = first + lane; j < last; j += kLanes) {
+      if (is_within<kBoundary, kReadOnly>(space, position, circle, j) && j != circle.self) visit(j);
+    }
+  };
+  if (space.all_pairs || circle.reach >= kHalfSide) {
+    visit_range(0, space.num_parcels);
+  } else {
+    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach, visit_range);
   }
 }
 

@@ -22,7 +22,7 @@ struct ParcelPointers {
   std::uint32_t* last_contact_tick = nullptr;  // method `exact` with a contact duration only, else null
 };
 
-// Positions that a search may read beyond the last one.
+// Positions that a search may read beyond the last one. Method `exact` keeps some where velocities were.
 constexpr std::size_t kReadBeyond = 3;
 
 // Owner of the arrays. Method `exact` allocates the last two when it needs them.
@@ -34,9 +34,11 @@ struct DeviceParcels {
   DeviceBuffer<std::uint32_t> tick, last_contact_tick;
 
   DeviceParcels() = default;
-  // Some positions more, which a search may read and ignores.
   explicit DeviceParcels(std::size_t capacity)
-      : position(capacity + kReadBeyond), velocity(capacity), id(capacity), heated(num_words(capacity)) {}
+      : position(capacity + kReadBeyond),
+        velocity(capacity + kReadBeyond),
+        id(capacity),
+        heated(num_words(capacity)) {}
 
   // Of a bit for each of so many parcels.
   static constexpr std::size_t num_words(std::size_t num_parcels) { return (num_parcels + 31) / 32; }

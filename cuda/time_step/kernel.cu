@@ -12,9 +12,10 @@
 namespace pf {
 namespace {
 
-constexpr unsigned kBlock = 256;
-// 6 limit registers to 40: 0.0481 ns per parcel-step at 10^7 on an H200, 0.0505 with 5, 0.0549 with 4.
-constexpr unsigned kBlocksPerSm = blocks_per_sm(6, kBlock);
+// 12 blocks of 128 threads limit registers to 40. Gps of `impulse` at 10^5, of `spring` at 10^7 and at area
+// fraction 0.65 on an H100: 8.67, 21.3, 11.3; 6 of 256 threads 8.48, 21.2, 10.9; 5 of these 7.53, 20.3, 10.6.
+constexpr unsigned kBlock = 128;
+constexpr unsigned kBlocksPerSm = blocks_per_sm(12, kBlock);
 
 // Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
 // Whole warps call it.

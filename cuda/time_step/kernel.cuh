@@ -33,11 +33,11 @@ inline CellSize step_cells(const StepConstants& constants) {
           kStepCellHeight * constants.contact_distance};
 }
 
-// From so many parcels on, and up to such an area fraction, three kernels are faster than one. H200, Gps of
-// three and of one: 5 10^5 16.8 and 17.5, 6 10^5 18.3 and 18.3; 10^7 at 0.5 16.3 and 17.2, at 0.55 13.6 and
-// 15.5. `spring` has ten times as many contacts: 10^7 14.7 and 20.2.
+// From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
+// three and of one: 5 10^5 17.0 and 17.9, 6 10^5 18.4 and 18.5, 7 10^5 19.8 and 19.1; 10^7 at 0.35 20.8 and
+// 21.0, at 0.5 15.0 and 18.4. `spring` has ten times as many contacts: 10^7 12.7 and 21.1.
 constexpr std::uint32_t kManyParcels = 600'000;
-constexpr double kMostDense = 0.45;
+constexpr double kMostDense = 0.34;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
 // counted_push_x from kCountShift on count the contacts; those below hold the pushes of up to 255 contacts,
