@@ -195,6 +195,8 @@ enum cudaError_t {
   cudaSuccess,
   cudaErrorInsufficientDriver,
   cudaErrorNoKernelImageForDevice,
+  cudaErrorNotReady,
+  cudaErrorPeerAccessAlreadyEnabled,
   cudaErrorUnsupportedPtxVersion
 };
 #define CUDART_VERSION 12000
@@ -208,6 +210,14 @@ inline cudaError_t cudaStreamCreateWithFlags(cudaStream_t* stream, unsigned) {
   *stream = nullptr;
   return cudaSuccess;
 }
+inline cudaError_t cudaStreamCreateWithPriority(cudaStream_t* stream, unsigned flags, int) {
+  return cudaStreamCreateWithFlags(stream, flags);
+}
+inline cudaError_t cudaDeviceGetStreamPriorityRange(int* lowest, int* highest) {
+  *lowest = *highest = 0;
+  return cudaSuccess;
+}
+inline cudaError_t cudaStreamDestroy(cudaStream_t) { return cudaSuccess; }
 inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return cudaSuccess; }
 
 // New memory holds no zeros.
@@ -236,12 +246,26 @@ inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t num_b
   std::memmove(to, from, num_bytes);
   return cudaSuccess;
 }
+inline cudaError_t cudaMemcpy(void* to, const void* from, std::size_t num_bytes, cudaMemcpyKind kind) {
+  return cudaMemcpyAsync(to, from, num_bytes, kind, nullptr);
+}
+inline cudaError_t cudaMemcpyPeerAsync(void* to, int, const void* from, int, std::size_t num_bytes,
+                                       cudaStream_t stream) {
+  return cudaMemcpyAsync(to, from, num_bytes, cudaMemcpyDeviceToDevice, stream);
+}
+inline cudaError_t cudaMemcpyPeer(void* to, int, const void* from, int, std::size_t num_bytes) {
+  return cudaMemcpyPeerAsync(to, 0, from, 0, num_bytes, nullptr);
+}
 
 using cudaEvent_t = std::chrono::steady_clock::time_point*;
 inline cudaError_t cudaEventCreate(cudaEvent_t* event) {
   *event = new std::chrono::steady_clock::time_point;
   return cudaSuccess;
 }
+constexpr unsigned cudaEventDisableTiming = 2;
+inline cudaError_t cudaEventCreateWithFlags(cudaEvent_t* event, unsigned) { return cudaEventCreate(event); }
+inline cudaError_t cudaEventQuery(cudaEvent_t) { return cudaSuccess; }
+inline cudaError_t cudaStreamWaitEvent(cudaStream_t, cudaEvent_t, unsigned) { return cudaSuccess; }
 inline cudaError_t cudaEventDestroy(cudaEvent_t event) {
   delete event;
   return cudaSuccess;
@@ -256,8 +280,12 @@ inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t begin, cudaEvent_
   return cudaSuccess;
 }
 
+struct cudaUUID_t {
+  char bytes[16];
+};
 struct cudaDeviceProp {
   char name[256] = "CPU";
+  cudaUUID_t uuid{};
   int multiProcessorCount = 2, major = 9, minor = 0;
 };
 inline cudaError_t cudaGetDeviceCount(int* num) {
@@ -273,6 +301,11 @@ inline cudaError_t cudaGetDevice(int* device) {
   return cudaSuccess;
 }
 inline cudaError_t cudaSetDevice(int) { return cudaSuccess; }
+inline cudaError_t cudaDeviceCanAccessPeer(int* can_access, int, int) {
+  *can_access = 1;
+  return cudaSuccess;
+}
+inline cudaError_t cudaDeviceEnablePeerAccess(int, unsigned) { return cudaSuccess; }
 inline cudaError_t cudaGetDeviceProperties(cudaDeviceProp* properties, int) {
   *properties = {};
   return cudaSuccess;

@@ -1,0 +1,39 @@
+// Domains on GPUs, whose kernels the CPU runs, end in the bits of the CPU backend.
+#include "domains/domain_pair.hpp"
+
+namespace pf::test {
+namespace {
+
+using DomainKernels = Domains;
+
+TEST_F(DomainKernels, GiveTheBitsOfTheCpu) {
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    for (const Method method : {Method::impulse, Method::spring}) {
+      for (const unsigned num : {2U, 3U, 7U}) {
+        Settings s = busy_court(boundary, 1450);
+        s.method = method;
+        Pair pair(s, domains(num));
+        EXPECT_GT(pair.expect_same_steps(30, 2e-4).num_collisions, 0U);
+        pair.set_radius(1.1);
+        pair.expect_same_steps(10, 2e-4);
+      }
+    }
+  }
+}
+
+// Parcels that touch several others at once, on both sides of a border.
+TEST_F(DomainKernels, GiveTheBitsOfTheCpuInACrowd) {
+  for (const Boundary boundary : {Boundary::walls, Boundary::periodic}) {
+    Settings s = busy_court(boundary, 1450);
+    s.area_fraction = 0.65;
+    Pair pair(s, domains(4));
+    EXPECT_GT(pair.expect_same_steps(30, 1e-3).num_collisions, 0U);
+  }
+}
+
+TEST_F(DomainKernels, GiveTheGoldenStates) {
+  expect_golden_states([] { return domains(3); });
+}
+
+}  // namespace
+}  // namespace pf::test
