@@ -6,7 +6,7 @@ namespace pf {
 
 void CuePlayer::load(CueList list, int current) {
   list_ = std::move(list);
-  current_ = current;
+  current_ = last_ = current;
   asked_ = kNone;
   is_sent_ = false;
   begins_ = current != kNone;
@@ -16,6 +16,11 @@ void CuePlayer::load(CueList list, int current) {
 void CuePlayer::replace(CueList list, int current) {
   load(std::move(list), current);
   begins_ = pause_is_due_ = false;
+}
+
+void CuePlayer::mark(int index) {
+  current_ = index;
+  if (index != kNone) last_ = index;
 }
 
 const Cue* CuePlayer::current_cue() const {
@@ -30,7 +35,7 @@ bool CuePlayer::ask(int index) {
 }
 
 bool CuePlayer::ask_next(int places) {
-  const int from = asked_ != kNone ? asked_ : current_;
+  const int from = asked_ != kNone ? asked_ : last_;
   return ask(from == kNone ? 0 : from + places);
 }
 
@@ -52,7 +57,7 @@ bool CuePlayer::follow(const FrameView& view) {
   if (!has_begun && view.waits_for_step) return false;
   const int asked = std::exchange(asked_, kNone);
   if (!has_begun) return false;
-  current_ = asked;
+  mark(asked);
   pause_is_due_ = attended_ && current_cue()->paused;
   return true;
 }

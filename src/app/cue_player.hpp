@@ -25,9 +25,10 @@ class CuePlayer {
   int current() const { return current_; }
   const Cue* current_cue() const;
   // Marks a cue as current, or none, without going there.
-  void mark(int index) { current_ = index; }
+  void mark(int index);
 
-  // Asks for a cue, or for one so many places further; from none, the first. False if there is no such cue.
+  // Asks for a cue, or for one so many places further than the last that was current; before any, the first.
+  // False if there is no such cue.
   bool ask(int index);
   bool ask_next(int places);
   bool is_asked() const { return asked_ != kNone; }
@@ -41,6 +42,7 @@ class CuePlayer {
   bool attended_;
   CueList list_;
   int current_ = kNone;
+  int last_ = kNone;  // that was current
   int asked_ = kNone;
   std::int64_t num_scenes_ = 0;  // when it was asked for
   bool is_sent_ = false;         // to the simulation

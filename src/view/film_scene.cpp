@@ -61,7 +61,7 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   if (magnifier_px_ <= 0.0F) return;
   if (!magnifier_) magnifier_ = std::make_unique<Magnifier>();
   magnifier_->set_look(look_);
-  magnifier_->draw_air(frame, parcels, ball_in_picture(frame), magnifier_px_, scale_);
+  magnifier_->draw_air(frame, parcels, ball_in_picture(frame), camera_, magnifier_px_, scale_);
 }
 
 void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title,

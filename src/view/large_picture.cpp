@@ -84,7 +84,8 @@ class Painter {
   void draw_magnified(float side_px) {
     if (!magnifier_) magnifier_ = std::make_unique<Magnifier>();
     magnifier_->set_look(scene_.look);
-    magnifier_->draw_air(*scene_.frame, *scene_.parcels, scene_.frame->ball.position_m, side_px, scale_);
+    magnifier_->draw_air(*scene_.frame, *scene_.parcels, scene_.frame->ball.position_m, camera_, side_px,
+                         scale_);
   }
 
   std::vector<std::uint8_t> paint(const Tile& tile) {

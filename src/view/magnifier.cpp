@@ -20,6 +20,16 @@ constexpr double kMinParcel_px = 3.0;  // layout pixels
 
 }  // namespace
 
+void MagnifierZoom::change(double factor) {
+  nearer_ = std::clamp(std::max(nearer_, min_nearer_) * factor, kMinNearer, kMaxNearer);
+}
+
+double MagnifierZoom::metres_per_px(double ball_radius_m, double side_px, double around_metres_per_px) {
+  const double usual = 2.0 * ball_radius_m / (kBallShare * side_px);
+  min_nearer_ = usual / around_metres_per_px;
+  return std::min(usual / nearer_, around_metres_per_px);
+}
+
 bool Magnifier::is_wanted(MagnifierMode mode, const FrameView& frame, const Camera& camera, float scale,
                           bool with_marks) {
   if (!frame.physics->ball.exists || mode == MagnifierMode::off) return false;
@@ -37,17 +47,15 @@ void Magnifier::set_look(const Look& look) {
   renderer_.set_parcel_size({true, kMinParcel_px});
 }
 
-void Magnifier::zoom(double factor) { nearer_ = std::clamp(nearer_ * factor, kMinNearer, kMaxNearer); }
-
 Viewport Magnifier::viewport() const {
   return {canvas_.framebuffer(), canvas_.texture(), {side_px_, side_px_}, scale_};
 }
 
-void Magnifier::draw_air(const FrameView& frame, const ParcelBuffers& parcels, Vec2d ball_m, float side_px,
-                         float scale) {
+void Magnifier::draw_air(const FrameView& frame, const ParcelBuffers& parcels, Vec2d ball_m,
+                         const Camera& around, float side_px, float scale) {
   side_px_ = static_cast<int>(side_px);
   scale_ = scale;
-  camera_.metres_per_px = 2.0 * frame.physics->ball.radius_m / (kBallShare * side_px_ * nearer_);
+  camera_.metres_per_px = zoom_.metres_per_px(frame.physics->ball.radius_m, side_px_, around.metres_per_px);
   camera_.center_m = ball_m;
   camera_.anchor_px = {0.5 * side_px_, 0.5 * side_px_};
   camera_.shows_images = true;

@@ -8,6 +8,19 @@
 
 namespace pf {
 
+// How near it is: a part of its square for the ball, times what the wheel asks for.
+class MagnifierZoom {
+ public:
+  // factor > 1 goes nearer.
+  void change(double factor);
+  // In its square; at most that of the picture around it, which it never shows smaller.
+  double metres_per_px(double ball_radius_m, double side_px, double around_metres_per_px);
+
+ private:
+  double nearer_ = 1.0;      // than usual
+  double min_nearer_ = 0.0;  // as near as the picture around it
+};
+
 class Magnifier {
  public:
   // Whether it is shown over the picture of that camera. with_marks: legend and overlay are shown.
@@ -17,11 +30,11 @@ class Magnifier {
   static float side_px(float free_width_px, float free_height_px, float scale);
 
   void set_look(const Look& look);
-  // By the wheel: factor > 1 goes nearer.
-  void zoom(double factor);
+  void zoom(double factor) { zoom_.change(factor); }  // by the wheel
   // Draws floor and parcels around the ball, which will be there. Before the buffers are written anew.
-  void draw_air(const FrameView& frame, const ParcelBuffers& parcels, Vec2d ball_m, float side_px,
-                float scale);
+  // around: the camera of the picture around it.
+  void draw_air(const FrameView& frame, const ParcelBuffers& parcels, Vec2d ball_m, const Camera& around,
+                float side_px, float scale);
   // Adds paths and ball.
   void draw_flight(const FrameView& frame);
   // Copies it to its place in a picture.
@@ -35,7 +48,7 @@ class Magnifier {
   Renderer renderer_;  // of its own: it keeps a picture of the floor for one view
   ColorTarget canvas_;
   Camera camera_;
-  double nearer_ = 1.0;  // than the usual magnification
+  MagnifierZoom zoom_;
   int side_px_ = 0;
   float scale_ = 1.0F;
 };

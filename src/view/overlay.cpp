@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "view/color_map.hpp"
 #include "view/overlay_layout.hpp"
@@ -118,7 +119,10 @@ void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const float padding = kPadding_px * place.scale;
   const float width = place.width_px - 2.0F * padding;
   const auto width_of = [](const std::string& text) { return text_width(text); };
-  texts_.add(place.left_px + padding, y, colors_.text, fitting(fitting_parts(parts, width, width_of), width));
+  std::string line = fitting_parts(parts, width, width_of);
+  const float size = fitting_size(line, width);  // the time alone may be too long, and must not be cut
+  texts_.add(place.left_px + padding, y + 0.5F * (1.0F - size) * ImGui::GetFontSize(), colors_.text,
+             std::move(line), size);
 }
 
 void Overlay::write_status(const FrameView& frame, float x, float y, float scale) {

@@ -12,12 +12,15 @@ namespace pf {
 
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
-  air_ = {frame.num_scenes, frame.num_parcels};
+  const Work work = {frame.num_flights, frame.num_parcels, frame.settings->method, frame.settings->neighbors,
+                     frame.settings->threads};
+  if (!(work == work_)) begun_at_ = num_added_;
+  work_ = work;
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
   const bool is_stepping = steps > 0.0 || frame.unfinished;
   if (frame.flight == Flight::landed && !is_stepping) return;
   kept_[num_added_ % kNumKept] = {
-      air_, times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
+      times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
   ++num_added_;
 }
 
@@ -25,17 +28,18 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   OverlayFigures figures;
   std::array<double, kNumKept> values{};
   const auto of = [&](const auto& value_of) {
-    for (std::size_t i = 0; i < size(); ++i) values[i] = value_of(kept_[i]);
+    for (std::size_t i = 0; i < size(); ++i) values[i] = value_of(kept(i));
     return median_and_p99(std::span(values).first(size()));
   };
   for (std::size_t phase = 0; phase < kNumPhases; ++phase)
-    figures.phase_ms[phase] = of([phase](const Kept& kept) { return kept.times.ms[phase]; });
-  figures.total_ms = of([](const Kept& kept) { return kept.times.total(); });
-  figures.frame_ms = of([](const Kept& kept) { return kept.frame_ms; });
+    figures.phase_ms[phase] = of([phase](const Kept& frame) { return frame.times.ms[phase]; });
+  figures.total_ms = of([](const Kept& frame) { return frame.times.total(); });
+  figures.frame_ms = of([](const Kept& frame) { return frame.frame_ms; });
   const auto known_median = [&](double DrawTimes::*member) {
     std::size_t num = 0;
     for (std::size_t i = 0; i < size(); ++i) {
-      if (std::isfinite(kept_[i].drawing.*member)) values[num++] = kept_[i].drawing.*member;
+      const double ms = kept(i).drawing.*member;
+      if (std::isfinite(ms)) values[num++] = ms;
     }
     return median_and_p99(std::span(values).first(num)).median;
   };
@@ -45,10 +49,11 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   double parcel_steps = 0.0;
   double bytes = 0.0;
   for (std::size_t i = 0; i < size(); ++i) {
-    if (!kept_[i].is_stepping || kept_[i].air != air_) continue;
-    seconds += 1e-3 * kept_[i].times.step_ms();
-    parcel_steps += kept_[i].parcel_steps;
-    bytes += kept_[i].min_bytes;
+    const Kept& frame = kept(i);
+    if (!frame.is_stepping) continue;
+    seconds += 1e-3 * frame.times.step_ms();
+    parcel_steps += frame.parcel_steps;
+    bytes += frame.min_bytes;
   }
   if (seconds > 0.0) figures.parcel_steps_per_s = parcel_steps / seconds;
   if (seconds > 0.0 && copy_bytes_per_s > 0.0) figures.copy_share = bytes / seconds / copy_bytes_per_s;

@@ -1,6 +1,7 @@
 // The figures of the overlay, over the last frames, and a CSV file with one line per frame.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -18,11 +19,11 @@ struct OverlayFigures {
   double gpu_draw_ms = 0.0;  // medians by the clock of the GL device; 0: not known
   double gpu_panel_ms = 0.0;
   MedianP99 frame_ms;               // from one frame to the next
-  double parcel_steps_per_s = 0.0;  // of this scene and number, in the phases of a step; 0: nothing stepped
+  double parcel_steps_per_s = 0.0;  // in the phases of a step; 0: nothing stepped
   double copy_share = 0.0;          // least bytes moved per second over those of a plain copy; 0: not known
 };
 
-// The last kNumKept frames.
+// The last kNumKept frames of the same work: a launch, a jump in time and another load begin anew.
 class FrameHistory {
  public:
   static constexpr std::size_t kNumKept = 120;
@@ -30,21 +31,24 @@ class FrameHistory {
   // times: all phases of one frame; frame_ms: wall time from the frame before to it. Frames that only wait
   // for the next launch are left out, so that the flight's figures stay.
   void add(const PhaseTimes& times, double frame_ms, const FrameView& frame, const DrawTimes& drawing = {});
-  std::size_t size() const { return num_added_ < kNumKept ? num_added_ : kNumKept; }
+  std::size_t size() const { return std::min(num_added_ - begun_at_, kNumKept); }
   std::uint64_t num_added() const { return num_added_; }
-  const PhaseTimes& times(std::size_t age) const { return kept_[(num_added_ - 1 - age) % kNumKept].times; }
+  const PhaseTimes& times(std::size_t age) const { return kept(age).times; }
 
   // copy_bytes_per_s: of a plain copy, read plus written; 0: not known.
   OverlayFigures figures(double copy_bytes_per_s) const;
 
  private:
-  struct Air {
-    std::int64_t num_scenes = 0;
+  // Frames whose work differs have no common median. A new scene and another backend launch the ball, too.
+  struct Work {
+    std::int64_t num_flights = 0;
     std::uint32_t num_parcels = 0;
-    bool operator==(const Air&) const = default;
+    Method method{};
+    Neighbors neighbors{};
+    std::int64_t threads = 0;
+    bool operator==(const Work&) const = default;
   };
   struct Kept {
-    Air air;
     PhaseTimes times;
     DrawTimes drawing;
     double frame_ms = 0.0;
@@ -52,9 +56,12 @@ class FrameHistory {
     double parcel_steps = 0.0;
     double min_bytes = 0.0;
   };
+  const Kept& kept(std::size_t age) const { return kept_[(num_added_ - 1 - age) % kNumKept]; }
+
   std::array<Kept, kNumKept> kept_{};
   std::size_t num_added_ = 0;
-  Air air_;  // the present one
+  std::size_t begun_at_ = 0;  // frames added before the present work
+  Work work_;
 };
 
 // Facts about the view, besides the frame.
@@ -67,7 +74,7 @@ struct OverlayInfo {
 };
 
 // Columns of the file: frame, simulated_s, slow_motion, frames_per_s, then in milliseconds frame, total and
-// each phase of kPhaseNames (of this frame, median and 99th percentile of the last 120), num_parcels, method,
+// each phase of kPhaseNames (of this frame, median and 99th percentile of those kept), num_parcels, method,
 // neighbors, dt_s, steps, parcel_steps_per_s, copy_share, memory_bytes, draw_target, collisions, ball_hits,
 // rounds, retried_steps (of this frame), draw_host_ms, draw_gpu_ms, panel_host_ms, panel_gpu_ms (by the
 // clocks of the host and of the GL device; the device's is one or two frames late, and empty where it has

@@ -4,6 +4,7 @@
 
 #include <imgui.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,12 @@ inline float text_width(const std::string& text, float size = 1.0F) {
 // The size of secondary text, relative to the font's height. Below 13 pixels it is not reduced: a minus sign
 // thinner than a pixel would vanish.
 inline float reduced(float size) { return ImGui::GetFontSize() < 13.0F ? 1.0F : size; }
+
+// The size, at most 1, at which a text has the width; never smaller than can be read of large text.
+inline float fitting_size(const std::string& text, float width) {
+  constexpr float kMinSize = 0.3F;
+  return std::clamp(width / std::max(text_width(text), 1.0F), kMinSize, 1.0F);
+}
 
 // Shortened with dots to the width, never within a letter of several bytes.
 inline std::string fitting(std::string text, float width) {

@@ -238,7 +238,9 @@ void Stage::begin_record() {
 
 RunClock Stage::clock() const { return {record_.initial(), num_frames_, frames_after_flight_}; }
 
+// The scene starts anew on the other backend.
 void Stage::follow_fallback() {
+  begin_record();
   target_ = make_draw_target(hooks_, simulation_.backend());
   overlay_.set_draw_target(describe(*target_));
   panel_.set_draw_target(describe(*target_));

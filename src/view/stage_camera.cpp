@@ -124,7 +124,7 @@ void Stage::draw_magnified_air(const ParcelBuffers& parcels) {
   if (magnifier_px_ <= 0.0F) return;
   if (!magnifier_) magnifier_ = std::make_unique<Magnifier>();
   magnifier_->set_look(switches_.look);
-  magnifier_->draw_air(simulation_.view(), parcels, ball_m_, magnifier_px_, scale_);
+  magnifier_->draw_air(simulation_.view(), parcels, ball_m_, camera_, magnifier_px_, scale_);
 }
 
 void Stage::draw_magnified_rest(const FrameView& frame, const Viewport& viewport) {

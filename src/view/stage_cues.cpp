@@ -91,8 +91,9 @@ void Stage::follow_cues(bool is_new_scene) {
   if (is_new_scene) title_.clear();
   if (cues_.follow(view)) {
     begin_cue();
-  } else if (was_asked && !cues_.is_asked()) {
-    cue_failed_ = context_.window() == nullptr;
+  } else {
+    if (was_asked && !cues_.is_asked()) cue_failed_ = context_.window() == nullptr;
+    if (is_new_scene) cues_.mark(CuePlayer::kNone);  // from the menu, a file or an undo
   }
   history_.follow(view, simulation_.num_fallbacks(), gesture_, cues_.current());
   panel_.set_scene_settings(history_.scene_settings());

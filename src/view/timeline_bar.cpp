@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "view/overlay_paint.hpp"
+#include "view/px_rect.hpp"
 
 namespace pf {
 namespace {
@@ -136,15 +137,22 @@ void paint_head(const Track& track, const FrameView& frame) {
                         0, track.px(1.5F));
 }
 
-void paint_times(const Track& track, const FrameView& frame) {
-  const float y = track.middle - 0.6F * ImGui::GetFontSize();
+// At either end, in smaller letters where the room is narrow. Returns the place of the present time.
+PxRect paint_times(const Track& track, const FrameView& frame) {
   const std::string now = fmt::format("{:.3f} s", track.now_s());
   const std::string end = frame.sought_s            ? fmt::format("to {:.3f} s", *frame.sought_s)
                           : track.history.is_past() ? fmt::format("of {:.3f} s", track.latest_s())
                                                     : "";
-  track.list->AddText(ImVec2(track.left - track.px(10.0F) - text_width(now), y), track.colors.text,
-                      now.c_str());
-  track.list->AddText(ImVec2(track.right + track.px(10.0F), y), track.colors.dim, end.c_str());
+  const float room = track.left - track.place.left_px - track.px(11.0F);
+  const auto paint = [&](float x, float size, ImU32 color, const std::string& text) {
+    const float height = size * ImGui::GetFontSize();
+    const float y = track.middle - 0.6F * height;
+    track.list->AddText(ImGui::GetFont(), height, ImVec2(x, y), color, text.c_str());
+    return PxRect{x, y, x + text_width(text, size), y + height};
+  };
+  paint(track.right + track.px(10.0F), fitting_size(end, room), track.colors.dim, end);
+  const float size = fitting_size(now, room);
+  return paint(track.left - track.px(10.0F) - text_width(now, size), size, track.colors.text, now);
 }
 
 void explain(const Track& track, const FrameView& frame) {
@@ -211,7 +219,7 @@ TimelineWish TimelineBar::edit(const FrameView& frame, const OverlayPlace& place
   paint_moments(track, frame);
   if (frame.old_flights != nullptr) paint_compared(track, frame, theme);
   paint_head(track, frame);
-  paint_times(track, frame);
+  const PxRect time = paint_times(track, frame);
   ImGui::End();
   ImGui::PopStyleColor();
   ImGui::PopStyleVar();
@@ -219,7 +227,8 @@ TimelineWish TimelineBar::edit(const FrameView& frame, const OverlayPlace& place
   controls.note("Timeline",
                 {track.left, track.middle - 2.0F, track.x_of(track.latest_s()), track.middle + 2.0F});
   controls.note("Timeline head", {head - 2.0F, track.middle - 2.0F, head + 2.0F, track.middle + 2.0F});
-  if (frame.paused || track.history.is_past()) controls.note(fmt::format("Time {:.4f} s", track.now_s()), {});
+  if (frame.paused || track.history.is_past())
+    controls.note(fmt::format("Time {:.4f} s", track.now_s()), {time.x0, time.y0, time.x1, time.y1});
   return wish;
 }
 

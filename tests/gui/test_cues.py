@@ -227,6 +227,23 @@ def undo(bench):
     check(abs(report["restitution"] - 0.3) < 0.03, f"with what was changed in it: {report['restitution']:.3f}")
 
 
+def cue_left(bench):
+    """A scene from the menu leaves no cue marked; page down goes on from the one that it ended, undo comes back to it."""
+    with bench.open("--cues", talk_of(bench), *NEARLY_STILL) as window:
+        window.wait_for_control("Cue 1 current")
+        window.choose("Scene", "gas")
+        window.wait_for_control("Cue 1 current", there=False)
+        window.wait_for_control("Cue 1")
+        ctrl(window, "ctrl", "z")
+        window.wait_for_control("Cue 1 current")
+        ctrl(window, "ctrl", "y")
+        window.wait_for_control("Cue 1 current", there=False)
+        window.press_key("Next")
+        window.wait_for_control("Cue 2 current")
+        report = window.stop()
+    check(report["restitution"] == 0.25, f"the cue's settings: {report['restitution']}")
+
+
 def scene_values(bench):
     """A dot marks a value that is not the scene's; dot, double click and right click go back to it."""
     with bench.open("--set", "air.restitution=0.8", *NEARLY_STILL) as window:
@@ -257,7 +274,7 @@ def scene_values(bench):
 
 
 CASES = {case.__name__: case
-         for case in (cue_keys, talk_is_clear, title_above_profile, cue_list_files, cue_film, undo, scene_values)}
+         for case in (cue_keys, talk_is_clear, title_above_profile, cue_list_files, cue_left, cue_film, undo, scene_values)}
 
 
 def fails(case, bench):

@@ -153,6 +153,20 @@ TEST(Magnifier, ComesByItselfWhereTheBallIsSmall) {
   EXPECT_FALSE(is_wanted(MagnifierMode::on, 1.0F, true));
 }
 
+// Of a ball as wide as the picture it would show less than that does.
+TEST(Magnifier, NeverMakesSmaller) {
+  MagnifierZoom zoom;
+  const double usual = zoom.metres_per_px(kRadius_m, 190.0, 1.0);
+  EXPECT_NEAR(2.0 * kRadius_m / usual, 0.3 * 190.0, 1e-9) << "pixels of the ball";
+  const double around = 0.5 * usual;  // of a court that was zoomed
+  EXPECT_EQ(zoom.metres_per_px(kRadius_m, 190.0, around), around);
+  for (int i = 0; i < 20; ++i) zoom.change(0.8);
+  EXPECT_EQ(zoom.metres_per_px(kRadius_m, 190.0, around), around);
+  zoom.change(1.25);
+  zoom.change(1.25);
+  EXPECT_LT(zoom.metres_per_px(kRadius_m, 190.0, around), 0.81 * around) << "the wheel answers at once";
+}
+
 TEST(Magnifier, ItsScaleBarIsARoundLength) {
   EXPECT_EQ(scale_bar(0.034).text, "2 cm");
   EXPECT_DOUBLE_EQ(scale_bar(0.034).length_m, 0.02);

@@ -258,6 +258,22 @@ TEST_F(Player, ARefusedCueChangesNothing) {
   EXPECT_TRUE(contains(simulation.view().message, "outside the world"));
 }
 
+TEST_F(Player, GoesOnFromTheCueThatAnotherSceneEnded) {
+  CuePlayer cues(true);
+  cues.load(list(), 0);
+  cues.mark(1);
+  cues.mark(CuePlayer::kNone);
+  EXPECT_EQ(cues.current_cue(), nullptr);
+  ASSERT_TRUE(cues.ask_next(1));
+  EXPECT_FALSE(cues.ask_next(1)) << "the third is the last";
+  cues.load(list(), CuePlayer::kNone);
+  Simulation simulation(test::court(100), make_cpu_backend(1));
+  InputLog log(simulation, "cpu");
+  ASSERT_TRUE(cues.ask_next(1));
+  EXPECT_TRUE(advance(simulation, cues, log));
+  EXPECT_EQ(cues.current(), 0) << "of another list the first";
+}
+
 TEST_F(Player, KeepsThreadsAndRateOfTheRun) {
   CuePlayer cues(false);
   cues.load(list(), CuePlayer::kNone);

@@ -1,4 +1,5 @@
 // What stands over the scene stands beside each other and within the picture, at every size.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <imgui.h>
 
@@ -10,10 +11,12 @@
 #include "unit/frames.hpp"
 #include "view/inset_place.hpp"
 #include "view/legend_columns.hpp"
+#include "view/overlay_paint.hpp"
 #include "view/overlay_text.hpp"
 #include "view/panel.hpp"
 #include "view/scene_marks.hpp"
 #include "view/slide.hpp"
+#include "view/timeline_bar.hpp"
 
 namespace pf {
 namespace {
@@ -277,6 +280,44 @@ TEST_F(Layout, NoticesStayAboveTheOverlayWithVeryLargeText) {
     if (name.find("notice") == std::string::npos) continue;
     EXPECT_TRUE(rectangle.y0 >= 0.0F && rectangle.y1 <= free_.y1) << name;
   }
+}
+
+// In the narrowest window, too, with the longest times of a talk.
+TEST_F(Layout, TheTimeStandsBesideItsBar) {
+  for (const float scale : {1.0F, 2.0F, 2.4F, 3.0F}) {
+    Panel panel(1000, "host");
+    panel.fit(640.0F, 1.0F);
+    for (const float left : {0.0F, panel.width_px(scale)}) {
+      for (const double time_s : {0.487, 123.456}) {
+        Frames frames;
+        FlightHistory history;
+        history.begin(0.0);
+        history.pass_frame({time_s, 1, 0});
+        frames.view.history = &history;
+        frames.view.paused = true;
+        begin(640.0F, 480.0F, scale);
+        TimelineBar bar;
+        ControlMap controls;
+        bar.edit(frames.view, {left, 640.0F - left, 480.0F, scale}, Theme::dark, controls);
+        ImGui::EndFrame();
+        const auto places = nlohmann::json::parse(controls.text());
+        const auto time = places.at(fmt::format("Time {:.4f} s", time_s));
+        EXPECT_GE(time[0].get<float>(), left) << scale << ", " << time_s;
+        EXPECT_LT(time[2], places.at("Timeline")[0]) << scale << ", " << time_s;
+        EXPECT_GE(time[3].get<float>() - time[1].get<float>(), 12.0F) << "it can be read";
+      }
+    }
+  }
+}
+
+TEST_F(Layout, ATextIsMadeSmallerToFit) {
+  begin(640.0F, 480.0F, 3.0F);
+  const std::string time = "t = 123.456 s";
+  const float width = text_width(time);
+  EXPECT_EQ(fitting_size(time, width + 1.0F), 1.0F);
+  EXPECT_EQ(fitting_size("", 100.0F), 1.0F);
+  EXPECT_LE(text_width(time, fitting_size(time, 0.6F * width)), 0.62F * width);
+  ImGui::EndFrame();
 }
 
 TEST_F(Layout, TheMagnifierHasAPlace) {

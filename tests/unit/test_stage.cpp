@@ -122,6 +122,31 @@ TEST(OverlayFigures, StayWhileTheBallHasLeft) {
   EXPECT_EQ(history.figures(0.0).phase_ms[phase].median, 0.0) << "the next flight has its own";
 }
 
+TEST(OverlayFigures, BeginAnewWithOtherWork) {
+  Frames frames;
+  FrameHistory history;
+  const auto phase = static_cast<std::size_t>(Phase::collide_integrate);
+  const auto expect_anew = [&](const char* after) {
+    EXPECT_GT(history.size(), 1U) << after;
+    const std::size_t num_before = history.num_added();
+    history.add(computing(5.0), 20.0, frames.view);
+    EXPECT_EQ(history.size(), 1U) << after;
+    EXPECT_EQ(history.num_added(), num_before + 1) << after;
+    EXPECT_DOUBLE_EQ(history.figures(0.0).phase_ms[phase].median, 5.0) << after;
+    EXPECT_DOUBLE_EQ(history.figures(0.0).frame_ms.p99, 20.0) << after;
+    for (int i = 0; i < 130; ++i) history.add(computing(2.0), 16.0, frames.view);
+    EXPECT_EQ(history.size(), FrameHistory::kNumKept) << after;
+    EXPECT_DOUBLE_EQ(history.figures(0.0).phase_ms[phase].p99, 2.0) << after;
+  };
+  for (int i = 0; i < 50; ++i) history.add(computing(2.0), 16.0, frames.view);
+  ++frames.view.num_flights;  // as after a new scene or backend, too
+  expect_anew("a launch or a jump");
+  frames.settings.method = Method::exact;
+  expect_anew("another method");
+  frames.view.num_parcels = 500;
+  expect_anew("another number of parcels");
+}
+
 // Method exact spends its step in phases of its own.
 TEST(OverlayFigures, StepTimeIncludesEveryPhaseOfAStep) {
   PhaseTimes times;
