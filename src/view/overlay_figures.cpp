@@ -12,7 +12,7 @@ namespace pf {
 
 void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                        const DrawTimes& drawing) {
-  const Work work = {frame.num_flights, frame.num_parcels, frame.settings->method, frame.settings->neighbors,
+  const Work work = {frame.num_scenes, frame.num_parcels, frame.settings->method, frame.settings->neighbors,
                      frame.settings->threads};
   if (!(work == work_)) begun_at_ = num_added_;
   work_ = work;

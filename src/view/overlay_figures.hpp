@@ -23,7 +23,7 @@ struct OverlayFigures {
   double copy_share = 0.0;          // least bytes moved per second over those of a plain copy; 0: not known
 };
 
-// The last kNumKept frames of the same work: a launch, a jump in time and another load begin anew.
+// The last kNumKept frames of the same work: another scene, method or number of parcels begins anew.
 class FrameHistory {
  public:
   static constexpr std::size_t kNumKept = 120;
@@ -39,9 +39,9 @@ class FrameHistory {
   OverlayFigures figures(double copy_bytes_per_s) const;
 
  private:
-  // Frames whose work differs have no common median. A new scene and another backend launch the ball, too.
+  // Frames whose work differs have no common median; those of several launches have.
   struct Work {
-    std::int64_t num_flights = 0;
+    std::int64_t num_scenes = 0;
     std::uint32_t num_parcels = 0;
     Method method{};
     Neighbors neighbors{};

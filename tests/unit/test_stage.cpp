@@ -139,8 +139,11 @@ TEST(OverlayFigures, BeginAnewWithOtherWork) {
     EXPECT_DOUBLE_EQ(history.figures(0.0).phase_ms[phase].p99, 2.0) << after;
   };
   for (int i = 0; i < 50; ++i) history.add(computing(2.0), 16.0, frames.view);
-  ++frames.view.num_flights;  // as after a new scene or backend, too
-  expect_anew("a launch or a jump");
+  ++frames.view.num_flights;
+  history.add(computing(2.0), 16.0, frames.view);
+  EXPECT_EQ(history.size(), 51U) << "a launch goes on";
+  ++frames.view.num_scenes;
+  expect_anew("another scene");
   frames.settings.method = Method::exact;
   expect_anew("another method");
   frames.view.num_parcels = 500;
