@@ -1,5 +1,6 @@
 // Touching pairs, and the sums of their contacts.
 #include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"
@@ -232,8 +233,6 @@ __global__ void __launch_bounds__(kContactBlock)
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
 }
-
-unsigned blocks_for(std::uint32_t num, unsigned block) { return (num + block - 1) / block; }
 
 template <class Contact, bool kBorders, Boundary kBoundary>
 void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {

@@ -1,6 +1,7 @@
 #include "cuda/time_step/kernel.cuh"
 
 #include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
 #include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
@@ -184,8 +185,7 @@ __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
-  const unsigned blocks = (launch.num + kBlock - 1) / kBlock;
-  launch_in_turn(kernel, blocks, kBlock, stream, launch);
+  launch_in_turn(kernel, blocks_for(launch.num, kBlock), kBlock, stream, launch);
 }
 
 }  // namespace
