@@ -19,6 +19,15 @@ TEST_F(Gpu, SameBitsAsTheCpuForEverySceneAndBoundary) {
   }
 }
 
+TEST_F(Gpu, SameBitsInNarrowPeriodicWorlds) {
+  for (Settings s : narrow_scenes(600)) {
+    for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
+      s.method = method;
+      expect_same_hashes(s, 100);
+    }
+  }
+}
+
 TEST_F(Gpu, SameBitsAfterTwoThousandSteps) {
   for (const std::int64_t n : {1, 2, 1000}) {
     for (const Settings& s : scenes(n)) expect_same_hashes(s, 2000);
