@@ -89,7 +89,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
   return sums;
 }
 
-// The same for all parcels.
+// What is the same for all parcels of a step.
 struct OfStep {
   std::int32_t reach;
   std::uint32_t key;
