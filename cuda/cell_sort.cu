@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cub/device/device_scan.cuh>
 
+#include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 
 namespace pf {
@@ -50,8 +51,6 @@ std::size_t temporary_bytes(std::size_t num_starts) {
   return std::max<std::size_t>(bytes, 1);
 }
 
-unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
-
 }  // namespace
 
 DeviceCellSort::DeviceCellSort(std::uint32_t capacity)
@@ -79,7 +78,7 @@ SortKeys DeviceCellSort::begin(const GridShape& grid, cudaStream_t stream) {
 
 void DeviceCellSort::count(const GridShape& grid, const Vec2i* position, std::uint32_t n,
                            cudaStream_t stream) {
-  count_kernel<<<blocks_for(n), kBlock, 0, stream>>>(grid, position, n, begin(grid, stream));
+  count_kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(grid, position, n, begin(grid, stream));
   PF_LAUNCHED("count_kernel");
 }
 
@@ -93,13 +92,14 @@ void DeviceCellSort::scatter(const ParcelPointers& from, const ParcelPointers& t
                              cudaStream_t stream) {
   if (n == 0) return;
   PF_CUDA(cudaMemsetAsync(to.heated, 0, DeviceParcels::num_words(n) * sizeof(std::uint32_t), stream));
-  scatter_kernel<<<blocks_for(n), kBlock, 0, stream>>>(keys(), cell_start_.data(), from, to, n);
+  scatter_kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(keys(), cell_start_.data(), from, to, n);
   PF_LAUNCHED("scatter_kernel");
 }
 
 void DeviceCellSort::update_indices(std::uint32_t* index, std::uint32_t num, cudaStream_t stream) const {
   if (num == 0) return;
-  update_indices_kernel<<<blocks_for(num), kBlock, 0, stream>>>(keys(), cell_start_.data(), index, num);
+  update_indices_kernel<<<blocks_for(num, kBlock), kBlock, 0, stream>>>(keys(), cell_start_.data(), index,
+                                                                        num);
   PF_LAUNCHED("update_indices_kernel");
 }
 

@@ -237,9 +237,9 @@ std::uint64_t CudaBackend::memory_bytes() const {
 
 double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
-  constexpr double kGather = kStep + sizeof(std::uint32_t);  // ids are written too
+  constexpr double kScatter = kStep + sizeof(std::uint32_t);  // ids are written too
   const double n = num_parcels_;
-  const double per_sort = n * (kGather + DeviceCellSort::kMinBytesPerParcel) +
+  const double per_sort = n * (kScatter + DeviceCellSort::kMinBytesPerParcel) +
                           DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }

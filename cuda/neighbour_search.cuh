@@ -28,16 +28,13 @@ struct SearchCircle {
   float radius2;       // square of the circle's radius, position units
 };
 
-// Whether parcel j, of another index than the circle's, lies within the circle.
-template <Boundary kBoundary, bool kReadOnly>
-__device__ __forceinline__ bool is_within(const DeviceSearch& space, const Vec2i* position,
-                                          const SearchCircle& circle, std::uint32_t j) {
-  const int2* from = reinterpret_cast<const int2*>(position) + j;
-  const int2 there = kReadOnly ? __ldg(from) : *from;
+// Whether a position lies within the circle.
+template <Boundary kBoundary>
+__device__ __forceinline__ bool is_within(const DeviceSearch& space, const SearchCircle& circle, int2 there) {
   const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
   const float x = static_cast<float>(offset.x);
   const float y = static_cast<float>(offset.y);
-  return x * x + y * y < circle.radius2;
+  return __fmaf_rn(x, x, y * y) < circle.radius2;
 }
 
 // Indices [first, first + count) of sorted parcels.
@@ -45,30 +42,24 @@ struct ParcelRange {
   std::uint32_t first, count;
 };
 
-// Parcels that search_ranges() reads at a time; it reads up to three beyond the end of a range.
+// Positions that search_ranges() reads at a time, the last ones up to three beyond the end of a range.
 constexpr unsigned kReadTogether = 4;
 
 // Calls visit(j) for every parcel of two ranges within the circle. The ranges are one loop, so that a thread
 // goes on with the second one while others of its warp still are in their first: with parcels read by twos
 // the loop has 5.6 turns instead of 7.4 (gas, area fraction 0.2), by fours 3.4. Nothing writes positions
-// after begin_in_turn().
+// while the kernel runs.
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const Vec2i* position,
                                               const SearchCircle& circle, const ParcelRange& one,
                                               const ParcelRange& two, Visit visit) {
-  const auto is_within = [&](int2 there) {
-    const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
-    const float x = static_cast<float>(offset.x);
-    const float y = static_cast<float>(offset.y);
-    return __fmaf_rn(x, x, y * y) < circle.radius2;
-  };
-  // The ranges one after the other, the first one filled up.
+  // The loop's index k counts through both ranges, the first one filled up to whole turns.
   const std::uint32_t end_one = (one.count + kReadTogether - 1) / kReadTogether * kReadTogether;
   const std::uint32_t end = end_one + two.count;
   const std::uint32_t first_two = two.first - end_one;
   for (std::uint32_t k = 0; k < end;) {
     const std::uint32_t next = min(end, k + 32);
-    std::uint32_t near = 0;  // a bit for each of the last 32
+    std::uint32_t near = 0;  // a bit for each of the last 32, the highest for k - 1
 #pragma unroll 1
     do {
       const std::uint32_t j = k + (k < end_one ? one.first : first_two);
@@ -79,7 +70,7 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
       near >>= kReadTogether;
 #pragma unroll
       for (unsigned u = 0; u < kReadTogether; ++u) {
-        if (is_within(there[u])) near |= 1U << (32 - kReadTogether + u);
+        if (is_within<kBoundary>(space, circle, there[u])) near |= 1U << (32 - kReadTogether + u);
       }
       k += kReadTogether;
     } while (k < next);
@@ -91,8 +82,8 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
   }
 }
 
-// Calls visit(j) for every parcel within the circle of those from index `begin` on, if none of them is in a
-// row of cells before that of y = lowest. Nothing writes positions while the kernel runs.
+// Calls visit(j) for every parcel within the circle that has an index of `begin` or more. None of these was,
+// at the sort, in a row of cells before that of y = lowest. Nothing writes positions while the kernel runs.
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec2i* position,
                                             const SearchCircle& circle, std::int32_t lowest,
@@ -135,8 +126,8 @@ __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec
   }
 }
 
-// The same for parcels that come after circle.self in the order of the sort. displacement: bound since the
-// sort, along an axis. A later parcel is in no row before the parcel's own row at the sort.
+// The same for parcels that come after circle.self in the order of the sort, and so in no row before its own
+// at the sort. displacement: bound since the sort, along an axis.
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_later(const DeviceSearch& space, const Vec2i* position,
                                              const SearchCircle& circle, std::int32_t displacement,
@@ -144,9 +135,9 @@ __device__ __forceinline__ void search_later(const DeviceSearch& space, const Ve
   search_rows<kBoundary>(space, position, circle, circle.centre.y - displacement, circle.self + 1, visit);
 }
 
-// Calls visit(j) for every parcel within the circle. position: num_parcels entries, in the order of the sort.
-// kReadOnly: no thread writes them while the kernel runs. kLanes consecutive threads may share one search;
-// each sees its share of the parcels.
+// Calls visit(j) for every parcel within the circle but circle.self. position: num_parcels entries, in the
+// order of the sort. kReadOnly: no thread writes them while the kernel runs; then kReadBeyond entries more.
+// kLanes consecutive threads may share one search; each sees its share of the parcels.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
 __device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
                        Visit visit) {
@@ -154,19 +145,21 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
     search_rows<kBoundary>(space, position, circle, circle.centre.y - circle.reach, 0, [&](std::uint32_t j) {
       if (j != circle.self) visit(j);
     });
-    return;
-  }
-  const unsigned lane = threadIdx.x % kLanes;
-  const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
-#pragma unroll 2  // a range holds few parcels
-    for (std::uint32_t j = first + lane; j < last; j += kLanes) {
-      if (is_within<kBoundary, kReadOnly>(space, position, circle, j) && j != circle.self) visit(j);
-    }
-  };
-  if (space.all_pairs || circle.reach >= kHalfSide) {
-    visit_range(0, space.num_parcels);
   } else {
-    visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach, visit_range);
+    const unsigned lane = threadIdx.x % kLanes;
+    const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
+#pragma unroll 2  // a range holds few parcels
+      for (std::uint32_t j = first + lane; j < last; j += kLanes) {
+        const int2* from = reinterpret_cast<const int2*>(position) + j;
+        const int2 there = kReadOnly ? __ldg(from) : *from;
+        if (is_within<kBoundary>(space, circle, there) && j != circle.self) visit(j);
+      }
+    };
+    if (space.all_pairs || circle.reach >= kHalfSide)
+      visit_range(0, space.num_parcels);
+    else
+      visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, circle.reach,
+                                        visit_range);
   }
 }
 
@@ -174,9 +167,6 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
 struct SearchBox {
   CellSpan x, y;
   unsigned num_ranges;
-};
-struct CandidateRange {
-  std::uint32_t first, count;
 };
 
 template <Boundary kBoundary>
@@ -194,8 +184,7 @@ __device__ __forceinline__ SearchBox box_around(const DeviceSearch& space, Vec2i
 }
 
 // The k-th range of a box; beyond the last an empty one.
-__device__ __forceinline__ CandidateRange range_of(const DeviceSearch& space, const SearchBox& box,
-                                                   unsigned k) {
+__device__ __forceinline__ ParcelRange range_of(const DeviceSearch& space, const SearchBox& box, unsigned k) {
   if (k >= box.num_ranges) return {0, 0};
   if (space.all_pairs) return {0, space.num_parcels};
   const bool two = box.x.second_last >= box.x.second_first;
@@ -268,7 +257,7 @@ class CandidateCursor {
   SearchBox box_;
   unsigned max_ranges_;
   unsigned base_range_ = 0;
-  CandidateRange range_{};
+  ParcelRange range_{};
   std::uint32_t end_ = 0;  // of the lane's range, if those of all lanes are laid end to end
   std::uint32_t num_candidates_ = 0, next_ = 0;
 };

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "cuda/device_buffer.cuh"
 #include "cuda/draw_parcel.cuh"
@@ -10,8 +11,6 @@ namespace pf {
 namespace {
 
 constexpr unsigned kBlock = 256;
-
-unsigned blocks_for(std::uint32_t n) { return (n + kBlock - 1) / kBlock; }
 
 __global__ void spawn_kernel(const SpawnPlan plan, std::uint64_t num_free_sites, const ParcelPointers to) {
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
@@ -102,34 +101,34 @@ int version_of_code() {
 void launch_spawn(const SpawnPlan& plan, std::uint64_t num_free_sites, const ParcelPointers& to,
                   cudaStream_t stream) {
   if (plan.num_parcels == 0) return;
-  spawn_kernel<<<blocks_for(plan.num_parcels), kBlock, 0, stream>>>(plan, num_free_sites, to);
+  spawn_kernel<<<blocks_for(plan.num_parcels, kBlock), kBlock, 0, stream>>>(plan, num_free_sites, to);
   PF_LAUNCHED("spawn_kernel");
 }
 
 void launch_draw(const World& world, const ParcelPointers& parcels, std::uint32_t n, const DrawBuffers& draw,
                  cudaStream_t stream) {
   if (n == 0) return;
-  draw_kernel<<<blocks_for(n), kBlock, 0, stream>>>(world, parcels, n, draw);
+  draw_kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(world, parcels, n, draw);
   PF_LAUNCHED("draw_kernel");
 }
 
 void launch_scatter_by_id(const ParcelPointers& parcels, std::uint32_t n, Vec2i* position, Vec2f* velocity,
                           cudaStream_t stream) {
   if (n == 0) return;
-  scatter_by_id_kernel<<<blocks_for(n), kBlock, 0, stream>>>(parcels, n, position, velocity);
+  scatter_by_id_kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(parcels, n, position, velocity);
   PF_LAUNCHED("scatter_by_id_kernel");
 }
 
 void launch_number(std::uint32_t* id, std::uint32_t n, cudaStream_t stream) {
   if (n == 0) return;
-  number_kernel<<<blocks_for(n), kBlock, 0, stream>>>(id, n);
+  number_kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(id, n);
   PF_LAUNCHED("number_kernel");
 }
 
 ParcelSums sum_parcels(const ParcelPointers& parcels, std::uint32_t n, double mass_kg, cudaStream_t stream) {
   ParcelSums sums;
   if (n == 0) return sums;
-  std::vector<MeasurePart> parts((n + kMeasureBlock - 1) / kMeasureBlock);
+  std::vector<MeasurePart> parts(blocks_for(n, kMeasureBlock));
   const DeviceBuffer<MeasurePart> on_device(parts.size());
   measure_kernel<<<static_cast<unsigned>(parts.size()), kBlock, 0, stream>>>(parcels, n, on_device.data());
   PF_LAUNCHED("measure_kernel");

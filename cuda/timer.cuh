@@ -44,7 +44,7 @@ class EventMarks {
 class RequestTimer {
  public:
   void begin(cudaStream_t stream);
-  void mark_sort(cudaStream_t stream);  // before the keys, after the keys, after the gather
+  void mark_sort(cudaStream_t stream);  // before the counts, after them, after the scatter
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
   // kStepsPerMarked is marked, since an event between short kernels costs as much as they do.

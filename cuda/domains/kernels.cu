@@ -1,3 +1,4 @@
+#include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "cuda/domains/kernels.cuh"
 
@@ -13,7 +14,7 @@ template <class... Parameters, class... Arguments>
 void launch(const char* what, void (*kernel)(Parameters...), std::uint32_t n, cudaStream_t stream,
             const Arguments&... arguments) {
   if (n == 0) return;
-  kernel<<<(n + kBlock - 1) / kBlock, kBlock, 0, stream>>>(arguments...);
+  kernel<<<blocks_for(n, kBlock), kBlock, 0, stream>>>(arguments...);
   check_cuda(cudaGetLastError(), what, __FILE__, __LINE__);
 }
 

@@ -24,8 +24,7 @@ struct SlabMargins {
   std::int64_t extent;  // along x, of a periodic world; else 0
 };
 // Lists of the parcels of the world: own ones that are not inside (low <= x < high), and the others that are
-// within the margin of another slab. num_near[k]: of the latter those within the margin of slab
-// k.
+// within the margin of another slab. num_near[k]: of the latter those within the margin of slab k.
 struct BorderLists {
   Slabs::Span inside;
   IndexList left, near;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "cuda/cuda_devices.hpp"
 #include "cuda/exact/ball_rounds.cuh"
@@ -32,11 +33,9 @@ constexpr unsigned kLanesOfPair = 2;
 // In a later window of a step a block has a dozen pairs, and the rest of the grid waits.
 constexpr unsigned kLanesOfPairInWindow = 8;
 
-unsigned blocks_for(std::uint32_t n) { return std::max(1U, (n + kBlock - 1) / kBlock); }
-
 // Several blocks share a slice in the kernels between which nothing is exchanged.
 dim3 slice_parts(const StepMemory& memory) {
-  return dim3(memory.num_slices, std::min(blocks_for(memory.active.capacity), kMaxPartsOfSlice));
+  return dim3(memory.num_slices, std::min(blocks_for(memory.active.capacity, kBlock), kMaxPartsOfSlice));
 }
 __device__ SlicePart part_of_block() { return {blockIdx.x, blockIdx.y, gridDim.y}; }
 
@@ -308,7 +307,7 @@ void launch_predict(const ExactLaunch& launch, cudaStream_t stream) {
   for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
     const auto kernel = launch.memory.region_speed2 == nullptr ? predict_kernel<kBoundary, false>
                                                                : predict_kernel<kBoundary, true>;
-    kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+    kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch);
   });
   PF_LAUNCHED("predict_kernel");
 }
@@ -328,7 +327,7 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
 }
 
 void launch_draw_paused(const ExactLaunch& launch, cudaStream_t stream) {
-  draw_paused_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+  draw_paused_kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch);
   PF_LAUNCHED("draw_paused_kernel");
 }
 

@@ -46,8 +46,8 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream);  // clusters,
 void launch_first_round(const ExactLaunch& launch, cudaStream_t stream);
 void launch_commit(const ExactLaunch& launch, cudaStream_t stream);
 
-// The first and the last kernel of a sort: keys and indices by the parcels' positions; and, after the gather,
-// positions at the current tick. The latter also sets the displacement since the sort to 0.
+// The first and the last kernel of a sort: the first counts the parcels by cell; the last, after the scatter,
+// computes positions at the current tick and sets the displacement since the sort to 0.
 void launch_count(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream);
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream);
 // Draws the present state if the request ended before its last step.

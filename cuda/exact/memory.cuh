@@ -1,8 +1,8 @@
 // Method `exact` on the device: all memory of its steps.
 //
 // Lists of clusters have buffers of their own. Arrays with an entry for each parcel lie, beside the parcels'
-// own, in arrays that a sort needs and steps do not: those that the last sort gathered from (`next`), and its
-// keys. Names are those of StepMemory; bytes are per parcel.
+// own, in arrays that a sort needs and steps do not: those that the next sort scatters to (`next`), its keys
+// and its counts. Names are those of StepMemory; bytes are per parcel.
 //
 //   array                      bytes  holds, from the end of a sort to the start of the next one
 //   current.position               8  trajectories.position: anchors

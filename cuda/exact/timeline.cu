@@ -2,8 +2,7 @@
 #include "cuda/exact/region_speeds.cuh"
 #include "cuda/exact/timeline.cuh"
 
-#include <algorithm>
-
+#include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "model/for_boundary.hpp"
 
@@ -11,8 +10,6 @@ namespace pf::cuda {
 namespace {
 
 constexpr unsigned kBlock = kExactBlock;
-
-unsigned blocks_for(std::uint32_t n) { return std::max(1U, (n + kBlock - 1) / kBlock); }
 
 __device__ std::uint32_t parcel_of_thread() { return blockIdx.x * kBlock + threadIdx.x; }
 
@@ -113,7 +110,7 @@ __global__ void copy_positions_kernel(const __grid_constant__ ExactLaunch launch
 
 void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
   reset_state_kernel<<<1, 1, 0, stream>>>(launch.state, now);
-  anchor_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, now);
+  anchor_kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch, now);
   set_speed_kernel<<<1, 1, 0, stream>>>(launch.state);
   PF_LAUNCHED("anchor_kernel");
 }
@@ -124,19 +121,19 @@ void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream) 
 }
 
 void launch_count(const ExactLaunch& launch, const SortKeys& keys, cudaStream_t stream) {
-  count_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, keys);
+  count_kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch, keys);
   PF_LAUNCHED("count_kernel");
 }
 
 void launch_locate(const ExactLaunch& launch, cudaStream_t stream) {
   for_boundary(launch.run.physics.world.boundary, [&]<Boundary kBoundary>() {
-    locate_kernel<kBoundary><<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch);
+    locate_kernel<kBoundary><<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch);
   });
   PF_LAUNCHED("locate_kernel");
 }
 
 void launch_copy_positions(const ExactLaunch& launch, Vec2i* out, cudaStream_t stream) {
-  copy_positions_kernel<<<blocks_for(launch.space.num_parcels), kBlock, 0, stream>>>(launch, out);
+  copy_positions_kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch, out);
   PF_LAUNCHED("copy_positions_kernel");
 }
 

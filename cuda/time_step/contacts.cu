@@ -1,5 +1,6 @@
 // Touching pairs, and the sums of their contacts.
 #include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"
@@ -11,7 +12,7 @@ namespace {
 
 constexpr unsigned kContactBlock = 128;
 constexpr unsigned kListsOfWarp = 4;  // that a warp of contact_kernel works off together
-static_assert(kReadTogether <= kReadBeyond + 1);
+static_assert(kReadTogether - 1 <= kReadBeyond);
 
 __device__ bool is_copy(const StepLaunch& launch, std::uint32_t i) {
   return (launch.from.id[i] & kCopyBit) != 0;
@@ -29,7 +30,7 @@ __device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list)
   return min(kPairList, num_searched<kBorders>(launch) - list * kPairList);
 }
 
-// Bound since the sort, along an axis; kHalfSide: parcels may be anywhere.
+// Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
 __device__ std::int32_t displacement_since_sort(const StepState& state) {
   const auto bound = static_cast<unsigned long long>(__ldg(&state.max_displacement));
   constexpr std::uint32_t kMost = kHalfSide;
@@ -232,8 +233,6 @@ __global__ void __launch_bounds__(kContactBlock)
   __syncthreads();
   if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
 }
-
-unsigned blocks_for(std::uint32_t num, unsigned block) { return (num + block - 1) / block; }
 
 template <class Contact, bool kBorders, Boundary kBoundary>
 void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {

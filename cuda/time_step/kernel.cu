@@ -1,6 +1,7 @@
 #include "cuda/time_step/kernel.cuh"
 
 #include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
 #include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
@@ -88,7 +89,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
   return sums;
 }
 
-// The same for all parcels.
+// What is the same for all parcels of a step.
 struct OfStep {
   std::int32_t reach;
   std::uint32_t key;
@@ -184,8 +185,7 @@ __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
-  const unsigned blocks = (launch.num + kBlock - 1) / kBlock;
-  launch_in_turn(kernel, blocks, kBlock, stream, launch);
+  launch_in_turn(kernel, blocks_for(launch.num, kBlock), kBlock, stream, launch);
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
 // The kernels of the time-stepped methods. A step is done in one of two ways, with the same bits.
 //
-// Of few parcels step_kernel does a whole step in one thread for each, in the order of the last sort: it
-// searches the cells that the parcel's search box covers, sums its contacts, moves it, and in the last step
-// of a frame writes what is drawn. It reads from arrays that it does not write. A launch is its main cost.
+// Of few parcels, or where many touch, step_kernel does a whole step in one thread for each, in the order of
+// the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves it, and
+// in the last step of a frame writes what is drawn. It reads from arrays that it does not write. A launch is
+// its main cost where parcels are few.
 //
-// Of many parcels three kernels do it, with 0.7 of the instructions: find_pairs_kernel finds each
-// pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place and
-// draws.
+// Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
+// each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
+// and draws.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once

@@ -1,5 +1,6 @@
 // The move of parcels whose contacts are summed.
 #include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
 #include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
@@ -80,12 +81,11 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
 
 void launch_move(const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
-  constexpr unsigned kOfBlock = kMoveBlock * kPerThread;
-  const unsigned blocks = (launch.num + kOfBlock - 1) / kOfBlock;
+  const unsigned num_blocks = blocks_for(launch.num, kMoveBlock * kPerThread);
   const Physics& physics = launch.constants.physics;
   for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {
     const auto kernel = physics.ball.exists ? move_kernel<true, kBoundary> : move_kernel<false, kBoundary>;
-    launch_in_turn(kernel, blocks, kMoveBlock, stream, launch);
+    launch_in_turn(kernel, num_blocks, kMoveBlock, stream, launch);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/portable_math.hpp"
 #include "cuda/cuda_backend.hpp"
 #include "cuda/cuda_devices.hpp"
 #include "support/scene_support.hpp"
@@ -27,6 +28,20 @@ inline std::vector<Settings> scenes(std::int64_t n) {
     if (n <= 2) in_court.area_fraction = 0.01;  // so few parcels would be wider than the court
     list.push_back(in_court);
     list.push_back(gas(n, n <= 2 ? 0.05 : 0.2, boundary));
+  }
+  return list;
+}
+
+// Periodic worlds that are one, two and a few cells wide, or high: search boxes cross an edge, or cover all.
+inline std::vector<Settings> narrow_scenes(std::int64_t n) {
+  constexpr double kAreaFraction = 0.2;
+  const double area = static_cast<double>(n) * kPi / (4.0 * kAreaFraction);  // in diameters
+  std::vector<Settings> list;
+  for (const double diameters : {2.2, 3.0, 7.5}) {
+    Settings narrow = gas(n, kAreaFraction, Boundary::periodic), flat = narrow;
+    narrow.width_m = flat.height_m = diameters * diameters / area;  // of the other side
+    list.push_back(narrow);
+    list.push_back(flat);
   }
   return list;
 }

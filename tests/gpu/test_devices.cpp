@@ -5,9 +5,7 @@
 #include <string>
 
 #include "core/error.hpp"
-#include "cuda/cuda_backend.hpp"
-#include "cuda/cuda_devices.hpp"
-#include "support/scene_support.hpp"
+#include "gpu/gpu_scenes.hpp"
 
 namespace pf::test {
 namespace {
@@ -42,12 +40,14 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
-// Few parcels, `spring` and a crowd, of which steps in one kernel are faster.
+// Few parcels, `spring`, a crowd and narrow worlds, of which steps in one kernel are faster.
 TEST_F(Devices, StepsInPartsGiveTheSameBits) {
   Settings spring = court(50000, Boundary::periodic), crowd = court(50000, Boundary::walls);
   spring.method = Method::spring;
   crowd.area_fraction = 0.6;
-  for (const Settings& s : {court(50000, Boundary::open), spring, crowd}) {
+  std::vector<Settings> list = narrow_scenes(600);
+  list.insert(list.end(), {court(50000, Boundary::open), spring, crowd});
+  for (const Settings& s : list) {
     ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
     const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
     limit("many_parcels=1");

@@ -37,6 +37,18 @@ TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
   }
 }
 
+TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
+  for (const char* limits : {"", "many_parcels=1"}) {
+    limit(limits);
+    for (Settings s : narrow_scenes(200)) {
+      for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
+        s.method = method;
+        EXPECT_GT(expect_same_bits(s, 35).num_collisions, 0U);
+      }
+    }
+  }
+}
+
 TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
   limit("many_parcels=1");
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
