@@ -104,6 +104,10 @@ def resume(folder):
     first = before["points"][0]
     # Wall times never repeat: an equal one is that of the old point.
     require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
+    whole = (folder / "t/terms.json").read_text()
+    done = lab(folder, "terms", "--quick", "--scene", "regulation", "--out", "t", "--resume")
+    require(done.returncode == 2 and "was measured with --scene court; give that" in done.stderr, done.stderr)
+    require((folder / "t/terms.json").read_text() == whole, "the flights of another scene were touched")
 
 
 def stopped(folder):
