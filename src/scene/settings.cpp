@@ -208,6 +208,7 @@ void set_from_text(const Field& field, Settings& settings, const std::string& te
                  [&](std::string Settings::*member) {
                    if (static_cast<double>(text.size()) > field.max)
                      refuse(field, text, where, "is too long");
+                   if (!is_utf8(text)) refuse(field, text, where, "is not UTF-8");
                    settings.*member = text;
                  },
                  [&](const Choice& choice) { choice.set(settings, choice_from(field, choice, text, where)); },

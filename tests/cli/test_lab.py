@@ -28,8 +28,8 @@ def environment(folder):
 
 
 def lab(folder, *arguments):
-    return subprocess.run([PROGRAM, "lab", *arguments], cwd=folder, capture_output=True, text=True, timeout=100,
-                          env=environment(folder))
+    return subprocess.run([PROGRAM, "lab", *arguments], cwd=folder, capture_output=True, text=True, errors="replace",
+                          timeout=100, env=environment(folder))
 
 
 def refusals(folder):
@@ -46,6 +46,8 @@ def refusals(folder):
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
     done = lab(folder, "all", "--quick", "--scene", "gas")
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+    done = lab(folder, "terms", "--quick", "--scene", b"a\xff.toml")
+    require(done.returncode == 2 and "is not UTF-8; rename the file" in done.stderr, done.stderr)
     require(not (folder / "lab-all").exists(), "other studies ran before the scene of terms was refused")
     done = lab(folder, "plot", "full")
     require(done.returncode == 2 and "no result of a study" in done.stderr, done.stderr)

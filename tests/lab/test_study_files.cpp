@@ -124,6 +124,15 @@ TEST(StudyFiles, AResultIsMadeWhereALinkLeads) {
   EXPECT_EQ(json::parse(text_of(folder.path() / "kept" / "result.json")), whole_result());
 }
 
+TEST(StudyFiles, ANameThatIsNotUtf8DoesNotStopAResult) {
+  const TemporaryFolder folder;
+  json result = whole_result();
+  result["machine"]["devices"] = {{{"series", "cpu"}, {"device", "a \xFF b"}}};
+  save_study(folder.path(), result);
+  EXPECT_EQ(json::parse(text_of(folder.path() / "terms.json"))["machine"]["devices"][0]["device"],
+            "a \uFFFD b");
+}
+
 TEST(StudyFiles, LinksInARingAreReplaced) {
   const TemporaryFolder folder;
   fs::create_symlink("other.json", folder.path() / "terms.json");
