@@ -95,12 +95,12 @@ std::string_view whole_digits(std::string_view text) {
 std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
   const double value = double_from(field, text, where);
   if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
-  constexpr std::int64_t kMax = 1LL << 53;
-  if (value == static_cast<double>(kMax)) {
+  if (value == kMaxExactInteger) {
     std::int64_t exact = 0;
     const std::string_view digits = whole_digits(text);
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), exact);
-    if (error != std::errc() || exact != kMax) refuse(field, text, where, "is out of range");
+    if (error != std::errc() || exact != static_cast<std::int64_t>(value))
+      refuse(field, text, where, "is out of range");
   }
   return static_cast<std::int64_t>(value);
 }
@@ -137,7 +137,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string limit_text(double limit) {
-  constexpr double kMaxExactInteger = 9007199254740992.0;
   if (limit == kMaxExactInteger) return "2^53";
   for (const auto& [unit, name] : {std::pair(1e9, "billion"), std::pair(1e6, "million")}) {
     const double number = limit / unit;
