@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 namespace pf {
 
@@ -15,6 +16,32 @@ inline std::string in_quotes(const std::string& text) {
     if (byte < 0x20 || byte == 0x7F) c = '?';
   }
   return "'" + shown + (text.size() > kMaxBytes ? "...'" : "'");
+}
+
+// Number of bytes of the first character of a text in UTF-8; 0 if the text does not begin with one.
+inline std::size_t utf8_length(std::string_view text) {
+  constexpr char32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // of a character of so many bytes
+  const auto first = static_cast<unsigned char>(text.empty() ? 0xFF : text[0]);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC0 || first >= 0xF8 || text.size() < length) return 0;
+  char32_t point = first & (0xFFU >> (length + 1));
+  for (const char c : text.substr(1, length - 1)) {
+    if ((c & 0xC0) != 0x80) return 0;
+    point = point << 6 | (c & 0x3FU);
+  }
+  const bool is_surrogate = point >= 0xD800 && point < 0xE000;
+  return point >= kLeast[length] && point <= 0x10FFFF && !is_surrogate ? length : 0;
+}
+
+// Whether a text is UTF-8, as TOML and JSON ask for. Names of files need not be.
+inline bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    if (length == 0) return false;
+    text.remove_prefix(length);
+  }
+  return true;
 }
 
 // True if a key of a TOML text has so many parts that its tables, nested in each other, would overflow the

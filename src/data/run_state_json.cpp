@@ -9,15 +9,13 @@
 #include "app/input_log.hpp"
 #include "app/json_number.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
+#include "model/methods.hpp"
 
 namespace pf {
 namespace {
 
 using nlohmann::json;
-
-double number_in(const json& stored) {
-  return stored.is_null() ? std::numeric_limits<double>::quiet_NaN() : stored.get<double>();
-}
 
 // null stands for NaN.
 struct Storing {
@@ -36,25 +34,90 @@ struct Storing {
     else
       to[key] = value;
   }
+  void time(const char* key, const auto& value) { (*this)(key, value); }
+  void at_most(std::uint32_t, const char* key, std::uint32_t value) { (*this)(key, value); }
 };
 
-struct Reading {
-  const json& from;
-  void operator()(const char* key, double& value) { value = number_in(from.at(key)); }
-  void operator()(const char* key, Vec2d& value) {
-    value = {number_in(from.at(key).at(0)), number_in(from.at(key).at(1))};
+constexpr std::uint64_t last_of(Air) { return static_cast<std::uint64_t>(Air::parcels); }
+constexpr std::uint64_t last_of(Method) { return kMethods.size() - 1; }
+
+// Refuses whatever the program would not have written.
+class Reading {
+ public:
+  // name: of the part, for messages that begin with `where`.
+  Reading(const json& from, const char* name, const std::string& where)
+      : from_(from), name_(name), where_(where) {}
+
+  void operator()(const char* key, double& value) const { value = number(key, at(key)); }
+  void operator()(const char* key, Vec2d& value) const {
+    const json& pair = at(key);
+    if (!pair.is_array() || pair.size() != 2) refuse(key, "a pair of numbers");
+    value = {number(key, pair[0]), number(key, pair[1])};
   }
-  void operator()(const char* key, std::optional<double>& value) {
+  void operator()(const char* key, std::optional<double>& value) const {
     value.reset();
-    if (from.contains(key)) value = number_in(from.at(key));
+    if (from_.contains(key)) value = number(key, at(key));
   }
   template <class T>
-  void operator()(const char* key, T& value) {
-    if constexpr (std::is_enum_v<T>)
-      value = static_cast<T>(from.at(key).get<int>());
-    else
-      value = from.at(key).get<T>();
+  void operator()(const char* key, T& value) const {
+    // Counts are not negative. The ball's tick counts from now.
+    constexpr std::int64_t kLeast = std::is_same_v<T, std::int32_t> ? INT32_MIN : 0;
+    if constexpr (std::is_same_v<T, bool>) {
+      if (!at(key).is_boolean()) refuse(key, "true or false");
+      value = at(key).template get<bool>();
+    } else if constexpr (std::is_enum_v<T>) {
+      value = static_cast<T>(whole(key, kLeast, last_of(T{})));
+    } else {
+      value = static_cast<T>(whole(key, kLeast, std::numeric_limits<T>::max()));
+    }
   }
+  // A time, or a length of one.
+  void time(const char* key, double& value) const {
+    (*this)(key, value);
+    if (!(value >= 0.0)) refuse(key, "a number that is not negative");
+  }
+  void time(const char* key, std::optional<double>& value) const {
+    (*this)(key, value);
+    if (value && !(*value >= 0.0)) refuse(key, "a number that is not negative");
+  }
+  void at_most(std::uint32_t limit, const char* key, std::uint32_t& value) const {
+    value = static_cast<std::uint32_t>(whole(key, 0, limit));
+  }
+
+ private:
+  [[noreturn]] void fail(const char* key, const std::string& reason) const {
+    throw UserError(
+        fmt::format("{}: the state of the run is damaged: {}.{} {}; give an earlier checkpoint, or another "
+                    "frame of a dump",
+                    where_, name_, key, reason));
+  }
+  [[noreturn]] void refuse(const char* key, const std::string& allowed) const {
+    const std::string value = at(key).dump(-1, ' ', false, json::error_handler_t::replace);
+    fail(key, fmt::format("is {}, and must be {}", in_quotes(value), allowed));
+  }
+  const json& at(const char* key) const {
+    const auto found = from_.find(key);
+    if (found == from_.end()) fail(key, "is missing");
+    return *found;
+  }
+  double number(const char* key, const json& stored) const {
+    if (stored.is_null()) return std::numeric_limits<double>::quiet_NaN();
+    if (!stored.is_number()) refuse(key, "a number, or null");
+    return stored.get<double>();
+  }
+  // A number from least, at most 0, to most. A negative one comes back modulo 2^64.
+  std::uint64_t whole(const char* key, std::int64_t least, std::uint64_t most) const {
+    const json& stored = at(key);
+    const bool fits = stored.is_number_unsigned()
+                          ? stored.get<std::uint64_t>() <= most
+                          : stored.is_number_integer() && stored.get<std::int64_t>() >= least;
+    if (!fits) refuse(key, fmt::format("a whole number from {} to {}", least, most));
+    return stored.get<std::uint64_t>();
+  }
+
+  const json& from_;
+  const char* name_;
+  const std::string& where_;
 };
 
 // ---- what is stored, once for both directions
@@ -70,7 +133,7 @@ void visit_ball(Archive& a, Ball& ball) {
 template <class Archive, class Exact>
 void visit_exact(Archive& a, Exact& exact) {
   a("now", exact.now);
-  a("tick_exponent", exact.tick_exponent);
+  a.at_most(kMaxTickExponent, "tick_exponent", exact.tick_exponent);
   a("ball_holds", exact.ball_holds);
   a("ball_anchor_units", exact.ball.anchor_units);
   a("ball_velocity_mps", exact.ball.velocity_mps);
@@ -108,13 +171,13 @@ void visit_flight(Archive& a, Record& flight) {
   a("disturbed", flight.disturbed);
   a("air", flight.air);
   a("method", flight.method);
-  a("set_dt_s", flight.set_dt_s);
+  a.time("set_dt_s", flight.set_dt_s);
   a("half_step", flight.half_step);
-  a("dt_s", flight.dt_s);
+  a.time("dt_s", flight.dt_s);
   a("speed_mps", flight.speed_mps);
   a("spin_radps", flight.spin_radps);
   a("num_steps", flight.num_steps);
-  a("compute_ms", flight.compute_ms);
+  a.time("compute_ms", flight.compute_ms);
   a("start_energy_j", flight.start_energy_j);
   a("end_energy_j", flight.end_energy_j);
 }
@@ -132,13 +195,13 @@ template <class Archive, class State>
 void visit_run(Archive& a, State& state) {
   a("step", state.backend.parcels.step);
   a("ball_was_set", state.backend.ball_was_set);
-  a("exact_s", state.backend.exact_s);
+  a.time("exact_s", state.backend.exact_s);
   a("air_seed", state.air_seed);
   a("flight_seed", state.flight_seed);
-  a("simulated_s", state.simulated_s);
-  a("shown_s", state.shown_s);
-  a("launched_at_s", state.launched_at_s);
-  a("landed_for_s", state.landed_for_s);
+  a.time("simulated_s", state.simulated_s);
+  a.time("shown_s", state.shown_s);
+  a.time("launched_at_s", state.launched_at_s);
+  a.time("landed_for_s", state.landed_for_s);
   a("ball_distance_m", state.ball_distance_m);
   a("collision_rate_per_s", state.collision_rate_per_s);
   a("num_launches", state.num_launches);
@@ -148,7 +211,7 @@ void visit_run(Archive& a, State& state) {
   a("left_once", state.left_once);
   a("by_hand", state.by_hand);
   a("paused", state.paused);
-  a("scene_dt_s", state.scene_dt_s);
+  a.time("scene_dt_s", state.scene_dt_s);
   a("num_frames", state.num_frames);
   a("frames_after_flight", state.frames_after_flight);
 }
@@ -159,12 +222,6 @@ json part_of(const Part& part, const Visit& visit) {
   Storing storing{object};
   visit(storing, part);
   return object;
-}
-
-template <class Part, class Visit>
-void read_part(const json& object, Part& part, const Visit& visit) {
-  Reading reading{object};
-  visit(reading, part);
 }
 
 // Calls apply(name, part, visit) for each part that is written and read alike.
@@ -207,12 +264,14 @@ RunState run_state_from_text(const std::string& text, const std::vector<std::str
     state.settings.name = object.at("scene").get<std::string>();
     apply_edits(base, state.settings, where);
     apply_edits(object.at("settings").get<std::vector<std::string>>(), state.settings, where);
-    for_each_part(state, [&](const char* name, auto& part, const auto& visit) {
-      read_part(object.at(name), part, visit);
-    });
+    const auto read = [&](const char* name, auto& part, const auto& visit) {
+      Reading reading(object.at(name), name, where);
+      visit(reading, part);
+    };
+    for_each_part(state, read);
     ExactSnapshot& exact = state.backend.exact;
     exact.active = object.contains("exact");
-    if (exact.active) read_part(object.at("exact"), exact, [](auto& a, auto& s) { visit_exact(a, s); });
+    if (exact.active) read("exact", exact, [](auto& a, auto& s) { visit_exact(a, s); });
   } catch (const json::exception&) {
     throw UserError(fmt::format(
         "{}: does not have the state of a run; give a file that --checkpoint or --dump wrote", where));

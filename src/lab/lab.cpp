@@ -216,10 +216,20 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   return result["complete"].get<bool>() && result.value("failed", json::array()).empty();
 }
 
+// The keys of study terms begin with the scene: a term is compared with the same flight with all of them.
+void check_scene(const json& points, const LabContext& context, const LabOptions& options) {
+  for (const json& row : points) {
+    const std::string key = row.at("key"), scene = key.substr(0, key.rfind('/'));
+    if (scene != context.scene)
+      refuse_to_resume(options.out, "terms", fmt::format("was measured with --scene {}; give that", scene));
+  }
+}
+
 // Throws UserError if the earlier run in the folder cannot be continued.
 void check_resume(const Study& study, const LabContext& context, const LabOptions& options) {
   json result = start_result(study, context);
   resume_study(options.out, study, result);
+  if (study.name == "terms") check_scene(result["points"], context, options);
   try {
     study.conclude(result);
   } catch (const json::exception&) {

@@ -1,22 +1,38 @@
-// Mean of a list of values and its standard error from their scatter.
+// Mean of equally weighted samples and its standard error from their scatter.
 #pragma once
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace pf {
+
+// For samples that come one by one (Welford 1962).
+class Mean {
+ public:
+  void add(double x) {
+    const double off = x - mean_;
+    mean_ += off / ++num_;
+    squares_ += off * (x - mean_);
+  }
+  // Not a number without samples.
+  double value() const { return num_ > 0 ? mean_ : std::numeric_limits<double>::quiet_NaN(); }
+  // 0 for one sample.
+  double error() const { return num_ > 1 ? std::sqrt(squares_ / (1.0 * num_ * (num_ - 1))) : 0.0; }
+
+ private:
+  double mean_ = 0.0, squares_ = 0.0;  // sum of squared distances from the mean
+  int num_ = 0;
+};
 
 struct MeanError {
   double mean, sigma;
 };
 
-// values: at least one; sigma is 0 for one.
 inline MeanError mean_and_error(const std::vector<double>& values) {
-  double sum = 0.0, squares = 0.0;
-  for (const double value : values) sum += value;
-  const double n = static_cast<double>(values.size()), mean = sum / n;
-  for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, n > 1.0 ? std::sqrt(squares / (n * (n - 1.0))) : 0.0};
+  Mean mean;
+  for (const double value : values) mean.add(value);
+  return {mean.value(), mean.error()};
 }
 
 }  // namespace pf

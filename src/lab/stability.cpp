@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "app/energy_watch.hpp"
 #include "app/scene_run.hpp"
 #include "lab/frame_cases.hpp"
 #include "lab/gas_case.hpp"
@@ -17,9 +18,8 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Method kMethods[] = {Method::impulse, Method::spring, Method::exact};
+constexpr Method kMeasuredMethods[] = {Method::impulse, Method::spring, Method::exact};
 constexpr double kTolerance = 0.05;  // of rate and energy: above three standard errors of the maps' runs
-constexpr double kBlownUp = 10.0;    // times the energy
 constexpr double kOverlap = 0.1;     // diameters
 constexpr std::int64_t kMapDiscs = 1000;
 constexpr double kMapCollisions = 10.0;  // per disc
@@ -37,7 +37,7 @@ const char* class_of(const json& row, double expected_energy_ratio, double expec
     return row.at(key).is_number() ? row.at(key).get<double>() : INFINITY;
   };
   const double energy = value("energy_ratio") / expected_energy_ratio;
-  if (value("num_invalid") > 0.0 || !(energy < kBlownUp)) return "blown up";
+  if (value("num_invalid") > 0.0 || !(energy < EnergyWatch::kBlownUp)) return "blown up";
   if (energy > 1.0 + kTolerance) return "energy grows";
   if (energy < 1.0 - kTolerance) return "energy lost";
   if (value("collisions") < (1.0 - kTolerance) * expected_collisions) return "collisions missed";
@@ -122,7 +122,7 @@ struct Planner {
   }
 
   void add_maps(const LabDevice& device) {
-    for (const Method method : kMethods) {
+    for (const Method method : kMeasuredMethods) {
       for (const double dt : map_steps(context.quick)) add_map_cells(device, method, dt);
     }
   }
@@ -146,7 +146,7 @@ struct Planner {
   }
 
   void add_missed(const LabDevice& device) {
-    for (const Method method : kMethods) {
+    for (const Method method : kMeasuredMethods) {
       for (const double step : {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0}) {
         if (method == Method::spring && step > 0.2)
           continue;  // a contact of 20 steps lasts longer than the passage
@@ -178,7 +178,7 @@ struct Planner {
                     {"energy_ratio", spring_pair_energy(step, device.make())}};
       });
     }
-    for (const Method method : kMethods) add_triples(device, method);
+    for (const Method method : kMeasuredMethods) add_triples(device, method);
   }
 
   void add_triples(const LabDevice& device, Method method) {

@@ -81,6 +81,11 @@ bool is_result_of(const json& result, const Study& study) {
                      [](const json& row) { return row.is_object() && has_text(row, "key"); });
 }
 
+// Names of devices and scenes need not be UTF-8.
+std::string text_of(const json& result) {
+  return result.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
 json read_json(const fs::path& file) {
   std::ifstream in(file);
   return json::parse(in, nullptr, false);
@@ -173,7 +178,7 @@ std::string csv_of(const json& points) {
 
 void save_study(const fs::path& folder, const json& result) {
   const std::string name = result.at("study");
-  write_text(folder / (name + ".json"), result.dump(1) + "\n");
+  write_text(folder / (name + ".json"), text_of(result));
   write_text(folder / (name + ".csv"), csv_of(result.at("points")));
 }
 
@@ -196,7 +201,7 @@ std::string keep_accuracy_table(const fs::path& folder, const fs::path& kept) {
   std::error_code ignored;
   fs::create_directories(kept.parent_path(), ignored);
   try {
-    write_text(kept, table.dump(1) + "\n");
+    write_text(kept, text_of(table));
   } catch (const UserError& error) {
     return fmt::format("--accuracy does not get the new table: {}", error.what());
   }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 #include "lab/flight_case.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
@@ -62,6 +63,11 @@ json fly_variant(const LabDevice& device, Settings s, const Variant& variant, in
 }
 
 std::vector<LabPoint> plan(const LabContext& context) {
+  if (!is_utf8(context.scene)) {
+    throw UserError(
+        fmt::format("lab terms: results cannot name scene {}, which is not UTF-8; rename the file",
+                    in_quotes(context.scene)));
+  }
   Settings scene = load_scene(context.scene);
   if (!scene.ball_present || scene.ball_held || scene.boundary != Boundary::open ||
       scene.air != Air::parcels) {

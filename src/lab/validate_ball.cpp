@@ -8,6 +8,7 @@
 #include "core/timing.hpp"
 #include "lab/free_stream.hpp"
 #include "lab/gas_case.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"

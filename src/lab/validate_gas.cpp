@@ -1,13 +1,15 @@
 // Validation of the gas in equilibrium: collision rate and pressure.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/parallel_for.hpp"
-#include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 

@@ -1,7 +1,9 @@
 // Validation of single collisions of two bodies.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "app/scene_run.hpp"
 #include "app/step_request.hpp"

@@ -6,6 +6,7 @@
 
 #include "app/scene_run.hpp"
 #include "core/timing.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"

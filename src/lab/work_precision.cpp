@@ -140,7 +140,7 @@ std::vector<double> ball_ladder(Method method) {
   return {0.5};
 }
 
-constexpr Method kMethods[] = {Method::exact, Method::impulse, Method::spring};
+constexpr Method kMeasuredMethods[] = {Method::exact, Method::impulse, Method::spring};
 
 struct Planner {
   const LabContext& context;
@@ -164,7 +164,7 @@ struct Planner {
 
   void add_gas(const LabDevice& device, double eta, double e) {
     const GasCase gas{sizes_for(context, device).gas_parcels, eta, e};
-    for (const Method method : kMethods) {
+    for (const Method method : kMeasuredMethods) {
       for (const double dt : gas_ladder(method, eta, context.quick)) {
         add(device, {"gas", eta, e, method}, dt, [this_context = context, device, gas, method, dt] {
           return gas_point(this_context, device, gas, {method, dt});
@@ -176,7 +176,7 @@ struct Planner {
   void add_paths(const LabDevice& device, double eta) {
     const GasCase gas{context.quick ? 4000 : 16000, eta, 1.0};
     const double mean_time = 1.0 / theory_rate(eta);
-    for (const Method method : kMethods) {
+    for (const Method method : kMeasuredMethods) {
       const int num = method == Method::exact ? 1 : 8;
       const double first = method == Method::spring    ? 1.0 / 64
                            : method == Method::impulse ? 1.0 / 16
@@ -191,7 +191,7 @@ struct Planner {
 
   void add_flights(const LabDevice& device, double eta, double e) {
     const CourtCase court{sizes_for(context, device).flight_parcels, eta, e};
-    for (const Method method : kMethods) {
+    for (const Method method : kMeasuredMethods) {
       for (const double displacement : ball_ladder(method)) {
         add(device, {"ball", eta, e, method}, displacement,
             [num_seeds = context.quick ? 8 : 16, device, court, method, displacement] {

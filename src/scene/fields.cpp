@@ -8,7 +8,6 @@ namespace {
 
 constexpr double kMaxParcels = 1e9;
 constexpr double kMaxSpeed = 1e5;
-constexpr double kMaxExactInteger = 9007199254740992.0;  // 2^53: the ends of a range are doubles
 constexpr double kMaxText = 1000;
 
 constexpr Effects kNothing{false, false, false};

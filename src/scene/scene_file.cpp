@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <map>
+#include <string_view>
 
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
@@ -178,15 +179,19 @@ Settings load_scene(const std::string& name_or_path) {
 
 std::string toml_string(const std::string& text) {
   std::string out = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      out += {'\\', c};
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = utf8_length(std::string_view(text).substr(at));
+    const auto byte = static_cast<unsigned char>(text[at]);
+    if (length == 0) {
+      out += "\\uFFFD";
+    } else if (byte == '"' || byte == '\\') {
+      out += {'\\', text[at]};
     } else if (byte < 0x20 || byte == 0x7F) {
       out += fmt::format("\\u{:04X}", byte);
     } else {
-      out += c;
+      out.append(text, at, length);
     }
+    at += std::max<std::size_t>(length, 1);
   }
   return out + '"';
 }

@@ -40,7 +40,7 @@ std::vector<SceneEntry> list_scenes();
 // Loads a scene by name, or by path if it ends in .toml. Throws UserError with the known scenes.
 Settings load_scene(const std::string& name_or_path);
 
-// Formats text as a TOML basic string with its quotes.
+// Formats text as a TOML basic string with its quotes. A byte that is not UTF-8 becomes U+FFFD.
 std::string toml_string(const std::string& text);
 
 }  // namespace pf

@@ -95,12 +95,12 @@ std::string_view whole_digits(std::string_view text) {
 std::int64_t integer_from(const Field& field, const std::string& text, const std::string& where) {
   const double value = double_from(field, text, where);
   if (value != std::floor(value)) refuse(field, text, where, "is not a whole number");
-  constexpr std::int64_t kMax = 1LL << 53;
-  if (value == static_cast<double>(kMax)) {
+  if (value == kMaxExactInteger) {
     std::int64_t exact = 0;
     const std::string_view digits = whole_digits(text);
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), exact);
-    if (error != std::errc() || exact != kMax) refuse(field, text, where, "is out of range");
+    if (error != std::errc() || exact != static_cast<std::int64_t>(value))
+      refuse(field, text, where, "is out of range");
   }
   return static_cast<std::int64_t>(value);
 }
@@ -137,7 +137,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 }  // namespace
 
 std::string limit_text(double limit) {
-  constexpr double kMaxExactInteger = 9007199254740992.0;
   if (limit == kMaxExactInteger) return "2^53";
   for (const auto& [unit, name] : {std::pair(1e9, "billion"), std::pair(1e6, "million")}) {
     const double number = limit / unit;
@@ -208,6 +207,7 @@ void set_from_text(const Field& field, Settings& settings, const std::string& te
                  [&](std::string Settings::*member) {
                    if (static_cast<double>(text.size()) > field.max)
                      refuse(field, text, where, "is too long");
+                   if (!is_utf8(text)) refuse(field, text, where, "is not UTF-8");
                    settings.*member = text;
                  },
                  [&](const Choice& choice) { choice.set(settings, choice_from(field, choice, text, where)); },

@@ -117,6 +117,9 @@ struct Field {
 
 const std::vector<Field>& fields();
 
+// Up to here a double holds every whole number: the ends of a field's range are doubles.
+constexpr double kMaxExactInteger = 0x1p53;
+
 // A limit as people say it: 0.7, 20 million, 1 billion, 2^53.
 std::string limit_text(double limit);
 // The allowed range of a number without its unit, as "0 to 1 billion".

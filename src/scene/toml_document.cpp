@@ -47,7 +47,7 @@ std::string text_of(const toml::node& node, const Field& field, const std::strin
   if (expected.starts_with("a number") && node.is_floating_point()) {
     // From 2^53 on the file may have had other digits; as a power, a whole number will not take it.
     const double value = *node.value<double>();
-    return std::fabs(value) < 9007199254740992.0 ? fmt::format("{}", value) : fmt::format("{:.16e}", value);
+    return std::fabs(value) < kMaxExactInteger ? fmt::format("{}", value) : fmt::format("{:.16e}", value);
   }
   throw UserError(fmt::format("{}: {} has a value of the wrong type; it takes {}, as {} = {}", where,
                               field.path(), expected, field.key,

@@ -28,8 +28,8 @@ def environment(folder):
 
 
 def lab(folder, *arguments):
-    return subprocess.run([PROGRAM, "lab", *arguments], cwd=folder, capture_output=True, text=True, timeout=100,
-                          env=environment(folder))
+    return subprocess.run([PROGRAM, "lab", *arguments], cwd=folder, capture_output=True, text=True, errors="replace",
+                          timeout=100, env=environment(folder))
 
 
 def refusals(folder):
@@ -46,6 +46,8 @@ def refusals(folder):
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
     done = lab(folder, "all", "--quick", "--scene", "gas")
     require(done.returncode == 2 and "--scene" in done.stderr, done.stderr)
+    done = lab(folder, "terms", "--quick", "--scene", b"a\xff.toml")
+    require(done.returncode == 2 and "is not UTF-8; rename the file" in done.stderr, done.stderr)
     require(not (folder / "lab-all").exists(), "other studies ran before the scene of terms was refused")
     done = lab(folder, "plot", "full")
     require(done.returncode == 2 and "no result of a study" in done.stderr, done.stderr)
@@ -104,6 +106,10 @@ def resume(folder):
     first = before["points"][0]
     # Wall times never repeat: an equal one is that of the old point.
     require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
+    whole = (folder / "t/terms.json").read_text()
+    done = lab(folder, "terms", "--quick", "--scene", "regulation", "--out", "t", "--resume")
+    require(done.returncode == 2 and "was measured with --scene court; give that" in done.stderr, done.stderr)
+    require((folder / "t/terms.json").read_text() == whole, "the flights of another scene were touched")
 
 
 def stopped(folder):

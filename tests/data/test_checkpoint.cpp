@@ -5,11 +5,14 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 #include "app/run_state.hpp"
 #include "core/error.hpp"
 #include "data/checkpoint_file.hpp"
 #include "data/random_scenes.hpp"
+#include "data/read_start.hpp"
+#include "data/run_state_json.hpp"
 #include "unit/temporary_folder.hpp"
 
 namespace pf::test {
@@ -228,6 +231,77 @@ TEST_F(Checkpoint, NamesTheReason) {
   EXPECT_NE(refusal().find("has format '3', and this program reads 2"), std::string::npos) << refusal();
   std::filesystem::remove(file_);
   EXPECT_NE(refusal().find("cannot be read"), std::string::npos);
+}
+
+// Such as a checksum does not notice, since somebody has made a new one.
+TEST_F(Checkpoint, RefusesNumbersThatCannotBe) {
+  Simulation simulation(random_scene(2).settings, make_cpu_backend(1));
+  advance(simulation, 3);
+  RunState state;
+  simulation.save(state);
+  const std::string whole = run_state_text(state, {});
+  const auto refusal_with = [&](const char* part, const char* key, const char* value) -> std::string {
+    nlohmann::json damaged = nlohmann::json::parse(whole);
+    damaged.at(part).at(key) = nlohmann::json::parse(value);
+    try {
+      run_state_from_text(damaged.dump(), {}, "a.state");
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal_with("flight", "method", "2"), "");
+  EXPECT_EQ(refusal_with("flight", "method", "7"),
+            "a.state: the state of the run is damaged: flight.method is '7', and must be a whole number from "
+            "0 to 2; "
+            "give an earlier checkpoint, or another frame of a dump");
+  EXPECT_EQ(refusal_with("exact", "ball_tick", "-5"), "");
+  EXPECT_EQ(refusal_with("totals", "event_hash", "18446744073709551615"), "");
+  const char* const wrong[][3] = {{"flight", "air", "3"},
+                                  {"flight", "method", "-1"},
+                                  {"flight", "method", "1.5"},
+                                  {"flight", "dt_s", "null"},
+                                  {"totals", "num_steps", "-1"},
+                                  {"totals", "num_steps", "1e300"},
+                                  {"totals", "first_invalid_id", "4294967296"},
+                                  {"totals", "ball_impulse_kg_mps", "[1.0]"},
+                                  {"run", "num_frames", "-1"},
+                                  {"run", "num_frames", "true"},
+                                  {"run", "landed", "1"},
+                                  {"run", "exact_s", "-1"},
+                                  {"run", "simulated_s", "null"},
+                                  {"run", "ball_distance_m", "\"far\""},
+                                  {"exact", "tick_exponent", "41"},
+                                  {"exact", "ball_tick", "2147483648"}};
+  for (const auto& [part, key, value] : wrong) {
+    const std::string name = std::string(part) + "." + key;
+    EXPECT_NE(
+        refusal_with(part, key, value).find("a.state: the state of the run is damaged: " + name + " is "),
+        std::string::npos)
+        << name << " = " << value << ": " << refusal_with(part, key, value);
+  }
+  nlohmann::json without = nlohmann::json::parse(whole);
+  without.at("run").erase("paused");
+  EXPECT_THROW(run_state_from_text(without.dump(), {}, "a.state"), UserError);
+}
+
+TEST_F(Checkpoint, RefusesTicksInWhichTheWorldIsCrossed) {
+  Simulation simulation(random_scene(2).settings, make_cpu_backend(1));
+  advance(simulation, 3);
+  RunState state;
+  simulation.save(state);
+  ASSERT_TRUE(state.backend.exact.active);
+  for (const std::uint32_t exponent : {0U, 40U}) {
+    state.backend.exact.tick_exponent = exponent;
+    write_checkpoint(file_, state);
+    Options options;
+    options.data.from = file_;
+    if (exponent == 0) {
+      EXPECT_NO_THROW(read_start(options));
+    } else {
+      EXPECT_THROW(read_start(options), UserError);
+    }
+  }
 }
 
 // The link stays one, and its target is the new checkpoint.

@@ -2,10 +2,11 @@
 // speed.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "lab/lab_support.hpp"
-#include "lab/samples.hpp"
+#include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
 
 namespace pf::test {
@@ -87,6 +88,14 @@ TEST(Cooling, FollowsHaffsLawWithShearWaves) {
   EXPECT_GT(excess, 10.0 * waves.error()) << "enough seeds to resolve the excess";
   std::printf("T / T0 over theory %.4f +- %.4f; longest shear waves %.3f +- %.3f, theory %.3f\n",
               ratio.value() / expected, ratio.error() / expected, waves.value(), waves.error(), 1.0 + excess);
+}
+
+TEST(Mean, AScatterThatIsSmallAgainstTheMeanIsKept) {
+  const MeanError mean = mean_and_error({1e9, 1e9 + 1.0, 1e9 + 2.0});
+  EXPECT_DOUBLE_EQ(mean.mean, 1e9 + 1.0);
+  EXPECT_DOUBLE_EQ(mean.sigma, std::sqrt(1.0 / 3.0));
+  EXPECT_EQ(mean_and_error({5.0}).sigma, 0.0);
+  EXPECT_TRUE(std::isnan(mean_and_error({}).mean));
 }
 
 }  // namespace

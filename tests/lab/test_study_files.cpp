@@ -112,6 +112,35 @@ TEST(StudyFiles, AResultReplacesTheTargetOfALink) {
   EXPECT_NE(text_of(folder.path() / "terms.json"), "an earlier result");
 }
 
+// Two links on the way, one of them in another folder.
+TEST(StudyFiles, AResultIsMadeWhereALinkLeads) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "kept");
+  fs::create_symlink("kept/latest.json", folder.path() / "terms.json");
+  fs::create_symlink("result.json", folder.path() / "kept" / "latest.json");
+  save_study(folder.path(), whole_result());
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "terms.json"));
+  EXPECT_TRUE(fs::is_symlink(folder.path() / "kept" / "latest.json"));
+  EXPECT_EQ(json::parse(text_of(folder.path() / "kept" / "result.json")), whole_result());
+}
+
+TEST(StudyFiles, ANameThatIsNotUtf8DoesNotStopAResult) {
+  const TemporaryFolder folder;
+  json result = whole_result();
+  result["machine"]["devices"] = {{{"series", "cpu"}, {"device", "a \xFF b"}}};
+  save_study(folder.path(), result);
+  EXPECT_EQ(json::parse(text_of(folder.path() / "terms.json"))["machine"]["devices"][0]["device"],
+            "a \uFFFD b");
+}
+
+TEST(StudyFiles, LinksInARingAreReplaced) {
+  const TemporaryFolder folder;
+  fs::create_symlink("other.json", folder.path() / "terms.json");
+  fs::create_symlink("terms.json", folder.path() / "other.json");
+  save_study(folder.path(), whole_result());
+  EXPECT_EQ(json::parse(text_of(folder.path() / "terms.json")), whole_result());
+}
+
 TEST(StudyFiles, OldPicturesOfAStudyGoAndOthersStay) {
   const TemporaryFolder folder;
   for (const char* name :

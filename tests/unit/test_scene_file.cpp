@@ -290,5 +290,17 @@ TEST_F(SceneFile, ANewOneThatCannotBeWrittenWholeIsNotThere) {
   EXPECT_NO_THROW(save_new_scene_file(file, Settings{}));
 }
 
+// Names of files need not be UTF-8, and a log names files.
+TEST(TomlString, IsUtf8) {
+  for (const char* good : {"", "a", "\u00FC", "\u20AC", "\uFFFD", "\U0001F3D3"})
+    EXPECT_EQ(toml_string(good), std::string("\"") + good + "\"");
+  EXPECT_EQ(toml_string("a\"b\\c\n"), R"("a\"b\\c\u000A")");
+  EXPECT_EQ(toml_string("a\xFF-b"), R"("a\uFFFD-b")");
+  EXPECT_EQ(toml_string("\xC3"), R"("\uFFFD")");                      // cut off
+  EXPECT_EQ(toml_string("\xC0\x80"), R"("\uFFFD\uFFFD")");            // longer than need be
+  EXPECT_EQ(toml_string("\xED\xA0\x80"), R"("\uFFFD\uFFFD\uFFFD")");  // a surrogate
+  EXPECT_EQ(toml_string("\xF4\x90\x80\x80"), R"("\uFFFD\uFFFD\uFFFD\uFFFD")");
+}
+
 }  // namespace
 }  // namespace pf

@@ -221,6 +221,7 @@ TEST(SetFromText, RejectsUnusableNumbers) {
   EXPECT_TRUE(contains(message_of("air.num_parcels", "1.5"), "is not a whole number"));
   EXPECT_TRUE(contains(message_of("ball.magnus", "maybe"), "is neither true nor false"));
   EXPECT_TRUE(contains(message_of("scene.description", std::string(1001, 'a')), "is too long"));
+  EXPECT_TRUE(contains(message_of("scene.description", "one\xFF"), "is not UTF-8"));
 }
 
 // Every number rejects values just beyond its range, absurd ones and NaN with the same error. The ends of the

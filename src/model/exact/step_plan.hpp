@@ -122,8 +122,6 @@ PF_HD inline double preferred_ticks(const Physics& physics, std::uint32_t length
 // A gas that cools becomes slow against its ticks, until little happens within an anchor period. Its ticks
 // are then made longer by a power of two, as if the reference speed were lower.
 
-constexpr std::uint32_t kMaxTickExponent = 40;
-
 // Largest speed that suits ticks of 2^exponent: it covers the same part of a position unit as the reference
 // speed.
 PF_HD inline double tick_speed_mps(const TickScale& reference, std::uint32_t exponent) {

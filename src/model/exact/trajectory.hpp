@@ -15,6 +15,9 @@ namespace pf {
 // not depend on the steps, and short enough for ages to fit 31 bits.
 constexpr std::uint64_t kAnchorPeriod = 1ULL << 30U;
 
+// In a gas that has cooled a tick of the trajectories lasts 2^exponent ticks of the reference speed.
+constexpr std::uint32_t kMaxTickExponent = 40;
+
 // Position units by which a computed position may differ from the stored one: two roundings of a position and
 // one of a tick for each body.
 constexpr double kRoundingMargin = 4.0;
