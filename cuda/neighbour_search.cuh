@@ -28,13 +28,14 @@ struct SearchCircle {
   float radius2;       // square of the circle's radius, position units
 };
 
-// Whether a position lies within the circle.
+// Less than zero for a position within the circle.
 template <Boundary kBoundary>
-__device__ __forceinline__ bool is_within(const DeviceSearch& space, const SearchCircle& circle, int2 there) {
+__device__ __forceinline__ float past_circle(const DeviceSearch& space, const SearchCircle& circle,
+                                             int2 there) {
   const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
   const float x = static_cast<float>(offset.x);
   const float y = static_cast<float>(offset.y);
-  return __fmaf_rn(x, x, y * y) < circle.radius2;
+  return __fmaf_rn(x, x, __fmaf_rn(y, y, -circle.radius2));
 }
 
 // Indices [first, first + count) of sorted parcels.
@@ -59,7 +60,7 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
   const std::uint32_t first_two = two.first - end_one;
   for (std::uint32_t k = 0; k < end;) {
     const std::uint32_t next = min(end, k + 32);
-    std::uint32_t near = 0;  // a bit for each of the last 32, the highest for k - 1
+    std::uint32_t near = 0;  // a bit for each of the last 32, the lowest for k - 1
 #pragma unroll 1
     do {
       const std::uint32_t j = k + (k < end_one ? one.first : first_two);
@@ -67,15 +68,18 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
       int2 there[kReadTogether];
 #pragma unroll
       for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
-      near >>= kReadTogether;
 #pragma unroll
       for (unsigned u = 0; u < kReadTogether; ++u) {
-        if (is_within<kBoundary>(space, circle, there[u])) near |= 1U << (32 - kReadTogether + u);
+        const float past = past_circle<kBoundary>(space, circle, there[u]);
+        near = __funnelshift_l(__float_as_uint(past), near,
+                               1);  // its sign: a comparison takes three instructions
       }
       k += kReadTogether;
     } while (k < next);
-    for (; near != 0; near &= near - 1) {
-      const std::uint32_t at = k - 33 + static_cast<std::uint32_t>(__ffs(static_cast<int>(near)));
+    while (near != 0) {
+      const auto bit = static_cast<std::uint32_t>(31 - __clz(static_cast<int>(near)));
+      near ^= 1U << bit;
+      const std::uint32_t at = k - 1 - bit;
       const bool in_one = at < end_one;
       if (at < (in_one ? one.count : end)) visit(at + (in_one ? one.first : first_two));
     }
@@ -152,7 +156,7 @@ __device__ void search(const DeviceSearch& space, const Vec2i* position, const S
       for (std::uint32_t j = first + lane; j < last; j += kLanes) {
         const int2* from = reinterpret_cast<const int2*>(position) + j;
         const int2 there = kReadOnly ? __ldg(from) : *from;
-        if (is_within<kBoundary>(space, circle, there) && j != circle.self) visit(j);
+        if (past_circle<kBoundary>(space, circle, there) < 0.0F && j != circle.self) visit(j);
       }
     };
     if (space.all_pairs || circle.reach >= kHalfSide)

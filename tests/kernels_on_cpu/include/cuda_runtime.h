@@ -27,6 +27,9 @@
 struct uint3 {
   unsigned x = 0, y = 0, z = 0;
 };
+struct alignas(16) uint4 {
+  unsigned x, y, z, w;
+};
 struct int2 {
   int x, y;
 };
@@ -175,6 +178,11 @@ T __ldcg(const T* from) {
 
 inline int __popc(unsigned value) { return __builtin_popcount(value); }
 inline int __ffs(int value) { return __builtin_ffs(value); }
+inline int __clz(int value) { return value == 0 ? 32 : __builtin_clz(static_cast<unsigned>(value)); }
+inline unsigned __funnelshift_l(unsigned low, unsigned high, unsigned shift) {
+  shift %= 32;
+  return shift == 0 ? high : high << shift | low >> (32 - shift);
+}
 inline float __uint_as_float(unsigned value) { return kernels_on_cpu::bits_of<float>(value); }
 inline unsigned __float_as_uint(float value) { return kernels_on_cpu::bits_of<unsigned>(value); }
 inline float __fmaf_rn(float a, float b, float c) { return std::fma(a, b, c); }
