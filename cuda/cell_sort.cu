@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cub/device/device_scan.cuh>
+#include <utility>
 
 #include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
@@ -83,9 +84,25 @@ void DeviceCellSort::count(const GridShape& grid, const Vec2i* position, std::ui
 }
 
 void DeviceCellSort::sum_counts(const GridShape& grid, cudaStream_t stream) {
+  sum_counts_to(cell_start_.data(), grid.num_cells() + kExtraStarts, stream);
+}
+
+// Of each cell the entry after it is used: summed, it tells where the cell's parcels begin, and raised by all
+// of them, where those of the next cell do.
+std::uint32_t* DeviceCellSort::begin_places(const GridShape& grid, cudaStream_t stream) {
+  const std::size_t num = grid.num_cells() + kExtraStarts;
+  PF_CUDA(cudaMemsetAsync(counts_.data(), 0, num * sizeof(std::uint32_t), stream));
+  return counts_.data() + 1;
+}
+
+void DeviceCellSort::sum_to_places(const GridShape& grid, cudaStream_t stream) {
+  sum_counts_to(counts_.data(), grid.num_cells() + kExtraStarts, stream);
+  std::swap(counts_, cell_start_);
+}
+
+void DeviceCellSort::sum_counts_to(std::uint32_t* sums, std::size_t num, cudaStream_t stream) {
   std::size_t bytes = temporary_.bytes();
-  PF_CUDA(cub::DeviceScan::ExclusiveSum(temporary_.data(), bytes, counts_.data(), cell_start_.data(),
-                                        grid.num_cells() + kExtraStarts, stream));
+  PF_CUDA(cub::DeviceScan::ExclusiveSum(temporary_.data(), bytes, counts_.data(), sums, num, stream));
 }
 
 void DeviceCellSort::scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t n,

@@ -19,25 +19,33 @@ struct SortKeys {
 };
 
 #if defined(__CUDACC__)
-// Counts parcel i in its cell. Whole warps call it; is_parcel is false in threads without one.
-__device__ inline void count_in_cell(const GridShape& grid, const SortKeys& keys, std::uint32_t i,
-                                     Vec2i position, bool is_parcel) {
+// Counts a parcel in a cell; returns what num[cell] was. Whole warps call it; is_parcel is false in threads
+// without one.
+__device__ inline std::uint32_t rank_in_cell(const GridShape& grid, std::uint32_t* num, std::uint32_t cell,
+                                             bool is_parcel) {
   // Retired parcels, of which there may be millions, share one counter.
-  const bool retired = is_parcel && is_retired(position);
+  const bool retired = is_parcel && cell == grid.num_cells();
   const unsigned all_retired = __ballot_sync(0xFFFFFFFFU, retired);
   const unsigned lane = threadIdx.x % 32;
   std::uint32_t base = 0;
   if (all_retired != 0) {
     const int leader = __ffs(static_cast<int>(all_retired)) - 1;
     if (lane == static_cast<unsigned>(leader))
-      base = atomicAdd(&keys.num[grid.num_cells()], static_cast<std::uint32_t>(__popc(all_retired)));
+      base = atomicAdd(&num[cell], static_cast<std::uint32_t>(__popc(all_retired)));
     base = __shfl_sync(0xFFFFFFFFU, base, leader);
   }
+  if (retired) return base + static_cast<std::uint32_t>(__popc(all_retired & ((1U << lane) - 1U)));
+  return is_parcel ? atomicAdd(&num[cell], 1U) : 0;
+}
+
+// Counts parcel i in its cell. Whole warps call it; is_parcel is false in threads without one.
+__device__ inline void count_in_cell(const GridShape& grid, const SortKeys& keys, std::uint32_t i,
+                                     Vec2i position, bool is_parcel) {
+  const std::uint32_t cell = cell_key(grid, position);
+  const std::uint32_t rank = rank_in_cell(grid, keys.num, cell, is_parcel);
   if (!is_parcel) return;
-  const std::uint32_t key = cell_key(grid, position);
-  keys.key[i] = key;
-  keys.rank[i] = retired ? base + static_cast<std::uint32_t>(__popc(all_retired & ((1U << lane) - 1U)))
-                         : atomicAdd(&keys.num[key], 1U);
+  keys.key[i] = cell;
+  keys.rank[i] = rank;
 }
 #endif
 
@@ -63,6 +71,12 @@ class DeviceCellSort {
   void count(const GridShape& grid, const Vec2i* position, std::uint32_t num_parcels, cudaStream_t stream);
   // Sums the counts: cell_start() becomes valid.
   void sum_counts(const GridShape& grid, cudaStream_t stream);
+  // For a kernel that counts parcels by cell, and a later one that puts each where the entry of its cell then
+  // says, and raises that. Clears these counts, of the grid's cells and of retired parcels.
+  std::uint32_t* begin_places(const GridShape& grid, cudaStream_t stream);
+  // Between the two: sums the counts. Once all parcels are placed cell_start() tells where they are; what it
+  // was stays valid until the next begin.
+  void sum_to_places(const GridShape& grid, cudaStream_t stream);
   // Copies parcels to their places, retired ones last. from and to must not overlap.
   void scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
                cudaStream_t stream);
@@ -72,9 +86,9 @@ class DeviceCellSort {
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
-  // Bytes moved by a sort beside the parcels: key and rank are written and read, the start of a cell is read;
-  // a count is cleared, added to, and summed.
-  static constexpr double kMinBytesPerParcel = 20.0, kMinBytesPerCell = 20.0;
+  // Bytes moved for each cell by a sort with places, beside the parcels: a count is cleared, added to, summed
+  // and added to.
+  static constexpr double kMinBytesPerCell = 28.0;
   // Bytes held for each parcel: keys, ranks, counts and cell starts, rounded up.
   static constexpr double kBytesPerParcel = 8.0 + 8.0 * kDeviceCellsPerParcel + 0.5;
 
@@ -83,6 +97,7 @@ class DeviceCellSort {
 
  private:
   SortKeys keys() const;
+  void sum_counts_to(std::uint32_t* sums, std::size_t num, cudaStream_t stream);
 
   DeviceBuffer<std::uint64_t> keys_;  // keys, then ranks
   DeviceBuffer<std::uint32_t> counts_;

@@ -237,10 +237,9 @@ std::uint64_t CudaBackend::memory_bytes() const {
 
 double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
-  constexpr double kScatter = kStep + sizeof(std::uint32_t);  // ids are written too
   const double n = num_parcels_;
-  const double per_sort = n * (kScatter + DeviceCellSort::kMinBytesPerParcel) +
-                          DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
+  // In a step, which then writes ids, too. A sort of its own moves the parcels once more.
+  const double per_sort = n * sizeof(std::uint32_t) + DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }
 
@@ -255,7 +254,7 @@ double CudaBackend::measure_copy_bandwidth(std::size_t num_bytes) {
   timer_.begin(stream_);
   for (int repeat = 0; repeat < kRepeats; ++repeat) copy();
   timer_.end(stream_);
-  return 2e3 * static_cast<double>(num_bytes) * kRepeats / timer_.times(0).total();
+  return 2e3 * static_cast<double>(num_bytes) * kRepeats / timer_.times({}).total();
 }
 
 }  // namespace pf

@@ -45,7 +45,8 @@ class CudaBackend final : public Backend {
   struct Submitted {
     std::uint32_t num_steps = 0;
     std::uint64_t num_sorts = 0;
-    std::uint32_t num_ends = 0;  // of end_steps()
+    std::uint32_t num_ends = 0;            // of end_steps()
+    std::uint32_t num_sorts_in_steps = 0;  // of num_sorts
     bool exact = false;
     double per_impulse_count = 1.0;
     double impulse_unit_kg_mps = 0.0;
@@ -93,6 +94,8 @@ class CudaBackend final : public Backend {
   StepLaunch plan_launch(const StepConstants& constants, const StepRequest& request) const;
   void step(StepLaunch& launch, LaunchStep launch_parcels);
   void step_in_parts(StepLaunch& launch);
+  void set_source(StepLaunch& launch) const;
+  void sum_counts(StepLaunch& launch);
   bool make_room_for_contacts();
   void note_step(StepLaunch& launch, bool ends_now);
   void end_steps(StepLaunch& launch);

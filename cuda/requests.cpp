@@ -53,7 +53,6 @@ void CudaBackend::sort(const StepConstants& constants) {
   grid_ = grid;
   std::swap(current_, next_);
   PF_CUDA(cudaMemsetAsync(&state_.data()->max_displacement, 0, sizeof(StepState::max_displacement), stream_));
-  expected_displacement_ = 0;
   sorted_ = true;
 }
 
@@ -66,17 +65,21 @@ void CudaBackend::submit(const StepRequest& request) {
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
-  submitted_ = {request.num_steps, 0, 0, false, constants.per_impulse_count, constants.impulse_unit_kg_mps};
+  submitted_ = {.num_steps = request.num_steps,
+                .per_impulse_count = constants.per_impulse_count,
+                .impulse_unit_kg_mps = constants.impulse_unit_kg_mps};
 
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
-    if (searches && sort_is_due(constants)) {
+    const bool sorts = searches && sort_is_due(constants);
+    launch.sort.is_due = sorts && in_parts && sorted_;
+    if (sorts && !launch.sort.is_due) {
       end_steps(launch);
       sort(constants);
-      ++submitted_.num_sorts;
     }
-    expected_displacement_ += displacement;
+    submitted_.num_sorts += sorts ? 1 : 0;
+    expected_displacement_ = (sorts ? 0 : expected_displacement_) + displacement;
     if (k + 1 == request.num_steps) launch.draw = draw;
     if (in_parts)
       step_in_parts(launch);
@@ -93,8 +96,9 @@ void CudaBackend::submit(const StepRequest& request) {
 StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRequest& request) const {
   StepLaunch launch;
   launch.constants = constants;
-  launch.space = {physics_.world, grid_, cell_sort_.cell_start(), num_parcels_,
-                  request.neighbors == Neighbors::all_pairs};
+  launch.space.world = physics_.world;
+  launch.space.num_parcels = num_parcels_;
+  launch.space.all_pairs = request.neighbors == Neighbors::all_pairs;
   launch.state = state_.data();
   launch.slots = slots_.data();
   launch.method = request.method;
@@ -111,38 +115,63 @@ bool CudaBackend::make_room_for_contacts() {
   return true;
 }
 
-// One step of parcels, and of the ball, if there is one.
-void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
+// Where the next step finds the parcels.
+void CudaBackend::set_source(StepLaunch& launch) const {
   launch.space.grid = grid_;
+  launch.space.cell_start = cell_sort_.cell_start();
   launch.from = current_.pointers();
   launch.to = next_.pointers();
+}
+
+// One step of parcels, and of the ball, if there is one.
+void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
+  set_source(launch);
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_parcels(launch, stream_);
   }
-  note_step(launch, physics_.ball.exists);
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
   std::swap(current_.heated, next_.heated);
+  note_step(launch, physics_.ball.exists || launch.num_open + 1 == kMaxOpenSteps);
 }
 
 // The same for many parcels.
 void CudaBackend::step_in_parts(StepLaunch& launch) {
-  launch.space.grid = grid_;
-  launch.from = current_.pointers();
-  launch.contacts = contact_memory_.lay_out(next_, cell_sort_);
+  set_source(launch);
+  launch.contacts = launch.sort.is_due ? contact_memory_.lay_out_to_sort(next_)
+                                       : contact_memory_.lay_out(next_, cell_sort_);
+  if (launch.sort.is_due) {
+    launch.sort.grid = choose_grid(physics_.world, num_parcels_, step_cells(launch.constants));
+    launch.sort.places = cell_sort_.begin_places(launch.sort.grid, stream_);
+  }
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_contacts(launch, stream_);
+  }
+  if (launch.sort.is_due) sum_counts(launch);
+  {
+    const PhaseRange range(Phase::collide_integrate);
     launch_move(launch, stream_);
   }
-  note_step(launch, true);
+  if (launch.sort.is_due) std::swap(current_, next_);
+  note_step(launch, physics_.ball.exists || launch.sort.is_due || launch.num_open + 1 == kMaxOpenInParts);
+}
+
+// Of a sort in a step, between its kernels.
+void CudaBackend::sum_counts(StepLaunch& launch) {
+  const PhaseRange range(Phase::sort);
+  timer_.mark_sums(stream_);
+  cell_sort_.sum_to_places(launch.sort.grid, stream_);
+  timer_.mark_sums(stream_);
+  ++submitted_.num_sorts_in_steps;
+  grid_ = launch.sort.grid;
 }
 
 // A ball moves after each step. Without one, steps wait for nothing but the parcels.
 void CudaBackend::note_step(StepLaunch& launch, bool ends_now) {
   ++launch.num_open;
-  if (ends_now || launch.num_open == kMaxOpenSteps) end_steps(launch);
+  if (ends_now) end_steps(launch);
 }
 
 void CudaBackend::end_steps(StepLaunch& launch) {
@@ -185,8 +214,9 @@ StepTotals CudaBackend::collected_totals() const {
 
 StepReport CudaBackend::collect() {
   StepReport report;
-  report.times = submitted_.exact ? timer_.exact_times(&host_exact_->reconcile_ns)
-                                  : timer_.times(submitted_.num_ends);  // either waits
+  report.times = submitted_.exact
+                     ? timer_.exact_times(&host_exact_->reconcile_ns)
+                     : timer_.times({submitted_.num_ends, submitted_.num_sorts_in_steps});  // either waits
   if (submitted_.exact && host_exact_->unresolvable != 0)
     throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
   expected_displacement_ =

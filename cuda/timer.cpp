@@ -27,12 +27,14 @@ double EventMarks::elapsed_ms(std::size_t from, std::size_t to) const {
 }
 
 void RequestTimer::begin(cudaStream_t stream) {
-  for (EventMarks* marks : {&request_, &sorts_, &ball_, &stages_}) marks->clear();
+  for (EventMarks* marks : {&request_, &sorts_, &sums_, &ball_, &stages_}) marks->clear();
   num_stage_calls_ = 0;
   request_.record(stream);
 }
 
 void RequestTimer::mark_sort(cudaStream_t stream) { sorts_.record(stream); }
+
+void RequestTimer::mark_sums(cudaStream_t stream) { sums_.record(stream); }
 
 void RequestTimer::mark_ball(cudaStream_t stream) { ball_.record(stream); }
 
@@ -57,10 +59,11 @@ PhaseTimes RequestTimer::sort_times() const {
   return times;
 }
 
-PhaseTimes RequestTimer::times(std::uint32_t num_ends) {
+PhaseTimes RequestTimer::times(const Repeats& repeats) {
   const double total_ms = wait_ms();
   PhaseTimes times = sort_times();
-  if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * num_ends;
+  if (sums_.num() == 2) times[Phase::sort] += sums_.elapsed_ms(0, 1) * repeats.num_sums;
+  if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * repeats.num_ends;
   times[Phase::collide_integrate] = std::max(0.0, total_ms - times.total());
   return times;
 }

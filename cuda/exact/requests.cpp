@@ -256,7 +256,10 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   launch.budget_ns = static_cast<std::uint64_t>(request.budget_ms * 1e6);
   const ExactRequest plan = plan_exact(run, request);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
-  submitted_ = {request.num_steps, 0, 0, true, run.per_impulse_count, run.impulse_unit_kg_mps};
+  submitted_ = {.num_steps = request.num_steps,
+                .exact = true,
+                .per_impulse_count = run.per_impulse_count,
+                .impulse_unit_kg_mps = run.impulse_unit_kg_mps};
   launch.ball_was_set = ball_was_set_;
   ball_was_set_ = false;
   if (plan.sorts_within) launch.sort_displacement = static_cast<std::int64_t>(plan.sort_displacement);

@@ -12,22 +12,25 @@ class ContactMemory {
  public:
   // Held for each parcel beside the sort's.
   static constexpr double kBytesPerParcel =
-      static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.2;
+      static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.3;
 
   // For so many parcels.
-  bool has_room(std::size_t capacity) const {
-    return sums_.capacity() >= capacity / ContactScratch::kNumParts && sums_.capacity() > 0;
-  }
+  bool has_room(std::size_t capacity) const { return capacity_ >= capacity && capacity_ > 0; }
   // Does nothing if it has room for `capacity` parcels.
   void reserve(std::size_t capacity, cudaStream_t stream);
-  std::size_t bytes() const { return sums_.bytes() + touched_.bytes() + num_pairs_.bytes(); }
+  std::size_t bytes() const { return sums_.bytes() + 2 * touched_.bytes() + num_pairs_.bytes(); }
 
   // next: where the next sort scatters to. Both have room for `capacity` parcels, too.
   ContactScratch lay_out(const DeviceParcels& next, const DeviceCellSort& cell_sort) const;
+  // The same for a step that sorts to `next`.
+  ContactScratch lay_out_to_sort(const DeviceParcels& next) const;
 
  private:
-  DeviceBuffer<DeviceSums> sums_;  // the last part
-  DeviceBuffer<std::uint32_t> touched_, num_pairs_;
+  ContactScratch own_part() const;
+
+  std::size_t capacity_ = 0;       // parcels
+  DeviceBuffer<DeviceSums> sums_;  // the last part, and the few of a step that sorts
+  DeviceBuffer<std::uint32_t> touched_, touched_again_, num_pairs_;
 };
 
 // So many parcels or a few more, so that the sums have equal parts.

@@ -30,13 +30,6 @@ __device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list)
   return min(kPairList, num_searched<kBorders>(launch) - list * kPairList);
 }
 
-// Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
-__device__ std::int32_t displacement_since_sort(const StepState& state) {
-  const auto bound = static_cast<unsigned long long>(__ldg(&state.max_displacement));
-  constexpr std::uint32_t kMost = kHalfSide;
-  return static_cast<std::int32_t>(bound >> 32 != 0 ? kMost : min(static_cast<std::uint32_t>(bound), kMost));
-}
-
 // Calls visit(i, j) for each pair that touches, once: those of the k-th parcel i. Without kBorders pairs of
 // own parcels, j after i; with it pairs of an own parcel near others' and a copy. They are within the float's
 // margin of touching.
@@ -63,20 +56,35 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   }
 }
 
-// A bit of a word for each parcel.
-__device__ std::uint32_t bit_of(std::uint32_t i) { return 1U << (i % 32); }
-
 // Marks a parcel that touches another one; returns the word before.
 __device__ std::uint32_t mark_touched(const ContactScratch& contacts, std::uint32_t i) {
   return atomicOr(&contacts.touched[i / 32], bit_of(i));
 }
 
-// The sums of a parcel start at zero when it is marked first.
-__device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std::uint32_t touched_before) {
-  if ((touched_before & bit_of(i)) == 0) sums_of(contacts, i) = {};
+// Whether it did not touch two before.
+__device__ bool mark_touched_again(const ContactScratch& contacts, std::uint32_t i) {
+  return (atomicOr(&contacts.touched_again[i / 32], bit_of(i)) & bit_of(i)) == 0;
 }
 
-template <bool kBorders, Boundary kBoundary>
+// Follows mark_touched(). The sums of a parcel that touches a single one are stored by contact_kernel; those
+// of others start at zero here or in clear_few_kernel, and contacts are added. At borders sums may have been
+// stored already, and are always added to.
+template <bool kBorders, bool kSorts>
+__device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std::uint32_t touched_before) {
+  const bool is_first = (touched_before & bit_of(i)) == 0;
+  const bool starts = kBorders ? is_first : !is_first && mark_touched_again(contacts, i);
+  if (starts && !kSorts) sums_of(contacts, i) = {};
+}
+
+// Counts the thread's parcel for a sort.
+__device__ void count_for_sort(const StepLaunch& launch, std::uint32_t i) {
+  const bool is_parcel = i < launch.num;
+  const Vec2i position = is_parcel ? launch.from.position[i] : Vec2i{};
+  if (i % 32 == 0 && is_parcel) launch.to.heated[i / 32] = 0;
+  rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
+}
+
+template <bool kBorders, bool kSorts, Boundary kBoundary>
 __global__ void __launch_bounds__(kPairList,
                                   blocks_per_sm(kBoundary == Boundary::periodic ? 12 : 16, kPairList))
     find_pairs_kernel(const __grid_constant__ StepLaunch launch) {
@@ -84,35 +92,69 @@ __global__ void __launch_bounds__(kPairList,
   const std::uint32_t base = blockIdx.x * kPairList;
   const ContactScratch& contacts = launch.contacts;
   const std::uint32_t num_in_list = list_size<kBorders>(launch, blockIdx.x);
-  if (threadIdx.x < num_in_list) {
-    visit_pairs<kBorders, kBoundary>(launch, base + threadIdx.x, [&](std::uint32_t i, std::uint32_t j) {
-      asm volatile("" : "+r"(i));  // what follows from i is not computed ahead: few parcels touch
-      // Three atomics are waited for together.
-      const std::uint32_t before_i = mark_touched(contacts, i), before_j = mark_touched(contacts, j);
-      const unsigned slot = atomicAdd(&contacts.num_pairs[blockIdx.x], 1U);
-      begin_sums(contacts, i, before_i);
-      begin_sums(contacts, j, before_j);
-      if (slot >= num_in_list) return;
-      contacts.first[base + slot] = i;
-      contacts.second[base + slot] = j;
-    });
-  }
+  if constexpr (kSorts) count_for_sort(launch, base + threadIdx.x);
+  if (threadIdx.x >= num_in_list) return;
+  visit_pairs<kBorders, kBoundary>(launch, base + threadIdx.x, [&](std::uint32_t i, std::uint32_t j) {
+    asm volatile("" : "+r"(i));  // what follows from i is not computed ahead: few parcels touch
+    // Three atomics are waited for together.
+    const std::uint32_t before_i = mark_touched(contacts, i), before_j = mark_touched(contacts, j);
+    const unsigned slot = atomicAdd(&contacts.num_pairs[blockIdx.x], 1U);
+    begin_sums<kBorders, kSorts>(contacts, i, before_i);
+    begin_sums<kBorders, kSorts>(contacts, j, before_j);
+    if (slot >= num_in_list) return;
+    contacts.first[base + slot] = i;
+    contacts.second[base + slot] = j;
+  });
 }
 
-__device__ void add_to(unsigned long long& sum, std::int64_t counts) {
-  if (counts != 0) atomicAdd(&sum, static_cast<unsigned long long>(counts));
+__device__ void add_to(unsigned long long& sum, unsigned long long counts) {
+  if (counts != 0) atomicAdd(&sum, counts);
 }
 
-__device__ void add_sums(const ContactScratch& contacts, std::uint32_t i, const ContactSums& sums,
-                         std::int64_t sign) {
+// sign: -1 for the other one of a pair.
+__device__ DeviceSums signed_sums(const ContactSums& sums, std::int64_t sign) {
   // Stands for a push out of range in 56 bits, as INT64_MIN does in 64: it is its own opposite there.
   constexpr std::int64_t kOutOfRange = -(1LL << (kCountShift - 1));
   const std::int64_t push_x = sums.push_x == INT64_MIN ? kOutOfRange : sign * sums.push_x;
-  DeviceSums& to = sums_of(contacts, i);
-  add_to(to.velocity_x, sign * sums.velocity_x);
-  add_to(to.velocity_y, sign * sums.velocity_y);
-  add_to(to.counted_push_x, push_x + (static_cast<std::int64_t>(sums.num_contacts) << kCountShift));
-  add_to(to.push_y, sign * sums.push_y);
+  const std::int64_t count = static_cast<std::int64_t>(sums.num_contacts) << kCountShift;
+  return {static_cast<unsigned long long>(sign * sums.velocity_x),
+          static_cast<unsigned long long>(sign * sums.velocity_y),
+          static_cast<unsigned long long>(push_x + count),
+          static_cast<unsigned long long>(sign * sums.push_y)};
+}
+
+// Where parcel i has its sums; null: nowhere.
+__device__ DeviceSums* find_sums(const ContactScratch& contacts, std::uint32_t i) {
+  if (contacts.few == nullptr) return &sums_of(contacts, i);
+  return few_sums_of(contacts, i, words_of_list(contacts.touched, i / kPairList));
+}
+
+// In a step that sorts, where the sums lie is known only when all parcels that touch are marked.
+__global__ void __launch_bounds__(kContactBlock)
+    clear_few_kernel(const __grid_constant__ ContactScratch contacts, std::uint32_t num_words) {
+  begin_in_turn();
+  const std::uint32_t word = blockIdx.x * kContactBlock + threadIdx.x;
+  if (word >= num_words) return;
+  for (std::uint32_t again = contacts.touched_again[word]; again != 0; again &= again - 1) {
+    const auto bit = static_cast<std::uint32_t>(__ffs(static_cast<int>(again)) - 1);
+    DeviceSums* const sums = find_sums(contacts, word * 32 + bit);
+    if (sums != nullptr) *sums = {};
+  }
+}
+
+// Adds the sums of a contact to those of parcel i.
+template <bool kBorders>
+__device__ void add_sums(const ContactScratch& contacts, std::uint32_t i, const DeviceSums& added) {
+  DeviceSums* const sums = find_sums(contacts, i);
+  if (sums == nullptr) return;
+  if (!kBorders && !has_bit(contacts.touched_again, i)) {
+    *sums = added;
+    return;
+  }
+  add_to(sums->velocity_x, added.velocity_x);
+  add_to(sums->velocity_y, added.velocity_y);
+  add_to(sums->counted_push_x, added.counted_push_x);
+  add_to(sums->push_y, added.push_y);
 }
 
 // Whether two parcels of a thin periodic world see each other in the same direction, half a period away.
@@ -121,22 +163,15 @@ __device__ bool is_half_around(const World& world, Vec2i offset) {
   return kBoundary == Boundary::periodic && (offset.x == -world.half.x || offset.y == -world.half.y);
 }
 
-__device__ Parcel parcel_at(const StepLaunch& launch, std::uint32_t i) {
-  const ParcelPointers& parcels = launch.from;
-  return {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_heated(parcels, i)};
-}
-
 // The contact of parcel i with parcel j, seen from i alone.
-template <class Contact, Boundary kBoundary>
+template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ __noinline__ void touch_one_sided(const StepLaunch& launch, std::uint32_t i, std::uint32_t j,
                                              DeviceTally& tally) {
-  const Parcel self = parcel_at(launch, i), other = parcel_at(launch, j);
+  const Parcel self = parcel_at(launch, i);
   if (is_retired(self.position)) return;
   ContactSums sums;
-  add_contact<Contact>(launch.constants, self, other,
-                       separation<kBoundary>(launch.constants.physics.world, self.position, other.position),
-                       sums, tally);
-  add_sums(launch.contacts, i, sums, 1);
+  touch_from<Contact, kBoundary>(launch, self, j, sums, tally);
+  add_sums<kBorders>(launch.contacts, i, signed_sums(sums, 1));
 }
 
 // Adds the contact of two parcels to the sums of both, if they touch; with kBorders j is a copy, without
@@ -146,7 +181,7 @@ template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j, DeviceTally& tally) {
   if (kBorders) {
     DeviceTally of_pair = tally;  // a copy, since what is passed by reference cannot stay in registers
-    touch_one_sided<Contact, kBoundary>(launch, i, j, of_pair);
+    touch_one_sided<Contact, kBorders, kBoundary>(launch, i, j, of_pair);
     tally = of_pair;
     return;
   }
@@ -158,15 +193,15 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
   const Vec2i offset = separation<kBoundary>(world, one.position, two.position);
   if (offset == Vec2i{} || is_half_around<kBoundary>(world, offset)) {
     DeviceTally of_pair = tally;
-    touch_one_sided<Contact, kBoundary>(launch, i, j, of_pair);
-    touch_one_sided<Contact, kBoundary>(launch, j, i, of_pair);
+    touch_one_sided<Contact, kBorders, kBoundary>(launch, i, j, of_pair);
+    touch_one_sided<Contact, kBorders, kBoundary>(launch, j, i, of_pair);
     tally = of_pair;
     return;
   }
   ContactSums sums;
   add_contact<Contact>(launch.constants, one, two, offset, sums, tally);
-  add_sums(launch.contacts, i, sums, 1);
-  add_sums(launch.contacts, j, sums, -1);
+  add_sums<kBorders>(launch.contacts, i, signed_sums(sums, 1));
+  add_sums<kBorders>(launch.contacts, j, signed_sums(sums, -1));
 }
 
 // The pairs of a list that is too short: they are found once more. Not inlined: the kernel would need
@@ -231,7 +266,8 @@ __global__ void __launch_bounds__(kContactBlock)
   if (list < num_lists) touch_listed<Contact, kBorders, kBoundary>(launch, list, num_lists, tally);
   reduce_warp(tally, block_tally);
   __syncthreads();
-  if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
+  if (threadIdx.x == 0)
+    add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block_tally);
 }
 
 template <class Contact, bool kBorders, Boundary kBoundary>
@@ -239,7 +275,14 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
   const std::uint32_t num = kBorders ? launch.num_near : launch.num;
   if (num == 0) return;
   const unsigned num_lists = blocks_for(num, kPairList);
-  launch_in_turn(find_pairs_kernel<kBorders, kBoundary>, num_lists, kPairList, stream, launch);
+  const auto find_pairs = !kBorders && launch.sort.is_due ? find_pairs_kernel<kBorders, !kBorders, kBoundary>
+                                                          : find_pairs_kernel<kBorders, false, kBoundary>;
+  launch_in_turn(find_pairs, num_lists, kPairList, stream, launch);
+  if (launch.sort.is_due) {
+    const std::uint32_t num_words = blocks_for(num, 32);
+    launch_in_turn(clear_few_kernel, blocks_for(num_words, kContactBlock), kContactBlock, stream,
+                   launch.contacts, num_words);
+  }
   launch_in_turn(contact_kernel<Contact, kBorders, kBoundary>,
                  blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp), kContactBlock, stream, launch,
                  num_lists);

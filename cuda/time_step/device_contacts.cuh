@@ -1,7 +1,10 @@
 // What the kernels of a step share.
 #pragma once
 
+#include "cuda/tally.cuh"
 #include "cuda/time_step/kernel.cuh"
+#include "model/contact.hpp"
+#include "model/time_step.hpp"
 
 namespace pf {
 
@@ -12,11 +15,102 @@ __device__ inline std::int32_t search_reach(const StepConstants& c, std::int32_t
   return static_cast<std::int32_t>(min(reach, static_cast<std::uint32_t>(kHalfSide)));
 }
 
+// Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
+// open: the sum of StepState::displacement.
+__device__ inline std::int32_t displacement_since_sort(const StepState& state, std::uint32_t open) {
+  constexpr std::uint32_t kMost = kHalfSide;
+  const auto bound = static_cast<unsigned long long>(__ldg(&state.max_displacement));
+  if (bound >> 32 != 0 || open >= kFar) return kHalfSide;
+  return static_cast<std::int32_t>(min(min(static_cast<std::uint32_t>(bound), kMost) + open, kMost));
+}
+
+// The same for steps in parts.
+__device__ inline std::int32_t displacement_since_sort(const StepState& state) {
+  static_assert(kMaxOpenInParts == 4);
+  const uint4 open = __ldg(reinterpret_cast<const uint4*>(state.displacement));
+  return displacement_since_sort(state, open.x + open.y + open.z + open.w);
+}
+
+// Key of the random roundings of this step.
+__device__ inline std::uint32_t key_of(const StepLaunch& launch) {
+  const StepState& state = *launch.state;
+  return launch.num_open == 0 ? state.rounding_key
+                              : rounding_key(launch.constants.physics.seed, state.step + launch.num_open);
+}
+
+// Adds a block's tally to those of the step. One thread calls it.
+__device__ inline void add_block(const StepLaunch& launch, const TallySlot& block) {
+  add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block);
+  const unsigned most = min(block.max_displacement, kFar);
+  unsigned& displacement = launch.state->displacement[launch.num_open];
+  if (__ldcg(&displacement) < most) atomicMax(&displacement, most);
+}
+
+// A bit of a word for each parcel.
+__device__ inline std::uint32_t bit_of(std::uint32_t i) { return 1U << (i % 32); }
+
+__device__ inline bool has_bit(const std::uint32_t* words, std::uint32_t i) {
+  return (words[i / 32] & bit_of(i)) != 0;
+}
+
+// Sums of a parcel between two sorts.
 __device__ inline DeviceSums& sums_of(const ContactScratch& contacts, std::uint32_t i) {
   static_assert(ContactScratch::kNumParts == 4);
   const std::uint32_t num = contacts.num_in_part;
   const unsigned k = (i >= num) + (i >= 2 * num) + (i >= 3 * num);
   return contacts.part[k][i - k * num];
+}
+
+__device__ inline ContactSums as_sums(const DeviceSums& sums) {
+  constexpr unsigned kHighBits = 64 - kCountShift;
+  const std::int64_t push_x = static_cast<std::int64_t>(sums.counted_push_x << kHighBits) >> kHighBits;
+  const std::uint64_t count = (sums.counted_push_x - static_cast<std::uint64_t>(push_x)) >> kCountShift;
+  return {static_cast<std::int64_t>(sums.velocity_x), static_cast<std::int64_t>(sums.velocity_y), push_x,
+          static_cast<std::int64_t>(sums.push_y), static_cast<std::uint8_t>(count)};
+}
+
+// A word for each 32 parcels of a list.
+__device__ inline uint4 words_of_list(const std::uint32_t* words, std::uint32_t list) {
+  static_assert(kPairList == 128, "four words");
+  return reinterpret_cast<const uint4*>(words)[list];
+}
+
+__device__ inline std::uint32_t word_of(const uint4& words, std::uint32_t i) {
+  const std::uint32_t low = (i & 32) == 0 ? words.x : words.y, high = (i & 32) == 0 ? words.z : words.w;
+  return (i & 64) == 0 ? low : high;
+}
+
+__device__ inline bool has_bit(const uint4& words, std::uint32_t i) {
+  return (word_of(words, i) & bit_of(i)) != 0;
+}
+
+// Where the sums of a parcel that touches another one are, in a step that sorts; null: there is no room for
+// them. touched: the words of its list.
+__device__ inline DeviceSums* few_sums_of(const ContactScratch& contacts, std::uint32_t i,
+                                          const uint4& touched) {
+  const unsigned word = i / 32 % 4;
+  const std::uint32_t own = word_of(touched, i);
+  int before = __popc(own & (bit_of(i) - 1));
+  if (word > 0) before += __popc(touched.x);
+  if (word > 1) before += __popc(touched.y);
+  if (word > 2) before += __popc(touched.z);
+  constexpr unsigned kFew = ContactScratch::kFewSums;
+  return static_cast<unsigned>(before) < kFew ? contacts.few + i / kPairList * kFew + before : nullptr;
+}
+
+__device__ inline Parcel parcel_at(const StepLaunch& launch, std::uint32_t i) {
+  const ParcelPointers& parcels = launch.from;
+  return {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_heated(parcels, i)};
+}
+
+// Adds the contact of parcel i with parcel j, seen from i alone, if they touch.
+template <class Contact, Boundary kBoundary>
+__device__ inline void touch_from(const StepLaunch& launch, const Parcel& self, std::uint32_t j,
+                                  ContactSums& sums, DeviceTally& tally) {
+  const Parcel other = parcel_at(launch, j);
+  add_contact<Contact>(launch.constants, self, other,
+                       separation<kBoundary>(launch.constants.physics.world, self.position, other.position),
+                       sums, tally);
 }
 
 }  // namespace pf

@@ -18,31 +18,10 @@ namespace {
 constexpr unsigned kBlock = 128;
 constexpr unsigned kBlocksPerSm = blocks_per_sm(12, kBlock);
 
-// Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
-// Whole warps call it.
-__device__ inline std::int32_t displacement_since_sort(const StepLaunch& launch) {
-  constexpr unsigned kFar = 1U << 27;  // in a step, and in the sum over 16 of them: the sum has 32 bits
-  static_assert(kMaxOpenSteps <= 16);
-  const StepState& state = *launch.state;
+// Displacement of the steps since launch_end_steps. Whole warps call it.
+__device__ inline std::uint32_t open_displacement(const StepLaunch& launch) {
   const unsigned lane = threadIdx.x % 32;
-  const unsigned open =
-      launch.num_open == 0 ? 0 : warp_add(lane < launch.num_open ? min(state.displacement[lane], kFar) : 0);
-  const long long sum = state.max_displacement + open;
-  return open < kFar && sum < kHalfSide ? static_cast<std::int32_t>(sum) : kHalfSide;
-}
-
-// Key of the random roundings of this step.
-__device__ inline std::uint32_t key_of(const StepLaunch& launch) {
-  const StepState& state = *launch.state;
-  return launch.num_open == 0 ? state.rounding_key
-                              : rounding_key(launch.constants.physics.seed, state.step + launch.num_open);
-}
-
-// Adds a block's tally to those of the step. One thread calls it.
-__device__ inline void add_block(const StepLaunch& launch, const TallySlot& block) {
-  add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block);
-  unsigned& displacement = launch.state->displacement[launch.num_open];
-  if (__ldcg(&displacement) < block.max_displacement) atomicMax(&displacement, block.max_displacement);
+  return launch.num_open == 0 ? 0 : warp_add(lane < launch.num_open ? launch.state->displacement[lane] : 0);
 }
 
 // Adds the contact of parcel i with parcel j to its sums, if they touch. Whether self is heated is read here
@@ -117,7 +96,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   Parcel self{};  // on its way while the first warp works
   if (i < launch.num) self = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
   if (threadIdx.x < 32) {
-    const std::int32_t displacement = displacement_since_sort(launch);
+    const std::int32_t displacement = displacement_since_sort(*launch.state, open_displacement(launch));
     if (threadIdx.x == 0) {
       block_tally = {};
       of_step = {search_reach(launch.constants, displacement), key_of(launch)};
@@ -156,9 +135,10 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   plan_step(c, *state);
 }
 
-// A warp sums the slots of each open step.
+// A warp sums the slots of each open step. has_sorted: the last one of them has.
 __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
-    end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots) {
+    end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots,
+                     bool has_sorted) {
   begin_in_turn();
   __shared__ TallySlot sums[kMaxOpenSteps];
   const TallySlot sum = sum_slots(slots[threadIdx.x]);
@@ -166,8 +146,10 @@ __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
   if (threadIdx.x % 32 == 0) sums[threadIdx.x / 32] = sum;
   __syncthreads();
   if (threadIdx.x != 0) return;
-  for (unsigned k = 0; k < blockDim.x / kNumSlots; ++k) {
+  const unsigned num_open = blockDim.x / kNumSlots;
+  for (unsigned k = 0; k < num_open; ++k) {
     add_to_totals(sums[k], *state);
+    if (has_sorted && k + 1 == num_open) state->max_displacement = 0;
     state->last_displacement = static_cast<std::int32_t>(sums[k].max_displacement);
     state->max_displacement += state->last_displacement;
     state->displacement[k] = 0;
@@ -209,7 +191,7 @@ void launch_begin_request(const StepConstants& constants, StepState* state, Tall
 
 void launch_end_steps(const StepLaunch& launch, cudaStream_t stream) {
   launch_in_turn(end_steps_kernel, 1, launch.num_open * kNumSlots, stream, launch.constants, launch.state,
-                 launch.slots);
+                 launch.slots, launch.sort.is_due);
 }
 
 }  // namespace pf

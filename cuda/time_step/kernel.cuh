@@ -7,7 +7,9 @@
 //
 // Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
 // each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
-// and draws.
+// and draws. If a sort is due, such a step does it on its way: the first kernel counts the parcels by the
+// cells that they are in before the step, and the last one puts each, moved, in its place. A sort of its own
+// reads and writes twice as many bytes.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
@@ -35,10 +37,10 @@ inline CellSize step_cells(const StepConstants& constants) {
 }
 
 // From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
-// three and of one: 5 10^5 17.0 and 17.9, 6 10^5 18.4 and 18.5, 7 10^5 19.8 and 19.1; 10^7 at 0.35 20.8 and
-// 21.0, at 0.5 15.0 and 18.4. `spring` has ten times as many contacts: 10^7 12.7 and 21.1.
-constexpr std::uint32_t kManyParcels = 600'000;
-constexpr double kMostDense = 0.34;
+// three and of one: 4 10^5 16.9 and 17.5, 5 10^5 19.2 and 18.4; 10^7 at 0.4 22.4 and 21.0, at 0.5 18.2 and
+// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5.
+constexpr std::uint32_t kManyParcels = 450'000;
+constexpr double kMostDense = 0.45;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
 // counted_push_x from kCountShift on count the contacts; those below hold the pushes of up to 255 contacts,
@@ -48,12 +50,22 @@ struct alignas(32) DeviceSums {
 };
 constexpr unsigned kCountShift = 56;
 
-// Touching pairs and the sums of their contacts, between two sorts.
+constexpr unsigned kPairList = 128;
+
+// Touching pairs and the sums of their contacts, between two sorts or in a step that sorts.
 struct ContactScratch {
   static constexpr unsigned kNumParts = 4;
   DeviceSums* part[kNumParts] = {};  // of the sums, num_in_part each
   std::uint32_t num_in_part = 0;
-  std::uint32_t* touched = nullptr;  // a bit for each parcel whose sums are valid; all zero between steps
+  // In a step that sorts most of that memory is where the parcels go. Then `few` alone holds sums, for each
+  // kPairList parcels those of the first kFewSums that touch another one. What more of them need is found by
+  // a search for each, as in step_kernel.
+  static constexpr unsigned kFewSums = 32;
+  DeviceSums* few = nullptr;
+  // A bit for each parcel: it touches another one; it touches two or more, copies not counted. All zero
+  // between steps.
+  std::uint32_t* touched = nullptr;
+  std::uint32_t* touched_again = nullptr;
   // A list for each kPairList parcels, of the pairs that they find; it has room for as many pairs as they
   // are. num_pairs: found by these parcels, all zero between steps. Lists too short are not used.
   std::uint32_t* first = nullptr;
@@ -61,14 +73,21 @@ struct ContactScratch {
   std::uint32_t* num_pairs = nullptr;
 };
 
-constexpr unsigned kPairList = 128;
+// A sort in a step.
+struct StepSort {
+  bool is_due = false;
+  GridShape grid;                   // by whose cells parcels are sorted
+  std::uint32_t* places = nullptr;  // of begin_places(), summed before launch_move
+};
 
 struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
-  ParcelPointers from;      // the parcels; moved in place by launch_move
-  ParcelPointers to;        // of launch_step and launch_push_out; must not overlap `from`; id unused
-  ContactScratch contacts;  // of the others
+  ParcelPointers from;  // the parcels; moved in place by launch_move
+  // Of launch_step and launch_push_out, with id unused, and of steps that sort; must not overlap `from`.
+  ParcelPointers to;
+  ContactScratch contacts;  // of steps in parts
+  StepSort sort;            // likewise
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots for each of kMaxOpenSteps steps; a domain has those of one
   std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
@@ -85,10 +104,12 @@ struct StepLaunch {
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels. launch_end_steps follows each step.
+// parcels. launch_end_steps follows, without a ball and a sort after kMaxOpenInParts steps at the latest.
+// There are no copies in a step that sorts.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
+void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream);  // by launch_move
 
 // Moves overlapping parcels apart, and nothing else; dt_s = 0.
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream);

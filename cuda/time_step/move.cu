@@ -1,4 +1,4 @@
-// The move of parcels whose contacts are summed.
+// The move of parcels whose contacts are summed, in place.
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/draw_parcel.cuh"
@@ -14,14 +14,6 @@ namespace {
 constexpr unsigned kMoveBlock = 128;
 constexpr unsigned kPerThread = 2;  // parcels, to wait for memory once
 
-__device__ ContactSums as_sums(const DeviceSums& sums) {
-  constexpr unsigned kHighBits = 64 - kCountShift;
-  const std::int64_t push_x = static_cast<std::int64_t>(sums.counted_push_x << kHighBits) >> kHighBits;
-  const std::uint64_t count = (sums.counted_push_x - static_cast<std::uint64_t>(push_x)) >> kCountShift;
-  return {static_cast<std::int64_t>(sums.velocity_x), static_cast<std::int64_t>(sums.velocity_y), push_x,
-          static_cast<std::int64_t>(sums.push_y), static_cast<std::uint8_t>(count)};
-}
-
 __device__ bool is_same(Vec2f a, Vec2f b) {
   return __float_as_uint(a.x) == __float_as_uint(b.x) && __float_as_uint(a.y) == __float_as_uint(b.y);
 }
@@ -33,7 +25,11 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     move_kernel(const __grid_constant__ StepLaunch launch) {
   begin_in_turn();
   __shared__ TallySlot block_tally;
-  if (threadIdx.x == 0) block_tally = {};
+  __shared__ std::uint32_t key;
+  if (threadIdx.x == 0) {
+    block_tally = {};
+    key = key_of(launch);
+  }
   __syncthreads();
   DeviceTally tally{&block_tally};
   const StepConstants& c = launch.constants;
@@ -53,16 +49,18 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     const std::uint32_t i = base + k * kMoveBlock;
     bool is_heated_after = false;  // of a copy it does not matter
     if (i < launch.num) {
-      if (i % 32 == 0 && touched[k] != 0) launch.contacts.touched[i / 32] = 0;
+      if (i % 32 == 0 && touched[k] != 0)
+        launch.contacts.touched[i / 32] = launch.contacts.touched_again[i / 32] = 0;
       Parcel before = parcels[k];
       const bool is_copy = (before.id & kCopyBit) != 0;
       before.id &= kIdBits;
       Parcel after = before;
       if (!is_retired(before.position) && !is_copy) {
-        ContactSums sums;
-        if ((touched[k] >> (i % 32) & 1U) != 0) sums = as_sums(sums_of(launch.contacts, i));
-        after = finish_step<kBall, kBoundary>(c, launch.state->motion, launch.state->rounding_key, before,
-                                              sums, tally);
+        const ContactEffect effect =
+            (touched[k] & bit_of(i)) == 0
+                ? effect_of_none(before.velocity)
+                : effect_of(c, before.velocity, as_sums(sums_of(launch.contacts, i)));
+        after = finish_step<kBall, kBoundary>(c, launch.state->motion, key, before, effect, tally);
         launch.from.position[i] = after.position;
         if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
         is_heated_after = after.is_heated != 0;
@@ -74,13 +72,17 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
   }
   reduce_warp(tally, block_tally);
   __syncthreads();
-  if (threadIdx.x == 0) add_slot(launch.slots[blockIdx.x % kNumSlots], block_tally);
+  if (threadIdx.x == 0) add_block(launch, block_tally);
 }
 
 }  // namespace
 
 void launch_move(const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
+  if (launch.sort.is_due) {
+    launch_move_and_sort(launch, stream);
+    return;
+  }
   const unsigned num_blocks = blocks_for(launch.num, kMoveBlock * kPerThread);
   const Physics& physics = launch.constants.physics;
   for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {

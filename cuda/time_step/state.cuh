@@ -42,8 +42,13 @@ struct RequestTotals {
   unsigned int first_invalid_id;
 };
 
-// Without a ball so many steps may follow one another before launch_end_steps.
-constexpr unsigned kMaxOpenSteps = 16;
+// Without a ball so many steps may follow one another before launch_end_steps; of steps in parts fewer, since
+// each thread of find_pairs_kernel adds up their displacements.
+constexpr unsigned kMaxOpenSteps = 16, kMaxOpenInParts = 4;
+
+// Displacement in a step, position units, beyond which it is not told how far: 16 of them have 32 bits.
+constexpr unsigned kFar = 1U << 27;
+static_assert(kMaxOpenSteps <= 16);
 
 // As of the last launch_end_steps.
 struct StepState {
@@ -51,7 +56,8 @@ struct StepState {
   BallMotion motion;            // in the next step
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
-  unsigned int displacement[kMaxOpenSteps]{};  // along an axis, of each step since; position units
+  // Along an axis, of each step since, position units; kFar stands for more. Zero for those to come.
+  alignas(16) unsigned int displacement[kMaxOpenSteps]{};
   std::int32_t last_displacement = 0;  // largest displacement along an axis in the last step, position units
   long long max_displacement = 0;      // bound since the sort, summed over steps
   RequestTotals totals{};

@@ -153,6 +153,22 @@ PF_HD inline std::uint32_t is_heated_by(const ContactSums& sums, Vec2f before, V
   return sums.num_contacts >= kCrowd && dot(after, after) > kHeating * dot(before, before) ? 1 : 0;
 }
 
+// What all contacts of a step do to a parcel: its velocity after them, by how much they push it apart, and
+// Parcel::is_heated.
+struct ContactEffect {
+  Vec2f velocity_mps;
+  Vec2i push;
+  std::uint32_t is_heated = 0;
+};
+
+PF_HD inline ContactEffect effect_of(const StepConstants& c, Vec2f velocity_mps, const ContactSums& sums) {
+  const Vec2f after = velocity_after(c, velocity_mps, sums);
+  return {after, push_after(sums), is_heated_by(sums, velocity_mps, after)};
+}
+
+// The same of no contacts, to the bit: a zero of either sign becomes a positive one.
+PF_HD inline ContactEffect effect_of_none(Vec2f velocity_mps) { return {velocity_mps + Vec2f{}, {}, 0}; }
+
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
 PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
   const Vec2f moved = velocity_mps * c.advance;
@@ -164,14 +180,13 @@ PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
 // displacement is NaN or beyond the world's integer range is reported and stays in place.
 template <bool kBall, Boundary kBoundary, StepTally Tally>
 PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
-                                const Parcel& self, const ContactSums& sums, Tally& tally) {
+                                const Parcel& self, const ContactEffect& effect, Tally& tally) {
   const World& world = c.physics.world;
-  const Vec2i push = push_after(sums);
+  const Vec2i push = effect.push;
   const std::uint32_t bits = mix32(self.id ^ step_key);
   const RandomBits random{bits >> 16, bits & 0xFFFFU};
   Movement movement;
-  movement.velocity = velocity_after(c, self.velocity, sums);
-  const std::uint32_t is_heated = is_heated_by(sums, self.velocity, movement.velocity);
+  movement.velocity = effect.velocity_mps;
   bool is_valid = is_in_range(c, movement.velocity) && push.x != kHalfSide && push.y != kHalfSide;
   const Vec2i start = is_valid ? self.position + push : self.position;
   if (is_valid) {
@@ -194,7 +209,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     return {self.position, self.velocity, self.id};
   }
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
-  Parcel after{start + movement.moved, movement.velocity, self.id, is_heated};
+  Parcel after{start + movement.moved, movement.velocity, self.id, effect.is_heated};
   const std::int32_t radius = c.contact_reach / 2;
   const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
   const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);
@@ -203,6 +218,12 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     after.position = {kRetired, 0};
   }
   return after;
+}
+
+template <bool kBall, Boundary kBoundary, StepTally Tally>
+PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
+                                const Parcel& self, const ContactSums& sums, Tally& tally) {
+  return finish_step<kBall, kBoundary>(c, ball, step_key, self, effect_of(c, self.velocity, sums), tally);
 }
 
 // Key of the random roundings of one step. step: steps since the reset.

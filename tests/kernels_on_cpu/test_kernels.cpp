@@ -74,9 +74,12 @@ TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
 TEST_F(Kernels, StepsOfAGasThatEscapesGiveTheBitsOfTheCpu) {
   Settings s = gas(kNumParcels, 0.2, Boundary::open);
   s.dt_s = 0.1;
-  for (const Method method : {Method::impulse, Method::exact}) {
-    s.method = method;
-    EXPECT_GT(expect_same_bits(s, 100).num_retired, 100U);
+  for (const char* limits : {"", "many_parcels=1"}) {
+    limit(limits);
+    for (const Method method : {Method::impulse, Method::exact}) {
+      s.method = method;
+      EXPECT_GT(expect_same_bits(s, 100).num_retired, 100U);
+    }
   }
 }
 

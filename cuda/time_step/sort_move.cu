@@ -1,0 +1,98 @@
+// The move of parcels whose contacts are summed, each to its place in the order of a new sort.
+#include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
+#include "cuda/draw_parcel.cuh"
+#include "cuda/launch.cuh"
+#include "cuda/tally.cuh"
+#include "cuda/time_step/device_contacts.cuh"
+#include "model/methods.hpp"
+
+namespace pf {
+namespace {
+
+// What a block, whose parcels have a list of pairs, knows of all of them.
+struct OfList {
+  std::uint32_t key;
+  uint4 touched;
+};
+
+// Sums of the contacts of parcel i, found by a search. Not inlined: only in a crowd parcels need it.
+template <class Contact, Boundary kBoundary>
+__device__ __noinline__ ContactSums search_sums(const StepLaunch& launch, std::uint32_t i) {
+  std::uint32_t open = 0;  // without this step, whose displacement is noted meanwhile
+  for (unsigned k = 0; k < launch.num_open; ++k) open += launch.state->displacement[k];
+  const std::int32_t displacement = displacement_since_sort(*launch.state, open);
+  const Parcel self = parcel_at(launch, i);
+  const SearchCircle circle{self.position, i, search_reach(launch.constants, displacement),
+                            launch.constants.filter_distance2};
+  ContactSums sums;
+  DeviceTally counted{nullptr};  // by contact_kernel
+  search<kBoundary, true>(launch.space, launch.from.position, circle, [&](std::uint32_t j) {
+    touch_from<Contact, kBoundary>(launch, self, j, sums, counted);
+  });
+  return sums;
+}
+
+template <class Contact, Boundary kBoundary>
+__device__ ContactEffect contact_effect(const StepLaunch& launch, std::uint32_t i, Vec2f velocity,
+                                        const OfList& list) {
+  if (!has_bit(list.touched, i)) return effect_of_none(velocity);
+  const DeviceSums* const sums = few_sums_of(launch.contacts, i, list.touched);
+  return effect_of(launch.constants, velocity,
+                   sums != nullptr ? as_sums(*sums) : search_sums<Contact, kBoundary>(launch, i));
+}
+
+template <class Contact, bool kBall, Boundary kBoundary>
+__global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
+    sort_move_kernel(const __grid_constant__ StepLaunch launch) {
+  begin_in_turn();
+  __shared__ TallySlot block_tally;
+  __shared__ OfList list;
+  const std::uint32_t i = blockIdx.x * kPairList + threadIdx.x;
+  const bool is_parcel = i < launch.num;
+  Parcel before{};
+  if (is_parcel) before = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+  if (threadIdx.x == 0) {
+    block_tally = {};
+    list = {key_of(launch), words_of_list(launch.contacts.touched, blockIdx.x)};
+  }
+  // Asked for early, since it takes as long as the parcel itself.
+  const std::uint32_t place = rank_in_cell(launch.sort.grid, launch.sort.places,
+                                           cell_key(launch.sort.grid, before.position), is_parcel);
+  __syncthreads();
+  DeviceTally tally{&block_tally};
+  if (is_parcel) {
+    Parcel after = before;
+    if (!is_retired(before.position)) {
+      const ContactEffect effect = contact_effect<Contact, kBoundary>(launch, i, before.velocity, list);
+      after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, list.key, before, effect,
+                                            tally);
+    }
+    launch.to.position[place] = after.position;
+    launch.to.velocity[place] = after.velocity;
+    launch.to.id[place] = after.id;
+    if (after.is_heated != 0) set_heated(launch.to, place, 1);
+    if (launch.draw.position_m != nullptr)
+      draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
+  }
+  reduce_warp(tally, block_tally);
+  __syncthreads();
+  if (threadIdx.x == 0) {
+    reinterpret_cast<uint4*>(launch.contacts.touched)[blockIdx.x] = {};
+    reinterpret_cast<uint4*>(launch.contacts.touched_again)[blockIdx.x] = {};
+    add_block(launch, block_tally);
+  }
+}
+
+}  // namespace
+
+void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream) {
+  for_terms(launch.constants.physics, launch.method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
+    if constexpr (has_contacts<Contact>) {  // else nothing is ever sorted
+      launch_in_turn(sort_move_kernel<Contact, kBall, kBoundary>, blocks_for(launch.num, kPairList),
+                     kPairList, stream, launch);
+    }
+  });
+}
+
+}  // namespace pf
