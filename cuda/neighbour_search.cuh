@@ -71,8 +71,8 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
 #pragma unroll
       for (unsigned u = 0; u < kReadTogether; ++u) {
         const float past = past_circle<kBoundary>(space, circle, there[u]);
-        near = __funnelshift_l(__float_as_uint(past), near,
-                               1);  // its sign: a comparison takes three instructions
+        // Its sign: a comparison would take three instructions.
+        near = __funnelshift_l(__float_as_uint(past), near, 1);
       }
       k += kReadTogether;
     } while (k < next);
@@ -112,15 +112,18 @@ __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec
     visit_candidate_ranges<kBoundary>(grid, space.cell_start, circle.centre, reach, visit_range);
     return;
   }
-  const std::int32_t row = cell_coordinate(lowest, grid.y);
-  const std::int32_t column = cell_coordinate(x - reach, grid.x);
   const auto row_length = static_cast<std::uint32_t>(grid.x.num);
+  const std::int32_t last_row = cell_coordinate(y + reach, grid.y);
+  std::int32_t row = cell_coordinate(lowest, grid.y);
+  // Three rows would be two loops. Often the first one ends before `begin`.
+  if (last_row - row > 1 && space.cell_start[static_cast<std::uint32_t>(row + 1) * row_length] < begin) ++row;
+  const std::int32_t column = cell_coordinate(x - reach, grid.x);
   const auto num_columns = static_cast<std::uint32_t>(cell_coordinate(x + reach, grid.x) - column + 1);
   std::uint32_t cell = static_cast<std::uint32_t>(row) * row_length + static_cast<std::uint32_t>(column);
   const auto range_in_row = [&](std::uint32_t first_cell) {
     return not_before(space.cell_start[first_cell], space.cell_start[first_cell + num_columns]);
   };
-  for (std::int32_t num_rows = cell_coordinate(y + reach, grid.y) - row; num_rows >= 0; num_rows -= 2) {
+  for (std::int32_t num_rows = last_row - row; num_rows >= 0; num_rows -= 2) {
     const std::uint32_t next_row = num_rows > 0 ? cell + row_length : cell;
     const ParcelRange one = range_in_row(cell);
     ParcelRange two = range_in_row(next_row);
