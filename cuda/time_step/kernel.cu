@@ -119,9 +119,26 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   if (threadIdx.x == 0) add_block(launch, block_tally);
 }
 
-__device__ void plan_step(const StepConstants& c, StepState& state) {
-  if (c.physics.ball.exists)
-    state.motion = ball_motion(c.physics.world, c.physics.ball, state.ball, c.ball_contact_m, c.dt_s);
+__device__ void plan_flight(const StepConstants& c, const BallState& ball, StepState& state) {
+  state.flight = fly(c.physics.ball, ball, c.dt_s);
+}
+
+__device__ void plan_motion(const StepConstants& c, const BallState& ball, StepState& state) {
+  state.motion = ball_motion(c.physics.world, c.physics.ball, ball, c.ball_contact_m, c.dt_s);
+}
+
+// What advance_ball() does, with the flight that was planned.
+__device__ void end_flight(const StepConstants& c, const BallFlight& flight, const BallSums& hits,
+                           BallState& ball) {
+  if (c.physics.ball.held) return;
+  ball.position_m += flight.displacement_m;
+  ball.angle_rad += ball.spin_radps * c.dt_s;
+  ball.velocity_mps = flight.velocity_mps;
+  apply_hits(c.physics.ball, hits, c.impulse_unit_kg_mps, ball);
+  apply_boundary_to_ball(c.physics.world, c.physics.ball.radius_m, ball);
+}
+
+__device__ void plan_rounding(const StepConstants& c, StepState& state) {
   state.rounding_key = rounding_key(c.physics.seed, state.step);
 }
 
@@ -132,37 +149,59 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   if (threadIdx.x < kMaxOpenSteps) state->displacement[threadIdx.x] = 0;
   if (threadIdx.x != 0) return;
   state->totals = {};
-  plan_step(c, *state);
+  if (c.physics.ball.exists) {
+    plan_flight(c, state->ball, *state);
+    plan_motion(c, state->ball, *state);
+  }
+  plan_rounding(c, *state);
 }
 
-// A warp sums the slots of each open step. has_sorted: the last one of them has.
+// Adds the sums of the open steps to the totals. has_sorted: the last one of them has.
+__device__ void end_open_steps(const TallySlot* sums, unsigned num_open, bool has_sorted, StepState& state) {
+  for (unsigned k = 0; k < num_open; ++k) {
+    add_to_totals(sums[k], state);
+    if (has_sorted && k + 1 == num_open) state.max_displacement = 0;
+    state.last_displacement = static_cast<std::int32_t>(sums[k].max_displacement);
+    state.max_displacement += state.last_displacement;
+    state.displacement[k] = 0;
+    state.step += 1;
+  }
+}
+
+// A warp sums the slots of each open step. With a ball, of a single step, two warps do, and threads of both
+// share the rest of the work, since all wait for this kernel.
 __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
     end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots,
-                     bool has_sorted) {
+                     unsigned num_open, bool has_sorted) {
   begin_in_turn();
   __shared__ TallySlot sums[kMaxOpenSteps];
-  const TallySlot sum = sum_slots(slots[threadIdx.x]);
-  slots[threadIdx.x] = {};
-  if (threadIdx.x % 32 == 0) sums[threadIdx.x / 32] = sum;
-  __syncthreads();
-  if (threadIdx.x != 0) return;
-  const unsigned num_open = blockDim.x / kNumSlots;
-  for (unsigned k = 0; k < num_open; ++k) {
-    add_to_totals(sums[k], *state);
-    if (has_sorted && k + 1 == num_open) state->max_displacement = 0;
-    state->last_displacement = static_cast<std::int32_t>(sums[k].max_displacement);
-    state->max_displacement += state->last_displacement;
-    state->displacement[k] = 0;
-    state->step += 1;
+  __shared__ BallState moved;
+  const bool moves_ball = c.physics.ball.exists && threadIdx.x == 0,
+             is_other = threadIdx.x == blockDim.x - 32;
+  BallState ball;
+  BallFlight flight;
+  if (moves_ball) {  // on their way with the slots
+    ball = state->ball;
+    flight = state->flight;
   }
-  if (c.physics.ball.exists) {  // of a single step
+  const TallySlot sum = sum_slots(slots[threadIdx.x % (num_open * kNumSlots)]);
+  if (threadIdx.x % 32 == 0 && threadIdx.x < num_open * kNumSlots) sums[threadIdx.x / 32] = sum;
+  __syncthreads();
+  if (threadIdx.x < num_open * kNumSlots) slots[threadIdx.x] = {};
+  if (moves_ball) {
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
-    BallState ball = state->ball;
-    advance_ball(c.physics.world, c.physics.ball, hits, c.impulse_unit_kg_mps, c.dt_s, ball);
-    state->ball = ball;
+    end_flight(c, flight, hits, ball);
+    state->ball = moved = ball;
   }
-  plan_step(c, *state);
+  if (is_other) {
+    end_open_steps(sums, num_open, has_sorted, *state);
+    plan_rounding(c, *state);
+  }
+  if (!c.physics.ball.exists) return;
+  __syncthreads();
+  if (moves_ball) plan_motion(c, moved, *state);
+  if (is_other) plan_flight(c, moved, *state);
 }
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
@@ -190,8 +229,9 @@ void launch_begin_request(const StepConstants& constants, StepState* state, Tall
 }
 
 void launch_end_steps(const StepLaunch& launch, cudaStream_t stream) {
-  launch_in_turn(end_steps_kernel, 1, launch.num_open * kNumSlots, stream, launch.constants, launch.state,
-                 launch.slots, launch.sort.is_due);
+  const unsigned num_threads = launch.constants.physics.ball.exists ? 64 : launch.num_open * kNumSlots;
+  launch_in_turn(end_steps_kernel, 1, num_threads, stream, launch.constants, launch.state, launch.slots,
+                 launch.num_open, launch.sort.is_due);
 }
 
 }  // namespace pf

@@ -46,7 +46,7 @@ struct RequestTotals {
 // each thread of find_pairs_kernel adds up their displacements.
 constexpr unsigned kMaxOpenSteps = 16, kMaxOpenInParts = 4;
 
-// Displacement in a step, position units, beyond which it is not told how far: 16 of them have 32 bits.
+// Larger displacements in a step are noted as this one, position units: 16 of them fit 32 bits.
 constexpr unsigned kFar = 1U << 27;
 static_assert(kMaxOpenSteps <= 16);
 
@@ -54,6 +54,7 @@ static_assert(kMaxOpenSteps <= 16);
 struct StepState {
   BallState ball;
   BallMotion motion;            // in the next step
+  BallFlight flight{};          // likewise
   unsigned long long step = 0;  // since the reset
   std::uint32_t rounding_key = 0;
   // Along an axis, of each step since, position units; kFar stands for more. Zero for those to come.
