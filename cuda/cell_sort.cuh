@@ -59,7 +59,7 @@ struct SortScratch {
 };
 
 // Holds keys, ranks and counts for `capacity` parcels, CUB's temporary storage, and the cell starts, which
-// are valid until the next sort. Nothing is allocated in a step.
+// are valid until the next sort. Pointers to them are asked for anew after each.
 class DeviceCellSort {
  public:
   DeviceCellSort() = default;
@@ -86,13 +86,13 @@ class DeviceCellSort {
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }
   std::size_t bytes() const;
-  // Bytes moved for each cell by a sort with places, beside the parcels: a count is cleared, added to, summed
-  // and added to.
-  static constexpr double kMinBytesPerCell = 28.0;
+  // Bytes moved by a sort beside the parcels: for each cell a count is cleared, added to, and summed; keys
+  // and ranks are written and read, and the starts of cells read. A sort with places has no keys.
+  static constexpr double kMinBytesPerCell = 20.0, kMinBytesOfKeys = 20.0;
   // Bytes held for each parcel: keys, ranks, counts and cell starts, rounded up.
   static constexpr double kBytesPerParcel = 8.0 + 8.0 * kDeviceCellsPerParcel + 0.5;
 
-  // Free for other use from a scatter, and the last update_indices() after it, to the next begin().
+  // Free for other use from the end of a sort, and the last update_indices() after it, to the next begin.
   SortScratch scratch() const { return {keys_.data(), counts_.data()}; }
 
  private:

@@ -238,8 +238,11 @@ std::uint64_t CudaBackend::memory_bytes() const {
 double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
   constexpr double kStep = 2.0 * (sizeof(Vec2i) + sizeof(Vec2f)) + sizeof(std::uint32_t);
   const double n = num_parcels_;
-  // In a step, which then writes ids, too. A sort of its own moves the parcels once more.
-  const double per_sort = n * sizeof(std::uint32_t) + DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
+  // A step that sorts writes ids, too; a sort of its own also moves the parcels. As in the last request.
+  const double per_parcel = submitted_.num_sorts_in_steps > 0
+                                ? sizeof(std::uint32_t)
+                                : kStep + sizeof(std::uint32_t) + DeviceCellSort::kMinBytesOfKeys;
+  const double per_sort = n * per_parcel + DeviceCellSort::kMinBytesPerCell * grid_.num_cells();
   return static_cast<double>(totals.num_steps) * n * kStep + static_cast<double>(totals.num_sorts) * per_sort;
 }
 

@@ -95,11 +95,12 @@ class CudaBackend final : public Backend {
   void step(StepLaunch& launch, LaunchStep launch_parcels);
   void step_in_parts(StepLaunch& launch);
   void set_source(StepLaunch& launch) const;
-  void sum_counts(StepLaunch& launch);
+  void finish_counting(StepLaunch& launch);
   bool make_room_for_contacts();
   void note_step(StepLaunch& launch, bool ends_now);
   void end_steps(StepLaunch& launch);
-  bool sort_is_due(const StepConstants& constants) const;
+  bool sort_is_due(const StepConstants& constants, double widest) const;
+  bool can_sort_in_step(const StepConstants& constants) const;
   DrawBuffers device_draw_buffers(const DrawBuffers& wanted);
   void copy_to_host(const DrawBuffers& from, const DrawBuffers& to);
   void take_snapshot(ParcelSnapshot& to);
@@ -116,7 +117,7 @@ class CudaBackend final : public Backend {
   std::uint32_t num_parcels_ = 0;
   std::uint32_t capacity_ = 0;
   DeviceParcels current_;  // in the order of the last sort
-  DeviceParcels next_;     // where the next sort scatters to; between sorts the scratch of methods
+  DeviceParcels next_;     // where the next sort puts them; else, and until it does, the scratch of methods
   DeviceCellSort cell_sort_;
   ContactMemory contact_memory_;       // where steps are done in parts
   DeviceBuffer<Vec2f> draw_position_;  // for draw targets in host memory only

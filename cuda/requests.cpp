@@ -29,11 +29,17 @@ bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parc
 
 }  // namespace
 
-// A sort is due when the search box would grow too wide. An estimate serves for the steps of this request: it
-// decides on speed only, since the kernel searches as far as parcels have really moved.
-bool CudaBackend::sort_is_due(const StepConstants& constants) const {
+// A sort is due when the search box would grow wider than `widest`, in contact distances. An estimate serves
+// for the steps of this request: it decides on speed only, since the kernel searches as far as parcels have
+// really moved.
+bool CudaBackend::sort_is_due(const StepConstants& constants, double widest) const {
   return !sorted_ || static_cast<double>(constants.contact_reach + expected_displacement_) >
-                         kWidestStepReach * constants.contact_distance;
+                         widest * constants.contact_distance;
+}
+
+bool CudaBackend::can_sort_in_step(const StepConstants& constants) const {
+  return sorted_ && static_cast<double>(constants.contact_reach + expected_displacement_) <=
+                        kWidestReachToSort * constants.contact_distance;
 }
 
 void CudaBackend::sort(const StepConstants& constants) {
@@ -72,8 +78,8 @@ void CudaBackend::submit(const StepRequest& request) {
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
-    const bool sorts = searches && sort_is_due(constants);
-    launch.sort.is_due = sorts && in_parts && sorted_;
+    const bool sorts = searches && sort_is_due(constants, in_parts ? kWidestReachInParts : kWidestStepReach);
+    launch.sort.is_due = sorts && in_parts && can_sort_in_step(constants);
     if (sorts && !launch.sort.is_due) {
       end_steps(launch);
       sort(constants);
@@ -149,7 +155,7 @@ void CudaBackend::step_in_parts(StepLaunch& launch) {
     const PhaseRange range(Phase::collide_integrate);
     launch_contacts(launch, stream_);
   }
-  if (launch.sort.is_due) sum_counts(launch);
+  if (launch.sort.is_due) finish_counting(launch);
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_move(launch, stream_);
@@ -158,8 +164,8 @@ void CudaBackend::step_in_parts(StepLaunch& launch) {
   note_step(launch, physics_.ball.exists || launch.sort.is_due || launch.num_open + 1 == kMaxOpenInParts);
 }
 
-// Of a sort in a step, between its kernels.
-void CudaBackend::sum_counts(StepLaunch& launch) {
+// Of a sort in a step, between its kernels: from here on the parcels' places and the grid are the new ones.
+void CudaBackend::finish_counting(StepLaunch& launch) {
   const PhaseRange range(Phase::sort);
   timer_.mark_sums(stream_);
   cell_sort_.sum_to_places(launch.sort.grid, stream_);

@@ -8,8 +8,8 @@
 // Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
 // each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
 // and draws. If a sort is due, such a step does it on its way: the first kernel counts the parcels by the
-// cells that they are in before the step, and the last one puts each, moved, in its place. A sort of its own
-// reads and writes twice as many bytes.
+// cells that they are in before the step, clear_few_kernel and CUB follow, and sort_move_kernel puts each
+// parcel, moved, in its place. A sort of its own reads and writes twice as many bytes.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
@@ -27,14 +27,19 @@ namespace pf {
 // of a row that a box covers are one range, so narrow ones cost nothing but their counts. Measured on an
 // H100, Gps of a gas of 10^7, area fraction 0.2 and 0.35, and ms a frame of the court of 10^7: width 1.25,
 // height 3.5, reach 3.0 26.8, 20.9, 9.11; reach 2.75 26.8, 21.0, 9.34; 3.25 26.7, 20.6, 9.12; width 1.5,
-// reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33.
+// reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33. Steps in parts, which sort on their way, on
+// an H200: reach 3.0 33.7, 27.8, 8.22, and 35.0 at 10^8; 3.25 33.8, 27.8, 8.21, and 35.6.
 constexpr double kStepCellWidth = 1.25, kStepCellHeight = 3.5;
-constexpr double kWidestStepReach = 3.0;
+constexpr double kWidestStepReach = 3.0, kWidestReachInParts = 3.25;
 
 inline CellSize step_cells(const StepConstants& constants) {
   return {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel,
           kStepCellHeight * constants.contact_distance};
 }
+
+// Widest reach of the search in a step that sorts, which is in the order before. Beyond it, as after steps
+// without contacts or in very long ones, a sort of its own comes first.
+constexpr double kWidestReachToSort = 4.0;
 
 // From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
 // three and of one: 4 10^5 16.9 and 17.5, 5 10^5 19.2 and 18.4; 10^7 at 0.4 22.4 and 21.0, at 0.5 18.2 and
@@ -83,8 +88,9 @@ struct StepSort {
 struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
-  ParcelPointers from;  // the parcels; moved in place by launch_move
-  // Of launch_step and launch_push_out, with id unused, and of steps that sort; must not overlap `from`.
+  ParcelPointers from;  // the parcels; moved in place by launch_move, but in a step that sorts
+  // Where they go in a step that sorts, and in launch_step and launch_push_out, which do not write ids. Must
+  // not overlap `from`.
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
   StepSort sort;            // likewise

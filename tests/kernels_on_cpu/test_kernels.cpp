@@ -59,6 +59,57 @@ TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
   }
 }
 
+// Steps in parts are ended four at a time, and earlier before a sort and at the end of a request.
+TEST_F(Kernels, StepsOfAnyRequestsGiveTheBitsOfTheCpu) {
+  limit("many_parcels=1");
+  const Settings s = gas(kNumParcels, 0.44, Boundary::walls);
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  for (const std::uint32_t steps : {3U, 4U, 5U, 1U, 33U, 2U, 40U}) expect_same_request(cpu, gpu, steps);
+}
+
+// What a step leaves is scratch of the next one, and what the order of the last sort is good for changes.
+TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
+  limit("many_parcels=1");
+  const Settings s = gas(kNumParcels, 0.65, Boundary::walls);
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  const auto go_on = [&](Method method, bool contacts, Neighbors neighbors, std::uint32_t steps) {
+    for (SceneRun* run : {&cpu, &gpu}) {
+      run->settings.method = method;
+      run->settings.neighbors = neighbors;
+      run->physics.parcels.contacts = contacts;
+      run->backend->set_physics(run->physics);
+    }
+    expect_same_request(cpu, gpu, steps);
+    EXPECT_EQ(gpu.backend->snapshot().heated, cpu.backend->snapshot().heated) << steps;
+  };
+  go_on(Method::impulse, true, Neighbors::grid, 25);
+  go_on(Method::spring, true, Neighbors::grid, 3);
+  go_on(Method::impulse, true, Neighbors::grid, 25);
+  go_on(Method::exact, true, Neighbors::grid, 2);
+  go_on(Method::impulse, true, Neighbors::grid, 25);
+  go_on(Method::impulse, false, Neighbors::grid, 60);
+  go_on(Method::impulse, true, Neighbors::grid, 25);
+  go_on(Method::impulse, true, Neighbors::all_pairs, 30);
+  go_on(Method::impulse, true, Neighbors::grid, 25);
+}
+
+// A sort of its own has the phase grid. Steps without contacts do not sort, but parcels move.
+TEST_F(Kernels, StepsSortOnTheirWayUnlessTheirSearchWouldBeWide) {
+  limit("many_parcels=1");
+  SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
+  const auto has_own_sort = [&](bool contacts, std::uint32_t steps) {
+    gpu.physics.parcels.contacts = contacts;
+    gpu.backend->set_physics(gpu.physics);
+    const StepReport report = gpu.advance(steps);
+    EXPECT_EQ(report.totals.num_sorts > 0, contacts) << steps;
+    return report.times[Phase::grid] > 0.0;
+  };
+  EXPECT_TRUE(has_own_sort(true, 1));
+  EXPECT_FALSE(has_own_sort(true, 60));
+  EXPECT_FALSE(has_own_sort(false, 200));
+  EXPECT_TRUE(has_own_sort(true, 1));
+}
+
 TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
   for (const char* limits : {"multiprocessors=1", "many_parcels=1"}) {
     limit(limits);

@@ -27,7 +27,8 @@ struct HalfAUnit {
   Vec2i moved(std::uint32_t id, std::uint64_t step) const {
     CpuTally tally;
     const Parcel self{{0, 0}, velocity, id};
-    return finish_step<false, Boundary::periodic>(c, {}, rounding_key(1, step), self, {}, tally).position;
+    return finish_step<false, Boundary::periodic>(c, {}, rounding_key(1, step), self, ContactSums{}, tally)
+        .position;
   }
 };
 
