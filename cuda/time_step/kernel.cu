@@ -131,9 +131,7 @@ __device__ void plan_motion(const StepConstants& c, const BallState& ball, StepS
 __device__ void end_flight(const StepConstants& c, const BallFlight& flight, const BallSums& hits,
                            BallState& ball) {
   if (c.physics.ball.held) return;
-  ball.position_m += flight.displacement_m;
-  ball.angle_rad += ball.spin_radps * c.dt_s;
-  ball.velocity_mps = flight.velocity_mps;
+  follow(flight, c.dt_s, ball);
   apply_hits(c.physics.ball, hits, c.impulse_unit_kg_mps, ball);
   apply_boundary_to_ball(c.physics.world, c.physics.ball.radius_m, ball);
 }

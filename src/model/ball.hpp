@@ -127,14 +127,18 @@ PF_HD inline void apply_hits(const BallConstants& ball, const BallSums& hits, do
       static_cast<double>(hits.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
 }
 
+// The ball after a flight of dt_s, which fly() found.
+PF_HD inline void follow(const BallFlight& flight, double dt_s, BallState& state) {
+  state.position_m += flight.displacement_m;
+  state.angle_rad += state.spin_radps * dt_s;
+  state.velocity_mps = flight.velocity_mps;
+}
+
 // Advances the ball over one step, then applies the impulses of the step's hits.
 PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& hits,
                                double impulse_unit_kg_mps, double dt_s, BallState& state) {
   if (ball.held) return;
-  const BallFlight flight = fly(ball, state, dt_s);
-  state.position_m += flight.displacement_m;
-  state.angle_rad += state.spin_radps * dt_s;
-  state.velocity_mps = flight.velocity_mps;
+  follow(fly(ball, state, dt_s), dt_s, state);
   apply_hits(ball, hits, impulse_unit_kg_mps, state);
   apply_boundary_to_ball(world, ball.radius_m, state);
 }
