@@ -44,6 +44,7 @@ class CudaBackend final : public Backend {
   // Values of the request that collect() needs.
   struct Submitted {
     std::uint32_t num_steps = 0;
+    double dt_s = 0.0;  // of the time-stepped methods
     std::uint64_t num_sorts = 0;
     std::uint32_t num_ends = 0;            // of end_steps()
     std::uint32_t num_sorts_in_steps = 0;  // of num_sorts
@@ -95,9 +96,11 @@ class CudaBackend final : public Backend {
   void step(StepLaunch& launch, LaunchStep launch_parcels);
   void step_in_parts(StepLaunch& launch);
   void set_source(StepLaunch& launch) const;
-  void finish_counting(StepLaunch& launch);
+  DisplacedSinceSort displaced_since_sort(const StepLaunch& launch, bool is_just_sorted) const;
+  void begin_sort_in_step(StepLaunch& launch);
+  void end_counting(StepLaunch& launch);
   bool make_room_for_contacts();
-  void note_step(StepLaunch& launch, bool ends_now);
+  void note_step(StepLaunch& launch);
   void end_steps(StepLaunch& launch);
   bool sort_is_due(const StepConstants& constants, double widest) const;
   bool can_sort_in_step(const StepConstants& constants) const;

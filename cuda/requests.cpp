@@ -1,4 +1,5 @@
 // Requests of the time-stepped methods, and the reports of all methods.
+#include <algorithm>
 #include <cmath>
 
 #include "backend/exact/limits.hpp"
@@ -11,10 +12,11 @@
 namespace pf {
 namespace {
 
-// Expected displacement in a step, position units: a tenth more than the largest one in the last step; at
-// first that of a parcel at 4.5 standard deviations of the speed.
-std::int64_t displacement_in_step(const StepConstants& constants, const StepState& state) {
-  if (state.last_displacement > 0) return state.last_displacement + state.last_displacement / 10;
+// Expected displacement in a step, position units: a tenth more than the largest one in the last step, which
+// took last_dt_s; at first that of a parcel at 4.5 standard deviations of the speed.
+std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t last, double last_dt_s) {
+  if (last > 0 && last_dt_s > 0.0)
+    return static_cast<std::int64_t>(std::min(1.1 * last * (constants.dt_s / last_dt_s), 0x1p40));
   return static_cast<std::int64_t>(4.5 * constants.advance_scale * 0x1p-32 *
                                    constants.physics.parcels.speed_mps);
 }
@@ -58,8 +60,17 @@ void CudaBackend::sort(const StepConstants& constants) {
   timer_.mark_sort(stream_);
   grid_ = grid;
   std::swap(current_, next_);
-  PF_CUDA(cudaMemsetAsync(&state_.data()->max_displacement, 0, sizeof(StepState::max_displacement), stream_));
   sorted_ = true;
+}
+
+// Where a step finds displacements since the sort. is_just_sorted: after the step before it.
+DisplacedSinceSort CudaBackend::displaced_since_sort(const StepLaunch& launch, bool is_just_sorted) const {
+  const StepState* const state = state_.data();
+  if (is_just_sorted) return {&state->none, &state->none};
+  if (launch.num_open == 0) return {&state->displaced, &state->none};
+  const std::uint32_t last = launch.num_open - 1;
+  const bool has_last_sorted = launch.sort.is_due;
+  return {has_last_sorted ? &state->none : &state->displaced_before[last], &state->displacement[last]};
 }
 
 void CudaBackend::submit(const StepRequest& request) {
@@ -67,11 +78,13 @@ void CudaBackend::submit(const StepRequest& request) {
   stop_exact();
   const StepConstants constants = make_step_constants(physics_, request.dt_s, request.spring_contact_s);
   const bool searches = physics_.parcels.contacts && request.neighbors == Neighbors::grid && num_parcels_ > 0;
-  const std::int64_t displacement = displacement_in_step(constants, *host_state_);
+  const std::int64_t displacement =
+      displacement_in_step(constants, host_state_->last_displacement, submitted_.dt_s);
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {.num_steps = request.num_steps,
+                .dt_s = request.dt_s,
                 .per_impulse_count = constants.per_impulse_count,
                 .impulse_unit_kg_mps = constants.impulse_unit_kg_mps};
 
@@ -79,11 +92,10 @@ void CudaBackend::submit(const StepRequest& request) {
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
     const bool sorts = searches && sort_is_due(constants, in_parts ? kWidestReachInParts : kWidestStepReach);
-    launch.sort.is_due = sorts && in_parts && can_sort_in_step(constants);
-    if (sorts && !launch.sort.is_due) {
-      end_steps(launch);
-      sort(constants);
-    }
+    const bool sorts_in_step = sorts && can_sort_in_step(constants);
+    if (sorts && !sorts_in_step) sort(constants);
+    launch.displaced = displaced_since_sort(launch, sorts && !sorts_in_step);
+    launch.sort.is_due = sorts_in_step;
     submitted_.num_sorts += sorts ? 1 : 0;
     expected_displacement_ = (sorts ? 0 : expected_displacement_) + displacement;
     if (k + 1 == request.num_steps) launch.draw = draw;
@@ -132,6 +144,13 @@ void CudaBackend::set_source(StepLaunch& launch) const {
 // One step of parcels, and of the ball, if there is one.
 void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   set_source(launch);
+  if (launch.sort.is_due) {
+    const PhaseRange range(Phase::sort);
+    begin_sort_in_step(launch);
+    timer_.mark_sums(stream_);
+    launch_count(launch, stream_);
+    end_counting(launch);
+  }
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_parcels(launch, stream_);
@@ -139,7 +158,8 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   std::swap(current_.position, next_.position);
   std::swap(current_.velocity, next_.velocity);
   std::swap(current_.heated, next_.heated);
-  note_step(launch, physics_.ball.exists || launch.num_open + 1 == kMaxOpenSteps);
+  if (launch.sort.is_due) std::swap(current_.id, next_.id);
+  note_step(launch);
 }
 
 // The same for many parcels.
@@ -147,27 +167,31 @@ void CudaBackend::step_in_parts(StepLaunch& launch) {
   set_source(launch);
   launch.contacts = launch.sort.is_due ? contact_memory_.lay_out_to_sort(next_)
                                        : contact_memory_.lay_out(next_, cell_sort_);
-  if (launch.sort.is_due) {
-    launch.sort.grid = choose_grid(physics_.world, num_parcels_, step_cells(launch.constants));
-    launch.sort.places = cell_sort_.begin_places(launch.sort.grid, stream_);
-  }
+  if (launch.sort.is_due) begin_sort_in_step(launch);
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_contacts(launch, stream_);
   }
-  if (launch.sort.is_due) finish_counting(launch);
+  if (launch.sort.is_due) {
+    const PhaseRange range(Phase::sort);
+    timer_.mark_sums(stream_);
+    end_counting(launch);
+  }
   {
     const PhaseRange range(Phase::collide_integrate);
     launch_move(launch, stream_);
   }
   if (launch.sort.is_due) std::swap(current_, next_);
-  note_step(launch, physics_.ball.exists || launch.sort.is_due || launch.num_open + 1 == kMaxOpenInParts);
+  note_step(launch);
 }
 
-// Of a sort in a step, between its kernels: from here on the parcels' places and the grid are the new ones.
-void CudaBackend::finish_counting(StepLaunch& launch) {
-  const PhaseRange range(Phase::sort);
-  timer_.mark_sums(stream_);
+void CudaBackend::begin_sort_in_step(StepLaunch& launch) {
+  launch.sort.grid = choose_grid(physics_.world, num_parcels_, step_cells(launch.constants));
+  launch.sort.places = cell_sort_.begin_places(launch.sort.grid, stream_);
+}
+
+// When the parcels are counted. From here on their places and the grid are the new ones.
+void CudaBackend::end_counting(StepLaunch& launch) {
   cell_sort_.sum_to_places(launch.sort.grid, stream_);
   timer_.mark_sums(stream_);
   ++submitted_.num_sorts_in_steps;
@@ -175,9 +199,9 @@ void CudaBackend::finish_counting(StepLaunch& launch) {
 }
 
 // A ball moves after each step. Without one, steps wait for nothing but the parcels.
-void CudaBackend::note_step(StepLaunch& launch, bool ends_now) {
+void CudaBackend::note_step(StepLaunch& launch) {
   ++launch.num_open;
-  if (ends_now) end_steps(launch);
+  if (physics_.ball.exists || launch.num_open == kMaxOpenSteps) end_steps(launch);
 }
 
 void CudaBackend::end_steps(StepLaunch& launch) {
@@ -225,8 +249,7 @@ StepReport CudaBackend::collect() {
                      : timer_.times({submitted_.num_ends, submitted_.num_sorts_in_steps});  // either waits
   if (submitted_.exact && host_exact_->unresolvable != 0)
     throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
-  expected_displacement_ =
-      submitted_.exact ? host_exact_->progress.max_displacement : host_state_->max_displacement;
+  expected_displacement_ = submitted_.exact ? host_exact_->progress.max_displacement : host_state_->displaced;
   report.ball = host_state_->ball;
   report.totals = collected_totals();
   if (submitted_.exact) finish_exact(report);

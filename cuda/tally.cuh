@@ -109,8 +109,7 @@ __device__ inline TallySlot sum_slots(const TallySlot& slot) {
   return sum;
 }
 
-__device__ inline void add_to_totals(const TallySlot& sum, StepState& state) {
-  RequestTotals& totals = state.totals;
+__device__ inline void add_to_totals(const TallySlot& sum, unsigned long long step, RequestTotals& totals) {
   totals.num_collisions += sum.num_collisions;
   totals.impulse_sum += static_cast<long long>(sum.impulse_sum);
   totals.max_overlap = fmaxf(totals.max_overlap, __uint_as_float(sum.max_overlap_bits));
@@ -120,7 +119,7 @@ __device__ inline void add_to_totals(const TallySlot& sum, StepState& state) {
   totals.num_hits += sum.num_hits;
   totals.num_retired += sum.num_retired;
   if (totals.num_invalid == 0 && sum.num_invalid != 0) {
-    totals.first_invalid_step = state.step;
+    totals.first_invalid_step = step;
     totals.first_invalid_id = ~sum.first_invalid_id;
   }
   totals.num_invalid += sum.num_invalid;

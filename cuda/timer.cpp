@@ -28,11 +28,14 @@ double EventMarks::elapsed_ms(std::size_t from, std::size_t to) const {
 
 void RequestTimer::begin(cudaStream_t stream) {
   for (EventMarks* marks : {&request_, &sorts_, &sums_, &ball_, &stages_}) marks->clear();
-  num_stage_calls_ = 0;
+  num_sort_calls_ = num_stage_calls_ = 0;
   request_.record(stream);
 }
 
-void RequestTimer::mark_sort(cudaStream_t stream) { sorts_.record(stream); }
+void RequestTimer::mark_sort(cudaStream_t stream) {
+  const std::size_t sort = num_sort_calls_++ / 3;
+  if (sort % kSortsPerMarked == 0) sorts_.record(stream);
+}
 
 void RequestTimer::mark_sums(cudaStream_t stream) { sums_.record(stream); }
 
@@ -56,6 +59,9 @@ PhaseTimes RequestTimer::sort_times() const {
     times[Phase::sort] += sorts_.elapsed_ms(k, k + 1);
     times[Phase::grid] += sorts_.elapsed_ms(k + 1, k + 2);
   }
+  if (sorts_.num() == 0) return times;
+  const double sorts_per_marked = static_cast<double>(num_sort_calls_) / static_cast<double>(sorts_.num());
+  for (const Phase phase : {Phase::sort, Phase::grid}) times[phase] *= sorts_per_marked;
   return times;
 }
 

@@ -44,11 +44,13 @@ class EventMarks {
 class RequestTimer {
  public:
   void begin(cudaStream_t stream);
-  void mark_sort(cudaStream_t stream);  // before the counts, after them, after the scatter
+  // Before the counts, after them, after the scatter. One sort in kSortsPerMarked is marked, since an event
+  // between short kernels costs as much as they do.
+  void mark_sort(cudaStream_t stream);
   void mark_sums(cudaStream_t stream);  // before and after counts are summed for a sort in a step
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
-  // kStepsPerMarked is marked, since an event between short kernels costs as much as they do.
+  // kStepsPerMarked is marked.
   void mark_stage(cudaStream_t stream);
   void end(cudaStream_t stream);
 
@@ -58,27 +60,26 @@ class RequestTimer {
     std::uint32_t num_sums = 0;  // for sorts in steps
   };
 
-  // Each of these waits for the end, and adds up to the time from begin to end.
-  // Sorts beyond the first kMaxSorts are not marked and count as collide_integrate, as what a step that sorts
-  // does beside the sums.
+  // Each of these waits for the end, and adds up to the time from begin to end. Marked sorts stand for all.
+  // What a step that sorts does beside the sums counts as collide_integrate.
   PhaseTimes times(const Repeats& repeats);
   // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
   // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.
   PhaseTimes exact_times(const unsigned long long* reconcile_ns);
 
  private:
-  static constexpr std::size_t kMaxSorts = 128;
+  static constexpr std::size_t kSortsPerMarked = 8, kMaxMarkedSorts = 16;
   static constexpr std::size_t kStepsPerMarked = 8, kMaxMarkedSteps = 32;
 
   double wait_ms();
   PhaseTimes sort_times() const;
 
   EventMarks request_{2};  // begin and end
-  EventMarks sorts_{3 * kMaxSorts};
+  EventMarks sorts_{3 * kMaxMarkedSorts};
   EventMarks sums_{2};
   EventMarks ball_{2};
   EventMarks stages_{4 * kMaxMarkedSteps};
-  std::size_t num_stage_calls_ = 0;
+  std::size_t num_sort_calls_ = 0, num_stage_calls_ = 0;
 };
 
 }  // namespace pf

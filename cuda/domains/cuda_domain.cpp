@@ -137,8 +137,8 @@ void CudaDomain::start(const TimeStep& step) {
   const DeviceScope scope(device_);
   *host_state_ = {};
   host_state_->motion = step.ball;
-  host_state_->rounding_key = step.key;
-  host_state_->max_displacement = displacement_;
+  host_state_->rounding_key[0] = step.key;
+  host_state_->displaced = static_cast<std::uint32_t>(std::min<std::int64_t>(displacement_, kHalfSide));
   to_device(state_.data(), host_state_.get(), 1, stream_);
   launch_ = {};
   launch_.constants = step.constants;
@@ -147,6 +147,7 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.from = current_.pointers();
   launch_.contacts = contact_memory_.lay_out(next_, cell_sort_);
   launch_.state = state_.data();
+  launch_.displaced = {&state_.data()->displaced, &state_.data()->none};
   launch_.slots = slots_.data();
   launch_.method = step.method;
   launch_.num = num_;

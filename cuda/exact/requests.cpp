@@ -103,6 +103,7 @@ void CudaBackend::push_out(const StepRequest& request) {
     timer_.begin(stream_);
     sort(constants);
     launch_begin_request(constants, state_.data(), slots_.data(), stream_);
+    launch.displaced = displaced_since_sort(launch, true);
     step(launch, launch_push_out);
     end_steps(launch);
     overlap = read_state().totals.max_overlap;
@@ -110,6 +111,7 @@ void CudaBackend::push_out(const StepRequest& request) {
   StepState after = read_state();
   after.step = before.step;
   after.ball = before.ball;
+  after.last_displacement = 0;
   write_state(after);
 }
 

@@ -218,7 +218,7 @@ __device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until,
 // window. sum: over the tally's slots.
 __device__ inline void finish_solved(const ExactLaunch& launch, const TallySlot& sum) {
   ExactState& state = *launch.state;
-  add_to_totals(sum, *launch.step_state);
+  add_to_totals(sum, launch.step_state->step, launch.step_state->totals);
   state.event_hash += sum.event_hash;
   state.num_events_committed += state.num_events;
   const double at_start = sqrt(static_cast<double>(__uint_as_float(sum.max_speed2_bits)));

@@ -37,7 +37,7 @@ template <bool kBorders, Boundary kBoundary, class Visit>
 __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint32_t k, Visit visit) {
   const std::uint32_t i = kBorders ? launch.near[k] : k;
   const Vec2i* position = launch.from.position;
-  const std::int32_t displacement = displacement_since_sort(*launch.state);  // on its way with the position
+  const std::int32_t displacement = displacement_since_sort(launch);  // on its way with the position
   const int2 there = __ldg(reinterpret_cast<const int2*>(position) + i);
   const Vec2i centre{there.x, there.y};
   if (is_retired(centre)) return;
@@ -76,29 +76,23 @@ __device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std:
   if (starts && !kSorts) sums_of(contacts, i) = {};
 }
 
-// Counts the thread's parcel for a sort.
-__device__ void count_for_sort(const StepLaunch& launch, std::uint32_t i) {
-  const bool is_parcel = i < launch.num;
-  const Vec2i position = is_parcel ? launch.from.position[i] : Vec2i{};
-  if (i % 32 == 0 && is_parcel) launch.to.heated[i / 32] = 0;
-  rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
-}
-
 template <bool kBorders, bool kSorts, Boundary kBoundary>
 __global__ void __launch_bounds__(kPairList,
                                   blocks_per_sm(kBoundary == Boundary::periodic ? 12 : 16, kPairList))
     find_pairs_kernel(const __grid_constant__ StepLaunch launch) {
   begin_in_turn();
-  const std::uint32_t base = blockIdx.x * kPairList;
+  // From the last list on, since what the move before has written last may still be in the cache.
+  const std::uint32_t list = gridDim.x - 1 - blockIdx.x;
+  const std::uint32_t base = list * kPairList;
   const ContactScratch& contacts = launch.contacts;
-  const std::uint32_t num_in_list = list_size<kBorders>(launch, blockIdx.x);
-  if constexpr (kSorts) count_for_sort(launch, base + threadIdx.x);
+  const std::uint32_t num_in_list = list_size<kBorders>(launch, list);
+  if constexpr (kSorts) prepare_sort(launch, base + threadIdx.x);
   if (threadIdx.x >= num_in_list) return;
   visit_pairs<kBorders, kBoundary>(launch, base + threadIdx.x, [&](std::uint32_t i, std::uint32_t j) {
     asm volatile("" : "+r"(i));  // what follows from i is not computed ahead: few parcels touch
     // Three atomics are waited for together.
     const std::uint32_t before_i = mark_touched(contacts, i), before_j = mark_touched(contacts, j);
-    const unsigned slot = atomicAdd(&contacts.num_pairs[blockIdx.x], 1U);
+    const unsigned slot = atomicAdd(&contacts.num_pairs[list], 1U);
     begin_sums<kBorders, kSorts>(contacts, i, before_i);
     begin_sums<kBorders, kSorts>(contacts, j, before_j);
     if (slot >= num_in_list) return;
@@ -111,16 +105,13 @@ __device__ void add_to(unsigned long long& sum, unsigned long long counts) {
   if (counts != 0) atomicAdd(&sum, counts);
 }
 
-// sign: -1 for the other one of a pair.
-__device__ DeviceSums signed_sums(const ContactSums& sums, std::int64_t sign) {
+__device__ DeviceSums device_sums(const ContactSums& sums) {
   // Stands for a push out of range in 56 bits, as INT64_MIN does in 64: it is its own opposite there.
   constexpr std::int64_t kOutOfRange = -(1LL << (kCountShift - 1));
-  const std::int64_t push_x = sums.push_x == INT64_MIN ? kOutOfRange : sign * sums.push_x;
+  const std::int64_t push_x = sums.push_x == INT64_MIN ? kOutOfRange : sums.push_x;
   const std::int64_t count = static_cast<std::int64_t>(sums.num_contacts) << kCountShift;
-  return {static_cast<unsigned long long>(sign * sums.velocity_x),
-          static_cast<unsigned long long>(sign * sums.velocity_y),
-          static_cast<unsigned long long>(push_x + count),
-          static_cast<unsigned long long>(sign * sums.push_y)};
+  return {static_cast<unsigned long long>(sums.velocity_x), static_cast<unsigned long long>(sums.velocity_y),
+          static_cast<unsigned long long>(push_x + count), static_cast<unsigned long long>(sums.push_y)};
 }
 
 // Where parcel i has its sums; null: nowhere.
@@ -171,7 +162,7 @@ __device__ __noinline__ void touch_one_sided(const StepLaunch& launch, std::uint
   if (is_retired(self.position)) return;
   ContactSums sums;
   touch_from<Contact, kBoundary>(launch, self, j, sums, tally);
-  add_sums<kBorders>(launch.contacts, i, signed_sums(sums, 1));
+  add_sums<kBorders>(launch.contacts, i, device_sums(sums));
 }
 
 // Adds the contact of two parcels to the sums of both, if they touch; with kBorders j is a copy, without
@@ -200,8 +191,8 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
   }
   ContactSums sums;
   add_contact<Contact>(launch.constants, one, two, offset, sums, tally);
-  add_sums<kBorders>(launch.contacts, i, signed_sums(sums, 1));
-  add_sums<kBorders>(launch.contacts, j, signed_sums(sums, -1));
+  add_sums<kBorders>(launch.contacts, i, device_sums(sums));
+  add_sums<kBorders>(launch.contacts, j, device_sums(-sums));
 }
 
 // The pairs of a list that is too short: they are found once more. Not inlined: the kernel would need

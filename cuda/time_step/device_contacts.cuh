@@ -16,34 +16,46 @@ __device__ inline std::int32_t search_reach(const StepConstants& c, std::int32_t
 }
 
 // Bound on displacements along an axis since the sort, position units; kHalfSide: parcels may be anywhere.
-// open: the sum of StepState::displacement.
-__device__ inline std::int32_t displacement_since_sort(const StepState& state, std::uint32_t open) {
-  constexpr std::uint32_t kMost = kHalfSide;
-  const auto bound = static_cast<unsigned long long>(__ldg(&state.max_displacement));
-  if (bound >> 32 != 0 || open >= kFar) return kHalfSide;
-  return static_cast<std::int32_t>(min(min(static_cast<std::uint32_t>(bound), kMost) + open, kMost));
+__device__ inline std::int32_t displacement_since_sort(const StepLaunch& launch) {
+  const std::uint32_t bound = __ldg(launch.displaced.before_last) + __ldg(launch.displaced.in_last);
+  return static_cast<std::int32_t>(min(bound, static_cast<std::uint32_t>(kHalfSide)));
 }
 
-// The same for steps in parts.
-__device__ inline std::int32_t displacement_since_sort(const StepState& state) {
-  static_assert(kMaxOpenInParts == 4);
-  const uint4 open = __ldg(reinterpret_cast<const uint4*>(state.displacement));
-  return displacement_since_sort(state, open.x + open.y + open.z + open.w);
+// Notes it for the steps that follow before launch_end_steps. One thread of a step calls it.
+__device__ inline void note_displacement(const StepLaunch& launch) {
+  launch.state->displaced_before[launch.num_open] =
+      static_cast<std::uint32_t>(displacement_since_sort(launch));
 }
 
 // Key of the random roundings of this step.
 __device__ inline std::uint32_t key_of(const StepLaunch& launch) {
-  const StepState& state = *launch.state;
-  return launch.num_open == 0 ? state.rounding_key
-                              : rounding_key(launch.constants.physics.seed, state.step + launch.num_open);
+  return launch.state->rounding_key[launch.num_open];
 }
 
-// Adds a block's tally to those of the step. One thread calls it.
-__device__ inline void add_block(const StepLaunch& launch, const TallySlot& block) {
+// Adds the tallies of the threads to those of the step. All threads of a block call it.
+__device__ inline void add_block(const StepLaunch& launch, const DeviceTally& tally, TallySlot& block) {
+  std::uint32_t& displacement = launch.state->displacement[launch.num_open];
+  std::uint32_t noted = 0;
+  if (threadIdx.x == 0) noted = __ldcg(&displacement);  // on its way meanwhile
+  reduce_warp(tally, block);
+  __syncthreads();
+  if (threadIdx.x != 0) return;
   add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block);
-  const unsigned most = min(block.max_displacement, kFar);
-  unsigned& displacement = launch.state->displacement[launch.num_open];
-  if (__ldcg(&displacement) < most) atomicMax(&displacement, most);
+  const std::uint32_t most = min(block.max_displacement, static_cast<std::uint32_t>(kHalfSide));
+  if (noted < most) atomicMax(&displacement, most);
+}
+
+// Of a sort in a step: counts a parcel in its cell, and once counts are summed says where it goes. Whole
+// warps call it.
+__device__ inline std::uint32_t place_of(const StepLaunch& launch, Vec2i position, bool is_parcel) {
+  return rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
+}
+
+// Counts parcel i, and clears the words in which the step will set bits.
+__device__ inline void prepare_sort(const StepLaunch& launch, std::uint32_t i) {
+  const bool is_parcel = i < launch.num;
+  if (i % 32 == 0 && is_parcel) launch.to.heated[i / 32] = 0;
+  place_of(launch, is_parcel ? launch.from.position[i] : Vec2i{}, is_parcel);
 }
 
 // A bit of a word for each parcel.

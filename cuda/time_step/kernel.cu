@@ -18,12 +18,6 @@ namespace {
 constexpr unsigned kBlock = 128;
 constexpr unsigned kBlocksPerSm = blocks_per_sm(12, kBlock);
 
-// Displacement of the steps since launch_end_steps. Whole warps call it.
-__device__ inline std::uint32_t open_displacement(const StepLaunch& launch) {
-  const unsigned lane = threadIdx.x % 32;
-  return launch.num_open == 0 ? 0 : warp_add(lane < launch.num_open ? launch.state->displacement[lane] : 0);
-}
-
 // Adds the contact of parcel i with parcel j to its sums, if they touch. Whether self is heated is read here
 // only, and counted for the other: it matters for the pair, and few parcels touch.
 template <class Contact, Boundary kBoundary>
@@ -95,28 +89,33 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   Parcel self{};  // on its way while the first warp works
   if (i < launch.num) self = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
-  if (threadIdx.x < 32) {
-    const std::int32_t displacement = displacement_since_sort(*launch.state, open_displacement(launch));
-    if (threadIdx.x == 0) {
-      block_tally = {};
-      of_step = {search_reach(launch.constants, displacement), key_of(launch)};
-    }
+  if (threadIdx.x == 0) {
+    block_tally = {};
+    of_step = {search_reach(launch.constants, displacement_since_sort(launch)), key_of(launch)};
+    if (blockIdx.x == 0) note_displacement(launch);
   }
   __syncthreads();
   DeviceTally tally{&block_tally};
-  bool is_heated_after = false;
+  Parcel after{};
+  if (i < launch.num) after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, of_step, tally);
+  std::uint32_t place = i;
+  if (launch.sort.is_due) place = place_of(launch, self.position, i < launch.num);
   if (i < launch.num) {
-    const Parcel after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, of_step, tally);
-    launch.to.position[i] = after.position;
-    launch.to.velocity[i] = after.velocity;
-    is_heated_after = after.is_heated != 0;
+    launch.to.position[place] = after.position;
+    launch.to.velocity[place] = after.velocity;
+    if (launch.sort.is_due) {
+      launch.to.id[place] = after.id;
+      if (after.is_heated != 0) set_heated(launch.to, place, 1);
+    }
     if (launch.draw.position_m != nullptr)
-      draw_parcel(launch.draw, launch.constants.physics.world, i, after.position, after.velocity);
+      draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
   }
-  set_heated_of_warp(launch.to, i, is_heated_after, launch.num);
-  reduce_warp(tally, block_tally);
-  __syncthreads();
-  if (threadIdx.x == 0) add_block(launch, block_tally);
+  if (!launch.sort.is_due) set_heated_of_warp(launch.to, i, after.is_heated != 0, launch.num);
+  add_block(launch, tally, block_tally);
+}
+
+__global__ void __launch_bounds__(kBlock) count_kernel(const __grid_constant__ StepLaunch launch) {
+  prepare_sort(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
 __device__ void plan_flight(const StepConstants& c, const BallState& ball, StepState& state) {
@@ -136,8 +135,10 @@ __device__ void end_flight(const StepConstants& c, const BallFlight& flight, con
   apply_boundary_to_ball(c.physics.world, c.physics.ball.radius_m, ball);
 }
 
-__device__ void plan_rounding(const StepConstants& c, StepState& state) {
-  state.rounding_key = rounding_key(c.physics.seed, state.step);
+// Of the next steps. A thread for each.
+__device__ void plan_roundings(const StepConstants& c, unsigned long long next_step, StepState& state) {
+  const unsigned k = threadIdx.x % 32;
+  if (k < kMaxOpenSteps) state.rounding_key[k] = rounding_key(c.physics.seed, next_step + k);
 }
 
 __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, StepState* state,
@@ -145,57 +146,66 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   begin_in_turn();
   slots[threadIdx.x] = {};
   if (threadIdx.x < kMaxOpenSteps) state->displacement[threadIdx.x] = 0;
+  if (threadIdx.x < 32) plan_roundings(c, state->step, *state);
   if (threadIdx.x != 0) return;
   state->totals = {};
   if (c.physics.ball.exists) {
     plan_flight(c, state->ball, *state);
     plan_motion(c, state->ball, *state);
   }
-  plan_rounding(c, *state);
 }
 
-// Adds the sums of the open steps to the totals. has_sorted: the last one of them has.
-__device__ void end_open_steps(const TallySlot* sums, unsigned num_open, bool has_sorted, StepState& state) {
-  for (unsigned k = 0; k < num_open; ++k) {
-    add_to_totals(sums[k], state);
-    if (has_sorted && k + 1 == num_open) state.max_displacement = 0;
-    state.last_displacement = static_cast<std::int32_t>(sums[k].max_displacement);
-    state.max_displacement += state.last_displacement;
-    state.displacement[k] = 0;
-    state.step += 1;
-  }
+// What open steps are added to.
+struct OpenSteps {
+  unsigned long long step;
+  std::uint32_t displaced_before_last;
+  RequestTotals totals;
+};
+
+// Adds the sums of the open steps. has_sorted: the last one of them has.
+__device__ void end_open_steps(const TallySlot* sums, unsigned num_open, bool has_sorted,
+                               const OpenSteps& begun, StepState& state) {
+  constexpr std::uint32_t kMost = kHalfSide;
+  RequestTotals totals = begun.totals;
+  for (unsigned k = 0; k < num_open; ++k) add_to_totals(sums[k], begun.step + k, totals);
+  state.totals = totals;
+  state.step = begun.step + num_open;
+  const std::uint32_t last = min(sums[num_open - 1].max_displacement, kMost);
+  state.last_displacement = static_cast<std::int32_t>(last);
+  state.displaced = min((has_sorted ? 0 : begun.displaced_before_last) + last, kMost);
 }
 
-// A warp sums the slots of each open step. With a ball, of a single step, two warps do, and threads of both
-// share the rest of the work, since all wait for this kernel.
+// A warp sums the slots of each open step. With a ball, of a single step, two warps do, and share the rest of
+// the work, since all wait for this kernel.
 __global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
     end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots,
                      unsigned num_open, bool has_sorted) {
   begin_in_turn();
   __shared__ TallySlot sums[kMaxOpenSteps];
   __shared__ BallState moved;
-  const bool moves_ball = c.physics.ball.exists && threadIdx.x == 0,
-             is_other = threadIdx.x == blockDim.x - 32;
+  const bool moves_ball = c.physics.ball.exists && threadIdx.x == 0;
+  const bool is_in_last_warp = threadIdx.x >= blockDim.x - 32, is_other = threadIdx.x == blockDim.x - 32;
   BallState ball;
   BallFlight flight;
+  OpenSteps begun;
   if (moves_ball) {  // on their way with the slots
     ball = state->ball;
     flight = state->flight;
   }
+  if (is_in_last_warp) begun = {state->step, state->displaced_before[num_open - 1], state->totals};
   const TallySlot sum = sum_slots(slots[threadIdx.x % (num_open * kNumSlots)]);
   if (threadIdx.x % 32 == 0 && threadIdx.x < num_open * kNumSlots) sums[threadIdx.x / 32] = sum;
   __syncthreads();
   if (threadIdx.x < num_open * kNumSlots) slots[threadIdx.x] = {};
+  if (threadIdx.x < num_open) state->displacement[threadIdx.x] = 0;
   if (moves_ball) {
     const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
                         static_cast<std::int64_t>(sum.ball_torque)};
     end_flight(c, flight, hits, ball);
     state->ball = moved = ball;
   }
-  if (is_other) {
-    end_open_steps(sums, num_open, has_sorted, *state);
-    plan_rounding(c, *state);
-  }
+  if (is_in_last_warp) plan_roundings(c, begun.step + num_open, *state);
+  if (is_other) end_open_steps(sums, num_open, has_sorted, begun, *state);
   if (!c.physics.ball.exists) return;
   __syncthreads();
   if (moves_ball) plan_motion(c, moved, *state);
@@ -213,6 +223,11 @@ void launch_step(const StepLaunch& launch, cudaStream_t stream) {
   for_terms(launch.constants.physics, launch.method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     launch_kernel(step_kernel<Contact, kBall, kBoundary>, launch, stream);
   });
+}
+
+void launch_count(const StepLaunch& launch, cudaStream_t stream) {
+  count_kernel<<<blocks_for(launch.num, kBlock), kBlock, 0, stream>>>(launch);
+  PF_LAUNCHED("count_kernel");
 }
 
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream) {

@@ -3,13 +3,14 @@
 // Of few parcels, or where many touch, step_kernel does a whole step in one thread for each, in the order of
 // the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves it, and
 // in the last step of a frame writes what is drawn. It reads from arrays that it does not write. A launch is
-// its main cost where parcels are few.
+// its main cost where parcels are few. If a sort is due, such a step does it on its way: count_kernel counts
+// the parcels by the cells that they are in before the step, CUB sums the counts, and step_kernel puts each
+// parcel, moved, in its place.
 //
 // Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
 // each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
-// and draws. If a sort is due, such a step does it on its way: the first kernel counts the parcels by the
-// cells that they are in before the step, clear_few_kernel and CUB follow, and sort_move_kernel puts each
-// parcel, moved, in its place. A sort of its own reads and writes twice as many bytes.
+// and draws. Of a sort, the first kernel does what count_kernel does, clear_few_kernel and CUB follow, and
+// sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as many bytes.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
@@ -94,6 +95,7 @@ struct StepLaunch {
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
   StepSort sort;            // likewise
+  DisplacedSinceSort displaced;
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots for each of kMaxOpenSteps steps; a domain has those of one
   std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
@@ -106,12 +108,15 @@ struct StepLaunch {
   std::uint32_t num_near = 0;
 };
 
+// Counts the parcels by cell for a sort in launch_step.
+void launch_count(const StepLaunch& launch, cudaStream_t stream);
+
 // One step of the parcels. launch_end_steps follows, without a ball after kMaxOpenSteps steps at the latest.
+// (A domain reads the slots itself.)
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels. launch_end_steps follows, without a ball and a sort after kMaxOpenInParts steps at the latest.
-// There are no copies in a step that sorts.
+// parcels. There are no copies in a step that sorts.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
@@ -120,7 +125,7 @@ void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream);  // by
 // Moves overlapping parcels apart, and nothing else; dt_s = 0.
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream);
 
-// Zeroes the request's totals, and plans the ball's motion for a first step of constants.dt_s.
+// Zeroes the request's totals, and plans roundings and the ball's motion for a first step of constants.dt_s.
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream);
 

@@ -29,6 +29,7 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
   if (threadIdx.x == 0) {
     block_tally = {};
     key = key_of(launch);
+    if (blockIdx.x == 0) note_displacement(launch);
   }
   __syncthreads();
   DeviceTally tally{&block_tally};
@@ -70,9 +71,7 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     }
     set_heated_of_warp(launch.from, i, is_heated_after, launch.num);
   }
-  reduce_warp(tally, block_tally);
-  __syncthreads();
-  if (threadIdx.x == 0) add_block(launch, block_tally);
+  add_block(launch, tally, block_tally);
 }
 
 }  // namespace

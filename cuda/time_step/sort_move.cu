@@ -19,11 +19,8 @@ struct OfList {
 // Sums of the contacts of parcel i, found by a search. Not inlined: only in a crowd parcels need it.
 template <class Contact, Boundary kBoundary>
 __device__ __noinline__ ContactSums search_sums(const StepLaunch& launch, std::uint32_t i) {
-  std::uint32_t open = 0;  // without this step, whose displacement is noted meanwhile
-  for (unsigned k = 0; k < launch.num_open; ++k) open += launch.state->displacement[k];
-  const std::int32_t displacement = displacement_since_sort(*launch.state, open);
   const Parcel self = parcel_at(launch, i);
-  const SearchCircle circle{self.position, i, search_reach(launch.constants, displacement),
+  const SearchCircle circle{self.position, i, search_reach(launch.constants, displacement_since_sort(launch)),
                             launch.constants.filter_distance2};
   ContactSums sums;
   DeviceTally counted{nullptr};  // by contact_kernel
@@ -55,10 +52,10 @@ __global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
   if (threadIdx.x == 0) {
     block_tally = {};
     list = {key_of(launch), words_of_list(launch.contacts.touched, blockIdx.x)};
+    if (blockIdx.x == 0) note_displacement(launch);
   }
   // Asked for early, since it takes as long as the parcel itself.
-  const std::uint32_t place = rank_in_cell(launch.sort.grid, launch.sort.places,
-                                           cell_key(launch.sort.grid, before.position), is_parcel);
+  const std::uint32_t place = place_of(launch, before.position, is_parcel);
   __syncthreads();
   DeviceTally tally{&block_tally};
   if (is_parcel) {
@@ -75,12 +72,10 @@ __global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
     if (launch.draw.position_m != nullptr)
       draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
   }
-  reduce_warp(tally, block_tally);
-  __syncthreads();
+  add_block(launch, tally, block_tally);
   if (threadIdx.x == 0) {
     reinterpret_cast<uint4*>(launch.contacts.touched)[blockIdx.x] = {};
     reinterpret_cast<uint4*>(launch.contacts.touched_again)[blockIdx.x] = {};
-    add_block(launch, block_tally);
   }
 }
 

@@ -42,26 +42,30 @@ struct RequestTotals {
   unsigned int first_invalid_id;
 };
 
-// Without a ball so many steps may follow one another before launch_end_steps; of steps in parts fewer, since
-// each thread of find_pairs_kernel adds up their displacements.
-constexpr unsigned kMaxOpenSteps = 16, kMaxOpenInParts = 4;
+// Without a ball so many steps may follow one another before launch_end_steps. They are open until then.
+constexpr unsigned kMaxOpenSteps = 16;
 
-// Larger displacements in a step are noted as this one, position units: 16 of them fit 32 bits.
-constexpr unsigned kFar = 1U << 27;
-static_assert(kMaxOpenSteps <= 16);
-
-// As of the last launch_end_steps.
+// As of the last launch_end_steps, but for what is of open steps. Displacements are along an axis, in
+// position units; kHalfSide stands for that far and farther.
 struct StepState {
   BallState ball;
-  BallMotion motion;            // in the next step
-  BallFlight flight{};          // likewise
-  unsigned long long step = 0;  // since the reset
-  std::uint32_t rounding_key = 0;
-  // Along an axis, of each step since, position units; kFar stands for more. Zero for those to come.
-  alignas(16) unsigned int displacement[kMaxOpenSteps]{};
-  std::int32_t last_displacement = 0;  // largest displacement along an axis in the last step, position units
-  long long max_displacement = 0;      // bound since the sort, summed over steps
+  BallMotion motion;                                // in the next step
+  BallFlight flight{};                              // likewise
+  unsigned long long step = 0;                      // since the reset
+  std::uint32_t rounding_key[kMaxOpenSteps]{};      // of the next steps
+  std::uint32_t displacement[kMaxOpenSteps]{};      // largest in each open step; zero in those to come
+  std::uint32_t displaced_before[kMaxOpenSteps]{};  // bound since the sort, where an open step begins
+  std::uint32_t displaced = 0;                      // bound since the sort
+  std::uint32_t none = 0;                           // always
+  std::int32_t last_displacement = 0;               // largest in the last step
   RequestTotals totals{};
+};
+
+// Where a step finds a bound on what parcels have moved by since the sort: the sum of both. The step before
+// it may have been sorted in, or after.
+struct DisplacedSinceSort {
+  const std::uint32_t* before_last = nullptr;  // open step
+  const std::uint32_t* in_last = nullptr;
 };
 
 }  // namespace pf

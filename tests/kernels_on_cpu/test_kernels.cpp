@@ -15,6 +15,9 @@ class Kernels : public testing::Test {
 // The last list of pairs and the last warp are not full.
 constexpr std::int64_t kNumParcels = 1450;
 
+// Steps of one kernel, and steps in parts.
+constexpr const char* kBothWays[] = {"", "many_parcels=1"};
+
 // In two requests, since `exact` takes several steps of the second one as one. Hits and retired parcels of
 // the result are of both.
 StepTotals expect_same_bits(const Settings& s, std::uint32_t steps) {
@@ -26,50 +29,9 @@ StepTotals expect_same_bits(const Settings& s, std::uint32_t steps) {
   return all;
 }
 
-TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
-  for (const char* limits : {"", "many_parcels=1"}) {
-    limit(limits);
-    for (Settings s : scenes(kNumParcels)) {
-      expect_same_bits(s, 35);
-      s.method = Method::spring;
-      expect_same_bits(s, 35);
-    }
-  }
-}
-
-TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
-  for (const char* limits : {"", "many_parcels=1"}) {
-    limit(limits);
-    for (Settings s : narrow_scenes(200)) {
-      for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
-        s.method = method;
-        EXPECT_GT(expect_same_bits(s, 35).num_collisions, 0U);
-      }
-    }
-  }
-}
-
-TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
-  limit("many_parcels=1");
-  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
-    Settings in_court = court(kNumParcels, boundary);
-    in_court.area_fraction = 0.6;
-    expect_same_bits(in_court, 35);
-    expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
-  }
-}
-
-// Steps in parts are ended four at a time, and earlier before a sort and at the end of a request.
-TEST_F(Kernels, StepsOfAnyRequestsGiveTheBitsOfTheCpu) {
-  limit("many_parcels=1");
-  const Settings s = gas(kNumParcels, 0.44, Boundary::walls);
-  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
-  for (const std::uint32_t steps : {3U, 4U, 5U, 1U, 33U, 2U, 40U}) expect_same_request(cpu, gpu, steps);
-}
-
-// What a step leaves is scratch of the next one, and what the order of the last sort is good for changes.
-TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
-  limit("many_parcels=1");
+// Requests of different kinds that follow one another.
+void expect_same_after_others(const char* limits) {
+  ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", limits, 1);
   const Settings s = gas(kNumParcels, 0.65, Boundary::walls);
   SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
   const auto go_on = [&](Method method, bool contacts, Neighbors neighbors, std::uint32_t steps) {
@@ -93,21 +55,96 @@ TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
   go_on(Method::impulse, true, Neighbors::grid, 25);
 }
 
+TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    for (Settings s : scenes(kNumParcels)) {
+      expect_same_bits(s, 35);
+      s.method = Method::spring;
+      expect_same_bits(s, 35);
+    }
+  }
+}
+
+TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    for (Settings s : narrow_scenes(200)) {
+      for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
+        s.method = method;
+        EXPECT_GT(expect_same_bits(s, 35).num_collisions, 0U);
+      }
+    }
+  }
+}
+
+TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
+  limit("many_parcels=1");
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    Settings in_court = court(kNumParcels, boundary);
+    in_court.area_fraction = 0.6;
+    expect_same_bits(in_court, 35);
+    expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
+  }
+}
+
+// Steps are ended sixteen at a time, and at the end of a request.
+TEST_F(Kernels, StepsOfAnyRequestsGiveTheBitsOfTheCpu) {
+  const Settings s = gas(kNumParcels, 0.44, Boundary::walls);
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+    for (const std::uint32_t steps : {3U, 15U, 16U, 17U, 1U, 33U, 2U, 70U}) {
+      expect_same_request(cpu, gpu, steps);
+      EXPECT_EQ(gpu.backend->snapshot().heated, cpu.backend->snapshot().heated) << limits << steps;
+    }
+  }
+}
+
+// Warps and lists of pairs are full, or have a parcel too few or too many.
+TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    for (const std::int64_t num : {1, 2, 31, 32, 33, 127, 128, 129}) {
+      for (const Settings& s : scenes(num)) expect_same_bits(s, 40);
+    }
+  }
+}
+
+// What a step leaves is scratch of the next one, and what the order of the last sort is good for changes.
+TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
+  for (const char* limits : kBothWays) expect_same_after_others(limits);
+}
+
 // A sort of its own has the phase grid. Steps without contacts do not sort, but parcels move.
 TEST_F(Kernels, StepsSortOnTheirWayUnlessTheirSearchWouldBeWide) {
-  limit("many_parcels=1");
-  SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
-  const auto has_own_sort = [&](bool contacts, std::uint32_t steps) {
-    gpu.physics.parcels.contacts = contacts;
-    gpu.backend->set_physics(gpu.physics);
-    const StepReport report = gpu.advance(steps);
-    EXPECT_EQ(report.totals.num_sorts > 0, contacts) << steps;
-    return report.times[Phase::grid] > 0.0;
-  };
-  EXPECT_TRUE(has_own_sort(true, 1));
-  EXPECT_FALSE(has_own_sort(true, 60));
-  EXPECT_FALSE(has_own_sort(false, 200));
-  EXPECT_TRUE(has_own_sort(true, 1));
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
+    const auto has_own_sort = [&](bool contacts, std::uint32_t steps) {
+      gpu.physics.parcels.contacts = contacts;
+      gpu.backend->set_physics(gpu.physics);
+      const StepReport report = gpu.advance(steps);
+      EXPECT_EQ(report.totals.num_sorts > 0, contacts) << steps;
+      return report.times[Phase::grid] > 0.0;
+    };
+    EXPECT_TRUE(has_own_sort(true, 1));
+    EXPECT_FALSE(has_own_sort(true, 60));
+    EXPECT_FALSE(has_own_sort(false, 200));
+    EXPECT_TRUE(has_own_sort(true, 1));
+  }
+}
+
+// How far parcels move in a step is expected from the step before, which may have been shorter.
+TEST_F(Kernels, StepsSortAsOftenAsTheirLengthWants) {
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
+    gpu.settings.dt_s *= 0.1;
+    gpu.advance(20);
+    gpu.settings.dt_s *= 10.0;
+    EXPECT_GE(gpu.advance(120).totals.num_sorts, 4U) << limits;
+  }
 }
 
 TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
@@ -125,7 +162,7 @@ TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
 TEST_F(Kernels, StepsOfAGasThatEscapesGiveTheBitsOfTheCpu) {
   Settings s = gas(kNumParcels, 0.2, Boundary::open);
   s.dt_s = 0.1;
-  for (const char* limits : {"", "many_parcels=1"}) {
+  for (const char* limits : kBothWays) {
     limit(limits);
     for (const Method method : {Method::impulse, Method::exact}) {
       s.method = method;
