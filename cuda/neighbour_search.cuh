@@ -315,7 +315,7 @@ struct NearList {
   }
 };
 
-// The same for up to four results, in registers.
+// The last four results, in registers; all are counted.
 struct FindList {
   static constexpr unsigned kMax = 4;
   std::uint32_t j0 = 0, j1 = 0, j2 = 0, j3 = 0;

@@ -21,8 +21,8 @@ std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t l
                                    constants.physics.parcels.speed_mps);
 }
 
-// Whether a step in parts is faster: of many parcels, few of which touch at a time. The sums of those that do
-// are atomics in memory.
+// Whether a step in parts is faster: of many parcels, few of which touch at a time. Sums of parcels with
+// several contacts are atomics in memory.
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
   return num_parcels >= kManyParcels && area_fraction_of(physics) <= kMostDense &&

@@ -89,8 +89,8 @@ struct StepSort {
 struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
-  ParcelPointers from;  // the parcels; moved in place by launch_move, but in a step that sorts
-  // Where they go in a step that sorts, and in launch_step and launch_push_out, which do not write ids. Must
+  ParcelPointers from;  // the parcels; moved in place by launch_move, except in a step that sorts
+  // Where they go in a step that sorts, and in launch_step and launch_push_out, which else write no ids. Must
   // not overlap `from`.
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
