@@ -63,7 +63,8 @@ void CudaBackend::sort(const StepConstants& constants) {
   sorted_ = true;
 }
 
-// Where a step finds displacements since the sort. is_just_sorted: after the step before it.
+// Where a step finds displacements since the sort; launch.sort is still that of the step before.
+// is_just_sorted: after that one.
 DisplacedSinceSort CudaBackend::displaced_since_sort(const StepLaunch& launch, bool is_just_sorted) const {
   const StepState* const state = state_.data();
   if (is_just_sorted) return {&state->none, &state->none};
@@ -84,7 +85,7 @@ void CudaBackend::submit(const StepRequest& request) {
   const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
   submitted_ = {.num_steps = request.num_steps,
-                .dt_s = request.dt_s,
+                .dt_s = request.num_steps > 0 ? request.dt_s : submitted_.dt_s,
                 .per_impulse_count = constants.per_impulse_count,
                 .impulse_unit_kg_mps = constants.impulse_unit_kg_mps};
 

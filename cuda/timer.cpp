@@ -53,21 +53,24 @@ double RequestTimer::wait_ms() {
   return request_.elapsed_ms(0, 1);
 }
 
-PhaseTimes RequestTimer::sort_times() const {
+// At most total_ms, since a marked sort may be the one that takes longest.
+PhaseTimes RequestTimer::sort_times(double total_ms) const {
   PhaseTimes times;
   for (std::size_t k = 0; k + 2 < sorts_.num(); k += 3) {
     times[Phase::sort] += sorts_.elapsed_ms(k, k + 1);
     times[Phase::grid] += sorts_.elapsed_ms(k + 1, k + 2);
   }
-  if (sorts_.num() == 0) return times;
+  const double marked_ms = times.total();
+  if (!(marked_ms > 0.0)) return times;
   const double sorts_per_marked = static_cast<double>(num_sort_calls_) / static_cast<double>(sorts_.num());
-  for (const Phase phase : {Phase::sort, Phase::grid}) times[phase] *= sorts_per_marked;
+  for (const Phase phase : {Phase::sort, Phase::grid})
+    times[phase] *= std::min(sorts_per_marked, total_ms / marked_ms);
   return times;
 }
 
 PhaseTimes RequestTimer::times(const Repeats& repeats) {
   const double total_ms = wait_ms();
-  PhaseTimes times = sort_times();
+  PhaseTimes times = sort_times(total_ms);
   if (sums_.num() == 2) times[Phase::sort] += sums_.elapsed_ms(0, 1) * repeats.num_sums;
   if (ball_.num() == 2) times[Phase::ball] = ball_.elapsed_ms(0, 1) * repeats.num_ends;
   times[Phase::collide_integrate] = std::max(0.0, total_ms - times.total());
@@ -76,7 +79,7 @@ PhaseTimes RequestTimer::times(const Repeats& repeats) {
 
 PhaseTimes RequestTimer::exact_times(const unsigned long long* reconcile_ns) {
   const double total_ms = wait_ms();
-  PhaseTimes times = sort_times();
+  PhaseTimes times = sort_times(total_ms);
   const double steps_ms = std::max(0.0, total_ms - times.total());
   PhaseTimes marked;
   for (std::size_t k = 0; k + 3 < stages_.num(); k += 4) {

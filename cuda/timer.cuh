@@ -47,7 +47,8 @@ class RequestTimer {
   // Before the counts, after them, after the scatter. One sort in kSortsPerMarked is marked, since an event
   // between short kernels costs as much as they do.
   void mark_sort(cudaStream_t stream);
-  void mark_sums(cudaStream_t stream);  // before and after counts are summed for a sort in a step
+  // Of a sort in a step: before and after counts are summed, in a step of one kernel before the counting.
+  void mark_sums(cudaStream_t stream);
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
   // kStepsPerMarked is marked.
@@ -61,7 +62,7 @@ class RequestTimer {
   };
 
   // Each of these waits for the end, and adds up to the time from begin to end. Marked sorts stand for all.
-  // What a step that sorts does beside the sums counts as collide_integrate.
+  // What else a step that sorts does counts as collide_integrate.
   PhaseTimes times(const Repeats& repeats);
   // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
   // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.
@@ -72,7 +73,7 @@ class RequestTimer {
   static constexpr std::size_t kStepsPerMarked = 8, kMaxMarkedSteps = 32;
 
   double wait_ms();
-  PhaseTimes sort_times() const;
+  PhaseTimes sort_times(double total_ms) const;
 
   EventMarks request_{2};  // begin and end
   EventMarks sorts_{3 * kMaxMarkedSorts};

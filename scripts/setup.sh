@@ -31,7 +31,7 @@ reader_packages=(                  # readers of dumps; tests are skipped without
 )
 all_packages=(                     # of ./check --all
   clang:clang++ clang-tidy:clang-tidy
-  libclang-rt-dev                  # the memory sanitizer
+  libclang-rt-dev                  # Clang's sanitizers
   dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
 )
 

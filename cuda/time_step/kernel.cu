@@ -114,7 +114,7 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   add_block(launch, tally, block_tally);
 }
 
-__global__ void __launch_bounds__(kBlock) count_kernel(const __grid_constant__ StepLaunch launch) {
+__global__ void __launch_bounds__(kBlock) count_for_sort_kernel(const __grid_constant__ StepLaunch launch) {
   prepare_sort(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
@@ -226,8 +226,8 @@ void launch_step(const StepLaunch& launch, cudaStream_t stream) {
 }
 
 void launch_count(const StepLaunch& launch, cudaStream_t stream) {
-  count_kernel<<<blocks_for(launch.num, kBlock), kBlock, 0, stream>>>(launch);
-  PF_LAUNCHED("count_kernel");
+  count_for_sort_kernel<<<blocks_for(launch.num, kBlock), kBlock, 0, stream>>>(launch);
+  PF_LAUNCHED("count_for_sort_kernel");
 }
 
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream) {

@@ -3,14 +3,15 @@
 // Of few parcels, or where many touch, step_kernel does a whole step in one thread for each, in the order of
 // the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves it, and
 // in the last step of a frame writes what is drawn. It reads from arrays that it does not write. A launch is
-// its main cost where parcels are few. If a sort is due, such a step does it on its way: count_kernel counts
-// the parcels by the cells that they are in before the step, CUB sums the counts, and step_kernel puts each
-// parcel, moved, in its place.
+// its main cost where parcels are few. If a sort is due, such a step does it on its way:
+// count_for_sort_kernel counts the parcels by the cells that they are in before the step, CUB sums the
+// counts, and step_kernel puts each parcel, moved, in its place.
 //
 // Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
 // each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
-// and draws. Of a sort, the first kernel does what count_kernel does, clear_few_kernel and CUB follow, and
-// sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as many bytes.
+// and draws. Of a sort, the first kernel does what count_for_sort_kernel does, clear_few_kernel and CUB
+// follow, and sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as
+// many bytes.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
@@ -28,8 +29,8 @@ namespace pf {
 // of a row that a box covers are one range, so narrow ones cost nothing but their counts. Measured on an
 // H100, Gps of a gas of 10^7, area fraction 0.2 and 0.35, and ms a frame of the court of 10^7: width 1.25,
 // height 3.5, reach 3.0 26.8, 20.9, 9.11; reach 2.75 26.8, 21.0, 9.34; 3.25 26.7, 20.6, 9.12; width 1.5,
-// reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33. Steps in parts, which sort on their way, on
-// an H200: reach 3.0 33.7, 27.8, 8.22, and 35.0 at 10^8; 3.25 33.8, 27.8, 8.21, and 35.6.
+// reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33. Steps in parts that sort on their way, on an
+// H200: reach 3.0 33.7, 27.8, 8.22, and 35.0 at 10^8; 3.25 33.8, 27.8, 8.21, and 35.6.
 constexpr double kStepCellWidth = 1.25, kStepCellHeight = 3.5;
 constexpr double kWidestStepReach = 3.0, kWidestReachInParts = 3.25;
 
@@ -83,7 +84,7 @@ struct ContactScratch {
 struct StepSort {
   bool is_due = false;
   GridShape grid;                   // by whose cells parcels are sorted
-  std::uint32_t* places = nullptr;  // of begin_places(), summed before launch_move
+  std::uint32_t* places = nullptr;  // of begin_places(), summed when parcels are counted
 };
 
 struct StepLaunch {
@@ -94,7 +95,7 @@ struct StepLaunch {
   // not overlap `from`.
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
-  StepSort sort;            // likewise
+  StepSort sort;
   DisplacedSinceSort displaced;
   StepState* state = nullptr;
   TallySlot* slots = nullptr;  // kNumSlots for each of kMaxOpenSteps steps; a domain has those of one

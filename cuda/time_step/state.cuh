@@ -45,8 +45,8 @@ struct RequestTotals {
 // Without a ball so many steps may follow one another before launch_end_steps. They are open until then.
 constexpr unsigned kMaxOpenSteps = 16;
 
-// As of the last launch_end_steps, but for what is of open steps. Displacements are along an axis, in
-// position units; kHalfSide stands for that far and farther.
+// As of the last launch_end_steps, except what is of open steps. Displacements are along an axis, in position
+// units; kHalfSide stands for that far and farther.
 struct StepState {
   BallState ball;
   BallMotion motion;                                // in the next step
@@ -56,15 +56,15 @@ struct StepState {
   std::uint32_t displacement[kMaxOpenSteps]{};      // largest in each open step; zero in those to come
   std::uint32_t displaced_before[kMaxOpenSteps]{};  // bound since the sort, where an open step begins
   std::uint32_t displaced = 0;                      // bound since the sort
-  std::uint32_t none = 0;                           // always
+  std::uint32_t none = 0;                           // a zero to point at
   std::int32_t last_displacement = 0;               // largest in the last step
   RequestTotals totals{};
 };
 
-// Where a step finds a bound on what parcels have moved by since the sort: the sum of both. The step before
-// it may have been sorted in, or after.
+// Where a step finds a bound on what parcels have moved by since the sort, which may have come after the last
+// step, or in it, or before: the sum of both.
 struct DisplacedSinceSort {
-  const std::uint32_t* before_last = nullptr;  // open step
+  const std::uint32_t* before_last = nullptr;  // before the last step
   const std::uint32_t* in_last = nullptr;
 };
 

@@ -141,8 +141,9 @@ TEST_F(Domains, FindPartnersAcrossABorderUntilTheNextSort) {
   ParcelSnapshot state = pair.plain.backend->snapshot();
   for (std::size_t i = 0; i < state.position.size(); ++i) {
     const bool is_left = i % 2 == 0;
-    const std::int32_t y = (static_cast<std::int32_t>(i / 2) - 4) * 3 * diameter;
-    state.position[i] = i < 16 ? Vec2i{is_left ? -1 : diameter / 10 * 18, y} : Vec2i{kRetired, 0};
+    const std::int64_t y = (static_cast<std::int64_t>(i / 2) - 4) * 3 * diameter;
+    state.position[i] =
+        i < 16 ? Vec2i{is_left ? -1 : diameter / 10 * 18, static_cast<std::int32_t>(y)} : Vec2i{kRetired, 0};
     state.velocity[i] = {is_left ? 1.0F : -1.0F, 0.0F};
   }
   for (SceneRun* run : {&pair.plain, &pair.divided}) run->backend->restore(state);
