@@ -25,8 +25,8 @@ std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t l
 // several contacts are atomics in memory.
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
-  return num_parcels >= kManyParcels && area_fraction_of(physics) <= kMostDense &&
-         !row_of(method).contacts_last;
+  return num_parcels >= (physics.ball.exists ? kManyWithBall : kManyParcels) &&
+         area_fraction_of(physics) <= kMostDense && !row_of(method).contacts_last;
 }
 
 }  // namespace
@@ -160,7 +160,7 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   std::swap(current_.velocity, next_.velocity);
   std::swap(current_.heated, next_.heated);
   if (launch.sort.is_due) std::swap(current_.id, next_.id);
-  note_step(launch);
+  note_step(launch, false);
 }
 
 // The same for many parcels.
@@ -183,7 +183,7 @@ void CudaBackend::step_in_parts(StepLaunch& launch) {
     launch_move(launch, stream_);
   }
   if (launch.sort.is_due) std::swap(current_, next_);
-  note_step(launch);
+  note_step(launch, physics_.parcels.contacts);
 }
 
 void CudaBackend::begin_sort_in_step(StepLaunch& launch) {
@@ -199,10 +199,10 @@ void CudaBackend::end_counting(StepLaunch& launch) {
   grid_ = launch.sort.grid;
 }
 
-// A ball moves after each step. Without one, steps wait for nothing but the parcels.
-void CudaBackend::note_step(StepLaunch& launch) {
+// stays_open: the next step would move a ball past this one.
+void CudaBackend::note_step(StepLaunch& launch, bool stays_open) {
   ++launch.num_open;
-  if (physics_.ball.exists || launch.num_open == kMaxOpenSteps) end_steps(launch);
+  if ((physics_.ball.exists && !stays_open) || launch.num_open == kMaxOpenSteps) end_steps(launch);
 }
 
 void CudaBackend::end_steps(StepLaunch& launch) {

@@ -3,6 +3,7 @@
 #include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
+#include "cuda/time_step/device_ball.cuh"
 #include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
 #include "model/methods.hpp"
@@ -245,15 +246,32 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
   }
 }
 
+// Blocks of contact_kernel before the others.
+template <bool kBorders>
+PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
+  return !kBorders && is_ball_behind(launch) ? 1 : 0;
+}
+
+// Not inlined: all blocks would need more registers.
+__device__ __noinline__ void move_ball_past_step_before(const StepLaunch& launch) {
+  move_ball(launch.constants, launch.slots + (launch.num_open - 1) * kNumSlots, *launch.state);
+}
+
 template <class Contact, bool kBorders, Boundary kBoundary>
 __global__ void __launch_bounds__(kContactBlock)
     contact_kernel(const __grid_constant__ StepLaunch launch, std::uint32_t num_lists) {
   begin_in_turn();
+  const unsigned num_for_ball = num_blocks_for_ball<kBorders>(launch);
+  if (blockIdx.x < num_for_ball) {
+    if (threadIdx.x < 32) move_ball_past_step_before(launch);
+    return;
+  }
   __shared__ TallySlot block_tally;
   if (threadIdx.x == 0) block_tally = {};
   __syncthreads();
   DeviceTally tally{&block_tally};
-  const std::uint32_t list = (blockIdx.x * kContactBlock + threadIdx.x) / 32 * kListsOfWarp;
+  const unsigned block = blockIdx.x - num_for_ball;
+  const std::uint32_t list = (block * kContactBlock + threadIdx.x) / 32 * kListsOfWarp;
   if (list < num_lists) touch_listed<Contact, kBorders, kBoundary>(launch, list, num_lists, tally);
   reduce_warp(tally, block_tally);
   __syncthreads();
@@ -274,9 +292,10 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
     launch_in_turn(clear_few_kernel, blocks_for(num_words, kContactBlock), kContactBlock, stream,
                    launch.contacts, num_words);
   }
-  launch_in_turn(contact_kernel<Contact, kBorders, kBoundary>,
-                 blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp), kContactBlock, stream, launch,
-                 num_lists);
+  launch_in_turn(
+      contact_kernel<Contact, kBorders, kBoundary>,
+      num_blocks_for_ball<kBorders>(launch) + blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp),
+      kContactBlock, stream, launch, num_lists);
 }
 
 template <bool kBorders>

@@ -5,6 +5,7 @@
 #include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
+#include "cuda/time_step/device_ball.cuh"
 #include "cuda/time_step/device_contacts.cuh"
 #include "model/for_boundary.hpp"
 #include "model/methods.hpp"
@@ -118,23 +119,6 @@ __global__ void __launch_bounds__(kBlock) count_for_sort_kernel(const __grid_con
   prepare_sort(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
-__device__ void plan_flight(const StepConstants& c, const BallState& ball, StepState& state) {
-  state.flight = fly(c.physics.ball, ball, c.dt_s);
-}
-
-__device__ void plan_motion(const StepConstants& c, const BallState& ball, StepState& state) {
-  state.motion = ball_motion(c.physics.world, c.physics.ball, ball, c.ball_contact_m, c.dt_s);
-}
-
-// What advance_ball() does, with the flight that was planned.
-__device__ void end_flight(const StepConstants& c, const BallFlight& flight, const BallSums& hits,
-                           BallState& ball) {
-  if (c.physics.ball.held) return;
-  follow(flight, c.dt_s, ball);
-  apply_hits(c.physics.ball, hits, c.impulse_unit_kg_mps, ball);
-  apply_boundary_to_ball(c.physics.world, c.physics.ball.radius_m, ball);
-}
-
 // Of the next steps. A thread for each.
 __device__ void plan_roundings(const StepConstants& c, unsigned long long next_step, StepState& state) {
   const unsigned k = threadIdx.x % 32;
@@ -149,10 +133,7 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   if (threadIdx.x < 32) plan_roundings(c, state->step, *state);
   if (threadIdx.x != 0) return;
   state->totals = {};
-  if (c.physics.ball.exists) {
-    plan_flight(c, state->ball, *state);
-    plan_motion(c, state->ball, *state);
-  }
+  if (c.physics.ball.exists) plan_ball(c, state->ball, *state);
 }
 
 // What open steps are added to.
@@ -175,41 +156,28 @@ __device__ void end_open_steps(const TallySlot* sums, unsigned num_open, bool ha
   state.displaced = min((has_sorted ? 0 : begun.displaced_before_last) + last, kMost);
 }
 
-// A warp sums the slots of each open step. With a ball, of a single step, two warps do, and share the rest of
-// the work, since all wait for this kernel.
-__global__ void __launch_bounds__(kMaxOpenSteps* kNumSlots)
+// A warp sums the slots of each open step. One more moves the ball meanwhile, if there is one.
+__global__ void __launch_bounds__((kMaxOpenSteps + 1) * kNumSlots)
     end_steps_kernel(const __grid_constant__ StepConstants c, StepState* state, TallySlot* slots,
                      unsigned num_open, bool has_sorted) {
   begin_in_turn();
   __shared__ TallySlot sums[kMaxOpenSteps];
-  __shared__ BallState moved;
-  const bool moves_ball = c.physics.ball.exists && threadIdx.x == 0;
-  const bool is_in_last_warp = threadIdx.x >= blockDim.x - 32, is_other = threadIdx.x == blockDim.x - 32;
-  BallState ball;
-  BallFlight flight;
-  OpenSteps begun;
-  if (moves_ball) {  // on their way with the slots
-    ball = state->ball;
-    flight = state->flight;
+  const unsigned num_slots = num_open * kNumSlots;
+  if (threadIdx.x >= num_slots) {
+    move_ball(c, slots + (num_slots - kNumSlots), *state);
+  } else {
+    const bool adds_up = threadIdx.x >= num_slots - 32;
+    OpenSteps begun;
+    if (adds_up) begun = {state->step, state->displaced_before[num_open - 1], state->totals};
+    const TallySlot sum = sum_slots(slots[threadIdx.x]);
+    if (threadIdx.x % 32 == 0) sums[threadIdx.x / 32] = sum;
+    __barrier_sync_count(1, num_slots);
+    if (threadIdx.x < num_open) state->displacement[threadIdx.x] = 0;
+    if (adds_up) plan_roundings(c, begun.step + num_open, *state);
+    if (threadIdx.x == num_slots - 32) end_open_steps(sums, num_open, has_sorted, begun, *state);
   }
-  if (is_in_last_warp) begun = {state->step, state->displaced_before[num_open - 1], state->totals};
-  const TallySlot sum = sum_slots(slots[threadIdx.x % (num_open * kNumSlots)]);
-  if (threadIdx.x % 32 == 0 && threadIdx.x < num_open * kNumSlots) sums[threadIdx.x / 32] = sum;
   __syncthreads();
-  if (threadIdx.x < num_open * kNumSlots) slots[threadIdx.x] = {};
-  if (threadIdx.x < num_open) state->displacement[threadIdx.x] = 0;
-  if (moves_ball) {
-    const BallSums hits{static_cast<std::int64_t>(sum.ball_x), static_cast<std::int64_t>(sum.ball_y),
-                        static_cast<std::int64_t>(sum.ball_torque)};
-    end_flight(c, flight, hits, ball);
-    state->ball = moved = ball;
-  }
-  if (is_in_last_warp) plan_roundings(c, begun.step + num_open, *state);
-  if (is_other) end_open_steps(sums, num_open, has_sorted, begun, *state);
-  if (!c.physics.ball.exists) return;
-  __syncthreads();
-  if (moves_ball) plan_motion(c, moved, *state);
-  if (is_other) plan_flight(c, moved, *state);
+  if (threadIdx.x < num_slots) slots[threadIdx.x] = {};
 }
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
@@ -242,8 +210,8 @@ void launch_begin_request(const StepConstants& constants, StepState* state, Tall
 }
 
 void launch_end_steps(const StepLaunch& launch, cudaStream_t stream) {
-  const unsigned num_threads = launch.constants.physics.ball.exists ? 64 : launch.num_open * kNumSlots;
-  launch_in_turn(end_steps_kernel, 1, num_threads, stream, launch.constants, launch.state, launch.slots,
+  const unsigned num_warps = launch.num_open + (launch.constants.physics.ball.exists ? 1 : 0);
+  launch_in_turn(end_steps_kernel, 1, num_warps * 32, stream, launch.constants, launch.state, launch.slots,
                  launch.num_open, launch.sort.is_due);
 }
 

@@ -13,6 +13,10 @@
 // follow, and sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as
 // many bytes.
 //
+// Steps are open until a kernel ends them, up to kMaxOpenSteps at a time. If there is a ball, it has to move
+// after each step: a step of one kernel is ended for that, one in parts leaves it to contact_kernel of the
+// next one, whose first block moves it while the others sum contacts.
+//
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
 
@@ -45,8 +49,9 @@ constexpr double kWidestReachToSort = 4.0;
 
 // From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
 // three and of one: 4 10^5 16.9 and 17.5, 5 10^5 19.2 and 18.4; 10^7 at 0.4 22.4 and 21.0, at 0.5 18.2 and
-// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5.
-constexpr std::uint32_t kManyParcels = 450'000;
+// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5. With a ball, ms a frame of the court of
+// 2 10^5 0.55 and 0.51, 3 10^5 0.60 and 0.62, 4 10^5 0.66 and 0.72 on an H200.
+constexpr std::uint32_t kManyParcels = 450'000, kManyWithBall = 250'000;
 constexpr double kMostDense = 0.45;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
@@ -109,6 +114,11 @@ struct StepLaunch {
   std::uint32_t num_near = 0;
 };
 
+// Whether the ball still is where the step before began, since that one is open.
+PF_HD inline bool is_ball_behind(const StepLaunch& launch) {
+  return launch.num_open > 0 && launch.constants.physics.ball.exists;
+}
+
 // Counts the parcels by cell for a sort in launch_step.
 void launch_count(const StepLaunch& launch, cudaStream_t stream);
 
@@ -117,7 +127,8 @@ void launch_count(const StepLaunch& launch, cudaStream_t stream);
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels. There are no copies in a step that sorts.
+// parcels. There are no copies in a step that sorts. The first of the three moves the ball past the step before
+// if that is open; where parcels have no contacts at all it does nothing, and no step may be open.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
@@ -130,8 +141,8 @@ void launch_push_out(const StepLaunch& launch, cudaStream_t stream);
 void launch_begin_request(const StepConstants& constants, StepState* state, TallySlot* slots,
                           cudaStream_t stream);
 
-// Ends the open steps: adds their slots to the totals and clears them, moves the ball, and plans its next
-// motion.
+// Ends the open steps: adds their slots to the totals and clears them, moves the ball past the last one, and
+// plans its next motion.
 void launch_end_steps(const StepLaunch& launch, cudaStream_t stream);
 
 }  // namespace pf

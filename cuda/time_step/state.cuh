@@ -42,15 +42,15 @@ struct RequestTotals {
   unsigned int first_invalid_id;
 };
 
-// Without a ball so many steps may follow one another before launch_end_steps. They are open until then.
+// So many steps may follow one another before launch_end_steps. They are open until then.
 constexpr unsigned kMaxOpenSteps = 16;
 
-// As of the last launch_end_steps, except what is of open steps. Displacements are along an axis, in position
-// units; kHalfSide stands for that far and farther.
+// As of the last launch_end_steps, except what is of open steps. The ball is where the last of these begins.
+// Displacements are along an axis, in position units; kHalfSide stands for that far and farther.
 struct StepState {
   BallState ball;
-  BallMotion motion;                                // in the next step
-  BallFlight flight{};                              // likewise
+  BallFlight flight{};                              // in that step, or in the next one if none is open
+  BallMotion motion;                                // likewise
   unsigned long long step = 0;                      // since the reset
   std::uint32_t rounding_key[kMaxOpenSteps]{};      // of the next steps
   std::uint32_t displacement[kMaxOpenSteps]{};      // largest in each open step; zero in those to come

@@ -79,7 +79,7 @@ std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
   std::vector<Vec2f> points = {to_float(state.position_m)};
   while (points.size() < kMaxPoints) {
     const Vec2d before = state.position_m;
-    advance_ball(physics.world, ball, {}, 0.0, dt_s, state);
+    advance_ball(physics.world, ball, fly(ball, state, dt_s), {}, 0.0, state);
     if (!is_straight_way(before, state.position_m, nearest_way(physics.world, before, state.position_m)))
       break;
     points.push_back(to_float(state.position_m));

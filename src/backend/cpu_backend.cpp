@@ -122,8 +122,9 @@ void CpuBackend::stop_exact() {
 
 void CpuBackend::step(const StepConstants& constants, const StepRequest& request, bool last,
                       StepReport& report) {
+  const BallFlight flight = fly(physics_.ball, ball_, request.dt_s);
   const BallMotion motion =
-      ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+      ball_motion(physics_.world, physics_.ball, ball_, flight, constants.ball_contact_m);
   CpuTally sum;
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
@@ -133,7 +134,7 @@ void CpuBackend::step(const StepConstants& constants, const StepRequest& request
   }
   ScopedPhase timing(report.times, Phase::ball);
   if (physics_.ball.exists) {
-    advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
+    advance_ball(physics_.world, physics_.ball, flight, sum.ball, constants.impulse_unit_kg_mps, ball_);
   }
   StepTotals totals = totals_of(constants, sum);
   totals.num_steps = 1;

@@ -34,15 +34,17 @@ struct BallSums {
 struct BallFlight {
   Vec2d displacement_m;
   Vec2d velocity_mps;  // at the end
+  double dt_s = 0.0;
 };
 
 // Flight of the ball alone over dt_s. The velocity turns at magnus * spin and slows by drag |v| v. Turn and
 // slowing commute, so that direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement
 // is the exact chord of the arc. With drag it is a five-point Gauss-Legendre quadrature of the velocity.
 PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
-  if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}};
+  if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}, dt_s};
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
   const Vec2d v = state.velocity_mps;
+  if (turn_rate == 0.0 && ball.drag_per_m == 0.0) return {v * dt_s, v, dt_s};
   const double speed = sqrt(dot(v, v));
   const auto velocity_at = [&](double t) {
     const SinCos turn = sin_cos(turn_rate * t);
@@ -55,7 +57,7 @@ PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, d
     const bool small = theta < 1e-4 && theta > -1e-4;
     const double along = small ? dt_s * (1.0 - theta * theta / 6.0) : turn.sin / turn_rate;
     const double across = small ? dt_s * theta * (0.5 - theta * theta / 24.0) : (1.0 - turn.cos) / turn_rate;
-    return {v * along + perpendicular(v) * across, velocity_at(dt_s)};
+    return {v * along + perpendicular(v) * across, velocity_at(dt_s), dt_s};
   }
   constexpr double kNode[2] = {0.53846931010568309104, 0.90617984593866399280};
   constexpr double kWeight[3] = {128.0 / 225.0, 0.47862867049936646804, 0.23692688505618908751};
@@ -64,7 +66,7 @@ PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, d
     const double offset = 0.5 * kNode[k];
     mean += (velocity_at((0.5 - offset) * dt_s) + velocity_at((0.5 + offset) * dt_s)) * kWeight[k + 1];
   }
-  return {mean * (0.5 * dt_s), velocity_at(dt_s)};
+  return {mean * (0.5 * dt_s), velocity_at(dt_s), dt_s};
 }
 
 PF_HD inline std::int32_t saturated_units(double units) {
@@ -73,13 +75,12 @@ PF_HD inline std::int32_t saturated_units(double units) {
   return static_cast<std::int32_t>(round_to_int64(clamped));
 }
 
-// Motion of the ball in the next step of dt_s. contact_distance_m: ball radius + parcel radius.
+// Motion of the ball in a step, a flight that fly() found. contact_distance_m: ball radius + parcel radius.
 PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& ball, const BallState& state,
-                                    double contact_distance_m, double dt_s) {
-  const BallFlight flight = fly(ball, state, dt_s);
+                                    const BallFlight& flight, double contact_distance_m) {
   BallMotion motion;
   motion.position_m = state.position_m;
-  motion.velocity_mps = ball.held ? state.velocity_mps : flight.displacement_m * (1.0 / dt_s);
+  motion.velocity_mps = ball.held ? state.velocity_mps : flight.displacement_m * (1.0 / flight.dt_s);
   motion.spin_radps = state.spin_radps;
   motion.centre = {saturated_units(state.position_m.x / world.unit_m),
                    saturated_units(state.position_m.y / world.unit_m)};
@@ -127,18 +128,13 @@ PF_HD inline void apply_hits(const BallConstants& ball, const BallSums& hits, do
       static_cast<double>(hits.torque) * (impulse_unit_kg_mps * ball.radius_m / ball.inertia_kg_m2);
 }
 
-// The ball after a flight of dt_s, which fly() found.
-PF_HD inline void follow(const BallFlight& flight, double dt_s, BallState& state) {
-  state.position_m += flight.displacement_m;
-  state.angle_rad += state.spin_radps * dt_s;
-  state.velocity_mps = flight.velocity_mps;
-}
-
-// Advances the ball over one step, then applies the impulses of the step's hits.
-PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallSums& hits,
-                               double impulse_unit_kg_mps, double dt_s, BallState& state) {
+// Advances the ball over a step's flight, which fly() found, then applies the impulses of the step's hits.
+PF_HD inline void advance_ball(const World& world, const BallConstants& ball, const BallFlight& flight,
+                               const BallSums& hits, double impulse_unit_kg_mps, BallState& state) {
   if (ball.held) return;
-  follow(fly(ball, state, dt_s), dt_s, state);
+  state.position_m += flight.displacement_m;
+  state.angle_rad += state.spin_radps * flight.dt_s;
+  state.velocity_mps = flight.velocity_mps;
   apply_hits(ball, hits, impulse_unit_kg_mps, state);
   apply_boundary_to_ball(world, ball.radius_m, state);
 }

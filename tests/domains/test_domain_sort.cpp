@@ -135,8 +135,10 @@ class SlabSort : public Domains {
   void step_until(std::int64_t max_displacement) {
     const StepConstants c = constants();
     const BallState ball{};
-    const TimeStep step{c, Method::impulse, Neighbors::grid,
-                        ball_motion(physics_.world, physics_.ball, ball, c.ball_contact_m, c.dt_s), 1};
+    const TimeStep step{
+        c, Method::impulse, Neighbors::grid,
+        ball_motion(physics_.world, physics_.ball, ball, fly(physics_.ball, ball, c.dt_s), c.ball_contact_m),
+        1};
     for (std::int64_t displacement = 0; displacement <= max_displacement;) {
       domain_->start(step);
       domain_->step_borders();

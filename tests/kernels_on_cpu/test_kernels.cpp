@@ -101,6 +101,30 @@ TEST_F(Kernels, StepsOfAnyRequestsGiveTheBitsOfTheCpu) {
   }
 }
 
+// The ball moves at a step's end, or in the next step. It is held, turns, hits many parcels, or is slowed by
+// drag without any.
+TEST_F(Kernels, StepsWithABallGiveTheBitsOfTheCpu) {
+  Settings fast = court(kNumParcels, Boundary::walls);
+  fast.ball_vx_mps = 100.0;
+  fast.area_fraction = 0.3;
+  Settings held = fast, without_contacts = fast, in_drag = fast;
+  held.ball_held = true;
+  held.ball_x_m = held.ball_vx_mps = 0.0;
+  held.flow_x_mps = 10.0;
+  without_contacts.contacts = false;
+  in_drag.air = Air::drag;
+  for (const char* limits : kBothWays) {
+    limit(limits);
+    for (const Settings& s : {fast, held, without_contacts, in_drag}) {
+      SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+      std::uint64_t num_hits = 0;
+      for (const std::uint32_t steps : {1U, 2U, 15U, 16U, 17U, 33U, 70U})
+        num_hits += expect_same_request(cpu, gpu, steps).num_ball_hits;
+      EXPECT_EQ(num_hits > 0, s.air == Air::parcels) << limits;
+    }
+  }
+}
+
 // Warps and lists of pairs are full, or have a parcel too few or too many.
 TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
   for (const char* limits : kBothWays) {

@@ -23,7 +23,8 @@ TEST(Flight, MagnusCircleClosesAfterAThousandTurns) {
   const int steps_per_turn = 64;
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
   const double dt = 2.0 * kPi / turn_rate / steps_per_turn;
-  for (int k = 0; k < 1000 * steps_per_turn; ++k) advance_ball(world, ball, {}, 1.0, dt, state);
+  for (int k = 0; k < 1000 * steps_per_turn; ++k)
+    advance_ball(world, ball, fly(ball, state, dt), {}, 1.0, state);
   EXPECT_NEAR(state.position_m.x, start.position_m.x, 1e-9);
   EXPECT_NEAR(state.position_m.y, start.position_m.y, 1e-9);
   EXPECT_NEAR(state.velocity_mps.x, start.velocity_mps.x, 1e-9);
@@ -36,7 +37,7 @@ TEST(Flight, MagnusOrbitHasTheRadiusOfTheory) {
   BallState state{{0.0, 0.0}, {5.0, 0.0}, 25.0, 0.0};
   const double radius = 5.0 / (ball.magnus_per_rad * 25.0);  // v / Omega, centre to the left of the velocity
   for (int k = 0; k < 500; ++k) {
-    advance_ball(world, ball, {}, 1.0, 0.03, state);
+    advance_ball(world, ball, fly(ball, state, 0.03), {}, 1.0, state);
     EXPECT_NEAR(std::hypot(state.position_m.x, state.position_m.y - radius), radius, 1e-12 * 500);
   }
 }
@@ -49,7 +50,7 @@ TEST(Flight, DragFollowsTheClosedForm) {
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   BallState state{{0.0, 0.0}, {20.0, 0.0}, 0.0, 0.0};
   for (int k = 0; k < 100; ++k) {
-    advance_ball(world, ball, {}, 1.0, 0.01, state);
+    advance_ball(world, ball, fly(ball, state, 0.01), {}, 1.0, state);
     const double t = 0.01 * (k + 1);
     EXPECT_NEAR(state.position_m.x, std::log1p(0.033 * 20.0 * t) / 0.033, 1e-10);
     EXPECT_NEAR(state.velocity_mps.x, 20.0 * std::exp(-0.033 * state.position_m.x), 1e-10);
@@ -83,7 +84,8 @@ TEST(Flight, SmallTurnsFollowTheChordOfTheArc) {
 TEST(Flight, BallTurnsAtItsSpin) {
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   BallState state{{0.0, 0.0}, {5.0, 0.0}, 25.0, 0.5};
-  for (int k = 0; k < 10; ++k) advance_ball(world, spinning_ball(), {}, 1.0, 0.03, state);
+  for (int k = 0; k < 10; ++k)
+    advance_ball(world, spinning_ball(), fly(spinning_ball(), state, 0.03), {}, 1.0, state);
   EXPECT_NEAR(state.angle_rad, 0.5 + 10 * 0.03 * 25.0, 1e-13);
 }
 
@@ -96,8 +98,8 @@ TEST(Flight, OneLongStepAgreesWithManyShortOnes) {
   const World world = make_world(1000.0, 1000.0, Boundary::open);
   const BallState start{{1.0, 2.0}, {8.0, -6.0}, 5.0, 0.0};
   BallState one_step = start, many_steps = start;
-  advance_ball(world, ball, {}, 1.0, 1.0, one_step);
-  for (int k = 0; k < 100; ++k) advance_ball(world, ball, {}, 1.0, 0.01, many_steps);
+  advance_ball(world, ball, fly(ball, one_step, 1.0), {}, 1.0, one_step);
+  for (int k = 0; k < 100; ++k) advance_ball(world, ball, fly(ball, many_steps, 0.01), {}, 1.0, many_steps);
   EXPECT_NEAR(one_step.position_m.x, many_steps.position_m.x, 1e-9);
   EXPECT_NEAR(one_step.position_m.y, many_steps.position_m.y, 1e-9);
   EXPECT_NEAR(one_step.velocity_mps.x, many_steps.velocity_mps.x, 1e-12);

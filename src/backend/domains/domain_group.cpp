@@ -125,8 +125,9 @@ void DomainGroup::update_copies() {
 
 void DomainGroup::step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,
                        StepReport& report) {
+  const BallFlight flight = fly(physics_.ball, ball_, request.dt_s);
   const BallMotion motion =
-      ball_motion(physics_.world, physics_.ball, ball_, constants.ball_contact_m, request.dt_s);
+      ball_motion(physics_.world, physics_.ball, ball_, flight, constants.ball_contact_m);
   const std::uint32_t key = rounding_key(physics_.seed, step_);
   const TimeStep time_step{constants, request.method, request.neighbors, motion, key};
   StepOutcome mine;
@@ -153,7 +154,7 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
   displacement_ += sum.max_displacement;
   for (const auto& domain : domains_) domain->add_displacement(sum.max_displacement);
   if (physics_.ball.exists)
-    advance_ball(physics_.world, physics_.ball, sum.ball, constants.impulse_unit_kg_mps, request.dt_s, ball_);
+    advance_ball(physics_.world, physics_.ball, flight, sum.ball, constants.impulse_unit_kg_mps, ball_);
   StepTotals totals = totals_of(constants, sum);
   totals.num_steps = 1;
   totals.first_invalid_step = step_;
