@@ -3,7 +3,7 @@
 
 scaling.py FILE.json... OUT    writes OUT.svg and OUT.png
 FILE: one run, or runs collected by number of parcels as in assets/bench. The dotted lines are ceilings of
-`impulse` on an H200 (docs/performance.md): its instructions, and the memory that a step moves at least.
+`impulse` on an H200 (docs/limits.md): its instructions, and the memory that a step moves at least.
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import collections
