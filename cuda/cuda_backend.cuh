@@ -100,7 +100,7 @@ class CudaBackend final : public Backend {
   void begin_sort_in_step(StepLaunch& launch);
   void end_counting(StepLaunch& launch);
   bool make_room_for_contacts();
-  void note_step(StepLaunch& launch, bool stays_open);
+  void note_step(StepLaunch& launch, bool next_moves_ball);
   void end_steps(StepLaunch& launch);
   bool sort_is_due(const StepConstants& constants, double widest) const;
   bool can_sort_in_step(const StepConstants& constants) const;

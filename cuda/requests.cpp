@@ -199,10 +199,10 @@ void CudaBackend::end_counting(StepLaunch& launch) {
   grid_ = launch.sort.grid;
 }
 
-// stays_open: the next step would move a ball past this one.
-void CudaBackend::note_step(StepLaunch& launch, bool stays_open) {
+// next_moves_ball: if there is one, the next step moves it past this one, which may stay open.
+void CudaBackend::note_step(StepLaunch& launch, bool next_moves_ball) {
   ++launch.num_open;
-  if ((physics_.ball.exists && !stays_open) || launch.num_open == kMaxOpenSteps) end_steps(launch);
+  if ((physics_.ball.exists && !next_moves_ball) || launch.num_open == kMaxOpenSteps) end_steps(launch);
 }
 
 void CudaBackend::end_steps(StepLaunch& launch) {

@@ -62,7 +62,7 @@ class RequestTimer {
   };
 
   // Each of these waits for the end, and adds up to the time from begin to end. Marked sorts stand for all.
-  // What else a step that sorts does counts as collide_integrate.
+  // What else a step that sorts does, and a ball that moves beside contacts, counts as collide_integrate.
   PhaseTimes times(const Repeats& repeats);
   // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
   // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.

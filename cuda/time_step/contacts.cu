@@ -246,10 +246,10 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
   }
 }
 
-// Blocks of contact_kernel before the others.
+// How many blocks of contact_kernel move the ball. They come before the others.
 template <bool kBorders>
 PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
-  return !kBorders && is_ball_behind(launch) ? 1 : 0;
+  return !kBorders && contacts_move_ball(launch) ? 1 : 0;
 }
 
 // Not inlined: all blocks would need more registers.

@@ -13,9 +13,10 @@
 // follow, and sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as
 // many bytes.
 //
-// Steps are open until a kernel ends them, up to kMaxOpenSteps at a time. If there is a ball, it has to move
-// after each step: a step of one kernel is ended for that, one in parts leaves it to contact_kernel of the
-// next one, whose first block moves it while the others sum contacts.
+// Steps are open until a kernel ends them, up to kMaxOpenSteps at a time. A ball has to move after each step.
+// So with one a step of one kernel is ended at once, and a step in parts without contacts, too. Other steps
+// in parts stay open: the first block of the next contact_kernel moves the ball while the others sum
+// contacts.
 //
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
@@ -49,8 +50,9 @@ constexpr double kWidestReachToSort = 4.0;
 
 // From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
 // three and of one: 4 10^5 16.9 and 17.5, 5 10^5 19.2 and 18.4; 10^7 at 0.4 22.4 and 21.0, at 0.5 18.2 and
-// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5. With a ball, ms a frame of the court of
-// 2 10^5 0.55 and 0.51, 3 10^5 0.60 and 0.62, 4 10^5 0.66 and 0.72 on an H200.
+// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5. With a ball three and one
+// take, in ms a frame of the court on an H200: 2 10^5 0.55 and 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and
+// 0.72.
 constexpr std::uint32_t kManyParcels = 450'000, kManyWithBall = 250'000;
 constexpr double kMostDense = 0.45;
 
@@ -114,21 +116,21 @@ struct StepLaunch {
   std::uint32_t num_near = 0;
 };
 
-// Whether the ball still is where the step before began, since that one is open.
-PF_HD inline bool is_ball_behind(const StepLaunch& launch) {
+// Whether launch_contacts has to move the ball past the step before, which is open.
+PF_HD inline bool contacts_move_ball(const StepLaunch& launch) {
   return launch.num_open > 0 && launch.constants.physics.ball.exists;
 }
 
 // Counts the parcels by cell for a sort in launch_step.
 void launch_count(const StepLaunch& launch, cudaStream_t stream);
 
-// One step of the parcels. launch_end_steps follows, without a ball after kMaxOpenSteps steps at the latest.
-// (A domain reads the slots itself.)
+// One step of the parcels. With a ball launch_end_steps follows each, without one at the latest after
+// kMaxOpenSteps. (A domain reads the slots itself.)
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels. There are no copies in a step that sorts. The first of the three moves the ball past the step before
-// if that is open; where parcels have no contacts at all it does nothing, and no step may be open.
+// parcels. There are no copies in a step that sorts. launch_contacts moves the ball past the step before if
+// that is open. It does nothing where parcels have no contacts at all; with a ball no step may be open then.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);

@@ -75,7 +75,7 @@ PF_HD inline std::int32_t saturated_units(double units) {
   return static_cast<std::int32_t>(round_to_int64(clamped));
 }
 
-// Motion of the ball in a step, a flight that fly() found. contact_distance_m: ball radius + parcel radius.
+// Motion of the ball in a step whose flight fly() found. contact_distance_m: ball radius + parcel radius.
 PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& ball, const BallState& state,
                                     const BallFlight& flight, double contact_distance_m) {
   BallMotion motion;

@@ -30,9 +30,8 @@ StepTotals expect_same_bits(const Settings& s, std::uint32_t steps) {
 }
 
 // Requests of different kinds that follow one another.
-void expect_same_after_others(const char* limits) {
+void expect_same_after_others(const Settings& s, const char* limits) {
   ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", limits, 1);
-  const Settings s = gas(kNumParcels, 0.65, Boundary::walls);
   SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
   const auto go_on = [&](Method method, bool contacts, Neighbors neighbors, std::uint32_t steps) {
     for (SceneRun* run : {&cpu, &gpu}) {
@@ -137,7 +136,12 @@ TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
 
 // What a step leaves is scratch of the next one, and what the order of the last sort is good for changes.
 TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
-  for (const char* limits : kBothWays) expect_same_after_others(limits);
+  Settings in_court = court(kNumParcels, Boundary::walls);
+  in_court.area_fraction = 0.4;
+  for (const char* limits : kBothWays) {
+    for (const Settings& s : {gas(kNumParcels, 0.65, Boundary::walls), in_court})
+      expect_same_after_others(s, limits);
+  }
 }
 
 // A sort of its own has the phase grid. Steps without contacts do not sort, but parcels move.
