@@ -252,7 +252,8 @@ PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
   return !kBorders && contacts_move_ball(launch) ? 1 : 0;
 }
 
-// Not inlined: all blocks would need more registers.
+// Not inlined: in a periodic world 40 bytes of a thread's registers would be spilled instead of 28. Otherwise
+// registers are the same.
 __device__ __noinline__ void move_ball_past_step_before(const StepLaunch& launch) {
   move_ball(launch.constants, launch.slots + (launch.num_open - 1) * kNumSlots, *launch.state);
 }
