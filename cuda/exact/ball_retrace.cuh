@@ -58,6 +58,13 @@ struct PathHits {
   unsigned long long wall_event_hash;
   OrderedEvent first_of_warps[2][kWarps];
 };
+
+// In memory for lists of neighbours: nothing searches for these while the ball's path is traced.
+template <class NearSpace>
+__device__ __forceinline__ PathHits& path_hits(NearSpace& near) {
+  static_assert(sizeof(PathHits) <= sizeof(near));
+  return reinterpret_cast<PathHits&>(near);
+}
 static_assert(PathHits::kMax % kExactBlock == 0);
 
 // ---- All threads of the block call these functions.

@@ -5,9 +5,8 @@
 #include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "cuda/cuda_devices.hpp"
-#include "cuda/exact/ball_rounds.cuh"
+#include "cuda/exact/ball_retrace.cuh"
 #include "cuda/exact/predict.cuh"
-#include "cuda/exact/refresh.cuh"
 #include "cuda/exact/solve_pair.cuh"
 #include "cuda/exact/timeline.cuh"
 #include "model/for_boundary.hpp"
@@ -22,16 +21,10 @@ constexpr std::uint32_t kParcelsPerSlice = 1024;  // fewer blocks for few parcel
 template <Boundary kBoundary>
 constexpr unsigned kPredictBlocksPerSm = blocks_per_sm(kBoundary == Boundary::periodic ? 4 : 5, kBlock);
 constexpr unsigned kPairBlocksPerSm = blocks_per_sm(4, kBlock);
-// Blocks of solve_kernel on a multiprocessor. With one no registers spill, so that an event takes less time:
-// worst frame of `bullet` of 10^6 408 ms instead of 512, of the court of 10^7 188 instead of 229. With two a
-// gas of kManyParcels and more, which has thousands of clusters in a step, is 8 % faster (10^7 on an H200).
-constexpr unsigned kFewBlocks = 1, kMoreBlocks = 2;
 constexpr std::uint32_t kManyParcels = 4'000'000;
 constexpr unsigned kMaxPartsOfSlice = 8;
 // ms at 10^5, 10^6, 10^7: 0.012 0.031 0.20; with 1 0.015 0.038 0.21; with 4 0.022 0.063 0.30.
 constexpr unsigned kLanesOfPair = 2;
-// In a later window of a step a block has a dozen pairs, and the rest of the grid waits.
-constexpr unsigned kLanesOfPairInWindow = 8;
 
 // Several blocks share a slice in the kernels between which nothing is exchanged.
 dim3 slice_parts(const StepMemory& memory) {
@@ -59,12 +52,6 @@ __global__ void __launch_bounds__(kBlock, kPredictBlocksPerSm<kBoundary>)
   predict<kBoundary, true, kByRegion>({launch, c}, i, blockIdx.x % launch.memory.num_slices, near_space);
 }
 
-// Lies in the same place: nothing searches for neighbours while the ball's path is traced.
-__device__ __forceinline__ PathHits& path_hits(NearList<kBlock>::Space& near) {
-  static_assert(sizeof(PathHits) <= sizeof(near));
-  return reinterpret_cast<PathHits&>(near);
-}
-
 template <Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
     pair_kernel(const __grid_constant__ ExactLaunch launch) {
@@ -74,165 +61,6 @@ __global__ void __launch_bounds__(kBlock, kPairBlocksPerSm)
   const ExactConstants c = constants_of_window(launch);
   if (blockIdx.x == 0 && blockIdx.y == 0) expect_hits<kBoundary>({launch, c}, path_hits(near_space));
   solve_pairs<kBoundary, true, kLanesOfPair>({launch, c}, part_of_block(), pairs, near_space);
-}
-
-// ---- solve_kernel
-//
-// All blocks go through these states together. => is a barrier of the grid.
-//
-//   SOLVE    solve clusters => find conflicts => merge clusters => ... until there are no conflicts
-//              solved up to `until`, where no anchoring is due: to_commit is set, return
-//              otherwise: COMMIT
-//   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>)
-//   END END      plan the next window, or a shorter one => START
-//              or the step ends: time moves on => (anchor all =>) plan the next step
-//                `until` is reached, or the window is unresolvable: return
-//                a sort is due on the way: => return, the host launches the step again
-//                otherwise: => START
-//   START    predict all, or refresh kept events => form clusters, solve pairs => SOLVE
-//
-// A window that takes the step to `until` leaves COMMIT and END to commit_kernel, whose blocks need no
-// barrier. In a gas every step is one such window; the loop is for crowds, retries, anchorings, and steps
-// that end on the way.
-
-struct SolveSpace {
-  TallySlot tally;
-  ClusterSpace clusters;
-  SliceCounts counts;
-  PairSpace pairs;
-  alignas(PathHits) NearList<kBlock>::Space near;
-
-  // In the same place: no cluster is solved while tiles are refreshed.
-  __device__ __forceinline__ DueTiles& due_tiles() { return reinterpret_cast<DueTiles&>(clusters); }
-};
-static_assert(sizeof(DueTiles) <= sizeof(ClusterSpace));
-static_assert(sizeof(SolveSpace) <= 48 * 1024);  // of shared memory, on any architecture
-
-// State SOLVE. Returns whether the window is solved.
-template <Boundary kBoundary>
-__device__ __forceinline__ bool run_solve(const StepContext& step, SolveSpace& space) {
-  if (threadIdx.x == 0) space.counts = step.memory.counts[blockIdx.x];
-  __syncthreads();
-  const bool can_start = step.state.list_overflow == 0 && step.state.near_ball_overflow == 0;
-  if (can_start) solve_all<kBoundary>(step, space.clusters, path_hits(space.near), space.counts);
-  return is_solved(step.state);
-}
-
-// State COMMIT. Returns whether the window is over: if the step goes on, the first warp of all ends it while
-// others predict, for which nothing matters that changes then.
-template <Boundary kBoundary>
-__device__ __forceinline__ bool run_commit(const StepContext& step, SolveSpace& space, bool solved) {
-  SliceCounts& counts = step.memory.counts[blockIdx.x];
-  const std::uint32_t num_members = min(space.counts.members, step.memory.member_capacity);
-  if (threadIdx.x == 0) counts.members = num_members;
-  const bool goes_on = step.state.window_end < step.state.plan.length;
-  if (solved) commit<kBoundary>(step, {blockIdx.x}, num_members, goes_on, space.tally);
-  if (solved && goes_on) {
-    cg::this_grid().sync();
-    const ExactConstants c = constants_of_step(step.launch);
-    if (blockIdx.x == 0 && threadIdx.x / 32 == 0) {
-      finish_window(step.launch, true);
-    } else {
-      predict_members<kBoundary>({step.launch, c}, space.near);
-    }
-  }
-  __syncthreads();
-  if (threadIdx.x == 0) {
-    add_slot(step.launch.slots[blockIdx.x % kNumSlots], space.tally);
-    space.tally = {};
-  }
-  cg::this_grid().sync();
-  if (threadIdx.x == 0) counts = {};
-  __syncthreads();
-  return solved && goes_on;
-}
-
-// State END. has_ended: the window has been ended. Returns whether the kernel goes on with another window.
-template <Boundary kBoundary>
-__device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, bool has_ended,
-                                        AfterWindow& after) {
-  const cg::grid_group grid = cg::this_grid();
-  const auto rank = static_cast<std::uint32_t>(grid.thread_rank());
-  const auto num_threads = static_cast<std::uint32_t>(grid.size());
-  const bool is_first_warp = rank < kNumSlots;
-  ExactState& state = *launch.state;
-  if (!has_ended) {
-    if (is_first_warp) finish_window(launch, solved);
-    grid.sync();
-  }
-  after = state.after_window;
-  if (after == AfterWindow::stop) return false;
-  if (after == AfterWindow::next_window) return true;
-  if (after == AfterWindow::retry_window) {
-    release_all(launch, rank, num_threads);
-    grid.sync();
-    return true;
-  }
-  if (after == AfterWindow::end_step_here) {
-    locate_all<kBoundary>(launch, rank, num_threads);
-    grid.sync();
-    if (is_first_warp) finish_step(launch, true);
-    grid.sync();
-  }
-  if (after != AfterWindow::retry_step && is_at_anchoring(state.progress))
-    anchor_all(launch, rank, num_threads, [&] { grid.sync(); });
-  if (state.paused != 0) return false;
-  const bool is_done = state.progress.now >= launch.until;
-  grid.sync();
-  if (grid.thread_rank() == 0) {
-    const std::uint64_t now = state.progress.now;
-    if (!is_done) plan_next(launch, launch.until, chord_until(launch, now));
-    if (is_done && launch.next_until > now) plan_next(launch, launch.next_until, launch.next_chord_end);
-  }
-  if (is_done) return false;
-  grid.sync();
-  return launch.sort_displacement == 0 || state.progress.max_displacement <= launch.sort_displacement;
-}
-
-// State START.
-template <Boundary kBoundary>
-__device__ __forceinline__ void run_start(const ExactLaunch& launch, bool same_step, SolveSpace& space) {
-  {
-    const ExactConstants c = constants_of_step(launch);
-    const StepContext step{launch, c};
-    if (same_step) {
-      refresh<kBoundary>(step, space.due_tiles(), space.near);
-    } else {
-      for (std::uint32_t first = blockIdx.x * kBlock; first < launch.space.num_parcels;
-           first += gridDim.x * kBlock)
-        predict<kBoundary, false, true>(step, first + threadIdx.x, blockIdx.x, space.near);
-    }
-  }
-  cg::this_grid().sync();
-  const ExactConstants c = constants_of_window(launch);
-  if (blockIdx.x == 0) expect_hits<kBoundary>({launch, c}, path_hits(space.near));
-  solve_pairs<kBoundary, false, kLanesOfPairInWindow>({launch, c}, {blockIdx.x}, space.pairs, space.near);
-  cg::this_grid().sync();
-}
-
-template <Boundary kBoundary, unsigned kBlocksPerSm>
-__global__ void __launch_bounds__(kBlock, kBlocksPerSm)
-    solve_kernel(const __grid_constant__ ExactLaunch launch) {
-  __shared__ SolveSpace space;
-  if (is_over(launch)) return;
-  if (threadIdx.x == 0) space.tally = {};
-  while (true) {
-    const ExactConstants c = constants_of_window(launch);
-    const StepContext step{launch, c};
-    const bool solved = run_solve<kBoundary>(step, space);
-    const bool ends_step = step.state.window_end == step.state.plan.length;
-    if (solved && ends_step && reaches_end(step) && !ends_at_anchoring(step)) {
-      if (threadIdx.x == 0)
-        launch.memory.counts[blockIdx.x].members = min(space.counts.members, launch.memory.member_capacity);
-      if (blockIdx.x == 0 && threadIdx.x == 0) step.state.to_commit = 1;
-      return;
-    }
-    const bool has_ended = run_commit<kBoundary>(step, space, solved);
-    AfterWindow after;
-    if (!run_end<kBoundary>(launch, solved, has_ended, after)) return;
-    const bool same_step = after == AfterWindow::next_window || after == AfterWindow::retry_window;
-    run_start<kBoundary>(launch, same_step, space);
-  }
 }
 
 // Returns whether this block is the last one of the grid to call it. All threads of the block call it.
@@ -281,13 +109,12 @@ __global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_consta
   if (launch.state->paused != 0) draw_current(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
-template <unsigned kBlocksPerSm>
-std::uint32_t max_slices() {
+std::uint32_t max_slices(bool are_few) {
   int blocks = 0;
-  int min_blocks = kBlocksPerSm;
-  for (const auto kernel :
-       {solve_kernel<Boundary::open, kBlocksPerSm>, solve_kernel<Boundary::walls, kBlocksPerSm>,
-        solve_kernel<Boundary::periodic, kBlocksPerSm>}) {
+  int min_blocks = are_few ? kFewBlocks : kMoreBlocks;
+  for (const SolveKernel kernel :
+       {solve_kernel_of<Boundary::open>(are_few), solve_kernel_of<Boundary::walls>(are_few),
+        solve_kernel_of<Boundary::periodic>(are_few)}) {
     PF_CUDA(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, kBlock, 0));
     min_blocks = std::min(min_blocks, blocks);
   }
@@ -300,7 +127,7 @@ std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball) {
   const std::uint32_t wanted = (num_parcels + kParcelsPerSlice - 1) / kParcelsPerSlice;
   const std::uint32_t limit = device_limits().solver_blocks;
   const bool are_few = limit == 0 ? has_ball || num_parcels < kManyParcels : limit < kMoreBlocks;
-  return std::clamp(wanted, 1U, std::max(1U, are_few ? max_slices<kFewBlocks>() : max_slices<kMoreBlocks>()));
+  return std::clamp(wanted, 1U, std::max(1U, max_slices(are_few)));
 }
 
 void launch_predict(const ExactLaunch& launch, cudaStream_t stream) {
@@ -320,7 +147,7 @@ void launch_solve(const ExactLaunch& launch, cudaStream_t stream) {
     ExactLaunch argument = launch;
     void* arguments[] = {&argument};
     const bool are_few = launch.memory.num_slices <= kFewBlocks * usable_multiprocessors();
-    const auto kernel = are_few ? solve_kernel<kBoundary, kFewBlocks> : solve_kernel<kBoundary, kMoreBlocks>;
+    const SolveKernel kernel = solve_kernel_of<kBoundary>(are_few);
     PF_CUDA(cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(kernel), dim3(launch.memory.num_slices),
                                         dim3(kBlock), arguments, 0, stream));
   });

@@ -30,6 +30,16 @@ struct ExactLaunch {
   std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never
 };
 
+// Blocks of solve_kernel on a multiprocessor. With one no registers spill, so that an event takes less time:
+// worst frame of `bullet` of 10^6 408 ms instead of 512, of the court of 10^7 188 instead of 229. With two a
+// gas of kManyParcels and more, which has thousands of clusters in a step, is 8 % faster (10^7 on an H200).
+constexpr unsigned kFewBlocks = 1, kMoreBlocks = 2;
+using SolveKernel = void (*)(ExactLaunch);
+// With kFewBlocks on a multiprocessor, or kMoreBlocks. Those of each boundary take a compiler minutes: they
+// have a file of their own.
+template <Boundary kBoundary>
+SolveKernel solve_kernel_of(bool are_few);
+
 // Blocks of solve_kernel, all on the device together, and at most as many as num_parcels need.
 std::uint32_t exact_num_slices(std::uint32_t num_parcels, bool has_ball);
 

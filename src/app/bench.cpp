@@ -80,10 +80,10 @@ void measure(Bench& bench, Backend& backend, RunRecord& record) {
 
 nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecord& record) {
   const Spread spread = spread_of(bench.ns_per_step);
-  nlohmann::json json = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
-  json["ns_per_parcel_step"] = spread.median;
-  json["parcel_steps_per_s"] = 1e9 / spread.median;
-  json["bench"] = {
+  nlohmann::json report = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
+  report["ns_per_parcel_step"] = spread.median;
+  report["parcel_steps_per_s"] = 1e9 / spread.median;
+  report["bench"] = {
       {"repeats", bench.options.bench_repeats},
       {"steps", bench.options.bench_steps},
       {"warmup", bench.options.bench_warmup},
@@ -92,18 +92,18 @@ nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecor
       {"ns_per_parcel_step_max", spread.max},
       {"least_bytes_per_parcel_step", backend.min_bytes_moved(bench.report.totals) / bench.parcel_steps()},
       {"copy_bandwidth_bytes_per_s", backend.measure_copy_bandwidth(kCopyBytes)}};
-  return json;
+  return report;
 }
 
-void print_bench(const Bench& bench, const nlohmann::json& json) {
+void print_bench(const Bench& bench, const nlohmann::json& report) {
   const Spread spread = spread_of(bench.ns_per_step);
-  const double bytes_per_step = json["bench"]["least_bytes_per_parcel_step"];
-  const double bandwidth = json["bench"]["copy_bandwidth_bytes_per_s"];
+  const double bytes_per_step = report["bench"]["least_bytes_per_parcel_step"];
+  const double bandwidth = report["bench"]["copy_bandwidth_bytes_per_s"];
   fmt::print(
       "{}: {} parcels, {}, {}: {:.3g} ns per parcel-step (min {:.3g}, max {:.3g}), {:.4g} Gps, {:.4g} ms per "
       "step\n",
-      json["device"].get<std::string>(), bench.physics.parcels.num, bench.settings.name,
-      json["method"].get<std::string>(), spread.median, spread.min, spread.max, 1.0 / spread.median,
+      report["device"].get<std::string>(), bench.physics.parcels.num, bench.settings.name,
+      report["method"].get<std::string>(), spread.median, spread.min, spread.max, 1.0 / spread.median,
       spread.median * bench.physics.parcels.num * 1e-6);
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
     const double ms = bench.report.times.ms[phase] / bench.request.num_steps;
@@ -113,9 +113,9 @@ void print_bench(const Bench& bench, const nlohmann::json& json) {
       "  at least {:.3g} bytes per parcel-step: {:.3g} GB/s, {:.0f} % of the copy bandwidth of {:.4g} GB/s\n",
       bytes_per_step, bytes_per_step / spread.median,
       100.0 * bytes_per_step / spread.median * 1e9 / bandwidth, 1e-9 * bandwidth);
-  if (json["domain_link"].is_string())
-    fmt::print("  between domains: {}\n", json["domain_link"].get<std::string>());
-  fmt::print("  state hash {}\n", json["state_hash"].get<std::string>());
+  if (report["domain_link"].is_string())
+    fmt::print("  between domains: {}\n", report["domain_link"].get<std::string>());
+  fmt::print("  state hash {}\n", report["state_hash"].get<std::string>());
 }
 
 }  // namespace

@@ -8,8 +8,6 @@
 namespace pf {
 namespace {
 
-double length(Vec2d v) { return std::sqrt(dot(v, v)); }
-
 // Position of a flight at a time, interpolated linearly between its points. at: index where the search
 // starts; it is advanced.
 Vec2d position_at(const FlightRecord& flight, double time_s, std::size_t& at) {

@@ -14,8 +14,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kPeriod{250};
 
-double length(Vec2d v) { return std::sqrt(dot(v, v)); }
-
 }  // namespace
 
 FlightKey key_of(const FrameView& view) {

@@ -26,8 +26,6 @@ json ratio(double numerator, double denominator) {
 
 json vector(Vec2d value) { return json::array({number_or_null(value.x), number_or_null(value.y)}); }
 
-double magnitude(Vec2d value) { return std::sqrt(dot(value, value)); }
-
 // null without values.
 json statistics_of(std::vector<double> values) {
   if (values.empty()) return {{"median", nullptr}, {"p99", nullptr}};
@@ -80,7 +78,7 @@ json momentum_report(const Measures& initial, const Measures& final) {
   const Vec2d change = final.momentum_kg_mps - initial.momentum_kg_mps;
   return {{"initial", vector(initial.momentum_kg_mps)},
           {"final", vector(final.momentum_kg_mps)},
-          {"relative_drift", ratio(magnitude(change), initial.momentum_scale_kg_mps)}};
+          {"relative_drift", ratio(length(change), initial.momentum_scale_kg_mps)}};
 }
 
 json collision_report(const Physics& physics, const StepTotals& totals, double simulated_s,

@@ -195,7 +195,7 @@ void Simulation::State::follow_ball() {
   if (!is_first) {
     const Vec2d before = to_double(flight.points_m.back());
     const Vec2d moved = nearest_way(physics.world, before, ball.position_m);
-    view.ball_distance_m += std::sqrt(dot(moved, moved));
+    view.ball_distance_m += length(moved);
     if (!is_straight_way(before, ball.position_m, moved)) {
       flight.points_m.clear();
       flight.times_s.clear();

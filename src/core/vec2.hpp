@@ -1,6 +1,7 @@
 // Two-component vectors of one scalar type. Plain data, the same on host and device.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 
 #include "core/host_device.hpp"
@@ -29,6 +30,8 @@ template <class T>
 PF_HD constexpr T dot(Vec2<T> a, Vec2<T> b) {
   return a.x * b.x + a.y * b.y;
 }
+
+PF_HD inline double length(Vec2d a) { return sqrt(dot(a, a)); }
 
 // z component of the three-dimensional cross product.
 template <class T>

@@ -24,8 +24,10 @@ bool is_same_world(const World& a, const World& b) {
 
 constexpr Vec2i kNowhere{kRetired, 0};
 
+}  // namespace
+
 // Numbers of a frame in the form of the file.
-struct Frame {
+struct H5Frame {
   std::vector<float> position, velocity;
   std::vector<std::uint8_t> present, heated;
   std::int64_t num_present = 0;
@@ -34,7 +36,7 @@ struct Frame {
   void take(const RunState& state, const DumpLayout& layout);
 };
 
-void Frame::take(const RunState& state, const DumpLayout& layout) {
+void H5Frame::take(const RunState& state, const DumpLayout& layout) {
   constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
   const ParcelSnapshot& parcels = state.backend.parcels;
   position.assign(3 * layout.num_rows(), kNan);
@@ -58,8 +60,6 @@ void Frame::take(const RunState& state, const DumpLayout& layout) {
     ++num_present;
   }
 }
-
-}  // namespace
 
 // One file with its XDMF file.
 class H5DumpFile {
@@ -90,7 +90,7 @@ class H5DumpFile {
   std::optional<h5::GrowingFile> file_;
   std::optional<XdmfFile> xdmf_;
   std::list<Named> series_;
-  Frame frame_;
+  H5Frame frame_;
   std::vector<std::uint32_t> no_ticks_;
   std::uint64_t num_frames_ = 0, last_step_ = 0;
 };

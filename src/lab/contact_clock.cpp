@@ -72,7 +72,7 @@ json flight_point(double restitution, double clock, bool quick) {
           {"runs", runs}};
 }
 
-std::vector<LabPoint> plan(const LabContext& context) {
+std::vector<LabPoint> plan_contact_clock(const LabContext& context) {
   std::vector<LabPoint> points;
   for (const double clock : kClocks) {
     points.push_back({fmt::format("gas/0.9/{:g}", clock),
@@ -93,7 +93,7 @@ Study contact_clock_study() {
       "What the contact duration changes",
       "Dots are differences from the same run without a contact duration, with standard errors; the dashed "
       "line is the default. On its left nothing changes but the number of collisions.",
-      plan,
+      plan_contact_clock,
       conclude_contact_clock,
       true};
 }

@@ -67,7 +67,7 @@ Exit fly_to_exit(const Settings& settings, Backend& backend) {
     exit.at_m = ball.position_m + moved * share;
     exit.speed_mps = speed_of(ball) + (speed_of(next) - speed_of(ball)) * share;
     exit.time_s += kPart_s * share;
-    exit.path_m += std::sqrt(dot(moved, moved)) * share;
+    exit.path_m += length(moved) * share;
     if (to_edge <= 1.0) return exit;
     ball = next;
   }
@@ -98,6 +98,6 @@ FlightFrames fly_frames(const Settings& settings, double max_time_s, double max_
   return flight;
 }
 
-double speed_of(const BallState& ball) { return std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)); }
+double speed_of(const BallState& ball) { return length(ball.velocity_mps); }
 
 }  // namespace pf

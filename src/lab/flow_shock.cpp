@@ -14,9 +14,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kSamples = 48;
-constexpr std::uint32_t kBins = 1000;
-constexpr double kWindow = 10.0, kFront = 12.0;  // around the front, and its depth, in `path`
+constexpr int kShockSamples = 48;
+constexpr std::uint32_t kShockBins = 1000;
+constexpr double kWindow = 10.0, kFrontDepth = 12.0;  // around the front, and its depth, in `path`
 // The start heats the gas in the middle; that layer spreads by conduction. Share of the front's last
 // distance.
 constexpr double kWarm = 0.4;
@@ -90,7 +90,7 @@ struct Sample {
 class ShockSamples {
  public:
   ShockSamples(const ShockCase& c, const ShockPlan& plan)
-      : plan_(plan), density_(c.area_fraction / (0.25 * kPi)), width_(2.0 * plan.half_length / kBins) {}
+      : plan_(plan), density_(c.area_fraction / (0.25 * kPi)), width_(2.0 * plan.half_length / kShockBins) {}
 
   void add(double time, const Profile& profile) { samples_.push_back({time, fold(profile)}); }
 
@@ -101,7 +101,7 @@ class ShockSamples {
     for (std::size_t k = 3 * samples_.size() / 4; k < samples_.size(); ++k) {
       const double front = plan_.shock.front_speed * samples_[k].time;
       const std::size_t first = bin_at(kWarm * plan_.shock.front_speed * plan_.duration);
-      const std::size_t last = bin_at(front - kFront * plan_.path);
+      const std::size_t last = bin_at(front - kFrontDepth * plan_.path);
       for (std::size_t bin = first; bin < last; ++bin) {
         sum += samples_[k].bins[bin];
         area += 2.0 * width_ * plan_.height;
@@ -158,7 +158,7 @@ class ShockSamples {
 
  private:
   std::size_t bin_at(double x) const {
-    return static_cast<std::size_t>(std::clamp(x / width_, 0.0, 0.5 * kBins));
+    return static_cast<std::size_t>(std::clamp(x / width_, 0.0, 0.5 * kShockBins));
   }
   // Beyond the front and before the rarefaction at the end.
   std::size_t end_bin() const {
@@ -211,10 +211,10 @@ json measure_shock(const ShockCase& c, const FlowSteps& steps, Backend& backend)
   run.begin(scales_of(c, plan));
   const double energy = run.energy();
   ShockSamples samples(c, plan);
-  const ProfileShape shape = profile_shape(run.physics(), ProfileAxis::x, kBins);
-  for (int k = 1; k <= kSamples; ++k) {
-    run.advance(plan.duration / kSamples);
-    samples.add(plan.duration * k / kSamples, backend.profile(shape));
+  const ProfileShape shape = profile_shape(run.physics(), ProfileAxis::x, kShockBins);
+  for (int k = 1; k <= kShockSamples; ++k) {
+    run.advance(plan.duration / kShockSamples);
+    samples.add(plan.duration * k / kShockSamples, backend.profile(shape));
   }
   double area = 0.0;
   const FoldedBin behind = samples.plateau(area);

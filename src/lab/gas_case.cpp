@@ -15,7 +15,7 @@
 namespace pf {
 namespace {
 
-constexpr int kBlocks = 16;  // of a measurement; the statistical error follows from their scatter
+constexpr int kGasBlocks = 16;  // of a measurement; the statistical error follows from their scatter
 
 // A block is a whole number of steps. Its duration does not depend on the step, so that runs of any step
 // cover the same time.
@@ -106,7 +106,7 @@ double GasRun::c2() const {
 
 nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::unique_ptr<Backend> backend) {
   const double expected_rate = theory_rate(gas.area_fraction);
-  const BlockPlan block = plan_block(wanted.collisions / (kBlocks * expected_rate), wanted.dt);
+  const BlockPlan block = plan_block(wanted.collisions / (kGasBlocks * expected_rate), wanted.dt);
   const std::uint32_t per_block = block.num_steps;
   GasSteps steps = wanted;
   steps.dt = block.dt;
@@ -117,7 +117,7 @@ nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::uniq
   const double start_c2 = run.c2();
   std::vector<Block> blocks;
   StepTotals totals;
-  for (int k = 0; k < kBlocks; ++k) blocks.push_back(measure_block(run, per_block, totals));
+  for (int k = 0; k < kGasBlocks; ++k) blocks.push_back(measure_block(run, per_block, totals));
   const auto best = [](const Block& a, const Block& b) { return a.ns < b.ns; };
   const MeanError rate = mean_of(blocks, [](const Block& b) { return b.rate; });
   const MeanError z = mean_of(blocks, [](const Block& b) { return b.impulse_z; });
@@ -128,7 +128,7 @@ nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::uniq
       {"num_parcels", gas.num_parcels},
       {"dt", steps.dt},
       {"displacement_per_step", 2.5 * steps.dt},  // of a fast parcel, as in scene/derive.cpp
-      {"duration", kBlocks * per_block * steps.dt},
+      {"duration", kGasBlocks * per_block * steps.dt},
       {"collisions", 2.0 * static_cast<double>(totals.num_collisions) / static_cast<double>(gas.num_parcels)},
       {"ns_per_disc_time", std::min_element(blocks.begin(), blocks.end(), best)->ns},
       {"rate", rate.mean},

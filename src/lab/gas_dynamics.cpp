@@ -21,14 +21,14 @@ namespace {
 using nlohmann::json;
 
 // Parcels and seeds of the two forms of the study.
-struct Sizes {
+struct FlowSizes {
   std::int64_t shock_parcels, blast_parcels, drag_parcels;
   double shock_length;  // half of the world, mean free paths
   int shock_seeds, blast_seeds, drag_seeds, layer_seeds;
 };
-constexpr Sizes kQuick = {24000, 30000, 60000, 200.0, 2, 2, 2, 24};
-constexpr Sizes kFull = {100000, 200000, 400000, 350.0, 24, 6, 6, 3000};
-constexpr Sizes kOnDevice = {4000000, 10000000, 8000000, 350.0, 2, 2, 2, 3};  // of a GPU
+constexpr FlowSizes kQuick = {24000, 30000, 60000, 200.0, 2, 2, 2, 24};
+constexpr FlowSizes kFull = {100000, 200000, 400000, 350.0, 24, 6, 6, 3000};
+constexpr FlowSizes kOnDevice = {4000000, 10000000, 8000000, 350.0, 2, 2, 2, 3};  // of a GPU
 
 // On a GPU the flows of large balls take all its parcels. Those of small ones are as exact with fewer.
 constexpr std::int64_t kSmallBallParcels = 2000000;
@@ -67,8 +67,8 @@ void label(json& row, const char* group, const std::string& name, const Setting&
   row["seed"] = seed;
 }
 
-struct Planner {
-  Sizes sizes;
+struct FlowPlanner {
+  FlowSizes sizes;
   LabDevice device;
   std::vector<LabPoint>& points;
 
@@ -179,19 +179,19 @@ constexpr Setting kQuickLayer[] = {
 constexpr Setting kShocks[] = {
     {Method::impulse, 1.0}, {Method::impulse, 0.5}, {Method::impulse, 0.25}, {Method::spring, 0.25}};
 
-void add_layers(Planner& planner, bool quick) {
+void add_layers(FlowPlanner& planner, bool quick) {
   for (const Setting& setting :
        quick ? std::span<const Setting>(kQuickLayer) : std::span<const Setting>(kLayer))
     planner.add_layer(setting);
 }
 
-void add_methods(Planner& planner, bool quick) {
+void add_methods(FlowPlanner& planner, bool quick) {
   for (const Setting& setting : std::span<const Setting>(kShocks).first(quick ? 1 : std::size(kShocks)))
     planner.add_shocks(0.2, 2.0, setting, 1);
 }
 
-void add_exact(Planner& planner, bool quick) {
-  const Sizes& sizes = planner.sizes;
+void add_exact(FlowPlanner& planner, bool quick) {
+  const FlowSizes& sizes = planner.sizes;
   planner.add_shocks(0.01, 2.0, {}, sizes.shock_seeds);
   planner.add_shocks(0.2, 2.0, {}, sizes.shock_seeds);
   planner.add_drag(0.1, false);
@@ -209,11 +209,11 @@ void add_exact(Planner& planner, bool quick) {
 }
 
 // The flows by `exact` run on the last device alone: on any other they would only repeat themselves.
-std::vector<LabPoint> plan(const LabContext& context) {
+std::vector<LabPoint> plan_gas_dynamics(const LabContext& context) {
   std::vector<LabPoint> points;
   for (const LabDevice& device : context.devices) {
     const bool is_cpu = device.name == "cpu", is_last = &device == &context.devices.back();
-    Planner planner{context.quick ? kQuick : is_cpu ? kFull : kOnDevice, device, points};
+    FlowPlanner planner{context.quick ? kQuick : is_cpu ? kFull : kOnDevice, device, points};
     if (is_last) add_exact(planner, context.quick);
     if (is_cpu) add_methods(planner, context.quick);
     add_layers(planner, context.quick);
@@ -230,7 +230,7 @@ Study gas_dynamics_study() {
       "Shocks, blasts and the layer in front of the ball",
       "Dots are measured, with standard errors; lines are theory, with the equation of state of Kolafa and "
       "Rottner. exact is judged, the other methods are shown beside it.",
-      plan,
+      plan_gas_dynamics,
       conclude_gas_dynamics,
       true};
 }

@@ -142,7 +142,7 @@ void Reference::collide(std::uint32_t i, std::uint32_t j) {
   advance(a);
   advance(b);
   const Vec2d offset = nearest_image(b.position - a.position);
-  const double distance = std::sqrt(dot(offset, offset));
+  const double distance = length(offset);
   const double approach = dot(offset, b.velocity - a.velocity);
   if (approach < 0.0) {
     const double share = 0.5 * (1.0 + current_restitution(i, j)) * approach / (distance * distance);
@@ -177,7 +177,7 @@ void Reference::collide_with_ball(std::uint32_t i) {
   advance(body);
   const Vec2d ball_position = ball_.position + ball_.velocity * (now_ - ball_.time_s);
   const Vec2d offset = nearest_image(body.position - ball_position);
-  const double distance = std::sqrt(dot(offset, offset));
+  const double distance = length(offset);
   if (dot(offset, body.velocity - ball_.velocity) < 0.0)
     exchange_with_ball(body, offset, distance, current_restitution(i, i));
   ++totals_.num_ball_hits;

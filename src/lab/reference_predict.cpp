@@ -254,7 +254,7 @@ void Reference::update_ball() {
 // The ball's next event is the end of its zone or a wall. A frozen ball reacts to walls only when its
 // impulses are applied.
 void Reference::predict_ball() {
-  const double speed = std::sqrt(dot(ball_.velocity, ball_.velocity));
+  const double speed = length(ball_.velocity);
   const auto owner = static_cast<std::uint32_t>(bodies_.size());
   PredictedEvent earliest{kNever, owner, kPartnerCellX};
   if (speed > 0.0) earliest.time_s = now_ + zone_margin_m_ / speed;

@@ -18,7 +18,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Method kMeasuredMethods[] = {Method::impulse, Method::spring, Method::exact};
+constexpr Method kMappedMethods[] = {Method::impulse, Method::spring, Method::exact};
 constexpr double kTolerance = 0.05;  // of rate and energy: above three standard errors of the maps' runs
 constexpr double kOverlap = 0.1;     // diameters
 constexpr std::int64_t kMapDiscs = 1000;
@@ -113,7 +113,7 @@ json mass_cell(const LabDevice& device, Method method, double dt, double mass_ra
   return row;
 }
 
-struct Planner {
+struct StabilityPlanner {
   const LabContext& context;
   std::vector<LabPoint> points;
 
@@ -122,7 +122,7 @@ struct Planner {
   }
 
   void add_maps(const LabDevice& device) {
-    for (const Method method : kMeasuredMethods) {
+    for (const Method method : kMappedMethods) {
       for (const double dt : map_steps(context.quick)) add_map_cells(device, method, dt);
     }
   }
@@ -146,7 +146,7 @@ struct Planner {
   }
 
   void add_missed(const LabDevice& device) {
-    for (const Method method : kMeasuredMethods) {
+    for (const Method method : kMappedMethods) {
       for (const double step : {0.1, 0.2, 0.5, 1.0, 2.0, 3.0, 5.0}) {
         if (method == Method::spring && step > 0.2)
           continue;  // a contact of 20 steps lasts longer than the passage
@@ -178,7 +178,7 @@ struct Planner {
                     {"energy_ratio", spring_pair_energy(step, device.make())}};
       });
     }
-    for (const Method method : kMeasuredMethods) add_triples(device, method);
+    for (const Method method : kMappedMethods) add_triples(device, method);
   }
 
   void add_triples(const LabDevice& device, Method method) {
@@ -230,8 +230,8 @@ struct Planner {
   }
 };
 
-std::vector<LabPoint> plan(const LabContext& context) {
-  Planner planner{context, {}};
+std::vector<LabPoint> plan_stability(const LabContext& context) {
+  StabilityPlanner planner{context, {}};
   // States are the same on every device, to the last bit: one device is enough.
   const LabDevice device{"cpu", [] { return make_cpu_backend(1); }};
   planner.add_maps(device);
@@ -257,7 +257,7 @@ Study stability_study() {
           "Where each method breaks",
           "Each cell is a short run; its colour is the worst failure in it. The right edge of a white area "
           "is the longest safe time step; lines are theory, dots are measured.",
-          plan,
+          plan_stability,
           [](json&) {},
           true};
 }

@@ -42,14 +42,14 @@ class FewDiscs {
 
 // Isolated pairs on a square lattice: a disc at rest, and one that comes along x. It starts a diameter plus a
 // random part of a step before the other, at a random offset of at most max_offset across.
-struct Pairs {
+struct LatticePairs {
   static constexpr std::uint32_t kPerSide = 142;
   static constexpr std::uint32_t kNum = kPerSide * kPerSide;  // 20,164
   double spacing_m;
   std::vector<Vec2d> at;
   std::vector<Vec2f> velocity;
 
-  Pairs(double step_m, double spacing, double max_offset) : spacing_m(spacing) {
+  LatticePairs(double step_m, double spacing, double max_offset) : spacing_m(spacing) {
     for (std::uint32_t i = 0; i < kNum; ++i) {
       const double half = 0.5 * kPerSide * spacing_m;
       const Vec2d target{(i % kPerSide + 0.5) * spacing_m - half, (i / kPerSide + 0.5) * spacing_m - half};
@@ -69,12 +69,13 @@ double far_side_diameters(double num_parcels) { return 0.5 * std::sqrt(num_parce
 
 Share missed_share(Method method, double step_diameters, std::unique_ptr<Backend> backend) {
   const auto num_steps = static_cast<std::uint32_t>(std::ceil(2.0 / step_diameters)) + 2;
-  const Pairs pairs(step_diameters, 2.0 * (num_steps + 1) * step_diameters + 4.0, 1.0);
-  FewDiscs discs(2 * Pairs::kNum, pairs.side_m(), std::move(backend));
+  const LatticePairs pairs(step_diameters, 2.0 * (num_steps + 1) * step_diameters + 4.0, 1.0);
+  FewDiscs discs(2 * LatticePairs::kNum, pairs.side_m(), std::move(backend));
   discs.place(pairs.at, pairs.velocity);
   const StepReport report = discs.advance(method, num_steps, step_diameters);
-  const double missed = 1.0 - static_cast<double>(report.totals.num_collisions) / Pairs::kNum;
-  return {missed, std::sqrt(std::max(missed * (1.0 - missed), 1.0 / Pairs::kNum) / Pairs::kNum)};
+  const double missed = 1.0 - static_cast<double>(report.totals.num_collisions) / LatticePairs::kNum;
+  return {missed,
+          std::sqrt(std::max(missed * (1.0 - missed), 1.0 / LatticePairs::kNum) / LatticePairs::kNum)};
 }
 
 double turned_speed(double theta_rad, Backend& backend) {
@@ -93,15 +94,15 @@ double euler_turned_speed(double theta_rad) {
   Vec2d v{1.0, 0.0};
   const int num_steps = static_cast<int>(std::round(2.0 * kPi / theta_rad));
   for (int k = 0; k < num_steps; ++k) v += perpendicular(v) * theta_rad;
-  return std::sqrt(dot(v, v));
+  return length(v);
 }
 
 double spring_pair_energy(double step_over_contact, std::unique_ptr<Backend> backend) {
   // So short a contact lets the pair overlap by at most a hundredth of a diameter.
   constexpr double kContact = 0.01;
   const double dt = step_over_contact * kContact;
-  const Pairs pairs(dt, 6.0, 0.0);
-  FewDiscs discs(2 * Pairs::kNum, pairs.side_m(), std::move(backend));
+  const LatticePairs pairs(dt, 6.0, 0.0);
+  FewDiscs discs(2 * LatticePairs::kNum, pairs.side_m(), std::move(backend));
   discs.place(pairs.at, pairs.velocity);
   const double before = discs.energy();
   discs.advance(Method::spring, static_cast<std::uint32_t>(std::ceil(2.0 * kContact / dt)) + 4, dt, kContact);

@@ -62,7 +62,7 @@ json fly_variant(const LabDevice& device, Settings s, const Variant& variant, in
           {"direction", {s.ball_vx_mps, s.ball_vy_mps}}};
 }
 
-std::vector<LabPoint> plan(const LabContext& context) {
+std::vector<LabPoint> plan_terms(const LabContext& context) {
   if (!is_utf8(context.scene)) {
     throw UserError(
         fmt::format("lab terms: results cannot name scene {}, which is not UTF-8; rename the file",
@@ -95,7 +95,7 @@ Study terms_study() {
           "Left: the shift of the ball's exit and of its speed there without the term, against the dashed "
           "tolerance; right: the cost of the term. A term whose two bars end left of the dashed line may be "
           "left out.",
-          plan, conclude_terms};
+          plan_terms, conclude_terms};
 }
 
 }  // namespace pf

@@ -23,9 +23,9 @@ constexpr double kApart = 24.0;  // diameters between pairs; a pair flies less
 // Isolated pairs that fly at each other with relative speed 1. Their impact parameters are spread evenly over
 // the contact distance. They start 2 to 4 diameters before the closest approach: at a uniform phase of every
 // step of which 2 diameters are a multiple.
-class Pairs {
+class PassingPairs {
  public:
-  Pairs(Method method, unsigned threads) : run_(settings(method), threads) {
+  PassingPairs(Method method, unsigned threads) : run_(settings(method), threads) {
     std::mt19937_64 random(7);
     const double half = 0.5 * kApart * 100.0;
     ParcelSnapshot state = run_.backend->snapshot();
@@ -70,17 +70,17 @@ class Pairs {
 // Compares velocities after one collision each with those of serial double arithmetic.
 void add_two_body(const ValidationPlan& plan, const RowSink& add) {
   const Clock::time_point start = Clock::now();
-  Pairs pairs(Method::exact, plan.threads);
+  PassingPairs pairs(Method::exact, plan.threads);
   pairs.pass(0.25);
   const Physics& physics = pairs.run().physics;
   Reference reference(physics, reference_parcels(physics.world, pairs.start()), {});
-  reference.run_until(Pairs::kPassed_s);
+  reference.run_until(PassingPairs::kPassed_s);
   const ParcelSnapshot found = pairs.run().backend->snapshot();
   const std::vector<ReferenceParcel> expected = reference.parcels();
   double worst = 0.0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     const Vec2d off = to_double(found.velocity[i]) - expected[i].velocity_mps;
-    worst = std::max(worst, std::sqrt(dot(off, off)));
+    worst = std::max(worst, length(off));
   }
   // The stored normal is off by one or two position units. The error of the velocity grows towards grazing.
   ValidationRow row;
@@ -96,7 +96,7 @@ void add_two_body(const ValidationPlan& plan, const RowSink& add) {
 // as many as a test for overlap alone with steps twice as long.
 void add_missed(const ValidationPlan& plan, Method method, double step_diameters, const RowSink& add) {
   const Clock::time_point start = Clock::now();
-  Pairs pairs(method, plan.threads);
+  PassingPairs pairs(method, plan.threads);
   const StepTotals totals = pairs.pass(step_diameters);
   const double missed = 1.0 - static_cast<double>(totals.num_collisions) / kNumPairs;
   ValidationRow row;
@@ -122,7 +122,7 @@ Vec2d summed_hits(const SceneRun& run, const ParcelSnapshot& before, const std::
     const Vec2d velocity = to_double(before.velocity[event.first]);
     const Vec2d at = to_metres(physics.world, before.position[event.first]) + velocity * time_s;
     const Vec2d offset = at - run.ball.velocity_mps * time_s;
-    const Vec2d normal = offset * (1.0 / std::sqrt(dot(offset, offset)));
+    const Vec2d normal = offset * (1.0 / length(offset));
     const BallImpulse hit = ball_impulse(physics.ball, physics.parcels, normal,
                                          velocity - run.ball.velocity_mps, run.ball.spin_radps);
     change -= hit.per_mass_mps * (physics.parcels.mass_kg / physics.ball.mass_kg);

@@ -9,7 +9,7 @@ namespace {
 
 using nlohmann::json;
 
-std::vector<LabPoint> plan(const LabContext& context) {
+std::vector<LabPoint> plan_validation(const LabContext& context) {
   std::vector<LabPoint> points;
   for (ValidationCase& validation : validation_cases({context.quick})) {
     points.push_back({validation.key, [measure = std::move(validation.measure)] {
@@ -42,7 +42,7 @@ Study validate_study() {
       "Each dot is the program's error in one figure that theory or a published simulation gives, over the "
       "allowed error, with its statistical error. Dots between the dashed lines pass; impulse is shown "
       "and not judged.",
-      plan, conclude};
+      plan_validation, conclude};
 }
 
 }  // namespace pf

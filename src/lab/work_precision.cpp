@@ -18,13 +18,13 @@ namespace {
 using nlohmann::json;
 
 // Sizes for a device: enough parcels to keep it busy, and a bound on the work of a point.
-struct Sizes {
+struct WorkSizes {
   std::int64_t gas_parcels, flight_parcels;
   double gas_collisions;  // per parcel
   double max_work;        // parcel-steps of a point
 };
 
-Sizes sizes_for(const LabContext& context, const LabDevice& device) {
+WorkSizes sizes_for(const LabContext& context, const LabDevice& device) {
   if (context.quick) return {4000, 4000, 40.0, 1e300};
   if (device.name == "cpu") return {32000, 20000, 400.0, 1.6e9};
   return {256000, 50000, 100.0, 8e9};
@@ -52,7 +52,7 @@ std::vector<double> gas_ladder(Method method, double area_fraction, bool quick) 
 json gas_point(const LabContext& context, const LabDevice& device, const GasCase& gas, GasSteps steps) {
   // A cooling gas has no stationary state: every method runs its first collisions.
   const bool cools = gas.restitution < 1.0;
-  const Sizes sizes = sizes_for(context, device);
+  const WorkSizes sizes = sizes_for(context, device);
   const double work = static_cast<double>(gas.num_parcels) / (theory_rate(gas.area_fraction) * steps.dt);
   // At least 20. The bound on the work raises the statistical error of the shortest steps.
   steps.collisions = cools ? 20.0 : std::clamp(sizes.max_work / work, 20.0, sizes.gas_collisions);
@@ -142,7 +142,7 @@ std::vector<double> ball_ladder(Method method) {
 
 constexpr Method kMeasuredMethods[] = {Method::exact, Method::impulse, Method::spring};
 
-struct Planner {
+struct WorkPlanner {
   const LabContext& context;
   std::vector<LabPoint> points;
 
@@ -203,7 +203,7 @@ struct Planner {
 };
 
 // On the CPU only: the effect is one of the model, not of the device.
-void add_numbers_of_parcels(Planner& planner) {
+void add_numbers_of_parcels(WorkPlanner& planner) {
   const LabContext& context = planner.context;
   const LabDevice& cpu = context.devices.front();
   for (std::int64_t num = 500; num <= (context.quick ? 16000 : 64000); num *= 2) {
@@ -217,8 +217,8 @@ void add_numbers_of_parcels(Planner& planner) {
   }
 }
 
-std::vector<LabPoint> plan(const LabContext& context) {
-  Planner planner{context, {}};
+std::vector<LabPoint> plan_work_precision(const LabContext& context) {
+  WorkPlanner planner{context, {}};
   for (const LabDevice& device : context.devices) {
     for (const double e : kRestitutions) {
       for (const double eta : kAreaFractions) planner.add_gas(device, eta, e);
@@ -240,7 +240,7 @@ Study work_precision_study() {
       "Each dot is one method with one time step: lower is more accurate, further left is cheaper, and the "
       "line joins the dots that no other beats. A hollow dot with an arrow is an upper bound: the run "
       "cannot resolve the error.",
-      plan, conclude_work_precision};
+      plan_work_precision, conclude_work_precision};
 }
 
 }  // namespace pf

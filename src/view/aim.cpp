@@ -15,7 +15,7 @@ constexpr double kMin_px = 3.0;  // of a pull; a shorter one is a click
 }  // namespace
 
 void Aim::begin(const BallLaunch& current, double scale) {
-  const double speed_mps = std::sqrt(dot(current.velocity_mps, current.velocity_mps));
+  const double speed_mps = length(current.velocity_mps);
   active_ = true;
   pulled_ = false;
   mps_per_px_ = kMpsPerPx * std::max(1.0, speed_mps / kFastest_mps) / scale;
@@ -33,7 +33,7 @@ void Aim::drag(Vec2d moved_px, bool spin) {
   } else {
     pull_px_ += moved_px;
   }
-  const bool is_pulled = std::sqrt(dot(pull_px_, pull_px_)) >= min_px_;
+  const bool is_pulled = length(pull_px_) >= min_px_;
   launch_.velocity_mps = is_pulled ? pull_px_ * -mps_per_px_ : current_.velocity_mps;
   launch_.spin_radps =
       std::fabs(spin_px_) >= min_px_ ? current_.spin_radps + radps_per_px_ * spin_px_ : current_.spin_radps;

@@ -12,9 +12,9 @@ namespace {
 
 constexpr double kFadeIn_s = 0.4;
 constexpr double kFadeOut_s = 1.0;
-constexpr float kMargin_px = 18.0F;  // layout pixels
-constexpr float kPadding_px = 12.0F;
-constexpr float kGap_px = 4.0F;  // between title and sub-title
+constexpr float kTitleMargin_px = 18.0F;  // layout pixels
+constexpr float kTitlePadding_px = 12.0F;
+constexpr float kTitleGap_px = 4.0F;  // between title and sub-title
 
 ImU32 faded(ImU32 color, float opacity) {
   ImVec4 parts = ImGui::ColorConvertU32ToFloat4(color);
@@ -76,21 +76,23 @@ std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme) cons
   const auto& [left, width, bottom, s] = place;
   const float opacity_now = opacity();
   if (opacity_now == 0.0F) return {};
-  const float room = std::max(width - 2.0F * (kMargin_px + kPadding_px) * s, 4.0F * ImGui::GetFontSize());
+  const float room =
+      std::max(width - 2.0F * (kTitleMargin_px + kTitlePadding_px) * s, 4.0F * ImGui::GetFontSize());
   const Paragraph title(title_, title_font(),
                         fitting_height(title_, title_font(), room, {2.2F, 1.9F, 1.6F, 1.3F}), room);
   const Paragraph subtitle(subtitle_, title_font(),
                            fitting_height(subtitle_, title_font(), room, {1.25F, 1.0F}), room);
-  const float gap = title_.empty() || subtitle_.empty() ? 0.0F : kGap_px * s;
-  const ImVec2 high(left + kMargin_px * s + std::max(title.size.x, subtitle.size.x) + 2.0F * kPadding_px * s,
-                    bottom - kMargin_px * s);
-  const ImVec2 low(left + kMargin_px * s,
-                   high.y - title.size.y - gap - subtitle.size.y - 1.4F * kPadding_px * s);
+  const float gap = title_.empty() || subtitle_.empty() ? 0.0F : kTitleGap_px * s;
+  const ImVec2 high(
+      left + kTitleMargin_px * s + std::max(title.size.x, subtitle.size.x) + 2.0F * kTitlePadding_px * s,
+      bottom - kTitleMargin_px * s);
+  const ImVec2 low(left + kTitleMargin_px * s,
+                   high.y - title.size.y - gap - subtitle.size.y - 1.4F * kTitlePadding_px * s);
   const OverlayColors& colors = overlay_colors(theme);
   ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys
   list->AddRectFilled(low, high, faded(colors.ground, 0.82F * opacity_now), 3.0F * s);
   list->AddRectFilled(low, ImVec2(low.x + 4.0F * s, high.y), faded(colors.accent, opacity_now));
-  const ImVec2 at(low.x + kPadding_px * s + 2.0F * s, low.y + 0.7F * kPadding_px * s);
+  const ImVec2 at(low.x + kTitlePadding_px * s + 2.0F * s, low.y + 0.7F * kTitlePadding_px * s);
   title.paint(at, faded(colors.text, opacity_now), room);
   subtitle.paint(ImVec2(at.x, at.y + title.size.y + gap), faded(colors.text, 0.8F * opacity_now), room);
   return {low.x, low.y, high.x, high.y};

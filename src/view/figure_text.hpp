@@ -8,6 +8,8 @@
 
 namespace pf {
 
+constexpr int kFramesPerText = 6;  // a text stays, so that it can be read
+
 // Three digits; never an exponent for large numbers.
 inline std::string digits(double value) {
   if (std::fabs(value) < 999.5) return fmt::format("{:.3g}", value);

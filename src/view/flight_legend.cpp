@@ -13,13 +13,12 @@
 namespace pf {
 namespace {
 
-constexpr int kFramesPerText = 6;
 // Layout pixels.
-constexpr float kMargin_px = 10.0F;
-constexpr float kRow_px = 17.0F;
-constexpr float kPad_px = 10.0F;
-constexpr float kSample_px = 24.0F;  // piece of a path's line
-constexpr float kGap_px = 14.0F;     // between columns
+constexpr float kLegendMargin_px = 10.0F;
+constexpr float kLegendRow_px = 17.0F;
+constexpr float kLegendPad_px = 10.0F;
+constexpr float kLegendSample_px = 24.0F;  // piece of a path's line
+constexpr float kLegendGap_px = 14.0F;     // between columns
 
 float text_size() { return reduced(0.92F); }
 
@@ -141,7 +140,7 @@ const std::vector<Ghost>* shown_ghosts(const FrameView& frame, const Look& look)
 }
 
 float height_of(std::size_t num_rows) {
-  return kRow_px * static_cast<float>(1 + num_rows) + 1.4F * kPad_px;  // a row of heads
+  return kLegendRow_px * static_cast<float>(1 + num_rows) + 1.4F * kLegendPad_px;  // a row of heads
 }
 
 // wrap_px: width of the lines; 0: one line.
@@ -160,7 +159,7 @@ std::size_t num_lines(const std::string& text, float wrap_px) {
 // A short piece of a path's line. dash_px: 0 for a solid line.
 void paint_sample(ImVec2 at, ImU32 color, float dash_px, float scale) {
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  const float width = kSample_px * scale;
+  const float width = kLegendSample_px * scale;
   if (dash_px <= 0.0F) {
     list->AddLine(at, ImVec2(at.x + width, at.y), color, 2.5F * scale);
     return;
@@ -200,7 +199,7 @@ LegendSize FlightLegend::size(const FrameView& frame, const Look& look, float sc
   constexpr std::size_t kMinFlights = 3;
   const std::size_t flights = std::max(1 + frame.old_flights->size(), kMinFlights);
   const std::size_t num = flights + num_rows(shown_ghosts(frame, look)) - rows_.size();
-  return {layout_width_ * scale, (height_of(num) + kMargin_px) * scale};
+  return {layout_width_ * scale, (height_of(num) + kLegendMargin_px) * scale};
 }
 
 void FlightLegend::write(const FrameView& frame, const Look& look, float scale, float max_width_px) {
@@ -223,10 +222,10 @@ float FlightLegend::column_width(const LegendColumn& column) const {
 }
 
 float FlightLegend::columns_width(const std::vector<LegendColumn>& columns) const {
-  float width = kSample_px * scale_;
+  float width = kLegendSample_px * scale_;
   for (const LegendColumn& column : columns) {
     const float own = column_width(column);
-    if (own > 0.0F) width += own + kGap_px * scale_;
+    if (own > 0.0F) width += own + kLegendGap_px * scale_;
   }
   return width;
 }
@@ -234,7 +233,7 @@ float FlightLegend::columns_width(const std::vector<LegendColumn>& columns) cons
 // Columns do not come back as soon as a figure loses a digit: first there must be room for some more.
 void FlightLegend::choose_columns() {
   constexpr double kWidthStep = 40.0;  // layout pixels: figures that grow by a digit must not move the world
-  const float frame_px = 2.0F * (kPad_px + kMargin_px) * scale_;
+  const float frame_px = 2.0F * (kLegendPad_px + kLegendMargin_px) * scale_;
   const float room = max_width_px_ - frame_px;
   const auto width_of = [&](int level) { return columns_width(legend_columns(level)); };
   const int tight = fitting_legend_level(0, room, width_of);
@@ -251,11 +250,11 @@ void FlightLegend::choose_columns() {
 
 // The text stands at the right of the room that is kept.
 void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const {
-  const float pad = kPad_px * scale;
+  const float pad = kLegendPad_px * scale;
   const float width = text_width_px_ + 2.0F * pad;
   const float kept = static_cast<float>(layout_width_) * scale;
-  const ImVec2 low(at.x + std::max(kept - width - kMargin_px * scale, 4.0F * scale),
-                   at.y + kMargin_px * scale);
+  const ImVec2 low(at.x + std::max(kept - width - kLegendMargin_px * scale, 4.0F * scale),
+                   at.y + kLegendMargin_px * scale);
   const std::vector<Ghost>* ghosts = shown_ghosts(frame, look);
   const std::size_t rows = num_rows(ghosts);
   ImGui::GetBackgroundDrawList()->AddRectFilled(low, ImVec2(low.x + width, low.y + height_of(rows) * scale),
@@ -263,20 +262,20 @@ void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, fl
   const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
   paint_cells(text, look, scale);
   if (ghosts != nullptr) paint_ghosts(text, *ghosts, look, scale);
-  const float foot_y = text.y + kRow_px * scale * static_cast<float>(1 + rows - num_foot_lines_);
+  const float foot_y = text.y + kLegendRow_px * scale * static_cast<float>(1 + rows - num_foot_lines_);
   if (!foot_.empty())
     write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_, text_width_px_ + 1.0F);
 }
 
 void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
   const OverlayColors& colors = overlay_colors(look.theme);
-  const float row_px = kRow_px * scale;
-  float x = at.x + kSample_px * scale;
+  const float row_px = kLegendRow_px * scale;
+  float x = at.x + kLegendSample_px * scale;
   for (std::size_t c = 0; c < columns_.size(); ++c) {
     const LegendColumn& column = columns_[c];
     const float width = widths_px_[c];
     if (width == 0.0F) continue;
-    x += kGap_px * scale;
+    x += kLegendGap_px * scale;
     const auto write = [&](std::size_t row, ImU32 color, const std::string& text) {
       const float left = column.is_number ? x + width - text_width(text, text_size()) : x;
       write_text(ImVec2(left, at.y + row_px * static_cast<float>(row)), color, text);
@@ -294,13 +293,13 @@ void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {
 
 void FlightLegend::paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, const Look& look,
                                 float scale) const {
-  float y = at.y + kRow_px * scale * static_cast<float>(rows_.size() + 1);
+  float y = at.y + kLegendRow_px * scale * static_cast<float>(rows_.size() + 1);
   for (const Ghost& ghost : ghosts) {
-    paint_sample(ImVec2(at.x, y + 0.5F * kRow_px * scale), packed(theme_colors(look.theme).ghost),
+    paint_sample(ImVec2(at.x, y + 0.5F * kLegendRow_px * scale), packed(theme_colors(look.theme).ghost),
                  ghost_dash_px(ghost.air) * scale, scale);
-    write_text(ImVec2(at.x + (kSample_px + kGap_px) * scale, y), overlay_colors(look.theme).dim,
+    write_text(ImVec2(at.x + (kLegendSample_px + kLegendGap_px) * scale, y), overlay_colors(look.theme).dim,
                ghost_name(ghost.air));
-    y += kRow_px * scale;
+    y += kLegendRow_px * scale;
   }
 }
 

@@ -14,7 +14,7 @@
 namespace pf {
 namespace {
 
-constexpr std::size_t kMaxHeld = 1;  // a frame is copied at once
+constexpr std::size_t kMaxHeldPictures = 1;  // a frame is copied at once
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
@@ -67,7 +67,7 @@ void LastSeconds::take(GLuint framebuffer, const ViewRegion& source) {
   if (!reader_) {
     size_ = clip_size({static_cast<int>(source.width_px), static_cast<int>(source.height_px)});
     reduced_.resize(size_.width, size_.height);
-    reader_.emplace(size_, kMaxHeld, [this](const HeldFrame& frame) { keep(frame); });
+    reader_.emplace(size_, kMaxHeldPictures, [this](const HeldFrame& frame) { keep(frame); });
   }
   reduce(framebuffer, source, reduced_);
   reading_.push_back(now);

@@ -10,13 +10,13 @@
 namespace pf {
 namespace {
 
-constexpr double kSmallBall_px = 12.0;  // layout pixels; a wider ball needs no magnifier
-constexpr double kBallShare = 0.3;      // of the side, usually
+constexpr double kSmallBall_px = 12.0;       // layout pixels; a wider ball needs no magnifier
+constexpr double kMagnifiedBallShare = 0.3;  // of the side, usually
 constexpr double kMinNearer = 0.2, kMaxNearer = 12.0;
-constexpr float kSide_px = 190.0F;     // layout pixels
-constexpr float kMaxShare = 0.36F;     // of the free region
-constexpr float kMinSide_px = 64.0F;   // layout pixels
-constexpr double kMinParcel_px = 3.0;  // layout pixels
+constexpr float kSide_px = 190.0F;      // layout pixels
+constexpr float kMaxSideShare = 0.36F;  // of the free region
+constexpr float kMinSide_px = 64.0F;    // layout pixels
+constexpr double kMinParcel_px = 3.0;   // layout pixels
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void MagnifierZoom::change(double factor) {
 }
 
 double MagnifierZoom::metres_per_px(double ball_radius_m, double side_px, double around_metres_per_px) {
-  const double usual = 2.0 * ball_radius_m / (kBallShare * side_px);
+  const double usual = 2.0 * ball_radius_m / (kMagnifiedBallShare * side_px);
   min_nearer_ = usual / around_metres_per_px;
   return std::min(usual / nearer_, around_metres_per_px);
 }
@@ -38,7 +38,7 @@ bool Magnifier::is_wanted(MagnifierMode mode, const FrameView& frame, const Came
 }
 
 float Magnifier::side_px(float free_width_px, float free_height_px, float scale) {
-  const float side = std::min(kSide_px * scale, kMaxShare * std::min(free_width_px, free_height_px));
+  const float side = std::min(kSide_px * scale, kMaxSideShare * std::min(free_width_px, free_height_px));
   return side < kMinSide_px * scale ? 0.0F : std::floor(side);
 }
 

@@ -7,13 +7,12 @@
 #include <utility>
 
 #include "view/color_map.hpp"
+#include "view/figure_text.hpp"
 #include "view/overlay_layout.hpp"
 #include "view/overlay_text.hpp"
 
 namespace pf {
 namespace {
-
-constexpr std::uint64_t kFramesPerText = 6;
 
 void begin_strip(const OverlayPlace& place, float height, const OverlayColors& colors) {
   ImGui::SetNextWindowPos(ImVec2(place.left_px, place.bottom_px - height));
@@ -191,7 +190,7 @@ void Overlay::write_legend(const FrameView& frame, float x, float y, float scale
   if (!frame.physics->ball.exists) return;
   const Vec2d v = frame.ball.velocity_mps;
   texts_.add(x, y + 3.9F * row, colors_.dim, "ball");
-  texts_.add_right(x + width, y + 3.9F * row, colors_.text, fmt::format("{:.2f} m/s", std::sqrt(dot(v, v))));
+  texts_.add_right(x + width, y + 3.9F * row, colors_.text, fmt::format("{:.2f} m/s", length(v)));
   texts_.add(x, y + 4.95F * row, colors_.dim, "spin");
   texts_.add_right(x + width, y + 4.95F * row, colors_.text,
                    fmt::format("{:.1f} rad/s", frame.ball.spin_radps));

@@ -12,7 +12,7 @@
 namespace pf {
 namespace {
 
-constexpr float kHeight_px = 118.0F, kText_px = 20.0F, kMargin_px = 6.0F;
+constexpr float kHeight_px = 118.0F, kText_px = 20.0F, kStripMargin_px = 6.0F;
 
 // A quantity over the bins, and its scale.
 struct Curve {
@@ -61,7 +61,7 @@ float strip_height_px(float room_px, float scale) { return std::min(kHeight_px *
 
 Box box_of(const ScenePlace& scene) {
   const OverlayPlace& place = scene.place;
-  const float margin = kMargin_px * place.scale;
+  const float margin = kStripMargin_px * place.scale;
   return {place.left_px + margin, place.bottom_px - strip_height_px(place.bottom_px, place.scale) + margin,
           place.left_px + place.width_px - margin, place.bottom_px - margin};
 }

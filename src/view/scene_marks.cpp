@@ -53,7 +53,7 @@ std::vector<Vec2f> path_points(const FrameView& frame, const ScenePlace& scene) 
 
 // Eight layout pixels per m/s, as long as the picture allows.
 void show_arrow(Vec2d velocity_mps, ImVec2 from, const ScenePlace& scene) {
-  const double speed_mps = std::sqrt(dot(velocity_mps, velocity_mps));
+  const double speed_mps = length(velocity_mps);
   if (speed_mps == 0.0) return;
   const float s = scene.place.scale;
   const float length = std::min(8.0F * s * static_cast<float>(speed_mps), 0.7F * scene.place.width_px);
@@ -80,7 +80,7 @@ void show_spin(double spin_radps, ImVec2 center, float radius_px, const ScenePla
 void show_figures(const BallLaunch& launch, ImVec2 at, const ScenePlace& scene) {
   const auto& [left, width, bottom, s] = scene.place;
   const OverlayColors& colors = overlay_colors(scene.look.theme);
-  const double speed_mps = std::sqrt(dot(launch.velocity_mps, launch.velocity_mps));
+  const double speed_mps = length(launch.velocity_mps);
   const std::string speed = fmt::format("{:.1f} m/s   {:.0f} mph", speed_mps, kMphPerMps * speed_mps);
   const std::string spin = fmt::format("{:+.0f} rad/s   {:+.0f} rpm   (Shift: spin)", launch.spin_radps,
                                        kRpmPerRadps * launch.spin_radps);

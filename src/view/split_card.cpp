@@ -12,14 +12,13 @@
 namespace pf {
 namespace {
 
-constexpr int kFramesPerText = 6;
 // Layout pixels.
-constexpr float kMargin_px = 10.0F;
-constexpr float kRow_px = 18.0F;
-constexpr float kPad_px = 10.0F;
-constexpr float kSample_px = 18.0F;
-constexpr float kGap_px = 14.0F;
-constexpr std::size_t kNumRows = 4;
+constexpr float kCardMargin_px = 10.0F;
+constexpr float kCardRow_px = 18.0F;
+constexpr float kCardPad_px = 10.0F;
+constexpr float kCardSample_px = 18.0F;
+constexpr float kCardGap_px = 14.0F;
+constexpr std::size_t kNumCardRows = 4;
 constexpr std::array<std::string SplitRow::*, 4> kCells = {&SplitRow::name, &SplitRow::distance,
                                                            &SplitRow::energy, &SplitRow::cost};
 
@@ -71,7 +70,7 @@ LegendSize SplitCard::fit(double most_px, float scale) {
 
 LegendSize SplitCard::size(float scale) const {
   const double s = scale * reduced_;
-  return {layout_width_ * s, (kNumRows * kRow_px + 1.4 * kPad_px + 2.0 * kMargin_px) * s};
+  return {layout_width_ * s, (kNumCardRows * kCardRow_px + 1.4 * kCardPad_px + 2.0 * kCardMargin_px) * s};
 }
 
 void SplitCard::write(const FlightPair& pair, float scale) {
@@ -86,11 +85,11 @@ void SplitCard::write(const FlightPair& pair, float scale) {
     written_for_ = pair.num_begun();
     frames_since_ = 0;
   }
-  float width = (kSample_px + 2.0F * (kPad_px + kMargin_px)) * scale;
+  float width = (kCardSample_px + 2.0F * (kCardPad_px + kCardMargin_px)) * scale;
   for (std::size_t c = 0; c < kNumColumns; ++c) {
     widths_px_[c] = 0.0F;
     for (const SplitRow& row : rows_) widths_px_[c] = std::max(widths_px_[c], text_width(row.*kCells[c]));
-    width += widths_px_[c] + (c > 0 ? kGap_px * scale : 0.0F);
+    width += widths_px_[c] + (c > 0 ? kCardGap_px * scale : 0.0F);
   }
   // In steps, and never narrower for the same two: figures that grow by a digit must not move the world.
   constexpr double kWidthStep = 40.0;
@@ -104,30 +103,31 @@ void SplitCard::paint(ImVec2 at, const SplitColors& colors, Theme theme, float s
   const OverlayColors& paint = overlay_colors(theme);
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   const LegendSize whole = size(scale);
-  const float margin = kMargin_px * s;
+  const float margin = kCardMargin_px * s;
   const ImVec2 low(at.x + margin, at.y + margin);
   const ImVec2 high(at.x + static_cast<float>(whole.width_px) - margin,
                     at.y + static_cast<float>(whole.height_px) - margin);
   list->AddRectFilled(low, high, paint.ground, 5.0F * s);
   list->AddRect(low, high, paint.edge, 5.0F * s);
-  const float row_px = kRow_px * s;
-  const float top = low.y + 0.7F * kPad_px * s;
-  const float left = low.x + kPad_px * s;
+  const float row_px = kCardRow_px * s;
+  const float top = low.y + 0.7F * kCardPad_px * s;
+  const float left = low.x + kCardPad_px * s;
   for (const std::size_t r : {std::size_t{1}, std::size_t{2}}) {
     const float y = top + row_px * (static_cast<float>(r) + 0.45F);
     list->AddLine(ImVec2(left, y), ImVec2(left + 12.0F * s, y), packed(r == 1 ? colors.first : colors.second),
                   3.0F * s);
   }
-  float right = high.x - kPad_px * s;  // columns of figures stand at the right
+  float right = high.x - kCardPad_px * s;  // columns of figures stand at the right
   for (std::size_t c = kNumColumns; c-- > 0;) {
     for (std::size_t r = 0; r < rows_.size(); ++r) {
       const std::string& text = rows_[r].*kCells[c];
-      const float x = c == 0 ? left + (r == 0 ? 0.0F : kSample_px * s) : right - text_width(text, reduced_);
+      const float x =
+          c == 0 ? left + (r == 0 ? 0.0F : kCardSample_px * s) : right - text_width(text, reduced_);
       const ImU32 color = r == 0 && c > 0 ? paint.dim : r + 1 == rows_.size() ? paint.accent : paint.text;
       list->AddText(ImGui::GetFont(), font_px, ImVec2(x, top + row_px * static_cast<float>(r)), color,
                     text.c_str());
     }
-    right -= widths_px_[c] * reduced_ + kGap_px * s;
+    right -= widths_px_[c] * reduced_ + kCardGap_px * s;
   }
 }
 

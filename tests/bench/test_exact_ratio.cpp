@@ -13,12 +13,12 @@
 namespace pf::test {
 namespace {
 
-constexpr std::int64_t kNum = 100000;
-constexpr double kAreaFraction = 0.2;
+constexpr std::int64_t kExactNum = 100000;
+constexpr double kExactAreaFraction = 0.2;
 constexpr double kTime_s = 0.7;  // 0.9 collisions per disc
-constexpr int kRepeats = 5;
+constexpr int kExactRepeats = 5;
 
-Reference rival_of(SceneRun& run) {
+Reference reference_of(SceneRun& run) {
   const ParcelSnapshot start = run.backend->snapshot();
   std::vector<ReferenceParcel> parcels(start.position.size());
   for (std::size_t i = 0; i < parcels.size(); ++i) {
@@ -31,14 +31,14 @@ Reference rival_of(SceneRun& run) {
 TEST(BenchRatio, ExactIsFasterThanTheSerialReference) {
   if (!PF_IS_OPTIMISED) GTEST_SKIP() << "times only a Release build without sanitizers";
   if (std::thread::hardware_concurrency() < 2) GTEST_SKIP() << "needs 2 cores; this machine has fewer";
-  Settings settings = unit_gas(kNum, kAreaFraction, Boundary::periodic);
+  Settings settings = unit_gas(kExactNum, kExactAreaFraction, Boundary::periodic);
   settings.method = Method::exact;
   SceneRun run(settings, 2);
   run.advance(1, 5.0 * kTime_s);  // the starting lattice melts
-  Reference rival = rival_of(run);
+  Reference rival = reference_of(run);
   const MachineLoad load;
   std::vector<double> per_s[2];  // collisions per second: exact, reference
-  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+  for (int repeat = 0; repeat < kExactRepeats; ++repeat) {
     Clock::time_point start = Clock::now();
     const auto exact = static_cast<double>(run.advance(1, kTime_s).totals.num_collisions);
     per_s[0].push_back(exact / (1e-3 * milliseconds_since(start)));

@@ -20,16 +20,16 @@ namespace {
 
 using Pairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-struct Case {
+struct DiscCase {
   std::int64_t n;
   double area_fraction, cell_width;
 };
 // Few and many parcels; rows of cells hold 1 to more than 24 of them.
-constexpr Case kCases[] = {{1, 0.05, 1.0},   {7, 0.15, 1.0},   {40, 0.15, 1.5},  {3000, 0.2, 0.5},
-                           {3000, 0.2, 2.8}, {3000, 0.2, 6.0}, {3000, 0.6, 2.0}, {3000, 0.6, 6.0}};
+constexpr DiscCase kCases[] = {{1, 0.05, 1.0},   {7, 0.15, 1.0},   {40, 0.15, 1.5},  {3000, 0.2, 0.5},
+                               {3000, 0.2, 2.8}, {3000, 0.2, 6.0}, {3000, 0.6, 2.0}, {3000, 0.6, 6.0}};
 constexpr Boundary kBoundaries[] = {Boundary::open, Boundary::walls, Boundary::periodic};
 
-std::string name(const Case& in, Boundary boundary) {
+std::string name(const DiscCase& in, Boundary boundary) {
   return std::to_string(in.n) + " parcels, area fraction " + std::to_string(in.area_fraction) +
          ", cells of " + std::to_string(in.cell_width) + ", boundary " +
          std::to_string(static_cast<int>(boundary));
@@ -78,7 +78,7 @@ void expect_at_least(const Gas& gas, const Mover& mover, const Candidates& both,
 TEST(Discs, FastestSearchAgreesWithPlainLoops) {
   for (const Boundary boundary : kBoundaries) {
     const DiscSearch fastest = choose_disc_search(boundary), plain = plain_disc_search(boundary);
-    for (const Case& in : kCases) {
+    for (const DiscCase& in : kCases) {
       SCOPED_TRACE(name(in, boundary));
       Gas gas(in.n, in.area_fraction, boundary, in.cell_width);
       for (const bool all_pairs : {gas.space.all_pairs, true}) {
@@ -103,7 +103,7 @@ TEST(Discs, FastestSearchAgreesWithPlainLoops) {
 
 // Compares the search with the precise test of all pairs.
 template <Boundary kBoundary>
-void expect_all_collisions_found(const Case& in) {
+void expect_all_collisions_found(const DiscCase& in) {
   SCOPED_TRACE(name(in, kBoundary));
   const Gas gas(in.n, in.area_fraction, kBoundary, in.cell_width);
   const Pairs found = overlaps(gas, choose_disc_search(kBoundary), 256);
@@ -133,7 +133,7 @@ void expect_all_collisions_found(const Case& in) {
 }
 
 TEST(Discs, OverlapWhereverParcelsCollide) {
-  for (const Case& in : kCases) {
+  for (const DiscCase& in : kCases) {
     expect_all_collisions_found<Boundary::open>(in);
     expect_all_collisions_found<Boundary::walls>(in);
     expect_all_collisions_found<Boundary::periodic>(in);

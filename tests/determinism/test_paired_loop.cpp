@@ -13,7 +13,7 @@
 namespace pf::test {
 namespace {
 
-struct Case {
+struct LoopCase {
   std::string name;
   Settings settings;
   double dt_s;
@@ -27,7 +27,7 @@ Settings with_ball(Settings s, double radius_m) {
   return s;
 }
 
-void add_cases(Boundary boundary, Method method, std::vector<Case>& cases) {
+void add_cases(Boundary boundary, Method method, std::vector<LoopCase>& cases) {
   const std::string kind = std::to_string(static_cast<int>(boundary)) + " " + method_name(method);
   const double scale = method == Method::spring ? 0.1 : 1.0;  // keeps springs stable
   const auto add = [&](const std::string& name, Settings s, double dt_s) {
@@ -49,8 +49,8 @@ void add_cases(Boundary boundary, Method method, std::vector<Case>& cases) {
   add("without contacts", no_contacts, 0.05);
 }
 
-std::vector<Case> cases() {
-  std::vector<Case> list;
+std::vector<LoopCase> loop_cases() {
+  std::vector<LoopCase> list;
   for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
     for (const Method method : {Method::impulse, Method::spring}) add_cases(boundary, method, list);
   }
@@ -77,7 +77,7 @@ void expect_same(const StepTotals& fast, const StepTotals& plain) {
 TEST(PairedLoop, EqualsThePlainLoop) {
   if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
   std::uint64_t num_hits = 0, num_retired = 0;
-  for (const Case& c : cases()) {
+  for (const LoopCase& c : loop_cases()) {
     SCOPED_TRACE(c.name);
     SceneRun plain = run_of(c.settings, 1, true);
     SceneRun one = run_of(c.settings, 1, false), three = run_of(c.settings, 3, false),

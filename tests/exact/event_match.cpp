@@ -87,7 +87,7 @@ struct Window {
     }
     const Vec2d v = other_v - at[parcel].velocity_mps;
     const double contact_m = with_ball ? physics.ball.radius_m + physics.parcels.radius_m : diameter;
-    const double miss_m = std::fabs(cross(e, v)) / std::sqrt(dot(v, v));
+    const double miss_m = std::fabs(cross(e, v)) / length(v);
     return std::fabs(miss_m - contact_m) < kTolerance * contact_m;
   }
 };
@@ -203,7 +203,7 @@ double events_per_s(const Physics& physics, const Measures& now, const BallState
   double rate = theory::collision_rate_per_s(eta, c, parcels.radius_m);
   if (physics.ball.exists) {
     const Vec2d half = to_metres(physics.world, physics.world.half);
-    const double speed = std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)) + c;
+    const double speed = length(ball.velocity_mps) + c;
     rate += 2.0 * (physics.ball.radius_m + parcels.radius_m) * speed / (4.0 * half.x * half.y);
   }
   return rate;
@@ -212,7 +212,7 @@ double events_per_s(const Physics& physics, const Measures& now, const BallState
 double ball_difference(const Physics& physics, const BallState& a, const BallState& b) {
   const Vec2d off = a.velocity_mps - b.velocity_mps;
   const double rim = std::fabs(a.spin_radps - b.spin_radps) * physics.ball.radius_m;
-  return std::max(std::sqrt(dot(off, off)), rim) / physics.reference_speed_mps;
+  return std::max(length(off), rim) / physics.reference_speed_mps;
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 namespace pf::test {
 
+constexpr auto kOpen = Boundary::open;
 constexpr auto kPeriodic = Boundary::periodic;
 constexpr auto kWalls = Boundary::walls;
 
@@ -24,7 +25,15 @@ inline int test_scale() {
   return text == nullptr ? 1 : std::max(1, std::atoi(text));
 }
 
-inline double norm(Vec2d v) { return std::sqrt(dot(v, v)); }
+inline Settings with_restitution(Settings s, double e) {
+  s.restitution = e;
+  return s;
+}
+
+inline Settings with_clock(Settings s, double clock_s) {
+  s.contact_clock_s = clock_s;
+  return s;
+}
 
 // Rounding velocities to float makes the energy a random walk over two velocities an event. Per component the
 // error is 2.4e-8 of it (rms, 2^-23 / sqrt(12) on average over a factor of two), so 5.9e-8 m c^2 per velocity

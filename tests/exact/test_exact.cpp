@@ -29,11 +29,6 @@ struct MatchCase {
 
 void PrintTo(const MatchCase& c, std::ostream* out) { *out << c.name; }
 
-Settings with_restitution(Settings s, double e) {
-  s.restitution = e;
-  return s;
-}
-
 // Adds a ball of 5 parcel radii that spins and has friction.
 Settings with_ball(Settings s, double mass_kg = 20.0, double speed_mps = 2.0) {
   s.ball_present = true;
@@ -53,11 +48,6 @@ Settings court_like(std::int64_t n) {
   s.ball_x_m = -3.0;
   s.contact_clock = 0.0;
   s.ball_mass_kg = 1e4 * s.areal_density_kg_m2 * s.width_m * s.height_m / static_cast<double>(n);
-  return s;
-}
-
-Settings with_clock(Settings s, double clock_s) {
-  s.contact_clock_s = clock_s;
   return s;
 }
 
@@ -89,8 +79,6 @@ TEST_P(Events, MatchTheReference) {
   // affects a few others within its window.
   EXPECT_LE(static_cast<double>(result.num_explained()), 6.0 + 1e-3 * static_cast<double>(result.num_events));
 }
-
-constexpr auto kOpen = Boundary::open;
 
 INSTANTIATE_TEST_SUITE_P(
     Gas, Events,

@@ -24,7 +24,7 @@ TEST(Ball, HeavyAmongLightParcelsConservesEnergyAndMomentum) {
   const double events = static_cast<double>(totals.num_collisions + totals.num_ball_hits);
   EXPECT_NEAR(after.energy_j(), before.energy_j(), energy_bound_j(events));
   const double light_kg_mps = before.momentum_scale_kg_mps - s.ball_mass_kg * s.ball_vx_mps;
-  EXPECT_LT(norm(after.momentum_kg_mps - before.momentum_kg_mps) / light_kg_mps,
+  EXPECT_LT(length(after.momentum_kg_mps - before.momentum_kg_mps) / light_kg_mps,
             6e-8 * std::sqrt(2.0 * events) / std::sqrt(2000.0) + 1e-12 * s.ball_mass_kg / light_kg_mps);
 }
 

@@ -71,7 +71,8 @@ TEST_P(Conserved, EnergyAndMomentum) {
   }
   const Measures after = run.backend->measure();
   const double drift = (after.parcel_energy_j - before.parcel_energy_j) / num;
-  const double momentum = norm(after.momentum_kg_mps - before.momentum_kg_mps) / before.momentum_scale_kg_mps;
+  const double momentum =
+      length(after.momentum_kg_mps - before.momentum_kg_mps) / before.momentum_scale_kg_mps;
   const auto events = static_cast<double>(totals.num_collisions);
   std::printf(
       "N %d, eta %.2f, %.0f collisions per parcel: energy off by %.2g, momentum by %.2g, overlap %.2f "

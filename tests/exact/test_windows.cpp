@@ -14,10 +14,6 @@
 namespace pf::test {
 namespace {
 
-constexpr auto kPeriodic = Boundary::periodic;
-constexpr auto kWalls = Boundary::walls;
-constexpr auto kOpen = Boundary::open;
-
 struct Result {
   std::uint64_t events = 0, state = 0;
   std::uint64_t num_collisions = 0, num_ball_hits = 0;
@@ -116,16 +112,6 @@ struct WindowCase {
   double dt_s;
 };
 void PrintTo(const WindowCase& c, std::ostream* out) { *out << c.name; }
-
-Settings with_restitution(Settings s, double e) {
-  s.restitution = e;
-  return s;
-}
-
-Settings with_clock(Settings s, double clock_s) {
-  s.contact_clock_s = clock_s;
-  return s;
-}
 
 Settings with_default_clock(Settings s) {
   s.contact_clock = Settings{}.contact_clock;

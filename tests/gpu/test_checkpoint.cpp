@@ -12,14 +12,14 @@ namespace {
 
 constexpr unsigned kNumScenes = 30;
 
-using MakeBackend = std::unique_ptr<Backend> (*)();
+using BackendMaker = std::unique_ptr<Backend> (*)();
 std::unique_ptr<Backend> on_cpu() { return make_cpu_backend(2); }
 std::unique_ptr<Backend> on_gpu() { return make_cuda_backend(0); }
 
 class GpuCheckpoint : public Gpu {
  protected:
   // Runs a scene to its end, saved on one backend and gone on with on another.
-  End run(const RandomScene& scene, MakeBackend first, MakeBackend second) {
+  End run(const RandomScene& scene, BackendMaker first, BackendMaker second) {
     const auto file = folder_.path() / "a.state";
     Simulation saved(scene.settings, first());
     advance(saved, scene.saved_after);

@@ -39,7 +39,7 @@ TEST(Reference, TwoParcelsCollideAsMechanicsSays) {
       const Vec2d momentum = after[0].velocity_mps + after[1].velocity_mps - v1 - v2;
       EXPECT_NEAR(dot(momentum, momentum), 0.0, 1e-28);
       const Vec2d apart = after[1].position_m - after[0].position_m;
-      EXPECT_NEAR(std::sqrt(dot(apart, apart)), 1.0 + 0.5 * e * 2.0, 1e-14);
+      EXPECT_NEAR(length(apart), 1.0 + 0.5 * e * 2.0, 1e-14);
       EXPECT_NEAR(reference.totals().impulse_sum_mps, 0.5 * (1.0 + e) * 2.0, 1e-14);
     }
   }

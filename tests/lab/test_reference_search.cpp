@@ -108,7 +108,7 @@ struct PlainSearch {
   void respond() {
     const bool at_ball = next.a == parcels.size();
     Vec2d& velocity = at_ball ? ball.velocity_mps : parcels[next.a].velocity_mps;
-    const Vec2d normal = next.offset * (1.0 / std::sqrt(dot(next.offset, next.offset)));
+    const Vec2d normal = next.offset * (1.0 / length(next.offset));
     if (next.kind == Kind::wall_x) velocity.x = -velocity.x;
     if (next.kind == Kind::wall_y) velocity.y = -velocity.y;
     if (next.kind == Kind::exit) parcels[next.a].retired = true;

@@ -15,11 +15,11 @@ namespace pf::test {
 namespace {
 
 constexpr double kSpeed = 3.0;  // of the parcels
-constexpr double kSide = 16.0;
+constexpr double kWorldSide = 16.0;
 
 Settings lone_ball(std::int64_t n, double friction) {
   Settings s;
-  s.width_m = s.height_m = kSide;
+  s.width_m = s.height_m = kWorldSide;
   s.num_parcels = n;
   s.parcel_radius_m = 0.02;
   s.parcel_mass_kg = 1e-3;
@@ -69,7 +69,7 @@ double angular_momentum(SceneRun& run, const BallState& ball) {
 double rounding_bound(const SceneRun& run, int num_steps) {
   const double mass = run.physics.parcels.mass_kg;
   const double position = 2.0 * num_steps * run.physics.world.unit_m * 2.0 * kSpeed;
-  const double velocity = kSide * (2.0 * kSpeed * 0x1p-24 + 4.0 * 0x1p-33);
+  const double velocity = kWorldSide * (2.0 * kSpeed * 0x1p-24 + 4.0 * 0x1p-33);
   return mass * (position + velocity);
 }
 
@@ -113,7 +113,7 @@ TEST_P(AngularMomentum, IsKeptInTotal) {
     const StepReport report = run.advance(1, dt);
     totals += report.totals;
     ball = report.ball;
-    fastest_mps = std::max(fastest_mps, std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)));
+    fastest_mps = std::max(fastest_mps, length(ball.velocity_mps));
   }
   EXPECT_GT(totals.num_ball_hits, 1900U);
   EXPECT_EQ(totals.num_retired, 0U);

@@ -9,7 +9,7 @@
 namespace pf::test {
 namespace {
 
-constexpr double kSide = 10.0;
+constexpr double kEdgesSide = 10.0;
 constexpr double kRadius = 0.5;
 
 BallState flown_ball(Boundary boundary, Vec2d position_m, Vec2d velocity_mps, double dt_s) {
@@ -17,7 +17,7 @@ BallState flown_ball(Boundary boundary, Vec2d position_m, Vec2d velocity_mps, do
   ball.radius_m = kRadius;
   ball.inertia_kg_m2 = 1e-3;
   BallState state{position_m, velocity_mps, 0.0, 0.0};
-  advance_ball(make_world(kSide, kSide, boundary), ball, fly(ball, state, dt_s), {}, 1.0, state);
+  advance_ball(make_world(kEdgesSide, kEdgesSide, boundary), ball, fly(ball, state, dt_s), {}, 1.0, state);
   return state;
 }
 
@@ -41,7 +41,7 @@ TEST(Walls, ReflectedBallReturnsToItsStart) {
   BallConstants ball;
   ball.radius_m = kRadius;
   ball.inertia_kg_m2 = 1e-3;
-  const World world = make_world(kSide, kSide, Boundary::walls);
+  const World world = make_world(kEdgesSide, kEdgesSide, Boundary::walls);
   BallState state{{1.0, -2.0}, {3.0, 4.5}, 0.0, 0.0};
   for (int k = 0; k < 1000; ++k) advance_ball(world, ball, fly(ball, state, 0.012), {}, 1.0, state);
   EXPECT_NEAR(state.position_m.x, 1.0, 1e-11);
@@ -91,7 +91,7 @@ TEST(PeriodicEdge, BallEntersByItsOvershoot) {
 ParcelSnapshot flown_parcel(Method method, Boundary boundary, double x_m, float vx_mps) {
   Settings s = gas(1, 0.01, boundary);
   s.box_follows_parcels = false;
-  s.width_m = s.height_m = kSide;
+  s.width_m = s.height_m = kEdgesSide;
   s.method = method;
   SceneRun run(s, 1);
   ParcelSnapshot parcel = run.backend->snapshot();
@@ -102,7 +102,7 @@ ParcelSnapshot flown_parcel(Method method, Boundary boundary, double x_m, float 
   return run.backend->snapshot();
 }
 
-constexpr double kUnit = kSide / 2147483648.0;
+constexpr double kUnit = kEdgesSide / 2147483648.0;
 
 class ParcelAtEdge : public testing::TestWithParam<Method> {};
 

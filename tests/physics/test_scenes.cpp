@@ -161,8 +161,8 @@ std::vector<double> mean_slowing(const std::string& name, const std::vector<doub
       const BallState ball = run.advance(1).ball;
       const Vec2d moved = ball.position_m - at;
       at = ball.position_m;
-      length_m += std::sqrt(dot(moved, moved));
-      const double slowing = std::log(s.ball_vx_mps / std::sqrt(dot(ball.velocity_mps, ball.velocity_mps)));
+      length_m += length(moved);
+      const double slowing = std::log(s.ball_vx_mps / length(ball.velocity_mps));
       if (length_m >= distances_m[next]) mean[next++] += slowing / flights;
       last = slowing;
     }

@@ -19,7 +19,7 @@ double smallest_gap(SceneRun& run) {
       const Vec2i e = world.boundary == Boundary::periodic
                           ? separation<Boundary::periodic>(world, s.position[i], s.position[j])
                           : separation<Boundary::walls>(world, s.position[i], s.position[j]);
-      smallest = std::min(smallest, std::sqrt(dot(to_double(e), to_double(e))));
+      smallest = std::min(smallest, length(to_double(e)));
     }
   }
   return smallest * world.unit_m / (2.0 * run.physics.parcels.radius_m);
@@ -64,7 +64,7 @@ TEST(Spawn, KeepsClearOfTheBall) {
         const Vec2i e = boundary == Boundary::periodic
                             ? separation<Boundary::periodic>(run.physics.world, centre, p)
                             : separation<Boundary::open>(run.physics.world, centre, p);
-        ASSERT_GE(std::sqrt(dot(to_double(e), to_double(e))) * run.physics.world.unit_m, contact);
+        ASSERT_GE(length(to_double(e)) * run.physics.world.unit_m, contact);
       }
       EXPECT_GE(smallest_gap(run), 1.0);
     }

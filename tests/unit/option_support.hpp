@@ -8,12 +8,9 @@
 
 #include "app/options.hpp"
 #include "core/error.hpp"
+#include "support/text.hpp"
 
 namespace pf {
-
-inline bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 inline ParseResult parse(const std::vector<std::string>& arguments) {
   std::vector<const char*> argv = {"pickleflight"};

@@ -7,14 +7,11 @@
 #include "app/simulation.hpp"
 #include "scene/scene_file.hpp"
 #include "support/scene_support.hpp"
+#include "support/text.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 class SimulationCommands : public testing::Test {
  protected:

@@ -8,14 +8,11 @@
 #include "scene/scene_file.hpp"
 #include "support/full_disk.hpp"
 #include "support/scene_support.hpp"
+#include "support/text.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 class CueLists : public testing::Test {
  protected:

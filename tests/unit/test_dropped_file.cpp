@@ -4,14 +4,11 @@
 #include <gtest/gtest.h>
 
 #include "support/logged_flight.hpp"
+#include "support/text.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf::test {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST(DroppedFile, AScene) {
   TemporaryFolder folder;

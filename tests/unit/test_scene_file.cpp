@@ -9,14 +9,11 @@
 #include "core/error.hpp"
 #include "scene/scene_file.hpp"
 #include "support/full_disk.hpp"
+#include "support/text.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 template <class Call>
 std::string message_of(Call call) {

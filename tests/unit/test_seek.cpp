@@ -10,8 +10,6 @@
 namespace pf::test {
 namespace {
 
-constexpr double kLeast_ms = 1e-6;  // spent at once: a picture has a step, or a window of one
-
 Settings scene_of(Method method) {
   Settings s = court(method == Method::exact ? 1500 : 500);
   s.method = method;
@@ -125,7 +123,7 @@ TEST_P(Seek, RepeatsChangesOfSettingsAtTheirTimes) {
 
 TEST_P(Seek, KeepsToTheBudgetInSeveralPictures) {
   Settings settings = scene_of(GetParam());
-  settings.frame_budget_ms = kLeast_ms;
+  settings.frame_budget_ms = kLeastBudget_ms;
   FollowedFlight cut(settings);
   cut.simulation.keep_to_budget();
   flight.fly_frames(50);

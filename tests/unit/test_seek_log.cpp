@@ -10,8 +10,6 @@
 namespace pf::test {
 namespace {
 
-constexpr double kLeast_ms = 1e-6;  // spent at once: a picture has a step, or a window of one
-
 // A person who drags the bar, changes settings and presses keys, in a window that cuts its frames.
 Commands wild_commands(std::mt19937_64& random, const FrameView& view) {
   Commands commands;
@@ -71,7 +69,7 @@ TEST(SeekLog, ReplaysToTheSameStates) {
     const auto file = folder.path() / "a.toml";
     std::mt19937_64 random(seed);
     Settings settings = court(500);
-    settings.frame_budget_ms = seed % 2 == 0 ? kLeast_ms : 50.0;
+    settings.frame_budget_ms = seed % 2 == 0 ? kLeastBudget_ms : 50.0;
     Simulation simulation(settings, make_cpu_backend(2));
     simulation.keep_checkpoints();
     simulation.keep_to_budget();

@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "scene/settings.hpp"
+#include "support/text.hpp"
 
 namespace pf {
 namespace {
@@ -33,10 +34,6 @@ std::string number_text(double value) {
   std::ostringstream text;
   text << std::setprecision(17) << value;
   return text.str();
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 const std::set<std::string>& all_paths() {

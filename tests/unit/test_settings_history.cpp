@@ -6,13 +6,10 @@
 #include <functional>
 
 #include "support/scene_support.hpp"
+#include "support/text.hpp"
 
 namespace pf {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 class History : public testing::Test {
  protected:

@@ -46,7 +46,7 @@ void set_reaches(const ExactConstants& c, double fastest_mps, std::int64_t max_d
 
 struct IndexPair {
   std::uint32_t first, second;
-  auto operator<=>(const IndexPair&) const = default;
+  auto operator<=>(const IndexPair&) const = default;  // NOLINT(modernize-use-nullptr): it takes 0 for one
 };
 
 // Result of a search for pairs, and its working memory; one per thread.

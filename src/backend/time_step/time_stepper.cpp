@@ -11,7 +11,7 @@ namespace {
 
 // Width of cells, and half side of the search box above which parcels are sorted again, in contact distances.
 // The box grows with the displacement of the parcels. Both were measured at N = 10^5.
-constexpr double kCellWidth = 2.0;
+constexpr double kStepCellWidth = 2.0;
 constexpr double kMaxSearchReach = 2.0;
 
 }  // namespace
@@ -61,7 +61,7 @@ void TimeStepper::sort(const StepConstants& constants, const GridArea& area, Pha
   const World& world = constants.physics.world;
   const double distance = constants.contact_distance;
   const double width =
-      is_plain_ ? kCellWidth * distance : PairedLoop::cell_width(area, parcels_.size(), distance);
+      is_plain_ ? kStepCellWidth * distance : PairedLoop::cell_width(area, parcels_.size(), distance);
   const GridShape grid = choose_grid(world, area, static_cast<std::uint32_t>(parcels_.size()), {width});
   parcels_.sort(team_, grid, parcels_.current.position.data(), times);
   displacement_ = 0;
