@@ -67,11 +67,12 @@ void CudaBackend::make_room(std::uint32_t num_parcels) {
   const std::uint64_t wanted = with_slack(num_parcels);
   const double needed = kBytesPerParcel * static_cast<double>(wanted);
   const double available = static_cast<double>(usable_memory_bytes() + memory_bytes());
-  if (needed > 0.95 * available) {
+  if (needed > kUsableShare * available) {
     throw UserError(fmt::format(
         "air.num_parcels: {} parcels need {:.2f} GB of GPU memory, {:.2f} GB are free on {}; at most about "
         "{:.0f} fit",
-        num_parcels, needed * 1e-9, available * 1e-9, device_name_, num_parcels * 0.95 * available / needed));
+        num_parcels, needed * 1e-9, available * 1e-9, device_name_,
+        num_parcels * kUsableShare * available / needed));
   }
   const auto capacity = static_cast<std::uint32_t>(wanted);
   current_ = {};
@@ -139,8 +140,9 @@ void CudaBackend::restore(const ParcelSnapshot& snapshot) {
                           cudaMemcpyHostToDevice, stream_));
   launch_number(current_.id.data(), n, stream_);
   clear_heated();
+  std::vector<std::uint32_t> words;  // lives until read_state() has waited for its copy
   if (!snapshot.heated.empty()) {
-    std::vector<std::uint32_t> words(DeviceParcels::num_words(n));
+    words.resize(DeviceParcels::num_words(n));
     for (const std::uint32_t id : snapshot.heated) words[id / 32] |= 1U << (id % 32);
     PF_CUDA(cudaMemcpyAsync(current_.heated.data(), words.data(), words.size() * sizeof(std::uint32_t),
                             cudaMemcpyHostToDevice, stream_));

@@ -38,12 +38,13 @@ std::string built_for() {
   return text;
 }
 
-std::size_t number_of(const std::string& limit, std::size_t start) {
+std::size_t number_of(const std::string& limit, std::size_t start, std::size_t most = UINT32_MAX) {
   std::size_t value = 0;
   const char* end = limit.data() + limit.size();
   const auto [parsed, error] = std::from_chars(limit.data() + start, end, value);
-  if (error == std::errc() && parsed == end && value > 0) return value;
-  throw UserError(fmt::format("{}: {} takes a whole number above 0", kLimitsVariable, in_quotes(limit)));
+  if (error == std::errc() && parsed == end && value > 0 && value <= most) return value;
+  throw UserError(
+      fmt::format("{}: {} takes a whole number from 1 to {}", kLimitsVariable, in_quotes(limit), most));
 }
 
 // A CUDA version, as 12040 for "12.4".
@@ -101,9 +102,7 @@ DeviceLimits device_limits() {
     } else if (limit.starts_with(kMany)) {
       limits.many_parcels = static_cast<std::uint32_t>(number_of(limit, kMany.size()));
     } else if (limit.starts_with(kSolver)) {
-      limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size()));
-      if (limits.solver_blocks > 2)
-        throw UserError(fmt::format("{}: {} takes 1 or 2", kLimitsVariable, in_quotes(limit)));
+      limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size(), 2));
     } else {
       throw UserError(
           fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, "

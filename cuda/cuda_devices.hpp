@@ -36,5 +36,7 @@ bool has_launches_in_turn();
 
 // Free bytes of the current device's memory within the limits.
 std::size_t usable_memory_bytes();
+// Share of it that a backend asks for at most: allocations are rounded up.
+constexpr double kUsableShare = 0.95;
 
 }  // namespace pf

@@ -8,9 +8,9 @@
 
 namespace pf {
 
-// A bit of an id in a domain (cuda/domains): the parcel is a copy of another domain's, which touches, but
-// does not move here.
-constexpr std::uint32_t kCopyBit = 1U << 31, kIdBits = kCopyBit - 1;
+// A bit of an id in a domain (cuda/domains): the parcel is a ghost, a copy of another domain's, which
+// touches, but does not move here.
+constexpr std::uint32_t kGhostBit = 1U << 31, kIdBits = kGhostBit - 1;
 
 // Parcels in memory order, n entries each; by value to kernels.
 struct ParcelPointers {

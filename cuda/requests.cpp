@@ -128,7 +128,7 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
 // What `exact` keeps after it may leave no room; the step of one kernel needs none.
 bool CudaBackend::make_room_for_contacts() {
   if (contact_memory_.has_room(capacity_)) return true;
-  if (ContactMemory::kBytesPerParcel * capacity_ > 0.95 * static_cast<double>(usable_memory_bytes()))
+  if (ContactMemory::kBytesPerParcel * capacity_ > kUsableShare * static_cast<double>(usable_memory_bytes()))
     return false;
   contact_memory_.reserve(capacity_, stream_);
   return true;
@@ -248,12 +248,17 @@ StepReport CudaBackend::collect() {
   report.times = submitted_.exact
                      ? timer_.exact_times(&host_exact_->reconcile_ns)
                      : timer_.times({submitted_.num_ends, submitted_.num_sorts_in_steps});  // either waits
-  if (submitted_.exact && host_exact_->unresolvable != 0)
-    throw_unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps));
   expected_displacement_ = submitted_.exact ? host_exact_->progress.max_displacement : host_state_->displaced;
   report.ball = host_state_->ball;
   report.totals = collected_totals();
   if (submitted_.exact) finish_exact(report);
+  if (submitted_.exact && host_exact_->unresolvable != 0) {
+    stop_exact();
+    StepState state = read_state();
+    state.ball = report.ball;
+    write_state(state);
+    throw unresolvable(tick_seconds(physics_.world, physics_.reference_speed_mps), report);
+  }
   return report;
 }
 

@@ -67,7 +67,7 @@ __global__ void measure_kernel(const ParcelPointers parcels, std::uint32_t n, Me
   const std::uint32_t first = blockIdx.x * kMeasureBlock;
   for (std::uint32_t k = threadIdx.x; k < kMeasureBlock && first + k < n; k += kBlock) {
     const std::uint32_t i = first + k, id = parcels.id[i];
-    if ((id & kCopyBit) != 0) continue;
+    if ((id & kGhostBit) != 0) continue;
     const Vec2f velocity = parcels.velocity[i];
     const Vec2d v = to_double(velocity);
     sum.speed2 += dot(v, v);

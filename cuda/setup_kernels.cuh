@@ -28,7 +28,7 @@ void launch_scatter_by_id(const ParcelPointers& parcels, std::uint32_t num_parce
 // id[i] = i.
 void launch_number(std::uint32_t* id, std::uint32_t num_parcels, cudaStream_t stream);
 
-// Sums over the parcels that are no copies of those of other slabs. mass_kg: of each. Waits for the stream.
+// Sums over the parcels that are no ghosts. mass_kg: of each. Waits for the stream.
 ParcelSums sum_parcels(const ParcelPointers& parcels, std::uint32_t num_parcels, double mass_kg,
                        cudaStream_t stream);
 

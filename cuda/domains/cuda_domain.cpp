@@ -88,7 +88,7 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
   const DeviceScope scope(device_);
   synchronize();
   slabs_ = slabs;
-  num_ = num_copies_ = num_dropped_ = num_near_ = num_counted_ = 0;
+  num_ = num_ghosts_ = num_dropped_ = num_near_ = num_counted_ = 0;
   has_new_motion_ = is_sorted_ = false;
   if (capacity_ / 4 > num + kMinSlack) {
     current_ = {};
@@ -99,11 +99,11 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
     host_traffic_ = {};
     near_ = {};
     sent_ = {};
-    copies_ = {};
+    ghosts_ = {};
     capacity_ = 0;
   }
   sent_.clear(slabs.num);
-  copies_.clear(slabs.num);
+  ghosts_.clear(slabs.num);
   reserve(std::max<std::size_t>(num, 1));
 }
 
@@ -129,7 +129,7 @@ void CudaDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
 
 void CudaDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
   if (in.empty()) return;
-  std::copy(in.begin(), in.end(), copies_.host_motion.data() + copies_.begin(slab));
+  std::copy(in.begin(), in.end(), ghosts_.host_motion.data() + ghosts_.begin(slab));
   has_new_motion_ = true;
 }
 
@@ -151,10 +151,10 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.slots = slots_.data();
   launch_.method = step.method;
   launch_.num = num_;
-  if (num_copies_ > 0) {
+  if (num_ghosts_ > 0) {
     const std::int64_t width = step.constants.contact_reach + displacement_;
-    launch_.low_without_copies = slabs_.edge(index_) + width;
-    launch_.high_without_copies = slabs_.edge(index_ + 1) - width;
+    launch_.low_without_ghosts = slabs_.edge(index_) + width;
+    launch_.high_without_ghosts = slabs_.edge(index_ + 1) - width;
   }
   launch_.near = near_.data();
   launch_.num_near = num_near_;
@@ -178,16 +178,16 @@ void CudaDomain::wait_for_transfers_to(const CudaDomain& other) {
   PF_CUDA(cudaStreamWaitEvent(stream_, other.copied_, 0));
 }
 
-// The copies' motion reaches the device while it still works on what start() launched.
+// The ghosts' motion reaches the device while it still works on what start() launched.
 void CudaDomain::step_borders() {
   const DeviceScope scope(device_);
   if (has_new_motion_) {
     if (!is_linked_) {
-      to_device(copies_.motion.data(), copies_.host_motion.data(), copies_.size(), copy_stream_);
+      to_device(ghosts_.motion.data(), ghosts_.host_motion.data(), ghosts_.size(), copy_stream_);
       PF_CUDA(cudaEventRecord(copied_, copy_stream_));
     }
     PF_CUDA(cudaStreamWaitEvent(stream_, copied_, 0));
-    launch_unpack(copies_.motion.data(), copies_.index.data(), copies_.size(), current_.pointers(), stream_);
+    launch_unpack(ghosts_.motion.data(), ghosts_.index.data(), ghosts_.size(), current_.pointers(), stream_);
     has_new_motion_ = false;
   }
   launch_border_contacts(launch_, stream_);

@@ -1,4 +1,4 @@
-// A slab on a GPU. Its parcels and the copies of others lie in the same arrays; ids of copies have kCopyBit.
+// A slab on a GPU. Its parcels and the ghosts of others lie in the same arrays; ids of ghosts have kGhostBit.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@ namespace pf {
 
 class CudaDomain final : public Domain {
  public:
-  // Held for each parcel, with room for those that come in and for copies. Slabs that are narrow against
+  // Held for each parcel, with room for those that come in and for ghosts. Slabs that are narrow against
   // their margins need more.
   static constexpr double kSlack = 1.05;
   static constexpr double kBytesPerParcel =
@@ -34,7 +34,7 @@ class CudaDomain final : public Domain {
                std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override { append(parcels, 0); }
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
-  void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
+  void add_ghosts(unsigned slab, const std::vector<Parcel>& parcels) override;
   std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) override;
   void find_borders() override;
   void pack(unsigned slab, std::vector<ParcelMotion>& out) const override;
@@ -55,10 +55,10 @@ class CudaDomain final : public Domain {
   void link() { is_linked_ = true; }
   int device() const { return device_; }
   Motion sent_to(unsigned slab) const { return sent_.motion_of(slab); }
-  Motion copies_of(unsigned slab) const { return copies_.motion_of(slab); }
+  Motion ghosts_of(unsigned slab) const { return ghosts_.motion_of(slab); }
   // Transfers on it do not wait for the step's own stream.
   cudaStream_t link_stream() const { return copy_stream_; }
-  // After the last transfer to the copies: step_borders() lets the GPU wait for what link_stream() has so
+  // After the last transfer to the ghosts: step_borders() lets the GPU wait for what link_stream() has so
   // far.
   void note_transfers();
   bool have_transfers_ended() const;
@@ -109,8 +109,8 @@ class CudaDomain final : public Domain {
   cudaStream_t stream_{};
   cudaStream_t copy_stream_{};
   cudaEvent_t copied_{};
-  std::uint32_t num_ = 0;            // in the arrays: own parcels, copies, and dropped ones until the sort
-  std::uint32_t num_copies_ = 0;     // of these
+  std::uint32_t num_ = 0;            // in the arrays: own parcels, ghosts, and dropped ones until the sort
+  std::uint32_t num_ghosts_ = 0;     // of these
   std::uint32_t num_dropped_ = 0;    // of these
   std::uint32_t first_adopted_ = 0;  // since release()
   std::uint32_t num_counted_ = 0;    // for the next sort, the first ones
@@ -126,9 +126,9 @@ class CudaDomain final : public Domain {
   GridShape grid_;
   bool is_sorted_ = false;
   std::int64_t displacement_ = 0;     // bound on displacements along an axis since the sort, position units
-  Margin sent_, copies_;              // own parcels that others copied; copies of others'
+  Margin sent_, ghosts_;              // own parcels that others have as ghosts; ghosts here
   DeviceBuffer<std::uint32_t> near_;  // indices of own parcels near other slabs, as in sent_, but each once
-  bool has_new_motion_ = false;       // in copies_.host_motion, or on its way on copy_stream_
+  bool has_new_motion_ = false;       // in ghosts_.host_motion, or on its way on copy_stream_
   bool is_linked_ = false;
   static constexpr unsigned kNumCounts = 2 + kMaxDomains;
   DeviceBuffer<std::uint32_t> counts_{kNumCounts};  // see border_lists()

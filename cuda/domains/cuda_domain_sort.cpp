@@ -1,4 +1,4 @@
-// The sort of a slab on a GPU: what leaves and comes, copies, cells. Until sort() the parcels that stay are
+// The sort of a slab on a GPU: what leaves and comes, ghosts, cells. Until sort() the parcels that stay are
 // counted on stream_, while all else goes by copy_stream_ and the host.
 #include <algorithm>
 
@@ -61,12 +61,12 @@ void CudaDomain::release(const StepConstants& constants, std::int64_t margin,
   copy_on_device(near_.data(), near, num_near_, stream_);
   PF_CUDA(cudaEventRecord(copied_, stream_));
   PF_CUDA(cudaStreamWaitEvent(copy_stream_, copied_, 0));
-  // There will be about as many copies as before.
+  // There will be about as many ghosts as before.
   grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_ - num_left, step_cells(constants));
   begin_counting();
   for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);
-  num_dropped_ = num_copies_ + num_left;
-  num_copies_ = 0;
+  num_dropped_ = num_ghosts_ + num_left;
+  num_ghosts_ = 0;
   first_adopted_ = num_;
   has_new_motion_ = false;
 }
@@ -101,7 +101,7 @@ void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parce
   const SlabMargins slabs = margins(margin);
   find_near_adopted(slabs);
   sent_.clear(slabs_.num);
-  copies_.clear(slabs_.num);
+  ghosts_.clear(slabs_.num);
   std::uint32_t* next = host_counts_.data() + 2;
   for (unsigned k = 0; k < slabs_.num; ++k) {
     sent_.set_size(k, next[k]);
@@ -116,10 +116,10 @@ void CudaDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parce
   for (unsigned k = 0; k < slabs_.num; ++k) out[k].assign(parcels + sent_.begin(k), parcels + sent_.end(k));
 }
 
-void CudaDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
-  copies_.set_size(slab, parcels.size());
-  append(parcels, kCopyBit);
-  num_copies_ += static_cast<std::uint32_t>(parcels.size());
+void CudaDomain::add_ghosts(unsigned slab, const std::vector<Parcel>& parcels) {
+  ghosts_.set_size(slab, parcels.size());
+  append(parcels, kGhostBit);
+  num_ghosts_ += static_cast<std::uint32_t>(parcels.size());
 }
 
 void CudaDomain::begin_counting() {
@@ -131,8 +131,8 @@ void CudaDomain::begin_counting() {
 std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t, PhaseTimes& times) {
   const ScopedPhase timing(times, Phase::sort);
   const DeviceScope scope(device_);
-  copies_.make_room();
-  launch_count_up(num_ - num_copies_, num_copies_, copies_.index.data(), stream_);
+  ghosts_.make_room();
+  launch_count_up(num_ - num_ghosts_, num_ghosts_, ghosts_.index.data(), stream_);
   if (num_counted_ == 0) begin_counting();
   launch_count_kept(grid_, current_.pointers(), num_counted_, num_ - num_counted_, keys_, stream_);
   num_counted_ = 0;
@@ -149,7 +149,7 @@ std::int64_t CudaDomain::sort(const StepConstants& constants, std::int64_t, Phas
 void CudaDomain::find_borders() {
   const DeviceScope scope(device_);
   cell_sort_.update_indices(sent_.index.data(), sent_.size(), stream_);
-  cell_sort_.update_indices(copies_.index.data(), copies_.size(), stream_);
+  cell_sort_.update_indices(ghosts_.index.data(), ghosts_.size(), stream_);
   cell_sort_.update_indices(near_.data(), num_near_, stream_);
   synchronize();
 }

@@ -16,7 +16,7 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
   to_host(heated.data(), current_.heated.data(), heated.size(), stream_);
   synchronize();
   for (std::uint32_t i = 0; i < num_; ++i) {
-    if ((id[i] & kCopyBit) == 0)
+    if ((id[i] & kGhostBit) == 0)
       see({position[i], velocity[i], id[i] & kIdBits, heated[i / 32] >> (i % 32) & 1U});
   }
 }
@@ -58,7 +58,7 @@ void CudaDomain::gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) con
 
 std::uint64_t CudaDomain::memory_bytes() const {
   return current_.bytes() + next_.bytes() + cell_sort_.bytes() + contact_memory_.bytes() + traffic_.bytes() +
-         near_.bytes() + sent_.bytes() + copies_.bytes();
+         near_.bytes() + sent_.bytes() + ghosts_.bytes();
 }
 
 }  // namespace pf

@@ -12,8 +12,6 @@
 namespace pf {
 namespace {
 
-constexpr double kUsable = 0.95;  // share of the free memory
-
 // Bytes per second of a plain copy on the current device, read plus written.
 double copy_bandwidth(std::size_t num_bytes) {
   constexpr int kRepeats = 10;
@@ -54,8 +52,8 @@ class CudaDomainGpus final : public DomainGpus {
       const unsigned here = num_on(device, all.num_here);
       const double share = static_cast<double>(here) / all.num_domains;
       const double needed = CudaDomain::kBytesPerParcel * share * static_cast<double>(num_parcels);
-      const double available =
-          kUsable * (static_cast<double>(usable_memory_bytes()) + static_cast<double>(here * held_bytes));
+      const double available = kUsableShare * (static_cast<double>(usable_memory_bytes()) +
+                                               static_cast<double>(here * held_bytes));
       if (needed <= available) continue;
       throw UserError(
           fmt::format("air.num_parcels: {} of the {} domains share a GPU, and their parcels need {:.2f} GB "

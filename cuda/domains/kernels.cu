@@ -50,7 +50,7 @@ __device__ void list_near(const SlabMargins& slabs, const BorderLists& lists, st
 
 __device__ void list_border(const ParcelPointers& parcels, std::uint32_t i, const SlabMargins& slabs,
                             const BorderLists& lists) {
-  if ((parcels.id[i] & kCopyBit) != 0) {
+  if ((parcels.id[i] & kGhostBit) != 0) {
     parcels.id[i] = kDroppedId;
     return;
   }
@@ -132,7 +132,7 @@ __global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t 
   const std::uint32_t i = thread_index();
   if (i >= n) return;
   const std::uint32_t id = parcels.id[i];
-  if ((id & kCopyBit) != 0 || (id & kIdBits) % picture.style.one_in != 0) return;
+  if ((id & kGhostBit) != 0 || (id & kIdBits) % picture.style.one_in != 0) return;
   const DrawnParcel drawn = drawn_parcel(world, parcels.position[i], parcels.velocity[i]);
   const std::uint32_t pixel = pixel_of(picture.grid, drawn.position_m);
   if (pixel != kNoPixel) atomicAdd(&picture.pixels[pixel], pixel_share(picture.style, drawn.speed_mps));
@@ -141,7 +141,7 @@ __global__ void count_pixels_kernel(const ParcelPointers parcels, std::uint32_t 
 __global__ void find_seen_kernel(const ParcelPointers parcels, std::uint32_t n, const World world,
                                  const PixelGrid grid, const IndexList seen) {
   const std::uint32_t i = thread_index();
-  if (i >= n || (parcels.id[i] & kCopyBit) != 0 || is_retired(parcels.position[i])) return;
+  if (i >= n || (parcels.id[i] & kGhostBit) != 0 || is_retired(parcels.position[i])) return;
   if (pixel_of(grid, to_float(to_metres(world, parcels.position[i]))) == kNoPixel) return;
   seen.index[atomicAdd(seen.count, 1U)] = i;
 }

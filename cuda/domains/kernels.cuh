@@ -7,7 +7,7 @@
 
 namespace pf {
 
-// Id of a parcel that the next sort drops: it has left the slab, or is a copy of before.
+// Id of a parcel that the next sort drops: it has left the slab, or is a ghost of before.
 constexpr std::uint32_t kDroppedId = UINT32_MAX;
 
 // Indices of parcels; count: how many so far.
@@ -30,7 +30,7 @@ struct BorderLists {
   IndexList left, near;
   std::uint32_t* num_near;
 };
-// Adds parcels from `first` on to the lists. Drops copies.
+// Adds parcels from `first` on to the lists. Drops ghosts.
 void launch_find_borders(const ParcelPointers& parcels, std::uint32_t first, std::uint32_t num,
                          const SlabMargins& slabs, const BorderLists& lists, cudaStream_t stream);
 // The same for all parcels but those that were in columns first_inner <= column < end_inner at the sort.

@@ -122,13 +122,13 @@ class NcclLink final : public MotionLink {
 
   // Also waits on the host for the end, to hear of errors. Meanwhile the GPU sums the contacts of own
   // parcels.
-  void update_copies() override {
+  void update_ghosts() override {
     const DeviceScope scope(domain_.device());
     const cudaStream_t stream = domain_.link_stream();
     communicator_.group([&] {
       for (unsigned rank = 0; rank < num_ranks_; ++rank) {
         communicator_.send(domain_.sent_to(rank), rank, stream);
-        communicator_.receive(domain_.copies_of(rank), rank, stream);
+        communicator_.receive(domain_.ghosts_of(rank), rank, stream);
       }
     });
     domain_.note_transfers();

@@ -1,7 +1,7 @@
 // Motion goes by copies from GPU to GPU, or within one.
 //
 // A step has ended on all domains before the next begins, so that what a domain sends is complete. What still
-// needs an order is within a step: copies are unpacked after the transfer to them, and what is sent is
+// needs an order is within a step: ghosts are unpacked after the transfer to them, and what is sent is
 // written anew only after all transfers from it.
 #include <fmt/format.h>
 
@@ -63,7 +63,7 @@ class PeerLink final : public MotionLink {
 
   std::string name() const override { return name_; }
 
-  void update_copies() override {
+  void update_ghosts() override {
     for (unsigned to = 0; to < domains_.size(); ++to) {
       for (unsigned from = 0; from < domains_.size(); ++from) copy(from, to);
       domains_[to]->note_transfers();
@@ -80,7 +80,7 @@ class PeerLink final : public MotionLink {
     const CudaDomain::Motion sent = domains_[from]->sent_to(to);
     if (sent.empty()) return;
     const DeviceScope scope(domains_[to]->device());
-    PF_CUDA(cudaMemcpyPeerAsync(domains_[to]->copies_of(from).data(), domains_[to]->device(), sent.data(),
+    PF_CUDA(cudaMemcpyPeerAsync(domains_[to]->ghosts_of(from).data(), domains_[to]->device(), sent.data(),
                                 domains_[from]->device(), sent.size_bytes(), domains_[to]->link_stream()));
   }
 

@@ -83,8 +83,8 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   if (state.to_commit == 0) {
     // The step was over before solve_kernel, or in it. In the latter case the next one is planned already,
     // and planning it again changes nothing.
-    if (is_over(launch) && state.paused == 0 && blockIdx.x == 0 && blockIdx.y == 0 && threadIdx.x == 0 &&
-        launch.next_until > state.progress.now)
+    if (is_over(launch) && state.paused == 0 && state.unresolvable == 0 && blockIdx.x == 0 &&
+        blockIdx.y == 0 && threadIdx.x == 0 && launch.next_until > state.progress.now)
       plan_next(launch, launch.next_until, launch.next_chord_end);
     return;
   }

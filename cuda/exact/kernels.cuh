@@ -19,7 +19,7 @@ struct ExactLaunch {
   StepState* step_state = nullptr;  // receives the request's totals and the ball
   TallySlot* slots = nullptr;       // kNumSlots
   DrawBuffers draw;                 // device memory; null pointers: nothing is drawn
-  bool ball_was_set = false;        // from outside, since the last request
+  bool ball_was_set = false;        // from outside, since the last request of `exact`
   bool goes_on = false;             // the last request ended within a step
   std::uint64_t budget_ns = 0;      // of the request; 0: none
   // Ticks of the reference speed at which the step ends, and the one after it; 0: there is none.

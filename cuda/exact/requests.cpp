@@ -6,6 +6,7 @@
 
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
+#include "model/exact/push_out.hpp"
 
 namespace pf {
 namespace {
@@ -52,9 +53,10 @@ void CudaBackend::check_room_for_exact(bool with_contact_ticks) const {
   needed -= static_cast<double>(exact_memory_.bytes());  // freed before the new ones are allocated
   for (const DeviceParcels* parcels : {&current_, &next_})
     needed -= static_cast<double>(parcels->tick.bytes() + parcels->last_contact_tick.bytes());
-  if (needed <= 0.95 * free_bytes) return;
+  if (needed <= kUsableShare * free_bytes) return;
   throw UserError(fmt::format(
-      "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}",
+      "run.method: exact needs {:.2f} GB more GPU memory for {} parcels, {:.2f} GB are free on {}; "
+      "take another method or fewer parcels (-p)",
       needed * 1e-9, num_parcels_, free_bytes * 1e-9, device_name_));
 }
 
@@ -92,9 +94,8 @@ ExactLaunch CudaBackend::exact_launch(const StepRequest& request) const {
 
 // Overlaps that another method, or a larger radius, left are pushed apart first, as on the CPU backend.
 void CudaBackend::push_out(const StepRequest& request) {
-  constexpr int kMaxSweeps = 50;
   const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
-  const auto max_overlap = static_cast<float>(kRoundingMargin / constants.contact_distance);
+  const float max_overlap = push_out_tolerance(constants);
   const StepState before = read_state();
   float overlap = 0.0F;
   int num_sweeps = 0;
@@ -107,7 +108,7 @@ void CudaBackend::push_out(const StepRequest& request) {
     step(launch, launch_push_out);
     end_steps(launch);
     overlap = read_state().totals.max_overlap;
-  } while (overlap > max_overlap && ++num_sweeps < kMaxSweeps);
+  } while (overlap > max_overlap && ++num_sweeps < kMaxPushOutSweeps);
   StepState after = read_state();
   after.step = before.step;
   after.ball = before.ball;

@@ -7,7 +7,7 @@
 
 namespace pf::cuda {
 
-// Numbers a warp's or block's attempts to solve a cluster.
+// Attempts to solve clusters in a round are numbered from this times the round on.
 constexpr std::uint32_t kMaxAttemptsInRound = 1024;
 
 // Notes two clusters that must be solved as one. If they are the same, that one needs a whole block.

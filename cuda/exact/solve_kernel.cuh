@@ -94,7 +94,6 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
     grid.sync();
   }
   after = state.after_window;
-  if (after == AfterWindow::stop) return false;
   if (after == AfterWindow::next_window) return true;
   if (after == AfterWindow::retry_window) {
     release_all(launch, rank, num_threads);
@@ -109,7 +108,7 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
   }
   if (after != AfterWindow::retry_step && is_at_anchoring(state.progress))
     anchor_all(launch, rank, num_threads, [&] { grid.sync(); });
-  if (state.paused != 0) return false;
+  if (state.paused != 0 || state.unresolvable != 0) return false;
   const bool is_done = state.progress.now >= launch.until;
   grid.sync();
   if (grid.thread_rank() == 0) {

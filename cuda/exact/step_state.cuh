@@ -192,7 +192,7 @@ enum class AfterWindow : std::uint32_t {
   next_window,   // of the same step
   retry_window,  // from the same tick, a shorter one
   next_step,
-  end_step_here,  // the step ends where the window began: the bound on speeds was too low
+  end_step_here,  // the step ends where the window began: too low a bound on speeds, or it cannot be solved
   retry_step,
   stop,  // a window of one tick failed
 };

@@ -258,13 +258,21 @@ __device__ inline AfterWindow pause_if_late(ExactState& state, AfterWindow after
   return after == AfterWindow::next_window ? AfterWindow::end_step_here : after;
 }
 
+// Ends the request where the window began, if that cannot be solved.
+__device__ inline AfterWindow end_if_unresolvable(ExactState& state, AfterWindow after) {
+  if (after != AfterWindow::stop) return after;
+  state.unresolvable = 1;
+  return state.window_begin == 0 ? AfterWindow::retry_step : AfterWindow::end_step_here;
+}
+
 // Ends a window, and the step if that is its last one. Called by one warp.
 __device__ inline void finish_window(const ExactLaunch& launch, bool is_committed) {
   ExactState& state = *launch.state;
   AfterWindow after = AfterWindow::stop;
-  if (threadIdx.x == 0) state.after_window = after = pause_if_late(state, end_window(launch, is_committed));
+  if (threadIdx.x == 0)
+    after = end_if_unresolvable(state, pause_if_late(state, end_window(launch, is_committed)));
+  if (threadIdx.x == 0) state.after_window = after;
   after = static_cast<AfterWindow>(__shfl_sync(kWholeWarp, static_cast<std::uint32_t>(after), 0));
-  if (after == AfterWindow::stop && threadIdx.x == 0) state.unresolvable = 1;
   if (after == AfterWindow::next_step || after == AfterWindow::retry_step)
     finish_step(launch, after == AfterWindow::next_step);
 }

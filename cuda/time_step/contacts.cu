@@ -15,8 +15,8 @@ constexpr unsigned kContactBlock = 128;
 constexpr unsigned kListsOfWarp = 4;  // that a warp of contact_kernel works off together
 static_assert(kReadTogether - 1 <= kReadBeyond);
 
-__device__ bool is_copy(const StepLaunch& launch, std::uint32_t i) {
-  return (launch.from.id[i] & kCopyBit) != 0;
+__device__ bool is_ghost(const StepLaunch& launch, std::uint32_t i) {
+  return (launch.from.id[i] & kGhostBit) != 0;
 }
 
 // How many parcels find_pairs_kernel looks around.
@@ -32,8 +32,8 @@ __device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list)
 }
 
 // Calls visit(i, j) for each pair that touches, once: those of the k-th parcel i. Without kBorders pairs of
-// own parcels, j after i; with it pairs of an own parcel near others' and a copy. They are within the float's
-// margin of touching.
+// own parcels, j after i; with it pairs of an own parcel near others' and a ghost. They are within the
+// float's margin of touching.
 template <bool kBorders, Boundary kBoundary, class Visit>
 __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint32_t k, Visit visit) {
   const std::uint32_t i = kBorders ? launch.near[k] : k;
@@ -42,17 +42,17 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   const int2 there = __ldg(reinterpret_cast<const int2*>(position) + i);
   const Vec2i centre{there.x, there.y};
   if (is_retired(centre)) return;
-  const bool is_inside = centre.x >= launch.low_without_copies && centre.x < launch.high_without_copies;
+  const bool is_inside = centre.x >= launch.low_without_ghosts && centre.x < launch.high_without_ghosts;
   if (kBorders && is_inside) return;
   const SearchCircle circle{centre, i, search_reach(launch.constants, displacement),
                             launch.constants.filter_distance2};
   if constexpr (kBorders) {
     search<kBoundary, true>(launch.space, position, circle, [&](std::uint32_t j) {
-      if (is_copy(launch, j)) visit(i, j);
+      if (is_ghost(launch, j)) visit(i, j);
     });
   } else {
     search_later<kBoundary>(launch.space, position, circle, displacement, [&](std::uint32_t j) {
-      if (is_inside || !(is_copy(launch, i) || is_copy(launch, j))) visit(i, j);
+      if (is_inside || !(is_ghost(launch, i) || is_ghost(launch, j))) visit(i, j);
     });
   }
 }
@@ -166,7 +166,7 @@ __device__ __noinline__ void touch_one_sided(const StepLaunch& launch, std::uint
   add_sums<kBorders>(launch.contacts, i, device_sums(sums));
 }
 
-// Adds the contact of two parcels to the sums of both, if they touch; with kBorders j is a copy, without
+// Adds the contact of two parcels to the sums of both, if they touch; with kBorders j is a ghost, without
 // sums. What i gains j loses, to the bit: all that is computed changes its sign with the side that it is seen
 // from. Ids are not read for that, since they matter for coincident centres only, and to tally a pair once.
 template <class Contact, bool kBorders, Boundary kBoundary>

@@ -76,7 +76,7 @@ struct ContactScratch {
   // a search for each, as in step_kernel.
   static constexpr unsigned kFewSums = 32;
   DeviceSums* few = nullptr;
-  // A bit for each parcel: it touches another one; it touches two or more, copies not counted. All zero
+  // A bit for each parcel: it touches another one; it touches two or more, ghosts not counted. All zero
   // between steps.
   std::uint32_t* touched = nullptr;
   std::uint32_t* touched_again = nullptr;
@@ -109,10 +109,10 @@ struct StepLaunch {
   std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
-  std::uint32_t num = 0;  // parcels, copies included
-  // Parcels that are here along x, low <= x < high, neither have kCopyBit nor touch one that has.
-  std::int64_t low_without_copies = INT64_MIN, high_without_copies = INT64_MAX;
-  const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch copies
+  std::uint32_t num = 0;  // parcels, ghosts included
+  // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
+  std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;
+  const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch ghosts
   std::uint32_t num_near = 0;
 };
 
@@ -128,8 +128,8 @@ void launch_count(const StepLaunch& launch, cudaStream_t stream);
 // kMaxOpenSteps. (A domain reads the slots itself.)
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
 
-// The same in parts: contacts of own parcels, contacts of own parcels with copies, and the move of own
-// parcels. There are no copies in a step that sorts. launch_contacts moves the ball past the step before if
+// The same in parts: contacts of own parcels, contacts of own parcels with ghosts, and the move of own
+// parcels. There are no ghosts in a step that sorts. launch_contacts moves the ball past the step before if
 // that is open. It does nothing where parcels have no contacts at all; with a ball no step may be open then.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);

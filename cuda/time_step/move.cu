@@ -48,15 +48,15 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    bool is_heated_after = false;  // of a copy it does not matter
+    bool is_heated_after = false;  // of a ghost it does not matter
     if (i < launch.num) {
       if (i % 32 == 0 && touched[k] != 0)
         launch.contacts.touched[i / 32] = launch.contacts.touched_again[i / 32] = 0;
       Parcel before = parcels[k];
-      const bool is_copy = (before.id & kCopyBit) != 0;
+      const bool is_ghost = (before.id & kGhostBit) != 0;
       before.id &= kIdBits;
       Parcel after = before;
-      if (!is_retired(before.position) && !is_copy) {
+      if (!is_retired(before.position) && !is_ghost) {
         const ContactEffect effect =
             (touched[k] & bit_of(i)) == 0
                 ? effect_of_none(before.velocity)

@@ -9,6 +9,7 @@
 #include <initializer_list>
 
 #include "app/accuracy.hpp"
+#include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -67,8 +68,6 @@ bool has_numbers(const json& row, std::initializer_list<const char*> keys) {
   return std::all_of(keys.begin(), keys.end(),
                      [&](const char* key) { return row.contains(key) && row[key].is_number(); });
 }
-
-bool has_text(const json& row, const char* key) { return row.contains(key) && row[key].is_string(); }
 
 // True for an error as the lab writes it. may_be_null: the others are measured against it.
 bool is_error(const json& error, bool may_be_null) {

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "app/input_log.hpp"
 #include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/cue_list.hpp"
@@ -16,8 +17,6 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::uintmax_t kMaxBytes = 64U << 20;  // as of a log
 
 // A name as a shell takes it.
 std::string for_shell(const std::string& name) {
@@ -35,7 +34,7 @@ std::string for_shell(const std::string& name) {
 
 DroppedKind kind_of_dropped(const fs::path& file) {
   std::error_code error;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxBytes || error)
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kMaxLogBytes || error)
     return DroppedKind::other;
   const bool is_toml = ending_of(file) == ".toml";
   try {

@@ -16,7 +16,7 @@ class EnergyWatch {
 
   // Call at the end of each frame, with its totals. Returns by what factor the energy of parcels and ball has
   // grown since parcels overlapped deeply for the first time, if that is more than kBlownUp; otherwise 0. It
-  // tells so once, until the flight or its settings change. Looks at all parcels in every 30th frame with
+  // reports that once, until the flight or its settings change. Looks at all parcels in every 30th frame with
   // deep overlaps.
   double follow(const FrameView& view, const StepTotals& frame, Backend& backend);
 

@@ -23,8 +23,6 @@ namespace pf {
 // same settings and commands.
 class FlightPair {
  public:
-  using MakeBackend = std::function<std::unique_ptr<Backend>(const std::string& name, std::int64_t threads)>;
-
   // first: the run's own flight, which must outlive the pair. make: a backend beside it on the same device;
   // null: there is no second flight.
   FlightPair(Simulation& first, MakeBackend make) : first_(first), make_(std::move(make)) {}

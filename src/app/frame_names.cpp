@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cctype>
+#include <charconv>
 #include <optional>
 
 #include "core/file_ending.hpp"
@@ -42,6 +43,21 @@ fs::path frame_file(const fs::path& pattern, int index) {
   assert(number);
   return pattern.parent_path() / fmt::format("{}{:0{}}{}", name.substr(0, number->start), index,
                                              number->min_digits, name.substr(number->end));
+}
+
+std::optional<int> frame_of(const fs::path& pattern, const fs::path& file) {
+  const std::string form = pattern.filename().string(), name = file.filename().string();
+  const std::optional<Placeholder> number = placeholder_in(form);
+  assert(number);
+  const std::string before = form.substr(0, number->start), after = form.substr(number->end);
+  if (name.size() <= before.size() + after.size() || !name.starts_with(before) || !name.ends_with(after))
+    return std::nullopt;
+  int index = 0;
+  const char* const end = name.data() + name.size() - after.size();
+  const auto [parsed, error] = std::from_chars(name.data() + before.size(), end, index);
+  const bool is_frame =
+      error == std::errc() && parsed == end && index >= 0 && frame_file(pattern, index).filename() == name;
+  return is_frame ? std::optional(index) : std::nullopt;
 }
 
 fs::path frames_instead_of(const fs::path& film) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace pf {
@@ -12,6 +13,9 @@ bool is_frame_pattern(const std::filesystem::path& file);
 
 // File of frame `index`. pattern: is_frame_pattern() is true.
 std::filesystem::path frame_file(const std::filesystem::path& pattern, int index);
+
+// Number of the frame that the file would be by its name; none: it is no frame. Folders are not compared.
+std::optional<int> frame_of(const std::filesystem::path& pattern, const std::filesystem::path& file);
 
 // Pattern for the frames of a film without an encoder: flight.mp4 -> flight_frames/%05d.png.
 std::filesystem::path frames_instead_of(const std::filesystem::path& film);

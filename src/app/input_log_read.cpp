@@ -5,20 +5,19 @@
 #include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "app/input_log.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
 #include "model/methods.hpp"
+#include "scene/toml_document.hpp"
 
 namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
+constexpr double kMaxFrames = 1e12;
 
 class Reader {
  public:
@@ -34,6 +33,7 @@ class Reader {
   std::vector<std::string> texts(const toml::table& table, const char* key) const;
   Settings settings(const toml::table& table) const;
   double number(const toml::node& node, const char* key) const;
+  std::int64_t whole_number(const toml::node& node, const char* key, double most) const;
   std::optional<std::uint32_t> steps(const toml::table& table, const char* key) const;
   SecondInFrame second(const toml::table& table) const;
   void read_launch(const toml::table& table, LoggedFrame& frame) const;
@@ -52,16 +52,7 @@ toml::table Reader::parse() const {
                     "--record has written",
                     file_));
   }
-  try {
-    std::ifstream stream(file_, std::ios::binary);
-    const std::string text(std::istreambuf_iterator<char>(stream), {});
-    if (has_deep_keys(text)) throw UserError(fmt::format("{}: a key has more than 1000 parts", file_));
-    return toml::parse(text, file_);
-  } catch (const toml::parse_error& parse_error) {
-    std::string reason(parse_error.description());
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw UserError(fmt::format("{}:{}: not valid TOML: {}", file_, parse_error.source().begin.line, reason));
-  }
+  return parse_document(file_, "log", kMaxLogBytes);
 }
 
 std::string Reader::text(const toml::table& table, const char* key) const {
@@ -94,7 +85,8 @@ Settings Reader::settings(const toml::table& table) const {
 
 double Reader::number(const toml::node& node, const char* key) const {
   const auto value = node.value<double>();
-  if (!node.is_number() || !std::isfinite(*value)) refuse(node, fmt::format("{} takes finite numbers", key));
+  if (!value || !node.is_number() || !std::isfinite(*value))
+    refuse(node, fmt::format("{} takes finite numbers", key));
   return *value;
 }
 
@@ -128,13 +120,17 @@ void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
   if (const toml::node* seek = table.get("seek")) frame.seek_s = number(*seek, "seek");
 }
 
+std::int64_t Reader::whole_number(const toml::node& node, const char* key, double most) const {
+  const double value = number(node, key);
+  if (value < 0.0 || value > most || value != std::floor(value))
+    refuse(node, fmt::format("{} takes a whole number from 0 to {:.0f}", key, most));
+  return static_cast<std::int64_t>(value);
+}
+
 std::optional<std::uint32_t> Reader::steps(const toml::table& table, const char* key) const {
   const toml::node* steps = table.get(key);
   if (steps == nullptr) return std::nullopt;
-  const double most = number(*steps, key);
-  if (most < 0.0 || most > UINT32_MAX || most != std::floor(most))
-    refuse(*steps, fmt::format("{} takes a whole number from 0", key));
-  return static_cast<std::uint32_t>(most);
+  return static_cast<std::uint32_t>(whole_number(*steps, key, UINT32_MAX));
 }
 
 SecondInFrame Reader::second(const toml::table& table) const {
@@ -151,9 +147,8 @@ SecondInFrame Reader::second(const toml::table& table) const {
 LoggedFrame Reader::frame(const toml::table& table) const {
   LoggedFrame frame;
   const toml::node* place = table.get("number");
-  if (place == nullptr || !place->is_integer() || *place->value<std::int64_t>() < 0)
-    refuse(table, "[[frame]] takes a number, a whole number from 0, as number = 60");
-  frame.number = *place->value<std::int64_t>();
+  if (place == nullptr) refuse(table, "[[frame]] takes a number, a whole number from 0, as number = 60");
+  frame.number = whole_number(*place, "number", kMaxFrames);
   if (table.contains("settings")) frame.restart = settings(table);
   frame.edits = texts(table, "set");
   frame.presses = texts(table, "press");
@@ -191,7 +186,7 @@ RunLog Reader::read() const {
              text(document, "from_hash"),
              {}};
   if (const toml::node* frame_number = document.get("from_frame"))
-    log.from_frame = static_cast<std::int64_t>(number(*frame_number, "from_frame"));
+    log.from_frame = whole_number(*frame_number, "from_frame", kMaxFrames);
   for (const toml::node& node : *document.get("frame")->as_array()) {
     if (!node.is_table()) refuse(node, "frame takes tables, written [[frame]]");
     log.frames.push_back(frame(*node.as_table()));

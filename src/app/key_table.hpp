@@ -42,7 +42,7 @@ inline constexpr KeyRow kKeyRows[] = {
     {"Shift+F12", "court, paths and ball as SVG"},
     {"E", "measure what each term of the model costs"},
     {"F1 or ?", "all keys on a card; again or Esc: closes it"},
-    {"Esc", "close a menu; leave off aiming; leave full screen; twice: quit"}};
+    {"Esc", "close a menu; stop aiming; leave full screen; twice: quit"}};
 
 // The table for --help, a line per row.
 std::string key_help();

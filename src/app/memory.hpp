@@ -11,12 +11,11 @@
 namespace pf {
 
 // Upper bound on the bytes that the CPU backend holds for N parcels. Per parcel: state twice (position and
-// velocity of 8 bytes, id of 4), a sort key of 4, and 16 of the fast loop of a time step. Per cell, of which
-// there are at most 2 (N + 1): its start and a counter for each of at most 4 slices of the counting sort, 4
-// bytes each. Method exact adds, per parcel, two ticks twice, a bounding disc of 12, a kept event of 8, owner
-// and slot, and what clusters, members and segments of a window take where many parcels collide in it, if the
-// threads share them.
-// num_threads: 0 means all of the machine.
+// velocity of 8 bytes, id of 4, a mark of 1), a sort key of 4, and 16 of the fast loop of a time step. Per
+// cell, of which there are at most 2 (N + 1): its start and a counter for each of at most 4 slices of the
+// counting sort, 4 bytes each. Method exact adds, per parcel, two ticks twice, a bounding disc of 12, a kept
+// event of 8, owner and slot, and what clusters, members and segments of a window take where many parcels
+// collide in it, if the threads share them. num_threads: 0 means all of the machine.
 std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threads, Method method);
 
 // The same for what a backend that is on processors or divided into domains holds in this machine's memory.

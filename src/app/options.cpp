@@ -243,6 +243,17 @@ std::string one_line(std::string text) {
   return text;
 }
 
+// CLI11 counts the values of an option in words of its own.
+std::string mismatch_text(const CLI::App& command, const std::string& what) {
+  const std::string name = what.substr(0, what.find(':'));
+  const CLI::Option* option = command.get_option_no_throw(name);
+  const int num = option != nullptr ? option->get_items_expected_max() : 0;
+  if (num < 1 || num > 9 || what.find(" but received ") == std::string::npos)
+    return fmt::format("{}; see pickleflight --help", one_line(what));
+  return fmt::format("{}: takes {} value{}, and may be given once; see pickleflight --help", name, num,
+                     num == 1 ? "" : "s");
+}
+
 // argv without the program's name. Without a command, 'run' is inserted.
 std::vector<std::string> arguments_of(int argc, const char* const* argv) {
   std::vector<std::string> all(argv + std::min(argc, 1), argv + argc);
@@ -287,6 +298,8 @@ ParseResult parse_options(int argc, const char* const* argv) {
     return {std::nullopt, is_general ? app.help() + "\n" + run.help("pickleflight") : app.help(), 0};
   } catch (const CLI::CallForVersion&) {
     return {std::nullopt, version_text() + "\n", 0};
+  } catch (const CLI::ArgumentMismatch& error) {
+    throw UserError(mismatch_text(*app.get_subcommands().front(), error.what()));
   } catch (const CLI::ParseError& error) {
     throw UserError(fmt::format("{}; see pickleflight --help", one_line(error.what())));
   }

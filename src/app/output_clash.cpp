@@ -26,7 +26,14 @@ bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code ignored;
   if (fs::exists(a, ignored) && fs::exists(b, ignored))
     return fs::is_regular_file(a, ignored) && fs::equivalent(a, b, ignored);
-  return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored);
+  return fs::weakly_canonical(fs::absolute(a), ignored) == fs::weakly_canonical(fs::absolute(b), ignored);
+}
+
+// other: possibly the pattern of a film's frames.
+bool is_same_file_or_frame(const fs::path& file, const fs::path& other) {
+  if (!is_frame_pattern(other)) return is_same_file(file, other);
+  const std::optional<int> frame = frame_of(other, file);
+  return frame && is_same_file(file, frame_file(other, *frame));
 }
 
 // A scene or a list of cues that has a name of its own is no file of the user's.
@@ -56,7 +63,9 @@ void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
 }
 
 std::vector<NamedFile> outputs_of(const Options& options) {
-  std::vector<NamedFile> files = {{"--report", options.report},
+  // The film is the first one, so that the others are compared with its frames.
+  std::vector<NamedFile> files = {{"--record", options.command == Command::run ? options.record : fs::path()},
+                                  {"--report", options.report},
                                   {"--log", options.log},
                                   {"--overlay-csv", options.overlay_csv},
                                   {"--profile-csv", options.profile_csv},
@@ -71,7 +80,6 @@ std::vector<NamedFile> outputs_of(const Options& options) {
   if (!options.data.checkpoint.empty())
     files.push_back({"--checkpoint (while it is written)", options.data.checkpoint.string() + ".part"});
   if (!options.record.empty() && options.command == Command::run) {
-    files.push_back({"--record", options.record});
     files.push_back({"--record (the film's log)", log_beside(options.record)});
     if (!is_frame_pattern(options.record))  // without ffmpeg
       files.push_back({"--record (the log of its frames)", log_beside(frames_instead_of(options.record))});
@@ -88,7 +96,7 @@ void check_outputs(const Typed& typed, const Options& options) {
     for (const NamedFile& other : others) {
       const bool goes_on = output.flag == "--checkpoint" && other.flag == "--from" &&
                            ending_of(output.file) != ".h5" && ending_of(output.file) != ".xyz";
-      if (other.file.empty() || goes_on || !is_same_file(output.file, other.file)) continue;
+      if (other.file.empty() || goes_on || !is_same_file_or_frame(output.file, other.file)) continue;
       throw UserError(fmt::format("{}: {} is the file of {} as well; choose another name", output.flag,
                                   in_quotes(output.file.string()), other.flag));
     }

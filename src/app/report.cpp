@@ -96,14 +96,11 @@ json collision_report(const Physics& physics, const StepTotals& totals, double s
   return report;
 }
 
-// Z = 1 + (sum over pair collisions of sigma |J|) / (2 N kT t), the virial pressure (docs/physics.md,
-// 'Pressure'). The sum here is of |J| / m, and kT / m = c^2.
 json compressibility(const ParcelConstants& parcels, const StepTotals& totals, double simulated_s,
                      double speed_mps) {
   if (totals.num_collisions == 0 || parcels.num == 0) return nullptr;
-  const double virial = 2.0 * parcels.radius_m * totals.impulse_sum_mps;
-  const double ideal = 2.0 * parcels.num * speed_mps * speed_mps * simulated_s;
-  return ideal > 0.0 ? number_or_null(1.0 + virial / ideal) : json(nullptr);
+  return number_or_null(measured_compressibility(totals.impulse_sum_mps, simulated_s, parcels.num,
+                                                 speed_mps * speed_mps, 2.0 * parcels.radius_m));
 }
 
 json ball_report(const BallConstants& constants, const BallState& ball, const StepTotals& totals,

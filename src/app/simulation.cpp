@@ -98,6 +98,32 @@ void Simulation::State::pause_at(const UserError& error) {
   view.message = error.what();
 }
 
+// Does the work and updates the view. If the device fails, the fallback goes on.
+void Simulation::State::guard(const std::function<void()>& work) {
+  const auto succeeds = [&](const std::function<void()>& part) {
+    try {
+      part();
+      return true;
+    } catch (const DeviceError& error) {
+      fall_back(error);
+    } catch (const UnresolvableError& error) {
+      stop_at(error);
+    } catch (const UserError& error) {
+      pause_at(error);
+    }
+    return false;
+  };
+  succeeds(work);
+  if (!succeeds([&] { update_view(); })) update_view();
+}
+
+// Steps of a frame that are complete count. What has passed of the last one does not.
+void Simulation::State::stop_at(const UnresolvableError& error) {
+  if (frame) take_over(error.report);
+  if (frame) end_frame();
+  pause_at(error);
+}
+
 // Not while a device works on steps.
 void Simulation::State::follow_profile() {
   if (!profile_is_due || in_flight) return;
@@ -169,36 +195,21 @@ void Simulation::State::begin(const Commands& commands, DrawTarget* target) {
 }
 
 Commands Simulation::admit(const Commands& wanted) {
-  const Commands admitted = state_->admit(wanted);
-  state_->update_view();
+  Commands admitted;
+  state_->guard([&] { admitted = state_->admit(wanted); });
   return admitted;
 }
 
 void Simulation::begin_frame(const Commands& commands, DrawTarget* draw) {
-  try {
-    state_->begin(commands, draw);
-  } catch (const DeviceError& error) {
-    state_->fall_back(error);
-  } catch (const UserError& error) {
-    state_->pause_at(error);
-  }
-  state_->update_view();
+  state_->guard([&] { state_->begin(commands, draw); });
 }
 
 void Simulation::finish_frame() {
   State& s = *state_;
-  if (!s.in_flight) {
+  s.guard([&] {
+    if (s.in_flight) return s.collect_steps();
     if (s.frame && s.frame->num_done == s.frame->num_steps) s.end_frame();  // a replayed frame without a step
-    return s.update_view();
-  }
-  try {
-    s.collect_steps();
-  } catch (const DeviceError& error) {
-    s.fall_back(error);
-  } catch (const UserError& error) {
-    s.pause_at(error);
-  }
-  s.update_view();
+  });
 }
 
 void Simulation::set_fallback(std::function<std::unique_ptr<Backend>()> make) {

@@ -98,8 +98,10 @@ void Simulation::State::submit_steps(DrawTarget* target) {
   }
 }
 
-void Simulation::State::collect_steps() {
-  const StepReport report = backend->collect();
+void Simulation::State::collect_steps() { take_over(backend->collect()); }
+
+// What has been done of the steps of a frame.
+void Simulation::State::take_over(const StepReport& report) {
   in_flight = false;
   const auto num_steps = static_cast<std::uint32_t>(report.totals.num_steps);
   frame->num_done += num_steps;

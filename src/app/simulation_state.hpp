@@ -121,12 +121,15 @@ struct Simulation::State {
   void submit_steps(DrawTarget* target);
   void draw_again(DrawTarget& target);
   void collect_steps();
+  void take_over(const StepReport& report);
+  void stop_at(const UnresolvableError& error);
   void end_frame();
   void pause_if_invalid(const StepTotals& totals);
   void pause_if_blown_up(const StepTotals& totals);
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
   void pause_at(const UserError& error);
+  void guard(const std::function<void()>& work);
   void follow_ball();
   void follow_profile();
   void update_view();

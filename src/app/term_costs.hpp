@@ -64,8 +64,6 @@ class SteppingCopy {
 
 class TermCosts {
  public:
-  // name: of the run's backend, "cpu" or "cuda"; threads: as in the settings.
-  using MakeBackend = std::function<std::unique_ptr<Backend>(const std::string& name, std::int64_t threads)>;
   enum class State {
     settling,  // waits until nothing has changed for a while
     measuring,

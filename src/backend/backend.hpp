@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "backend/exact/event_record.hpp"
 #include "backend/parcel_images.hpp"
 #include "backend/profile.hpp"
+#include "core/error.hpp"
 #include "core/timing.hpp"
 #include "model/exact/trajectory.hpp"
 #include "model/measures.hpp"
@@ -39,6 +41,16 @@ struct StepReport {
   bool mid_step = false;
 };
 
+// Method `exact` cannot go on. The state is that of the moment, and no step is unfinished: any method may
+// take it over. What has passed of the last step does not count as time.
+class UnresolvableError : public UserError {
+ public:
+  UnresolvableError(const std::string& message, const StepReport& done) : UserError(message), report(done) {
+    report.mid_step = false;
+  }
+  StepReport report;  // of what was done of the request
+};
+
 // Parcels by id: position units and m/s.
 struct ParcelSnapshot {
   std::vector<Vec2i> position;
@@ -63,7 +75,7 @@ struct ExactSnapshot {
 struct BackendState {
   ParcelSnapshot parcels;
   BallState ball;
-  bool ball_was_set = false;  // from outside, since the last request
+  bool ball_was_set = false;  // from outside, since the last request of `exact`
   double exact_s = 0.0;       // time of the completed steps of `exact` since the reset
   ExactSnapshot exact;
 };
@@ -100,14 +112,14 @@ class Backend {
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in
-  // use until collect(); those in host memory are complete when submit() returns. Only collect() may be
-  // called before the next request.
+  // use until collect(); those in host memory are complete when submit() returns. Until collect() nothing
+  // else may be called but images()->count().
   //
   // A budget may end a request after any step, and method `exact` within a step (mid_step), where state and
   // drawing are those of the moment. The next request then goes on: num_done counts the steps that the series
   // has completed, all else is as before, and the results are those of one request without a budget. Until
   // the step is complete, only reset() and restore() may change the state; they drop it. A backend may ignore
-  // the budget.
+  // the budget. submit() and collect() may throw UnresolvableError.
   virtual void submit(const StepRequest& request) = 0;
   // Waits for the end of the submitted request.
   virtual StepReport collect() = 0;
@@ -147,5 +159,8 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
 
 // Constants of method `exact` that hold for a whole run. contact_clock_s: see StepRequest.
 RunConstants make_run_constants(const Physics& physics, double contact_clock_s);
+
+// Makes a backend by its name, with so many threads (0: all of the machine).
+using MakeBackend = std::function<std::unique_ptr<Backend>(const std::string& name, std::int64_t threads)>;
 
 }  // namespace pf

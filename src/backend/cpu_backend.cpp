@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "backend/exact/limits.hpp"
 #include "backend/processor.hpp"
+#include "model/exact/push_out.hpp"
 #include "model/time_step.hpp"
 
 namespace pf {
@@ -90,16 +92,20 @@ void CpuBackend::advance_exact(const StepRequest& request, StepReport& report) {
   if (exact_.active() && has_contact_ticks != (request.contact_clock_s > 0.0)) stop_exact();
   if (!exact_.active()) start_exact(request);
   exact_.advance(physics_, request, parcels_, ball_, report);
+  if (exact_.is_unresolvable()) {
+    stop_exact();
+    report.ball = ball_;
+    throw unresolvable(exact_.tick_s(), report);
+  }
   report.mid_step = exact_.is_mid_step();
   if (request.draw) draw(*request.draw);
 }
 
 // Overlaps that a crowd keeps are reported in max_overlap_diameters.
 void CpuBackend::push_apart(const StepRequest& request) {
-  constexpr int kMaxSweeps = 50;
   const StepConstants constants = make_step_constants(physics_, 0.0, 0.0);
-  const auto tolerance = static_cast<float>(kRoundingMargin / constants.contact_distance);
-  for (int k = 0; k < kMaxSweeps; ++k) {
+  const float tolerance = push_out_tolerance(constants);
+  for (int k = 0; k < kMaxPushOutSweeps; ++k) {
     StepReport scratch;
     parcels_.sorted = false;
     sort_if_needed(constants, request, scratch);

@@ -50,11 +50,11 @@ struct SortedParcels {
   GridShape grid;
   std::vector<std::uint32_t> cell_start;
   bool sorted = false;
-  // Parcels of larger slots are copies of those of other slabs: they touch, but do not move.
+  // Parcels of larger slots are ghosts, copies of those of other slabs: they touch, but do not move.
   std::uint32_t last_own_slot = 0;
 
   std::size_t size() const { return current.id.size(); }
-  bool is_copy(std::size_t i) const { return !current.slot.empty() && current.slot[i] > last_own_slot; }
+  bool is_ghost(std::size_t i) const { return !current.slot.empty() && current.slot[i] > last_own_slot; }
 
   void resize(std::size_t n) {
     current.resize(n);

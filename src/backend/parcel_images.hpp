@@ -11,7 +11,7 @@ namespace pf {
 
 // Pixels of a picture, from its lower left corner, as the View block of shaders/common.glsl has them.
 struct PixelGrid {
-  Vec2f center_m, anchor_px;  // what is seen at a place in the picture
+  Vec2f center_m, anchor_px;  // anchor_px is where center_m is seen
   Vec2f origin_px;            // of the pixels within the picture
   float m_per_px = 1.0F;
   std::uint32_t width = 0, height = 0;

@@ -10,8 +10,6 @@
 
 namespace pf {
 
-using MakeBackend = std::function<std::unique_ptr<Backend>()>;
-
 struct CourtCase {
   std::int64_t num_parcels = 4000;
   double area_fraction = 0.1;

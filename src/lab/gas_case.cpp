@@ -11,6 +11,7 @@
 #include "app/step_request.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf {
 namespace {
@@ -51,7 +52,7 @@ Block measure_block(GasRun& run, std::uint32_t num_steps, StepTotals& totals) {
   const double duration = num_steps * run.steps.dt;
   totals += report.totals;
   return {2.0 * static_cast<double>(report.totals.num_collisions) / (n * duration * std::sqrt(c2)),
-          theory::measured_compressibility(report.totals.impulse_sum_mps, duration, n, c2, 1.0),
+          measured_compressibility(report.totals.impulse_sum_mps, duration, n, c2, 1.0),
           1e6 * ms / (n * duration)};
 }
 
@@ -84,8 +85,8 @@ const ParcelSnapshot& equilibrated(const GasCase& gas) {
   return cache.emplace(key, run.backend->snapshot()).first->second;
 }
 
-GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> on)
-    : steps(with), settings(gas_settings(gas)), backend(std::move(on)) {
+GasRun::GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> empty)
+    : steps(with), settings(gas_settings(gas)), backend(std::move(empty)) {
   settings.method = steps.method;
   settings.dt_s = steps.dt;
   settings.spring_contact_s = steps.spring_contact;

@@ -36,7 +36,7 @@ const ParcelSnapshot& equilibrated(const GasCase& gas);
 
 // A backend that holds the case in equilibrium.
 struct GasRun {
-  GasRun(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> with);
+  GasRun(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> empty);
   StepReport advance(std::uint32_t num_steps);
   double c2() const;  // temperature: mean square speed per component at zero total momentum
 
@@ -53,6 +53,6 @@ double theory_rate(double area_fraction);
 // collisions (per parcel), duration, ns_per_disc_time (best block), rate (per parcel, time and c),
 // rate_sigma, compressibility, compressibility_sigma (standard errors), energy_ratio (end over start),
 // max_overlap, num_invalid. JSON writes NaN as null.
-nlohmann::json measure_gas(const GasCase& gas, const GasSteps& steps, std::unique_ptr<Backend> backend);
+nlohmann::json measure_gas(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> empty);
 
 }  // namespace pf

@@ -280,6 +280,9 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   const LabContext context = context_of(options, machine);
   // What does not fit is refused before any work, and before there is a folder.
   for (const Study& study : wanted) study.plan(context);
+  if (options.resume && !std::filesystem::exists(options.out))
+    fmt::print(stderr, "--resume: {} does not exist; all points are measured\n",
+               in_quotes(options.out.string()));
   open_results(options.out, options.resume  ? Existing::resume
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);

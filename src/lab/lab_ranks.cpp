@@ -37,7 +37,7 @@ json json_of(const Letter& letter) {
 
 json wait_for_order(Carrier& carrier) {
   while (true) {
-    if (const auto letter = carrier.look()) return json_of(*letter);
+    if (const auto letter = carrier.try_receive()) return json_of(*letter);
     std::this_thread::sleep_for(kNap);
   }
 }
@@ -93,7 +93,7 @@ LabRanks::LabRanks(std::shared_ptr<Carrier> carrier, unsigned own_threads, const
       given_(carrier_->num_ranks()) {
   if (carrier_->num_ranks() > 1) leave_domains(*carrier_);
   for (unsigned num_there = 1; num_there < carrier_->num_ranks();) {
-    if (const auto letter = carrier_->look()) {
+    if (const auto letter = carrier_->try_receive()) {
       threads_[letter->rank] = json_of(*letter).get<unsigned>();
       ++num_there;
     } else {
@@ -105,7 +105,7 @@ LabRanks::LabRanks(std::shared_ptr<Carrier> carrier, unsigned own_threads, const
 LabRanks::~LabRanks() {
   const auto is_busy = [](const auto& points) { return !points.empty(); };
   while (std::any_of(given_.begin(), given_.end(), is_busy)) {
-    if (const auto letter = carrier_->look()) given_[letter->rank].clear();
+    if (const auto letter = carrier_->try_receive()) given_[letter->rank].clear();
     std::this_thread::sleep_for(kNap);
   }
   for (unsigned rank = 1; rank < carrier_->num_ranks(); ++rank) carrier_->send(rank, bytes_of(nullptr));
@@ -128,7 +128,7 @@ void LabRanks::hand_out(const Work& work, const std::function<void(std::size_t)>
 
 // Returns whether there was a letter.
 bool LabRanks::take_results(const std::function<void(std::size_t, json)>& keep, Queue& queue) {
-  const auto letter = carrier_->look();
+  const auto letter = carrier_->try_receive();
   if (!letter) return false;
   const std::vector<std::size_t> points = std::move(given_[letter->rank]);
   given_[letter->rank].clear();

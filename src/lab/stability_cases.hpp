@@ -16,7 +16,7 @@ struct Share {
 
 // Share of 20,000 isolated pairs that do not collide. A pair approaches by step_diameters per step, at a
 // random offset and phase. Theory for `impulse`, which acts on the first half of the overlap only:
-// theory::missed_fraction(2 step_diameters).
+// missed_fraction(2 step_diameters).
 Share missed_share(Method method, double step_diameters, std::unique_ptr<Backend> backend);
 
 // Speed after one full turn of the ball in steps of theta_rad, over the starting speed: by the program's

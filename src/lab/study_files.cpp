@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/child_process.hpp"
+#include "app/json_number.hpp"
 #include "app/report.hpp"
 #include "core/error.hpp"
 #include "core/link_target.hpp"
@@ -66,8 +67,6 @@ void write_text(const fs::path& file, const std::string& text) {
   throw UserError(
       fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
 }
-
-bool has_text(const json& object, const char* key) { return object.contains(key) && object[key].is_string(); }
 
 // Whether it has the form of a result: its fields are not looked into.
 bool is_result_of(const json& result, const Study& study) {

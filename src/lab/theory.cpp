@@ -57,11 +57,6 @@ double mean_free_path_m(double area_fraction, double radius_m) {
   return std::sqrt(0.5 * kPi) / collision_rate_per_s(area_fraction, 1.0, radius_m);
 }
 
-double measured_compressibility(double impulse_sum_mps, double time_s, double num, double c2_m2ps2,
-                                double diameter_m) {
-  return 1.0 + diameter_m * impulse_sum_mps / (2.0 * num * c2_m2ps2 * time_s);
-}
-
 double sonine_a2(double e) {
   return 16.0 * (1.0 - e) * (1.0 - 2.0 * e * e) / (57.0 - 25.0 * e + 30.0 * e * e * (1.0 - e));
 }
@@ -148,8 +143,6 @@ double cooled_fraction_in_box(double area_fraction, double restitution, double n
   }
   return energy;
 }
-
-double missed_fraction(double step_diameters) { return pf::missed_fraction(step_diameters); }
 
 double drag_specular(double s) { return drag_smooth(s, 1.0); }
 

@@ -17,11 +17,6 @@ double collision_rate_per_s(double area_fraction, double speed_mps, double radiu
 
 double mean_free_path_m(double area_fraction, double radius_m);
 
-// Z of a run by the virial theorem. impulse_sum_mps: sum over the collisions of time_s of |impulse| / m. num:
-// number of parcels. c2_m2ps2: temperature c^2, at zero total momentum energy / (m (N - 1)).
-double measured_compressibility(double impulse_sum_mps, double time_s, double num, double c2_m2ps2,
-                                double diameter_m);
-
 // Excess of the fourth velocity moment of a cooling gas in two dimensions (van Noije and Ernst 1998).
 double sonine_a2(double restitution);
 
@@ -52,10 +47,6 @@ double shear_wave_excess(double area_fraction, double restitution, double num_pa
 // and freedoms cancel to 0.1 % at 200) and below the number from which clusters form.
 double cooled_fraction_in_box(double area_fraction, double restitution, double num_parcels,
                               double num_collision_times);
-
-// Share of collisions that a test for overlap at the end of each step misses. A pair moves by step_diameters
-// contact distances (relative) per step. Exact: Delta^2 / 24 for small Delta, 1 - pi / (2 Delta) from 2 on.
-double missed_fraction(double step_diameters);
 
 // Free-molecular drag coefficients of a disc, F = Cd rho V^2 R_c, R_c = R + r (Schaaf and Chambre form). The
 // limit of infinite S is cold_drag_coefficient in model/ball.hpp.

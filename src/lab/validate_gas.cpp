@@ -12,6 +12,7 @@
 #include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf {
 namespace {
@@ -52,7 +53,7 @@ std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& 
   for (int block = 0; block < length.num_blocks; ++block) {
     const StepTotals totals = run.advance(steps, step_s).totals;
     blocks.push_back({2.0 * static_cast<double>(totals.num_collisions) / (num * time_s * std::sqrt(c2)),
-                      theory::measured_compressibility(totals.impulse_sum_mps, time_s, num, c2, 1.0)});
+                      measured_compressibility(totals.impulse_sum_mps, time_s, num, c2, 1.0)});
   }
   return blocks;
 }

@@ -13,6 +13,7 @@
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf {
 namespace {
@@ -104,7 +105,7 @@ void add_missed(const ValidationPlan& plan, Method method, double step_diameters
   row.judged = method == Method::exact;
   row.reference = fmt::format("missed collisions, {:g} diameters a step", step_diameters);
   row.relative = false;
-  row.expected = row.judged ? 0.0 : theory::missed_fraction(2.0 * step_diameters);
+  row.expected = row.judged ? 0.0 : missed_fraction(2.0 * step_diameters);
   row.measured = missed;
   row.sigma = row.judged ? 0.0 : std::sqrt(missed * (1.0 - missed) / kNumPairs);
   row.seconds = milliseconds_since(start) * 1e-3;

@@ -27,6 +27,14 @@ inline double enskog_rate_per_s(double area_fraction, double speed_mps, double r
   return 4.0 * area_fraction * contact_value(area_fraction) / std::sqrt(kPi) * speed_mps / radius_m;
 }
 
+// Z = 1 + (sum over collisions of sigma |J|) / (2 N kT t) of a run, the virial pressure over that of an ideal
+// gas (docs/physics.md, 'Pressure'). impulse_sum_mps: sum of |J| / m over the collisions of time_s. num:
+// number of parcels. c2_m2ps2: temperature c^2 = kT / m, at zero total momentum energy / (m (N - 1)).
+inline double measured_compressibility(double impulse_sum_mps, double time_s, double num, double c2_m2ps2,
+                                       double diameter_m) {
+  return 1.0 + diameter_m * impulse_sum_mps / (2.0 * num * c2_m2ps2 * time_s);
+}
+
 // Share of collisions that a pair misses if its relative displacement per step is Delta = step_diameters, in
 // contact distances. It is the mean over impact parameters b in [0, d] of max(0, 1 - chord / Delta) with
 // chord = 2 sqrt(d^2 - b^2), because the phase of the steps is uniform. For Delta < 2 d only chords below

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cassert>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -85,10 +86,11 @@ struct NoContact {};
 template <class Contact>
 constexpr bool has_contacts = !std::is_same_v<Contact, NoContact>;
 
-// Returns function.template operator()<M>() for the method M of the list; the last one stands for all others.
+// Returns function.template operator()<M>() for the method M, which is one of the list.
 template <class Function, class First, class... Rest>
 auto for_method(MethodList<First, Rest...>, Method method, const Function& function) {
   if constexpr (sizeof...(Rest) == 0) {
+    assert(method == First::kMethod);
     return function.template operator()<First>();
   } else {
     return method == First::kMethod ? function.template operator()<First>()

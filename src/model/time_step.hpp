@@ -153,7 +153,7 @@ PF_HD inline std::uint32_t is_heated_by(const ContactSums& sums, Vec2f before, V
   return sums.num_contacts >= kCrowd && dot(after, after) > kHeating * dot(before, before) ? 1 : 0;
 }
 
-// What all contacts of a step do to a parcel: its velocity after them, by how much they push it apart, and
+// What all contacts of a step do to a parcel: its velocity after them, how far they push it, and
 // Parcel::is_heated.
 struct ContactEffect {
   Vec2f velocity_mps;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #define OMPI_SKIP_MPICXX 1
 #include <mpi.h>
+#include <sched.h>
 
 #include <algorithm>
 #include <chrono>
@@ -45,8 +46,9 @@ class MpiCarrier final : public Carrier {
     MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &here);
     MPI_Comm_size(here, &num);
     MPI_Comm_rank(here, &rank);
-    MPI_Comm_free(&here);
     num_ranks_here_ = static_cast<unsigned>(num);
+    num_ranks_on_cpus_ = num_with_cpus_of_this(here);
+    MPI_Comm_free(&here);
     rank_here_ = static_cast<unsigned>(rank);
   }
   ~MpiCarrier() override { MPI_Finalize(); }
@@ -57,6 +59,7 @@ class MpiCarrier final : public Carrier {
   unsigned num_ranks() const override { return num_ranks_; }
   unsigned num_ranks_here() const override { return num_ranks_here_; }
   unsigned rank_here() const override { return rank_here_; }
+  unsigned num_ranks_on_cpus() const override { return num_ranks_on_cpus_; }
 
   void broadcast(std::vector<std::byte>& bytes) override {
     std::uint64_t num = bytes.size();
@@ -94,7 +97,7 @@ class MpiCarrier final : public Carrier {
              MPI_COMM_WORLD);
   }
 
-  std::optional<Letter> look() override {
+  std::optional<Letter> try_receive() override {
     int is_there = 0, num = 0;
     MPI_Status status;
     MPI_Iprobe(MPI_ANY_SOURCE, kLetterTag, MPI_COMM_WORLD, &is_there, &status);
@@ -108,6 +111,17 @@ class MpiCarrier final : public Carrier {
   }
 
  private:
+  // Ranks of a machine that the launcher has bound to the same CPUs as this one, or to none.
+  unsigned num_with_cpus_of_this(MPI_Comm here) const {
+    cpu_set_t mine;
+    CPU_ZERO(&mine);
+    sched_getaffinity(0, sizeof(mine), &mine);
+    std::vector<cpu_set_t> all(num_ranks_here_);
+    MPI_Allgather(&mine, sizeof(mine), MPI_BYTE, all.data(), sizeof(mine), MPI_BYTE, here);
+    return static_cast<unsigned>(std::count_if(
+        all.begin(), all.end(), [&](const cpu_set_t& one) { return CPU_EQUAL(&one, &mine) != 0; }));
+  }
+
   // Ranks that wait for an order for long, as while the window is paused, leave their cores to others.
   void broadcast_part(void* data, int count, MPI_Datatype type) const {
     MPI_Request request = MPI_REQUEST_NULL;
@@ -124,7 +138,7 @@ class MpiCarrier final : public Carrier {
     }
   }
 
-  unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1, rank_here_ = 0;
+  unsigned rank_ = 0, num_ranks_ = 1, num_ranks_here_ = 1, num_ranks_on_cpus_ = 1, rank_here_ = 0;
   std::vector<MPI_Request> requests_;
 };
 

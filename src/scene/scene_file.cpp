@@ -73,8 +73,8 @@ std::vector<std::string> scene_names() {
 Settings load_scene_file(const fs::path& file, const Settings& base) {
   const toml::table document = parse_document(file, "scene file");
   if (document.empty()) {
-    throw UserError(fmt::format("{}: is empty; a scene names itself at least: [scene] with name = \"{}\"",
-                                file.string(), file.stem().string()));
+    throw UserError(fmt::format(
+        "{}: is empty; give at least one setting, as [air] and below it restitution = 0.9", file.string()));
   }
   const std::vector<std::string> sections = section_names();
   Settings settings = base;
@@ -83,6 +83,11 @@ Settings load_scene_file(const fs::path& file, const Settings& base) {
     const std::string section(key.str());
     const std::string where = place_of(file, key.source());
     if (std::find(sections.begin(), sections.end(), section) == sections.end()) {
+      const auto field = std::find_if(fields().begin(), fields().end(),
+                                      [&](const Field& one) { return section == one.key; });
+      if (field != fields().end())
+        throw UserError(fmt::format("{}: {} is a setting of [{}]; write it below that line", where,
+                                    in_quotes(section), field->section));
       throw UserError(fmt::format("{}: {} is not a section; the nearest is [{}]; sections: {}", where,
                                   in_quotes(section), nearest_name(section, sections),
                                   fmt::join(sections, ", ")));

@@ -14,11 +14,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxFileBytes = 1 << 20;
-
 // Reason why the file cannot be read, or "". The file is not opened: a pipe would wait, and a device may
 // never end.
-std::string obstacle_to_reading(const fs::path& file, const char* kind) {
+std::string obstacle_to_reading(const fs::path& file, const char* kind, std::uintmax_t max_bytes) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (!fs::exists(status)) return "cannot be read; check that the file exists and that you may read it";
@@ -26,8 +24,9 @@ std::string obstacle_to_reading(const fs::path& file, const char* kind) {
   if (!fs::is_regular_file(status))
     return fmt::format("is not a regular file; give a {} ending in .toml", kind);
   const std::uintmax_t bytes = fs::file_size(file, error);
-  if (error || bytes <= kMaxFileBytes) return "";
-  return fmt::format("is larger than 1 MiB, the limit for a {} (it has {} bytes)", kind, bytes);
+  if (error || bytes <= max_bytes) return "";
+  return fmt::format("is larger than {} MiB, the limit for a {} (it has {} bytes)", max_bytes >> 20, kind,
+                     bytes);
 }
 
 // Kind of TOML value that a field takes. Without this check a wrong kind would pass as text ("0.9" for 0.9).
@@ -57,11 +56,11 @@ std::string text_of(const toml::node& node, const Field& field, const std::strin
 
 }  // namespace
 
-std::string read_document(const fs::path& file, const char* kind) {
-  const std::string obstacle = obstacle_to_reading(file, kind);
+std::string read_document(const fs::path& file, const char* kind, std::uintmax_t max_bytes) {
+  const std::string obstacle = obstacle_to_reading(file, kind, max_bytes);
   if (!obstacle.empty()) throw UserError(fmt::format("{}: {}", file.string(), obstacle));
   std::ifstream stream(file, std::ios::binary);
-  std::string text(kMaxFileBytes + 1, '\0');
+  std::string text(max_bytes + 1, '\0');
   stream.read(text.data(), static_cast<std::streamsize>(text.size()));
   // The read must end at the end of the file. Any other end is an error: no permission, a failing disk.
   if (!stream.eof() || stream.bad()) {
@@ -72,8 +71,8 @@ std::string read_document(const fs::path& file, const char* kind) {
   return text;
 }
 
-toml::table parse_document(const fs::path& file, const char* kind) {
-  const std::string text = read_document(file, kind);
+toml::table parse_document(const fs::path& file, const char* kind, std::uintmax_t max_bytes) {
+  const std::string text = read_document(file, kind, max_bytes);
   if (has_deep_keys(text)) throw UserError(fmt::format("{}: a key has more than 1000 parts", file.string()));
   try {
     return toml::parse(text, file.string());

@@ -3,6 +3,7 @@
 
 #include <toml++/toml.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -10,12 +11,16 @@
 
 namespace pf {
 
-// The text of a file of at most 1 MiB. kind: for messages, as "scene file". Throws UserError for a file that
-// is not regular, not readable, or larger (checked before it is read).
-std::string read_document(const std::filesystem::path& file, const char* kind);
+constexpr std::uintmax_t kMaxDocumentBytes = 1 << 20;
+
+// The text of a file of at most max_bytes. kind: for messages, as "scene file". Throws UserError for a file
+// that is not regular, not readable, or larger (checked before it is read).
+std::string read_document(const std::filesystem::path& file, const char* kind,
+                          std::uintmax_t max_bytes = kMaxDocumentBytes);
 
 // The same, parsed. Throws UserError, with the line, if it is not TOML.
-toml::table parse_document(const std::filesystem::path& file, const char* kind);
+toml::table parse_document(const std::filesystem::path& file, const char* kind,
+                           std::uintmax_t max_bytes = kMaxDocumentBytes);
 
 // "FILE:LINE"
 std::string place_of(const std::filesystem::path& file, const toml::source_region& source);

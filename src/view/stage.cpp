@@ -49,7 +49,7 @@ ViewSwitches switches_of(const Options& options, bool window) {
   return switches;
 }
 
-FlightPair::MakeBackend backend_of_second(const Options& options, const StageHooks& hooks) {
+MakeBackend backend_of_second(const Options& options, const StageHooks& hooks) {
   if (!hooks.make_backend) return nullptr;
   return [&options, &hooks](const std::string& name, std::int64_t threads) {
     const std::string obstacle = obstacle_to_split(options);
@@ -168,7 +168,9 @@ void Stage::steer() {
 }
 
 bool Stage::ended() {
-  if (stop_requested.load(std::memory_order_relaxed) || context_.close_requested()) return true;
+  const bool is_stopped = stop_requested.load(std::memory_order_relaxed) || context_.close_requested();
+  if (is_stopped && options_.still_s) refuse_still_before_its_time();
+  if (is_stopped) return true;
   if (replay_) return replay_->ended();
   if (options_.still_s) return still_ended();
   return scene_ended() && !goes_on_to_next_cue();
@@ -274,9 +276,9 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
   request.width_px = options.width_px;
   request.height_px = options.height_px;
   request.vsync = options.vsync;
-  if (options.headless) return open_offscreen(request);
-  if (display_available()) return open_window(request);
-  if (hooks.announce) hooks.announce("no display (DISPLAY, WAYLAND_DISPLAY): running without a window");
+  if (!options.headless && display_available()) return open_window(request);
+  if (!options.headless && hooks.announce)
+    hooks.announce("no display (DISPLAY, WAYLAND_DISPLAY): running without a window");
   return open_offscreen(request);
 }
 

@@ -28,7 +28,7 @@ struct StageHooks {
   std::function<std::unique_ptr<GlDrawTarget>(Backend& backend)> make_draw_target;
   // Makes a backend beside the run's, of that name, on the same device: the terms of the model are timed on
   // it. threads: as in the settings. Null: they are not timed.
-  TermCosts::MakeBackend make_backend;
+  MakeBackend make_backend;
   // Receives messages for the person, as what draws and why; may be null.
   std::function<void(const std::string&)> announce;
   // A file with the rectangle of each control (ControlMap), written when they move. Empty: none.

@@ -121,6 +121,7 @@ class Stage {
   void steer_to_still();
   double left_to_still_s() const;
   bool ended();
+  void refuse_still_before_its_time() const;
   bool still_ended() const;
   int finish();
   void keep_pace();

@@ -30,14 +30,21 @@ double Stage::left_to_still_s() const {
   return left_s * simulation_.settings().frame_rate_hz < min_scale ? 0.0 : left_s;
 }
 
+void Stage::refuse_still_before_its_time() const {
+  if (left_to_still_s() > 0.0)
+    throw UserError(
+        fmt::format("--still: stopped at {:.9g} s of simulated time, before {} s; there is no picture",
+                    simulation_.view().simulated_s, *options_.still_s));
+}
+
 bool Stage::still_ended() const {
   const FrameView& view = simulation_.view();
   const bool is_there = num_frames_ > first_frame_ && left_to_still_s() <= 0.0;
   // Steps of a set length end where they do.
   if (const double late_s = view.simulated_s - *options_.still_s;
       is_there && hooks_.announce && late_s > 1e-3 * view.dt_s)
-    hooks_.announce(fmt::format("--still: no step of {:g} s ends at {} s; the picture is of {:.9g} s", view.dt_s,
-                                *options_.still_s, view.simulated_s));
+    hooks_.announce(fmt::format("--still: no step of {:g} s ends at {} s; the picture is of {:.9g} s",
+                                view.dt_s, *options_.still_s, view.simulated_s));
   if (is_there) return true;
   const bool stands = view.paused || (view.flight == Flight::landed && !simulation_.settings().relaunch);
   if (!stands) return false;

@@ -123,12 +123,12 @@ class SlabSort : public Domains {
   }
 
   // Parcels of the neighbours, between two sorts.
-  void add_copies(std::uint32_t first_id) {
+  void add_ghosts(std::uint32_t first_id) {
     for (const unsigned k : {kMiddle - 1, kMiddle + 1}) {
       const std::int64_t low = k < kMiddle ? slabs_.edge(kMiddle) - margin_ : slabs_.edge(kMiddle + 1);
-      std::vector<Parcel> copies;
-      for (std::uint32_t j = 0; j < 20; ++j) copies.push_back(at_random(first_id++, {low, low + margin_}));
-      domain_->add_copies(k, copies);
+      std::vector<Parcel> ghosts;
+      for (std::uint32_t j = 0; j < 20; ++j) ghosts.push_back(at_random(first_id++, {low, low + margin_}));
+      domain_->add_ghosts(k, ghosts);
     }
   }
 
@@ -158,7 +158,7 @@ class SlabSort : public Domains {
     domain_->adopt(adopted);
     own_.merge(by_id(adopted));
     num_near_ += copy_margins();
-    add_copies(first_id + num_new);
+    add_ghosts(first_id + num_new);
     PhaseTimes times;
     const std::int64_t max_displacement = domain_->sort(constants(), margin_, times);
     domain_->find_borders();

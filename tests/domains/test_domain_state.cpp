@@ -64,12 +64,13 @@ class LackingCarrier final : public Carrier {
   unsigned rank() const override { return 0; }
   unsigned num_ranks() const override { return num_ranks_; }
   unsigned num_ranks_here() const override { return num_ranks_; }
+  unsigned num_ranks_on_cpus() const override { return num_ranks_; }
   unsigned rank_here() const override { return 0; }
   void broadcast(std::vector<std::byte>&) override {}
   void all_gather(const void*, std::size_t, void*) override { throw std::bad_alloc(); }
   void exchange(const std::vector<Outgoing>&, const std::vector<Incoming>&) override {}
   void send(unsigned, const std::vector<std::byte>&) override {}
-  std::optional<Letter> look() override { return std::nullopt; }
+  std::optional<Letter> try_receive() override { return std::nullopt; }
 
  private:
   unsigned num_ranks_;

@@ -60,6 +60,7 @@ class ThreadCarrier final : public Carrier {
   unsigned rank() const override { return rank_; }
   unsigned num_ranks() const override { return num_ranks_; }
   unsigned num_ranks_here() const override { return num_ranks_; }
+  unsigned num_ranks_on_cpus() const override { return num_ranks_; }
   unsigned rank_here() const override { return rank_; }
   void broadcast(std::vector<std::byte>& bytes) override {
     if (rank_ != 0) {
@@ -89,7 +90,7 @@ class ThreadCarrier final : public Carrier {
   }
 
   void send(unsigned to, const std::vector<std::byte>& bytes) override { mail_->post(to, {rank_, bytes}); }
-  std::optional<Letter> look() override { return mail_->look(rank_); }
+  std::optional<Letter> try_receive() override { return mail_->look(rank_); }
 
  private:
   static constexpr int kBroadcast = -1, kGather = -2;

@@ -10,6 +10,7 @@
 #include "core/error.hpp"
 #include "exact/exact_support.hpp"
 #include "model/kinetic_theory.hpp"
+#include "support/unresolvable.hpp"
 
 namespace pf::test {
 namespace {
@@ -261,6 +262,12 @@ TEST(Exact, RejectsACrowdThatCannotBeResolved) {
     EXPECT_NE(std::string(error.what()).find("than can be resolved in order"), std::string::npos)
         << error.what();
   }
+}
+
+// The parcel lies between ball and wall then, and touches both: parcel and ball are of the same moment.
+TEST(Exact, LeavesTheStateOfTheMomentThatCannotBeResolved) {
+  SceneRun run = parcel_before_a_press(make_cpu_backend(1));
+  expect_whole_state_when_unresolvable(run);
 }
 
 TEST(Exact, ZeroRestitution) {

@@ -46,10 +46,10 @@ class LateLink final : public MotionLink {
   LateLink(std::unique_ptr<MotionLink> link, const CudaDomain& late) : link_(std::move(link)), late_(late) {}
 
   std::string name() const override { return link_->name(); }
-  void update_copies() override {
+  void update_ghosts() override {
     const auto sleep = [](void*) { std::this_thread::sleep_for(std::chrono::milliseconds(3)); };
     ASSERT_EQ(cudaLaunchHostFunc(late_.link_stream(), sleep, nullptr), cudaSuccess);
-    link_->update_copies();
+    link_->update_ghosts();
     ++num_updates;
   }
 

@@ -9,6 +9,7 @@
 #include "gpu/gpu_scenes.hpp"
 #include "model/exact/step_plan.hpp"
 #include "support/snapshot_checks.hpp"
+#include "support/unresolvable.hpp"
 
 namespace pf::test {
 namespace {
@@ -182,6 +183,11 @@ TEST_F(Gpu, ExactFliesABallThroughAVacuum) {
 TEST_F(Gpu, ExactRejectsACrowdThatCannotBeResolved) {
   SceneRun run = parcel_in_a_vice(make_cuda_backend(0));
   EXPECT_THROW(run.advance(1, 0.1), UserError);
+}
+
+TEST_F(Gpu, ExactLeavesTheStateOfTheMomentThatCannotBeResolved) {
+  SceneRun run = parcel_before_a_press(make_cuda_backend(0));
+  expect_whole_state_when_unresolvable(run);
 }
 
 TEST_F(Gpu, ExactSameBitsAsTheCpuForEverySceneAndBoundary) {

@@ -8,6 +8,7 @@
 #include "lab/gas_case.hpp"
 #include "lab/stability_cases.hpp"
 #include "lab/theory.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf::test {
 namespace {
@@ -19,9 +20,9 @@ std::unique_ptr<Backend> cpu() { return make_cpu_backend(1); }
 TEST(Stability, ImpulseMissesTheShareOfTheory) {
   for (const double step : {0.2, 1.0, 3.0}) {
     const Share share = missed_share(Method::impulse, step, cpu());
-    EXPECT_NEAR(share.value, theory::missed_fraction(2.0 * step), 4.0 * share.sigma) << step;
+    EXPECT_NEAR(share.value, missed_fraction(2.0 * step), 4.0 * share.sigma) << step;
   }
-  EXPECT_NEAR(theory::missed_fraction(0.2), 0.1 * 0.1 / 6.0, 2e-5) << "Delta^2 / 6 at Delta = 0.1";
+  EXPECT_NEAR(missed_fraction(0.2), 0.1 * 0.1 / 6.0, 2e-5) << "Delta^2 / 6 at Delta = 0.1";
   EXPECT_EQ(missed_share(Method::exact, 3.0, cpu()).value, 0.0);
 }
 

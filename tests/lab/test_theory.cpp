@@ -6,6 +6,7 @@
 #include "core/portable_math.hpp"
 #include "lab/theory.hpp"
 #include "model/ball.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 
 namespace pf::theory {

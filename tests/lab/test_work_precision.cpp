@@ -24,6 +24,7 @@
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 #include "lab/work_precision_errors.hpp"
+#include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 #include "unit/temporary_folder.hpp"
@@ -141,8 +142,8 @@ TEST_P(GasTarget, ChoiceByTheShippedTableKeepsItsError) {
     const ReferenceTotals& after = reference.totals();
     rate += 2.0 * static_cast<double>(after.num_collisions - before.num_collisions) /
             (4000.0 * time * std::sqrt(c2));
-    z += theory::measured_compressibility(after.impulse_sum_mps - before.impulse_sum_mps, time / kBlocks,
-                                          4000.0, c2, 1.0) /
+    z += measured_compressibility(after.impulse_sum_mps - before.impulse_sum_mps, time / kBlocks, 4000.0, c2,
+                                  1.0) /
          kBlocks;
   }
   const double measured = row.at(is_rate ? "rate" : "compressibility").get<double>();

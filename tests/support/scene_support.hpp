@@ -42,4 +42,24 @@ inline SceneRun parcel_in_a_vice(std::unique_ptr<Backend> backend) {
   return run;
 }
 
+// A parcel at a wall, and a ball of a million tons that flies at it: between them the parcel collides
+// endlessly in the end.
+inline SceneRun parcel_before_a_press(std::unique_ptr<Backend> backend) {
+  Settings s = gas(1, 0.02);
+  s.method = Method::exact;
+  s.ball_present = true;
+  s.ball_radius_m = 2.0;
+  s.ball_mass_kg = 1e9;
+  s.ball_x_m = -0.5;
+  s.ball_vx_mps = 1.0;
+  s.ball_y_m = s.friction = 0.0;
+  SceneRun run(s, std::move(backend));
+  ParcelSnapshot parcel = run.backend->snapshot();
+  const World& world = run.physics.world;
+  parcel.position[0] = {world.half.x - static_cast<std::int32_t>(0.5 / world.unit_m), 0};
+  parcel.velocity[0] = {};
+  run.backend->restore(parcel);
+  return run;
+}
+
 }  // namespace pf::test

@@ -41,6 +41,10 @@ TEST(FrameNames, InsertsNumbers) {
   EXPECT_EQ(frame_file("a/%05d.png", 123456), "a/123456.png");
   EXPECT_EQ(frame_file("x-%03d-y.png", 7), "x-007-y.png");
   EXPECT_EQ(frame_file("%d.png", 42), "42.png");
+  EXPECT_EQ(frame_of("a/%05d.png", "b/00042.png"), 42);
+  EXPECT_EQ(frame_of("x-%03d-y.png", "x-1234-y.png"), 1234);
+  for (const char* other : {"42.png", "00042.jpg", "0004x.png", "99999999999.png", ".png", "-0042.png"})
+    EXPECT_EQ(frame_of("%05d.png", other), std::nullopt) << other;
 }
 
 TEST(FrameNames, DerivesTheFramesFolderFromTheFilm) {

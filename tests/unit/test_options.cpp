@@ -133,6 +133,9 @@ TEST(Options, NumParcels) {
   EXPECT_TRUE(contains(refusal({"-p", ""}), "'' is not a number"));
   EXPECT_TRUE(contains(refusal({"-p", "--cuda"}), "'--cuda' is not a number"));
   EXPECT_TRUE(contains(refusal({"-p"}), "-p: 1 required N missing"));
+  EXPECT_TRUE(contains(refusal({"--still", "0.25"}), "--still: takes 2 values, and may be given once"));
+  EXPECT_TRUE(
+      contains(refusal({"--ball-vx", "1", "--ball-vx", "2"}), "--ball-vx: takes 1 value, and may be"));
   EXPECT_TRUE(contains(refusal({"-p", "1", "-p", "2"}), "-p: "));
   EXPECT_EQ(options_of({"--set", "air.kind=vacuum"}).settings.air, Air::vacuum);
 }

@@ -85,6 +85,8 @@ TEST_F(SceneFile, UnknownSectionNamesLineAndNearest) {
       refusal("\n[bal]\nheld = true\n"),
       "s.toml:2: 'bal' is not a section; the nearest is [ball]; sections: scene, world, air, ball, run, "
       "view");
+  EXPECT_EQ(refusal("restitution = 0.5\n"),
+            "s.toml:1: 'restitution' is a setting of [air]; write it below that line");
   EXPECT_TRUE(contains(refusal("air = 1\n"), "s.toml:1: 'air' must be a section, written [air]"));
   EXPECT_TRUE(contains(refusal("[[air]]\n"), "'air' must be a section"));
 }
@@ -146,7 +148,8 @@ TEST_F(SceneFile, RejectsBinaryFiles) {
 
 TEST_F(SceneFile, RejectsEmptyFiles) {
   for (const char* text : {"", "\n \n", "# a comment\n"}) {
-    EXPECT_EQ(refusal(text), "s.toml: is empty; a scene names itself at least: [scene] with name = \"s\"");
+    EXPECT_EQ(refusal(text),
+              "s.toml: is empty; give at least one setting, as [air] and below it restitution = 0.9");
   }
 }
 

@@ -23,7 +23,7 @@ struct Incoming {
   std::size_t num_bytes;
 };
 
-// Bytes of any number from a rank.
+// Any number of bytes from a rank.
 struct Letter {
   unsigned rank;
   std::vector<std::byte> bytes;
@@ -39,6 +39,8 @@ class Carrier {
   // Ranks on this machine, this one included.
   virtual unsigned num_ranks_here() const = 0;
   virtual unsigned rank_here() const = 0;  // among them
+  // Those that may run on the same CPUs as this one, which is included: launchers bind several to a socket.
+  virtual unsigned num_ranks_on_cpus() const = 0;
   // Every rank gets the bytes of rank 0.
   virtual void broadcast(std::vector<std::byte>& bytes) = 0;
   // all: num_bytes of each rank, in order.
@@ -47,7 +49,7 @@ class Carrier {
   virtual void exchange(const std::vector<Outgoing>& out, const std::vector<Incoming>& in) = 0;
   // Letters, for work that ranks do apart. A letter may have to wait until its receiver looks.
   virtual void send(unsigned rank, const std::vector<std::byte>& bytes) = 0;
-  virtual std::optional<Letter> look() = 0;  // the next one, if there is any
+  virtual std::optional<Letter> try_receive() = 0;  // the next one, if there is any
 };
 
 // One process holds all domains.
@@ -57,13 +59,14 @@ class LocalCarrier final : public Carrier {
   unsigned num_ranks() const override { return 1; }
   unsigned num_ranks_here() const override { return 1; }
   unsigned rank_here() const override { return 0; }
+  unsigned num_ranks_on_cpus() const override { return 1; }
   void broadcast(std::vector<std::byte>&) override {}
   void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
     std::memcpy(all, mine, num_bytes);
   }
   void exchange(const std::vector<Outgoing>&, const std::vector<Incoming>&) override {}
   void send(unsigned, const std::vector<std::byte>&) override {}
-  std::optional<Letter> look() override { return std::nullopt; }
+  std::optional<Letter> try_receive() override { return std::nullopt; }
 };
 
 }  // namespace pf

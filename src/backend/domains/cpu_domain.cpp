@@ -5,7 +5,7 @@
 namespace pf {
 namespace {
 
-// Slot of parcels that the next sort drops: they have left the slab, or are copies of before.
+// Slot of parcels that the next sort drops: they have left the slab, or are ghosts of before.
 constexpr std::uint32_t kDropped = UINT32_MAX;
 
 }  // namespace
@@ -65,14 +65,14 @@ void CpuDomain::release(const StepConstants&, std::int64_t margin, std::vector<s
   for (std::uint32_t i = 0; i < from.id.size(); ++i) {
     const std::int32_t x = from.position[i].x;
     if (from.slot[i] == 0 && x > low && x < high) continue;
-    const bool is_copy = from.slot[i] > parcels_.last_own_slot, is_inside = x >= first && x < end;
+    const bool is_ghost = from.slot[i] > parcels_.last_own_slot, is_inside = x >= first && x < end;
     from.slot[i] = 0;
-    if (!is_copy && is_retired(from.position[i])) continue;
-    if (!is_copy && is_inside) {
+    if (!is_ghost && is_retired(from.position[i])) continue;
+    if (!is_ghost && is_inside) {
       near_.push_back(i);
       continue;
     }
-    if (!is_copy) out[slabs_.owner(x)].push_back(from[i]);
+    if (!is_ghost) out[slabs_.owner(x)].push_back(from[i]);
     from.position[i] = {kRetired, 0};
     from.slot[i] = kDropped;
   }
@@ -105,12 +105,12 @@ void CpuDomain::copy_margins(std::int64_t margin, std::vector<std::vector<Parcel
   parcels_.last_own_slot = num_slots_;
 }
 
-void CpuDomain::add_copies(unsigned slab, const std::vector<Parcel>& parcels) {
+void CpuDomain::add_ghosts(unsigned slab, const std::vector<Parcel>& parcels) {
   if (parcels.empty()) return;
   start_appending(parcels.size());
   for (const Parcel& parcel : parcels) {
     append(parcel, ++num_slots_);
-    borders_[slab].copies.push_back(num_slots_);
+    borders_[slab].ghosts.push_back(num_slots_);
   }
   finish_appending();
 }
@@ -148,7 +148,7 @@ void CpuDomain::find_borders() {
   for (std::uint32_t i = 0; i < slot.size(); ++i) place_[slot[i]] = i;
   for (Border& border : borders_) {
     for (std::uint32_t& place : border.sent) place = place_[place];
-    for (std::uint32_t& place : border.copies) place = place_[place];
+    for (std::uint32_t& place : border.ghosts) place = place_[place];
   }
 }
 
@@ -160,24 +160,24 @@ void CpuDomain::pack(unsigned slab, std::vector<ParcelMotion>& out) const {
 }
 
 void CpuDomain::unpack(unsigned slab, const std::vector<ParcelMotion>& in) {
-  const std::vector<std::uint32_t>& copies = borders_[slab].copies;
-  for (std::size_t k = 0; k < copies.size(); ++k) {
-    parcels_.current.position[copies[k]] = in[k].position;
-    parcels_.current.velocity[copies[k]] = in[k].velocity;
-    parcels_.current.is_heated[copies[k]] = static_cast<std::uint8_t>(in[k].is_heated);
+  const std::vector<std::uint32_t>& ghosts = borders_[slab].ghosts;
+  for (std::size_t k = 0; k < ghosts.size(); ++k) {
+    parcels_.current.position[ghosts[k]] = in[k].position;
+    parcels_.current.velocity[ghosts[k]] = in[k].velocity;
+    parcels_.current.is_heated[ghosts[k]] = static_cast<std::uint8_t>(in[k].is_heated);
   }
-  stepper_.add_moved(copies);
+  stepper_.add_moved(ghosts);
 }
 
 void CpuDomain::visit(const std::function<void(const Parcel&)>& see) const {
   for (std::size_t i = 0; i < parcels_.size(); ++i) {
-    if (!parcels_.is_copy(i)) see(parcels_.current[i]);
+    if (!parcels_.is_ghost(i)) see(parcels_.current[i]);
   }
 }
 
 std::uint64_t CpuDomain::memory_bytes() const {
   std::uint64_t num = place_.capacity() + near_.capacity();
-  for (const Border& border : borders_) num += border.sent.capacity() + border.copies.capacity();
+  for (const Border& border : borders_) num += border.sent.capacity() + border.ghosts.capacity();
   return parcels_.memory_bytes() + stepper_.memory_bytes() + sizeof(std::uint32_t) * num;
 }
 

@@ -22,7 +22,7 @@ class CpuDomain final : public Domain {
                std::vector<std::vector<Parcel>>& out) override;
   void adopt(const std::vector<Parcel>& parcels) override;
   void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) override;
-  void add_copies(unsigned slab, const std::vector<Parcel>& parcels) override;
+  void add_ghosts(unsigned slab, const std::vector<Parcel>& parcels) override;
   std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) override;
   void find_borders() override;
   void pack(unsigned slab, std::vector<ParcelMotion>& out) const override;
@@ -38,7 +38,7 @@ class CpuDomain final : public Domain {
   // With one other slab. Before the sort the lists hold slots, after it places in memory.
   struct Border {
     std::vector<std::uint32_t> sent;    // own parcels
-    std::vector<std::uint32_t> copies;  // the other slab's
+    std::vector<std::uint32_t> ghosts;  // the other slab's
   };
 
   void start_appending(std::size_t num);

@@ -24,7 +24,8 @@
 
 namespace pf {
 
-// What a copy of a parcel follows.
+// Ghosts are copies of parcels near a border, in the domain across it. (The ghosts of src/view are paths.)
+// What a ghost follows.
 struct ParcelMotion {
   Vec2i position;
   Vec2f velocity;
@@ -39,7 +40,7 @@ class Domain {
   virtual void clear(const Slabs& slabs, std::size_t num) = 0;
 
   // The sort of all slabs, in this order.
-  // 1. Moves the parcels that have left the slab to out[slab], and lets go the copies. margin: that of 3.
+  // 1. Moves the parcels that have left the slab to out[slab], and lets go of the ghosts. margin: that of 3.
   // constants: those of 5. A GPU works on while the caller continues.
   virtual void release(const StepConstants& constants, std::int64_t margin,
                        std::vector<std::vector<Parcel>>& out) = 0;
@@ -47,20 +48,21 @@ class Domain {
   virtual void adopt(const std::vector<Parcel>& parcels) = 0;
   // 3. Copies parcels within `margin` of another slab, position units, to out[slab].
   virtual void copy_margins(std::int64_t margin, std::vector<std::vector<Parcel>>& out) = 0;
-  // 4. Takes the copies of another slab's parcels; slabs in order.
-  virtual void add_copies(unsigned slab, const std::vector<Parcel>& parcels) = 0;
-  // 5. Sorts parcels and copies by cell. Of all functions only this one and step_borders() may use all
+  // 4. Takes the ghosts, another slab's parcels; slabs in order.
+  virtual void add_ghosts(unsigned slab, const std::vector<Parcel>& parcels) = 0;
+  // 5. Sorts parcels and ghosts by cell. Of all functions only this one and step_borders() may use all
   // threads of the process. Returns the displacement along an axis, position units, from which on a sort pays
   // off.
   virtual std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) = 0;
-  // 6. Drops what was let go, and notes where the copies, and the parcels that others copied, are now.
+  // 6. Drops what was let go, and notes where the ghosts, and the parcels that others have as ghosts, are
+  // now.
   virtual void find_borders() = 0;
 
   // A step of all own parcels, in this order. step: valid until its end.
-  // 1. Begins with what needs no copies. A GPU works on while the caller continues.
+  // 1. Begins with what needs no ghosts. A GPU works on while the caller continues.
   virtual void start(const TimeStep& step) = 0;
-  // 2. Unless the copies are as of the sort, or a MotionLink does it: motion, before this step, of the
-  // parcels that another slab has copies of, in the order of copy_margins.
+  // 2. Unless the ghosts are as of the sort, or a MotionLink does it: motion, before this step, of the
+  // parcels that another slab has as ghosts, in the order of copy_margins.
   virtual void pack(unsigned slab, std::vector<ParcelMotion>& out) const = 0;
   virtual void unpack(unsigned slab, const std::vector<ParcelMotion>& in) = 0;
   // 3. Goes on with the rest.

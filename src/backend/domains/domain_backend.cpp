@@ -92,7 +92,9 @@ class DomainBackend final : public Backend, public ParcelImages {
   double measure_copy_bandwidth(std::size_t num_bytes) override {
     const double bandwidth = together(Message().put(Order::measure_copy_bandwidth).put(num_bytes),
                                       [&] { return group_.measure_copy_bandwidth(num_bytes); });
-    if (bandwidth == 0.0) throw DeviceError("no memory to measure the copy bandwidth");
+    if (bandwidth == 0.0)
+      throw DeviceError(
+          "a process could not measure the copy bandwidth: it lacks memory, or its device failed");
     return bandwidth;
   }
 

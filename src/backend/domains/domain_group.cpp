@@ -65,7 +65,7 @@ StepReport DomainGroup::advance(const StepRequest& request) {
   for (std::uint32_t k = 0; k < request.num_steps && !is_time_up_; ++k) {
     if (physics_.parcels.contacts && (!is_sorted_ || displacement_ > max_displacement_)) {
       sort(constants, report);
-      are_copies_current_ = true;
+      are_ghosts_current_ = true;
     }
     step(constants, request, deadline, report);
   }
@@ -89,7 +89,7 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
     motion_counts_ = ranks_.all_counts(out);
     ranks_.exchange(out, in, motion_counts_);
     side_by_side([&](Domain& domain, std::size_t d) {
-      for (unsigned k = 0; k < slabs_.num; ++k) domain.add_copies(k, in[d][k]);
+      for (unsigned k = 0; k < slabs_.num; ++k) domain.add_ghosts(k, in[d][k]);
     });
   }
   std::int64_t covered = (margin_ - constants.contact_reach) / 2;
@@ -109,9 +109,9 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
   ++report.totals.num_sorts;
 }
 
-void DomainGroup::update_copies() {
+void DomainGroup::update_ghosts() {
   if (link_ != nullptr) {
-    link_->update_copies();
+    link_->update_ghosts();
     return;
   }
   side_by_side([&](const Domain& domain, std::size_t d) {
@@ -135,9 +135,9 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
     ScopedPhase timing(report.times, Phase::collide_integrate);
     for (const auto& domain : domains_) domain->start(time_step);
   }
-  if (physics_.parcels.contacts && !are_copies_current_) {
+  if (physics_.parcels.contacts && !are_ghosts_current_) {
     ScopedPhase timing(report.times, Phase::grid);
-    update_copies();
+    update_ghosts();
   }
   {
     ScopedPhase timing(report.times, Phase::collide_integrate);
@@ -159,7 +159,7 @@ void DomainGroup::step(const StepConstants& constants, const StepRequest& reques
   totals.num_steps = 1;
   totals.first_invalid_step = step_;
   report.totals += totals;
-  are_copies_current_ = false;
+  are_ghosts_current_ = false;
   ++step_;
 }
 

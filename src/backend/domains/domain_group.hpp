@@ -75,7 +75,7 @@ class DomainGroup {
     }
   }
   void sort(const StepConstants& constants, StepReport& report);
-  void update_copies();
+  void update_ghosts();
   void step(const StepConstants& constants, const StepRequest& request, const Deadline& deadline,
             StepReport& report);
 
@@ -95,7 +95,7 @@ class DomainGroup {
   std::int64_t displacement_ = 0;      // bound on that of any parcel since the sort, along an axis
   std::int64_t max_displacement_ = 0;  // up to which all searches find all partners
   bool is_sorted_ = false;             // margins and searches are those of the present constants
-  bool are_copies_current_ = false;    // since the last step
+  bool are_ghosts_current_ = false;    // since the last step
   bool is_time_up_ = false;            // by the clock of rank 0
   std::uint64_t memory_bytes_ = 0;     // since the last sort or reset
   Traffic<ParcelMotion> motion_out_, motion_in_;

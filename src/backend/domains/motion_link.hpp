@@ -1,4 +1,4 @@
-// A direct way for the motion that copies of parcels follow: from the memory of one GPU into that of another.
+// A direct way for the motion that ghost parcels follow: from the memory of one GPU into that of another.
 // Without one, motion goes through the host's memory and the carrier.
 #pragma once
 
@@ -16,9 +16,9 @@ class MotionLink {
 
   virtual std::string name() const = 0;  // for the report
   // Between Domain::start() and step_borders(), on all ranks: brings motion of the end of the last step from
-  // the domains to all copies of their parcels. The GPUs work on meanwhile, and wait for it in
+  // the domains to all ghosts of their parcels. The GPUs work on meanwhile, and wait for it in
   // step_borders(). Throws DeviceError if another rank does not answer.
-  virtual void update_copies() = 0;
+  virtual void update_ghosts() = 0;
 };
 
 }  // namespace pf

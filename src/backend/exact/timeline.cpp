@@ -224,7 +224,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
     epoch_length_.drop();
     return epoch_.reset();
   }
-  if (length == 1) throw_unresolvable(plan.tick_s);
+  is_unresolvable_ = length == 1;
   window_length_.shorten(std::max(1U, outcome.failed_at - epoch_->done));
 }
 
@@ -264,7 +264,7 @@ void ExactTimeline::advance_window(std::uint32_t length, const StepRequest& requ
 // Returns whether it got there before the deadline. It always gets further.
 bool ExactTimeline::advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
                                   SortedParcels& parcels, StepReport& report) {
-  while (progress_.now < until) {
+  while (progress_.now < until && !is_unresolvable_) {
     if (!epoch_) {
       begin_epoch(request, parcels, report);
       if (deadline.has_passed()) break;
@@ -321,6 +321,7 @@ void ExactTimeline::advance_steps(const StepRequest& request, SortedParcels& par
 void ExactTimeline::advance(const Physics& physics, const StepRequest& request, SortedParcels& parcels,
                             BallState& ball, StepReport& report) {
   if (!is_mid_step_) progress_.ball = ball;
+  is_unresolvable_ = false;
   adopt(physics, request);
   if (request.num_done == 0) series_start_s_ = time_s_;
   check_is_countable(series_start_s_ + (request.num_done + request.num_steps) * request.dt_s,

@@ -50,6 +50,9 @@ class ExactTimeline {
 
   // The last request ended within a step, which the next one completes.
   bool is_mid_step() const { return is_mid_step_; }
+  // The last request ended at a window that cannot be solved.
+  bool is_unresolvable() const { return is_unresolvable_; }
+  double tick_s() const { return run_.reference_ticks.tick_s; }
 
   WindowLength& window_length() { return window_length_; }
   EpochLength& epoch_length() { return epoch_length_; }
@@ -100,6 +103,7 @@ class ExactTimeline {
   bool active_ = false;
   bool ball_is_new_ = false;
   bool is_mid_step_ = false;
+  bool is_unresolvable_ = false;
   double time_s_ = 0.0;          // of completed steps since the reset
   double series_start_s_ = 0.0;  // time at the start of the series of requests
   double ms_per_tick_ = 0.0;     // of the last window

@@ -47,18 +47,18 @@ void PairedLoop::touch(const Work& work, TouchingPair pair) {
   const SortedParcels& parcels = work.parcels;
   auto [self, other] = pair;
   const std::vector<std::uint32_t>& id = parcels.current.id;
-  if (parcels.is_copy(self) || (id[other] < id[self] && !parcels.is_copy(other))) std::swap(self, other);
-  if (parcels.is_copy(self)) return;
+  if (parcels.is_ghost(self) || (id[other] < id[self] && !parcels.is_ghost(other))) std::swap(self, other);
+  if (parcels.is_ghost(self)) return;
   const Parcel one = parcels.current[self], two = parcels.current[other];
   if (is_retired(one.position) || is_retired(two.position)) return;
-  const StepConstants& constants = work.loop.constants;
+  const StepConstants& constants = work.input.constants;
   const World& world = constants.physics.world;
   const Vec2i offset = separation<kBoundary>(world, one.position, two.position),
               back = separation<kBoundary>(world, two.position, one.position);
   ContactSums sums;
   add_contact<Contact>(constants, one, two, offset, sums, work.tally);
   work.share.add(self, sums, contacts_);
-  if (parcels.is_copy(other)) return;
+  if (parcels.is_ghost(other)) return;
   if (offset.x + back.x == 0 && offset.y + back.y == 0) {
     work.share.add(other, -sums, contacts_);
   } else {
@@ -86,7 +86,7 @@ void PairedLoop::search_and_move(const Work& work) {
   for (std::size_t begin = share.begin; begin < share.end; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, share.end);
     share.pairs.clear();
-    search_.find(work.loop.space, work.loop.search, rough_, begin, end, share.pairs);
+    search_.find(work.input.space, work.input.search, rough_, begin, end, share.pairs);
     for (std::size_t k = 0; k < share.pairs.size(); ++k) {
       if (k + kAhead < share.pairs.size()) prefetch(work.parcels.current, share.pairs[k + kAhead].second);
       touch<Contact, kBoundary>(work, share.pairs[k]);
@@ -112,7 +112,8 @@ void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
 }
 
 // Applies the contacts of the parcels that are due, so that they fly on like those that touch none. Returns a
-// bound on how far they are pushed, position units. One that is pushed too far for that gets no velocity.
+// bound on how far they are pushed, position units. One that is pushed farther gets NaN for a velocity, so
+// that the free flight leaves it to finish_step(), which starts from its state before.
 std::int32_t PairedLoop::apply_contacts(const StepConstants& constants, Share& share, ParcelArrays& now) {
   std::uint32_t farthest = 0;
   share.before.clear();
@@ -134,27 +135,27 @@ std::int32_t PairedLoop::apply_contacts(const StepConstants& constants, Share& s
 
 template <bool kBall, Boundary kBoundary>
 void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
-  const StepLoop& loop = work.loop;
+  const StepInput& input = work.input;
   const SortedParcels& parcels = work.parcels;
   ParcelArrays& now = work.parcels.current;
   Share& share = work.share;
   CpuTally& tally = work.tally;
   list_due(share, begin, end);
-  const std::int32_t farthest_push = apply_contacts(loop.constants, share, now);
+  const std::int32_t farthest_push = apply_contacts(input.constants, share, now);
   share.flights.others.clear();
   const FreeFlight fly = choose_free_flight(kBall, kBoundary);
-  fly({loop.constants, loop.ball, loop.key, now.velocity.data(), now.id.data(), now.position.data(),
+  fly({input.constants, input.ball, input.key, now.velocity.data(), now.id.data(), now.position.data(),
        rough_.data(), rough_.scale().shift()},
       begin, end, share.flights);
   tally.moved(share.flights.max_displacement + farthest_push, 0.0F);
   std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
   for (const std::uint32_t i : share.flights.others) {
-    if (parcels.is_copy(i) || is_retired(now.position[i])) continue;
+    if (parcels.is_ghost(i) || is_retired(now.position[i])) continue;
     const bool is_due = contacts_[i] != 0;
     const Parcel before = is_due ? share.before[contacts_[i] - 1] : now[i];
     const ContactSums sums = is_due ? share.due[contacts_[i] - 1].sums : ContactSums{};
     const Parcel after =
-        finish_step<kBall, kBoundary>(loop.constants, loop.ball, loop.key, before, sums, tally);
+        finish_step<kBall, kBoundary>(input.constants, input.ball, input.key, before, sums, tally);
     now.position[i] = after.position;
     now.velocity[i] = after.velocity;
     now.is_heated[i] = static_cast<std::uint8_t>(after.is_heated);
@@ -181,10 +182,10 @@ void PairedLoop::move_head(const Work& work) {
     }
   }
   move<kBall, kBoundary>(work, share.begin, share.head_end);
-  if (!work.loop.draw) return;
+  if (!work.input.draw) return;
   const ParcelArrays& now = work.parcels.current;
   for (std::size_t i = share.begin; i < share.end; ++i)
-    draw_parcel(*work.loop.draw, work.loop.constants.physics.world, i, now.position[i], now.velocity[i]);
+    draw_parcel(*work.input.draw, work.input.constants.physics.world, i, now.position[i], now.velocity[i]);
 }
 
 void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
@@ -201,19 +202,19 @@ void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
   }
 }
 
-void PairedLoop::run(const StepLoop& loop, Method method, SortedParcels& parcels,
+void PairedLoop::run(const StepInput& input, Method method, SortedParcels& parcels,
                      std::vector<CpuTally>& tallies) {
   resize_tightly(contacts_, parcels.size());
-  rough_.follow(team_, RoughScale(loop.constants), parcels.current.position.data(), parcels.size());
-  divide(parcels.size(), loop.constants.physics.parcels.contacts);
-  for_terms(loop.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
+  rough_.follow(team_, RoughScale(input.constants), parcels.current.position.data(), parcels.size());
+  divide(parcels.size(), input.constants.physics.parcels.contacts);
+  for_terms(input.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     if constexpr (has_contacts<Contact>) {
       team_.run([&](unsigned thread) {
-        search_and_move<Contact, kBall, kBoundary>({loop, parcels, shares_[thread], tallies[thread]});
+        search_and_move<Contact, kBall, kBoundary>({input, parcels, shares_[thread], tallies[thread]});
       });
     }
     team_.run([&](unsigned thread) {
-      move_head<kBall, kBoundary>({loop, parcels, shares_[thread], tallies[thread]});
+      move_head<kBall, kBoundary>({input, parcels, shares_[thread], tallies[thread]});
     });
   });
 }

@@ -9,7 +9,7 @@
 #include "backend/parcel_arrays.hpp"
 #include "backend/time_step/free_flight.hpp"
 #include "backend/time_step/pair_search.hpp"
-#include "backend/time_step/step_loop.hpp"
+#include "backend/time_step/step_input.hpp"
 
 namespace pf {
 
@@ -40,7 +40,7 @@ class PairedLoop {
     rough_.update(moved, parcels.current.position.data());
   }
   // Makes a step in place. Adds to the tallies, one for each thread; displacements may be too large.
-  void run(const StepLoop& loop, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
+  void run(const StepInput& input, Method method, SortedParcels& parcels, std::vector<CpuTally>& tallies);
 
   std::uint64_t memory_bytes() const {
     return search_.memory_bytes() + rough_.memory_bytes() + sizeof(std::uint32_t) * contacts_.capacity();
@@ -66,7 +66,7 @@ class PairedLoop {
     void add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts);
   };
   struct Work {
-    const StepLoop& loop;
+    const StepInput& input;
     SortedParcels& parcels;
     Share& share;
     CpuTally& tally;

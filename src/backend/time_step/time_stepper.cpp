@@ -17,29 +17,29 @@ constexpr double kMaxSearchReach = 2.0;
 }  // namespace
 
 template <class Contact, bool kBall, Boundary kBoundary>
-void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally) {
-  const StepConstants& c = loop.constants;
+void TimeStepper::step_range(const StepInput& input, std::size_t begin, std::size_t end, CpuTally& tally) {
+  const StepConstants& c = input.constants;
   SearchScratch scratch;
   for (std::size_t i = begin; i < end; ++i) {
-    if (parcels_.is_copy(i)) continue;
+    if (parcels_.is_ghost(i)) continue;
     const Parcel self = parcels_.current[i];
     if (is_retired(self.position)) {
       parcels_.next.position[i] = self.position;
       parcels_.next.velocity[i] = self.velocity;
       parcels_.next.is_heated[i] = 0;
-      if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, self.position, self.velocity);
+      if (input.draw) draw_parcel(*input.draw, c.physics.world, i, self.position, self.velocity);
       continue;
     }
     ContactSums sums;
     if constexpr (has_contacts<Contact>) {
-      loop.search(loop.space, static_cast<std::uint32_t>(i), scratch);
+      input.search(input.space, static_cast<std::uint32_t>(i), scratch);
       for (const std::uint32_t j : scratch.candidates) {
         const Parcel other = parcels_.current[j];
         const Vec2i offset = separation<kBoundary>(c.physics.world, self.position, other.position);
         add_contact<Contact>(c, self, other, offset, sums, tally);
       }
     }
-    const Parcel after = finish_step<kBall, kBoundary>(c, loop.ball, loop.key, self, sums, tally);
+    const Parcel after = finish_step<kBall, kBoundary>(c, input.ball, input.key, self, sums, tally);
     // Copied field by field. As a pair they would be read back from the stack in one load across two stores,
     // which stalls and costs a third of the step's time.
     parcels_.next.position[i].x = after.position.x;
@@ -47,7 +47,7 @@ void TimeStepper::step_range(const StepLoop& loop, std::size_t begin, std::size_
     parcels_.next.velocity[i].x = after.velocity.x;
     parcels_.next.velocity[i].y = after.velocity.y;
     parcels_.next.is_heated[i] = static_cast<std::uint8_t>(after.is_heated);
-    if (loop.draw) draw_parcel(*loop.draw, c.physics.world, i, after.position, after.velocity);
+    if (input.draw) draw_parcel(*input.draw, c.physics.world, i, after.position, after.velocity);
   }
 }
 
@@ -98,16 +98,16 @@ CpuTally TimeStepper::run(const TimeStep& step, RangeFunction range) {
                           static_cast<std::int32_t>(reach),
                           constants.filter_distance2,
                           step.neighbors == Neighbors::all_pairs};
-  const StepLoop loop{constants, step.ball, step.key, space, choose_search(world.boundary), step.draw};
+  const StepInput input{constants, step.ball, step.key, space, choose_search(world.boundary), step.draw};
   std::vector<CpuTally> tallies(team_.size());
   if (range == nullptr) {
-    paired_.run(loop, step.method, parcels_, tallies);
+    paired_.run(input, step.method, parcels_, tallies);
   } else {
     paired_.forget_positions();
     team_.run([&](unsigned thread) {
       CpuTally tally;
       const auto [begin, end] = team_.share(thread, parcels_.size());
-      (this->*range)(loop, begin, end, tally);
+      (this->*range)(input, begin, end, tally);
       tallies[thread] = tally;
     });
     std::swap(parcels_.current.position, parcels_.next.position);

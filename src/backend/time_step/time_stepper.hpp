@@ -4,7 +4,7 @@
 #include "backend/cpu_tally.hpp"
 #include "backend/parcel_arrays.hpp"
 #include "backend/time_step/paired_loop.hpp"
-#include "backend/time_step/step_loop.hpp"
+#include "backend/time_step/step_input.hpp"
 
 namespace pf {
 
@@ -37,7 +37,7 @@ class TimeStepper {
   }
   // Sorts by cells within an area, which all parcels of a world that is not periodic are in.
   void sort(const StepConstants& constants, const GridArea& area, PhaseTimes& times);
-  // One pass over all parcels; the new state becomes the current one, but for copies, whose state is
+  // One pass over all parcels; the new state becomes the current one, but for ghosts, whose state is
   // undefined then. Parcels are sorted, unless the search is all_pairs or there are no contacts.
   CpuTally advance(const TimeStep& step);
   // The same, but only pushes overlapping parcels apart.
@@ -50,10 +50,10 @@ class TimeStepper {
   std::uint64_t memory_bytes() const { return paired_.memory_bytes(); }
 
  private:
-  using RangeFunction = void (TimeStepper::*)(const StepLoop&, std::size_t, std::size_t, CpuTally&);
+  using RangeFunction = void (TimeStepper::*)(const StepInput&, std::size_t, std::size_t, CpuTally&);
 
   template <class Contact, bool kBall, Boundary kBoundary>
-  void step_range(const StepLoop& loop, std::size_t begin, std::size_t end, CpuTally& tally);
+  void step_range(const StepInput& input, std::size_t begin, std::size_t end, CpuTally& tally);
   // range: null for paired_.
   CpuTally run(const TimeStep& step, RangeFunction range);
 

@@ -1,4 +1,4 @@
-// Input of a loop over the parcels: one step of a time-stepped method.
+// Input of one step of a time-stepped method.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@
 
 namespace pf {
 
-struct StepLoop {
+struct StepInput {
   const StepConstants& constants;
   const BallMotion& ball;
   std::uint32_t key;  // of the random roundings
