@@ -260,17 +260,18 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const Settings& s = choice.settings;
   const Physics physics = derive_physics(s);
   const FramePlan plan = plan_frame(s, physics, initial_ball(s));
+  const auto percent = [](double share) {
+    return share < 1.0 ? fmt::format("{:.2g} %", 100.0 * share) : fmt::format("{:.0f} %", 100.0 * share);
+  };
   const std::string of_method = choice.expected_error > 0.0
-                                    ? fmt::format("within {}{:.2g} %", choice.is_bound ? "less than " : "",
-                                                  100.0 * choice.expected_error)
-                                    : "with no error of the method";
+                                    ? (choice.is_bound ? "less than " : "") + percent(choice.expected_error)
+                                    : "none";
   const std::string of_parcels =
-      choice.parcels_error > 0.0
-          ? fmt::format(", {:.2g} % from the number of parcels", 100.0 * choice.parcels_error)
-          : "";
+      choice.parcels_error > 0.0 ? fmt::format(", {} by the number of parcels", percent(choice.parcels_error))
+                                 : "";
   std::string text = fmt::format(
       "--accuracy: method {}, dt {:.3g} s ({} step{} a frame), {} parcels\n"
-      "  expected: {} {}{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
+      "  expected error of {}: {} by the method{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
       method_name(s.method), plan.dt_s, plan.num_steps, plan.num_steps == 1 ? "" : "s", physics.parcels.num,
       choice.of, of_method, of_parcels, choice.ns_per_disc_time, table.string());
   for (const std::string& remark : choice.remarks) text += "  " + remark + "\n";

@@ -50,9 +50,11 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
   if (std::isfinite(r.rate_over_enskog))
     rate = fmt::format("{:.3f} \xC2\xB1 {:.2g}", r.rate_over_enskog, r.rate_error);
   row(rows, "Rate / Enskog", rate,
-      "collisions counted over those of a gas in equilibrium, with their statistical error; a gas that cools "
-      "in "
-      "clusters, or one that a ball stirs, is not in equilibrium");
+      "collisions counted over those of a gas in equilibrium, with their statistical error; fewer in the "
+      "first "
+      "mean free times, since parcels start evenly spaced, and near open edges; a gas that cools in "
+      "clusters, or "
+      "one that a ball stirs, is not in equilibrium either");
   row(rows, "Missed hits",
       std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
       "share of collisions that steps so long do not see, by theory; exact sees all");

@@ -10,6 +10,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
+#include "core/link_target.hpp"
 
 namespace pf {
 namespace {
@@ -74,6 +75,26 @@ std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, PngAlpha alp
   return png;
 }
 
+// Writes a regular file aside and renames it, so that a full disk leaves what was there. Returns "", or the
+// reason.
+std::string replace_file(const std::filesystem::path& file, const std::string& bytes) {
+  std::error_code error;
+  const std::filesystem::path target = link_target(file);
+  const bool is_device =
+      std::filesystem::exists(target, error) && !std::filesystem::is_regular_file(target, error);
+  const std::filesystem::path written = target.string() + (is_device ? "" : ".part");
+  errno = 0;
+  std::ofstream stream(written, std::ios::binary | std::ios::trunc);
+  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  error.clear();
+  if (stream && !is_device) std::filesystem::rename(written, target, error);
+  if (stream && !error) return "";
+  const std::string problem = error ? error.message() : std::strerror(errno);
+  if (!is_device) std::filesystem::remove(written, error);
+  return problem;
+}
+
 }  // namespace
 
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
@@ -85,12 +106,8 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
     std::string chunks;
     for (const auto& [keyword, text] : texts) chunks += text_chunk(keyword, text);
     png.insert(kAfterHeader, chunks);
-    errno = 0;
-    std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-    stream.write(png.data(), static_cast<std::streamsize>(png.size()));
-    stream.close();
-    if (stream) return;
-    problem = std::strerror(errno);
+    problem = replace_file(file, png);
+    if (problem.empty()) return;
   }
   throw UserError(
       fmt::format("{}: the picture cannot be written ({}); choose another file", file.string(), problem));

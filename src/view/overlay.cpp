@@ -153,7 +153,8 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   const StepTotals& totals = frame.totals;
   std::string events = grouped(totals.num_collisions) + " collisions";
   if (frame.settings->method == Method::exact) {
-    events += ", " + grouped(frame.frame_totals.num_rounds) + " rounds";
+    const std::uint64_t num_rounds = frame.frame_totals.num_rounds;
+    events += ", " + grouped(num_rounds) + (num_rounds == 1 ? " round" : " rounds");
   } else if (frame.physics->ball.exists) {
     events += ", " + grouped(totals.num_ball_hits) + " ball hits";
   }
