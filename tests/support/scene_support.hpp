@@ -25,41 +25,36 @@ inline Settings court(std::int64_t n, Boundary boundary = Boundary::open) {
   return s;
 }
 
-// A parcel between a wall and a held ball without room: in method exact it collides endlessly with both.
-inline SceneRun parcel_in_a_vice(std::unique_ptr<Backend> backend) {
-  Settings s = gas(1, 0.02);
+// One parcel that touches the right wall, and a ball of radius 2 on the left of it, with method exact.
+inline SceneRun parcel_between_wall_and_ball(Settings s, Vec2f parcel_mps, std::unique_ptr<Backend> backend) {
   s.method = Method::exact;
-  s.ball_present = s.ball_held = true;
+  s.ball_present = true;
   s.ball_radius_m = 2.0;
-  s.ball_x_m = 0.9;
   s.ball_y_m = s.friction = 0.0;
   SceneRun run(s, std::move(backend));
   ParcelSnapshot parcel = run.backend->snapshot();
   const World& world = run.physics.world;
   parcel.position[0] = {world.half.x - static_cast<std::int32_t>(0.5 / world.unit_m), 0};
-  parcel.velocity[0] = {1.0F, 0.0F};
+  parcel.velocity[0] = parcel_mps;
   run.backend->restore(parcel);
   return run;
 }
 
-// A parcel at a wall, and a ball of a million tons that flies at it: between them the parcel collides
-// endlessly in the end.
+// The ball is held and leaves no room: the parcel collides endlessly with both.
+inline SceneRun parcel_in_a_vice(std::unique_ptr<Backend> backend) {
+  Settings s = gas(1, 0.02);
+  s.ball_held = true;
+  s.ball_x_m = 0.9;
+  return parcel_between_wall_and_ball(s, {1.0F, 0.0F}, std::move(backend));
+}
+
+// A ball of a million tons flies at the parcel, which collides endlessly in the end.
 inline SceneRun parcel_before_a_press(std::unique_ptr<Backend> backend) {
   Settings s = gas(1, 0.02);
-  s.method = Method::exact;
-  s.ball_present = true;
-  s.ball_radius_m = 2.0;
   s.ball_mass_kg = 1e9;
   s.ball_x_m = -0.5;
   s.ball_vx_mps = 1.0;
-  s.ball_y_m = s.friction = 0.0;
-  SceneRun run(s, std::move(backend));
-  ParcelSnapshot parcel = run.backend->snapshot();
-  const World& world = run.physics.world;
-  parcel.position[0] = {world.half.x - static_cast<std::int32_t>(0.5 / world.unit_m), 0};
-  parcel.velocity[0] = {};
-  run.backend->restore(parcel);
-  return run;
+  return parcel_between_wall_and_ball(s, {}, std::move(backend));
 }
 
 }  // namespace pf::test
