@@ -19,6 +19,15 @@ __device__ inline void begin_in_turn() {
 #endif
 }
 
+// The same, but the next kernel starts only when the one before this one has ended. Before its
+// begin_in_turn() it may read what this one does not write.
+__device__ inline void begin_when_complete() {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+  cudaGridDependencySynchronize();
+  cudaTriggerProgrammaticLaunchCompletion();
+#endif
+}
+
 template <class... Parameters>
 void launch_in_turn(void (*kernel)(Parameters...), unsigned num_blocks, unsigned block, cudaStream_t stream,
                     const std::type_identity_t<Parameters>&... arguments) {

@@ -23,6 +23,15 @@ __device__ bool is_same(Vec2f a, Vec2f b) {
 template <bool kBall, Boundary kBoundary>
 __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMoveBlock))
     move_kernel(const __grid_constant__ StepLaunch launch) {
+  const std::uint32_t base = blockIdx.x * kMoveBlock * kPerThread + threadIdx.x;
+  Parcel parcels[kPerThread];
+  // They are on their way while contact_kernel works, which does not write them.
+  if (!launch.constants.physics.parcels.contacts) begin_in_turn();
+#pragma unroll
+  for (unsigned k = 0; k < kPerThread; ++k) {
+    const std::uint32_t i = base + k * kMoveBlock;
+    if (i < launch.num) parcels[k] = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+  }
   begin_in_turn();
   __shared__ TallySlot block_tally;
   __shared__ std::uint32_t key;
@@ -34,15 +43,11 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
   __syncthreads();
   DeviceTally tally{&block_tally};
   const StepConstants& c = launch.constants;
-  const std::uint32_t base = blockIdx.x * kMoveBlock * kPerThread + threadIdx.x;
-  Parcel parcels[kPerThread];
   std::uint32_t touched[kPerThread];
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    if (i >= launch.num) continue;
-    parcels[k] = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
-    touched[k] = launch.contacts.touched[i / 32];
+    if (i < launch.num) touched[k] = launch.contacts.touched[i / 32];
   }
   __syncwarp();
 #pragma unroll

@@ -8,6 +8,7 @@
 namespace pf {
 
 inline void begin_in_turn() {}
+inline void begin_when_complete() {}
 
 template <class... Parameters>
 void launch_in_turn(void (*kernel)(Parameters...), unsigned num_blocks, unsigned block, cudaStream_t stream,
