@@ -87,7 +87,9 @@ struct StageRun {
 };
 
 // The length of a run counts from the start of its scene.
-void say_if_over(const Options& options) {
+// A window stays longer, unless --seconds is given.
+void say_if_over(const Options& options, bool has_window) {
+  if (has_window && !options.seconds_given) return;
   const RunState* start = options.data.start.get();
   const double seconds = options.settings.seconds;
   if (start == nullptr || options.replay || options.still_s || options.cues || seconds <= 0.0 ||
@@ -134,7 +136,7 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   RunRecord record(*simulation.view().physics, start ? start->initial : simulation.backend().measure(),
                    device_name);
   if (start) record.continue_from(start->totals, start->simulated_s);
-  say_if_over(options);
+  say_if_over(options, context->window() != nullptr);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();
@@ -289,6 +291,9 @@ int dispatch(int argc, char** argv, const Ranks& ranks) {
 int explain(const std::exception_ptr& failure) {
   try {
     std::rethrow_exception(failure);
+  } catch (const OutputError& error) {
+    announce(fmt::format("pickleflight: {}", error.what()));
+    return 1;
   } catch (const UserError& error) {
     announce(fmt::format("pickleflight: {}", error.what()));
     return 2;
@@ -298,6 +303,8 @@ int explain(const std::exception_ptr& failure) {
     announce("pickleflight: out of memory; give fewer parcels (-p) or a smaller --size");
   } catch (const std::system_error& error) {
     announce(fmt::format("pickleflight: {}", text_of(error)));
+  } catch (const std::exception& error) {  // no other should be left
+    announce(fmt::format("pickleflight: an unexpected error: {}; please report it", error.what()));
   }
   return 3;
 }
@@ -309,7 +316,7 @@ int run_all(int argc, char** argv, const Ranks& ranks) {
   } catch (const BrokenRanks& broken) {
     explain(broken.cause);
   } catch (const std::exception&) {
-    if (const int exit_code = explain(std::current_exception()); exit_code == 2) return exit_code;
+    if (const int exit_code = explain(std::current_exception()); exit_code < 3) return exit_code;
   }
   return ranks.fail(3);
 }

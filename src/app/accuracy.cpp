@@ -107,10 +107,11 @@ void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice&
   if (sizes.empty()) return;
   const double wanted = kParcelsShare * wish.error;
   std::int64_t& num = choice.settings.num_parcels;
-  if (!wish.keep_parcels) num = num_within(sizes, wanted, choice);
+  const bool is_kept = wish.keep_parcels || radius_sets_density(choice.settings);
+  if (!is_kept) num = num_within(sizes, wanted, choice);
   if (num <= 0) return;  // a number that only the backend knows
   choice.parcels_error = error_of_parcels(sizes, static_cast<double>(num));
-  if (wish.keep_parcels && choice.parcels_error > wanted)
+  if (is_kept && choice.parcels_error > wanted)
     choice.remarks.push_back(fmt::format("{} parcels, as given, are too few for this accuracy", num));
 }
 
@@ -208,6 +209,10 @@ const std::vector<std::string>& accuracy_targets() {
   return targets;
 }
 
+std::string target_of(const Settings& scene) {
+  return scene.ball_present && !scene.ball_held ? "drag" : "rate";
+}
+
 double read_accuracy(const std::string& place, const std::string& text) {
   const bool is_percent = text.ends_with('%');
   const std::string digits = is_percent ? text.substr(0, text.size() - 1) : text;
@@ -222,7 +227,7 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
                                   const std::string& backend) {
   AccuracyChoice choice;
   choice.settings = scene;
-  choice.of = !wish.of.empty() ? wish.of : scene.ball_present && !scene.ball_held ? "drag" : "rate";
+  choice.of = !wish.of.empty() ? wish.of : target_of(scene);
   check_target(scene, choice.of);
   const TableRows rows = rows_with(table, choice.of, backend);
   if (rows.is_other_series)

@@ -17,12 +17,15 @@ namespace pf {
 
 struct AccuracyWish {
   double error = 0.0;         // relative, in (0, 1); 0: no wish
-  std::string of;             // one of accuracy_targets(); empty: drag if a ball flies, otherwise rate
+  std::string of;             // one of accuracy_targets(); empty: target_of() the scene
   bool keep_parcels = false;  // the number of parcels was given
   MethodSet refused{};        // methods that the backend cannot fly
 };
 
 const std::vector<std::string>& accuracy_targets();
+
+// The target where none is wished: drag if a ball flies, otherwise rate.
+std::string target_of(const Settings& scene);
 
 // Reads "1%" or "0.01", in (0, 1). Throws UserError that begins with place.
 double read_accuracy(const std::string& place, const std::string& text);

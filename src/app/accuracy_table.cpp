@@ -12,6 +12,8 @@
 #include "app/json_number.hpp"
 #include "core/error.hpp"
 #include "core/text.hpp"
+#include "model/kinetic_theory.hpp"
+#include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
@@ -140,9 +142,15 @@ TableRows rows_with(const json& table, const std::string& target, const std::str
                   "; measure one: pickleflight lab work-precision");
 }
 
+// The share of the area that the scene's parcels cover.
+double covered_share(const Settings& scene) {
+  const bool follows = radius_sets_density(scene) && scene.num_parcels > 0;
+  return follows ? area_fraction_of(derive_physics(scene)) : scene.area_fraction;
+}
+
 std::vector<TableCase> cases_around(const json& rows, const Settings& scene) {
   std::vector<TableCase> cases;
-  for (const double fraction : neighbours(values_of(rows, "area_fraction"), scene.area_fraction)) {
+  for (const double fraction : neighbours(values_of(rows, "area_fraction"), covered_share(scene))) {
     for (const double restitution : neighbours(values_of(rows, "restitution"), scene.restitution))
       cases.push_back({fraction, restitution});
   }
@@ -151,14 +159,14 @@ std::vector<TableCase> cases_around(const json& rows, const Settings& scene) {
 
 TableCase nearest_case(const json& rows, const Settings& scene) {
   constexpr double kMinRestitution = 1e-3;  // its logarithm is needed
-  return {nearest_of(values_of(rows, "area_fraction"), scene.area_fraction),
+  return {nearest_of(values_of(rows, "area_fraction"), covered_share(scene)),
           nearest_of(values_of(rows, "restitution"), std::max(scene.restitution, kMinRestitution))};
 }
 
 bool is_beyond(const json& rows, const Settings& scene) {
   const std::vector<double> fractions = values_of(rows, "area_fraction");
   const std::vector<double> restitutions = values_of(rows, "restitution");
-  return scene.area_fraction > *std::max_element(fractions.begin(), fractions.end()) * 1.001 ||
+  return covered_share(scene) > *std::max_element(fractions.begin(), fractions.end()) * 1.001 ||
          scene.restitution < *std::min_element(restitutions.begin(), restitutions.end()) * 0.999;
 }
 

@@ -37,6 +37,19 @@ const FlightRecord& reference_of(const FlightRecord& current, const std::deque<F
   return first == old_flights.rend() ? current : *first;
 }
 
+std::vector<const Field*> other_differences(const FlightRecord& a, const FlightRecord& b) {
+  static const std::vector<std::string> kTold = {
+      "run.method", "run.dt_s", "run.substeps",   "run.displacement_per_step",
+      "run.seed",   "air.kind", "ball.spin_radps"};
+  std::vector<const Field*> different;
+  for (const Field& field : fields()) {
+    const bool is_told = std::find(kTold.begin(), kTold.end(), field.path()) != kTold.end();
+    if (field.effects.flight && !is_told && !is_same(field, a.settings, b.settings))
+      different.push_back(&field);
+  }
+  return different;
+}
+
 std::optional<FlightDistance> distance_between(const FlightRecord& a, const FlightRecord& b) {
   if (a.points_m.empty() || b.points_m.empty()) return std::nullopt;
   FlightDistance distance;

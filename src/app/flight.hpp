@@ -25,6 +25,7 @@ struct FlightRecord {
   double dt_s = 0.0;       // of the last step
   double speed_mps = 0.0;
   double spin_radps = 0.0;
+  Settings settings;            // at the launch
   std::vector<Vec2f> points_m;  // one per frame, oldest first
   std::vector<double> times_s;  // of the points, since the launch
   std::uint64_t num_steps = 0;
@@ -44,6 +45,10 @@ inline bool is_straight_way(Vec2d from_m, Vec2d to_m, Vec2d way_m) { return way_
 
 // The first flight of the current one's launch, which the others are compared with.
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);
+
+// The settings in which two flights of a launch differ beside method and step, kind of air and spin, which
+// are told for each flight.
+std::vector<const Field*> other_differences(const FlightRecord& a, const FlightRecord& b);
 
 // Distance of two flights at equal times, up to the end of the shorter one.
 struct FlightDistance {

@@ -69,6 +69,8 @@ fs::path log_beside(const fs::path& film) {
   return film.has_parent_path() ? film.parent_path().string() + ".toml" : "frames.toml";
 }
 
+fs::path frames_beside(const fs::path& panel_map) { return panel_map.string() + ".frames"; }
+
 fs::path numbered(const fs::path& file, int number) {
   if (number == 1) return file;
   const fs::path folder = file.parent_path();

@@ -7,6 +7,8 @@
 
 namespace pf {
 
+constexpr const char* kNullDevice = "/dev/null";  // a film to measure with
+
 // True for a pattern of numbered PNG files, such as %05d.png: the name ends in .png and has one placeholder,
 // %d or %0Nd with N from 1 to 9. The folder has none.
 bool is_frame_pattern(const std::filesystem::path& file);
@@ -22,6 +24,9 @@ std::filesystem::path frames_instead_of(const std::filesystem::path& film);
 
 // Log of inputs of a film: flight.mp4.toml, or FOLDER.toml for the frames in FOLDER.
 std::filesystem::path log_beside(const std::filesystem::path& film);
+
+// How many frames took input, beside a map of the panel.
+std::filesystem::path frames_beside(const std::filesystem::path& panel_map);
 
 // NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
 std::filesystem::path numbered(const std::filesystem::path& file, int number);

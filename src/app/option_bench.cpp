@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/frame_names.hpp"
 #include "app/option_values.hpp"
 #include "core/error.hpp"
 

@@ -30,7 +30,6 @@ inline const std::vector<std::string> kRecordTimes = {"simulation", "real"};
 inline const std::vector<std::string> kOnOff = {"on", "off"};
 inline const std::vector<std::string> kDomainLinks = {"auto", "host", "direct"};
 inline const std::vector<std::string> kDrawTargets = {"auto", "interop", "staged", "host", "images"};
-constexpr const char* kNullDevice = "/dev/null";  // as a film, for measurements
 constexpr const char* kDefaultScene = "court";
 constexpr const char* kBenchScene = "gas";  // comparable with theory and other programs
 

@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/text.hpp"
+#include "scene/scene_file.hpp"
 #include "scene/settings.hpp"
 
 namespace pf {
@@ -121,7 +122,8 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
     }
     file = output_file(app, "--record", text, {".mp4", ".mkv", ".rgb"});
   } else {
-    const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path());
+    std::error_code ignored;
+    const bool folder_is_new = file.has_parent_path() && !fs::exists(file.parent_path(), ignored);
     check_writable("--record", folder_is_new ? file.parent_path() : file);
   }
   if (!file.empty()) check_writable("--record (the film's log)", log_beside(file));
@@ -144,6 +146,14 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
   if (std::find(kCommands.begin(), kCommands.end(), argument) != kCommands.end()) {
     throw UserError(
         fmt::format("{} must come first: pickleflight {} [options]", in_quotes(argument), argument));
+  }
+  const std::vector<SceneEntry> scenes = list_scenes();
+  if (std::any_of(scenes.begin(), scenes.end(), [&](const SceneEntry& s) { return s.name == argument; }))
+    throw UserError(fmt::format("{} is a scene; start it with --scene {}", in_quotes(argument), argument));
+  std::error_code ignored;
+  if (const fs::path log = log_beside(argument); fs::is_regular_file(log, ignored)) {
+    throw UserError(fmt::format("{} is a film; its flight flies again with: pickleflight run {}",
+                                in_quotes(argument), log.string()));
   }
   throw UserError(
       fmt::format("{} is neither a command nor the value of an option; the nearest command is {} "

@@ -39,7 +39,8 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
         "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
   options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
-  if (fs::exists(fs::symlink_status(typed.save_scene))) {
+  std::error_code ignored;
+  if (fs::exists(fs::symlink_status(typed.save_scene, ignored))) {
     throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",
                                 in_quotes(typed.save_scene)));
   }
@@ -70,7 +71,7 @@ bool gives_seconds(const Typed& typed) {
 // True for settings of the method that --accuracy chooses.
 bool is_chosen(const std::string& path) {
   return path == "run.method" || path == "run.dt_s" || path == "run.substeps" ||
-         path == "run.displacement_per_step";
+         path == "run.displacement_per_step" || path == "run.spring_contact_s";
 }
 
 // Reads --accuracy and --of, and refuses settings that --accuracy chooses.
@@ -82,11 +83,7 @@ AccuracyWish accuracy_wish(const Typed& typed) {
   }
   wish.error = read_accuracy("--accuracy", *typed.accuracy);
   wish.of = typed.of.value_or("");
-  const std::vector<std::string>& known = accuracy_targets();
-  if (typed.of && std::find(known.begin(), known.end(), wish.of) == known.end()) {
-    throw UserError(fmt::format("--of: {} is unknown, the nearest is {}; one of {}", in_quotes(wish.of),
-                                nearest_name(wish.of, known), fmt::join(known, ", ")));
-  }
+  if (typed.of) check_name("--of", wish.of, accuracy_targets());
   for (const auto& [path, option] : given_settings(typed)) {
     if (is_chosen(path))
       throw UserError(fmt::format("--accuracy: chooses {} itself; leave out {}", path, option));
@@ -158,12 +155,17 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
     throw UserError(fmt::format("{0}: is a list of cues; start it with --cues {0}", *typed.replay));
-  if (typed.scene || typed.cues || typed.accuracy || !typed.sets.empty() || !typed.flags.empty() ||
-      typed.force || options.still_s) {
-    throw UserError(
-        fmt::format("{}: a log has its own scene and settings; leave out --scene, --cues, --accuracy, --set, "
-                    "--still and their short forms (as -p)",
-                    in_quotes(*typed.replay)));
+  std::vector<std::string> others;
+  for (const auto& [is_given, option] :
+       {std::pair(typed.scene.has_value(), "--scene"), std::pair(typed.cues.has_value(), "--cues"),
+        std::pair(typed.accuracy.has_value(), "--accuracy"), std::pair(typed.force, "--force"),
+        std::pair(options.still_s.has_value(), "--still")}) {
+    if (is_given) others.emplace_back(option);
+  }
+  for (const GivenSetting& setting : given_settings(typed)) others.push_back(setting.option);
+  if (!others.empty()) {
+    throw UserError(fmt::format("{}: a log has its own scene and settings; leave out {}",
+                                in_quotes(*typed.replay), fmt::join(others, ", ")));
   }
   refuse_split(typed, "a log of two flights has its own; leave it out");
   options.replay = read_log(*typed.replay);

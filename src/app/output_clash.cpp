@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <system_error>
@@ -10,6 +11,7 @@
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -48,6 +50,20 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--from", options.data.from}};
 }
 
+// A reset in flight begins a further dump, whatever their number.
+void check_start_is_no_dump(const Options& options) {
+  const fs::path &from = options.data.from, &dump = options.data.dump;
+  const std::string start = dump.stem().string() + "-", stem = from.stem().string();
+  if (dump.empty() || from.extension() != dump.extension() || !stem.starts_with(start)) return;
+  const std::string number = stem.substr(start.size());
+  const bool is_number = !number.empty() && std::all_of(number.begin(), number.end(),
+                                                        [](char c) { return c >= '0' && c <= '9'; });
+  if (!is_number || !is_same_file(fs::path(dump).replace_filename(from.filename()), from)) return;
+  throw UserError(
+      fmt::format("--dump: after a reset it would write over {}, the file of --from; choose another name",
+                  in_quotes(from.string())));
+}
+
 // What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
 // world, of which there may be as many as cues.
 void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
@@ -58,7 +74,7 @@ void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
     const fs::path file = numbered(dump, i);
     if (i > 1) files.push_back({fmt::format("--dump (number {})", i), file});
     files.push_back({"--dump (its index)", fs::path(file).replace_extension(".xdmf")});
-    files.push_back({"--dump (its first part)", file.string() + ".part"});
+    files.push_back({"--dump (its first part)", part_of(file)});
   }
 }
 
@@ -77,8 +93,16 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
   add_files_of_dump(options, files);
-  if (!options.data.checkpoint.empty())
-    files.push_back({"--checkpoint (while it is written)", options.data.checkpoint.string() + ".part"});
+  for (const auto& [flag, file] : std::vector<NamedFile>{{"--checkpoint", options.data.checkpoint},
+                                                         {"--report", options.report},
+                                                         {"--picture", options.picture},
+                                                         {"--still", options.still},
+                                                         {"--panel-map", options.panel_map},
+                                                         {"--json", options.bench_json}}) {
+    if (!file.empty()) files.push_back({flag + " (while it is written)", part_of(file)});
+  }
+  if (!options.panel_map.empty())
+    files.push_back({"--panel-map (the number of frames)", frames_beside(options.panel_map)});
   if (!options.record.empty() && options.command == Command::run) {
     files.push_back({"--record (the film's log)", log_beside(options.record)});
     if (!is_frame_pattern(options.record))  // without ffmpeg
@@ -90,6 +114,7 @@ std::vector<NamedFile> outputs_of(const Options& options) {
 }  // namespace
 
 void check_outputs(const Typed& typed, const Options& options) {
+  check_start_is_no_dump(options);
   std::vector<NamedFile> others = inputs_of(typed, options);
   for (const NamedFile& output : outputs_of(options)) {
     if (output.file.empty()) continue;

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/json_number.hpp"
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/statistics.hpp"
 #include "core/text.hpp"
 #include "model/kinetic_theory.hpp"
@@ -246,15 +246,13 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
 }
 
 void write_report(const std::filesystem::path& file, const json& report) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
   // A file name that is not UTF-8 must not prevent the report.
-  stream << report.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
-  stream.close();
-  if (!stream) {
-    throw UserError(
-        fmt::format("{}: the report cannot be written; choose a folder that exists, is writable and has room",
-                    in_quotes(file.string())));
-  }
+  const std::string problem =
+      replace_file(file, report.dump(2, ' ', false, json::error_handler_t::replace) + '\n');
+  if (problem.empty()) return;
+  throw OutputError(fmt::format(
+      "{}: the report cannot be written ({}); choose a folder that exists, is writable and has room",
+      in_quotes(file.string()), problem));
 }
 
 }  // namespace pf

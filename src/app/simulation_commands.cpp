@@ -15,19 +15,20 @@ namespace {
 
 constexpr double kMinKeyTimeScale = 0.001;  // lower limit for keys; panel and scenes may go lower
 
-// name: NAME or NAME.toml.
-std::filesystem::path scene_file_of(const std::string& name) {
-  return ending_of(name) == ".toml" ? name : name + ".toml";
-}
-
 }  // namespace
 
 void Simulation::State::apply_settings(const Settings& wanted) {
   check_settings(wanted, "panel");
   Settings with = wanted;
   resolve(with);
+  const bool keeps_half_step = scene_dt_s && with.dt_s == settings.dt_s;
+  if (keeps_half_step && differ(settings, with, &Effects::parcels)) {  // half of what the scene has then
+    with.dt_s = *scene_dt_s;
+    with.dt_s = half_step_of(with);
+  }
   const Physics derived = derive_physics(with);
   check_backend(with, derived, *backend);
+  std::vector<Ghost> ghosts_with = ghosts_of(with);
   const bool is_respawned = differ(settings, with, &Effects::parcels);
   if (is_respawned) const Spawner tried(with, derived, ball);  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
@@ -41,12 +42,12 @@ void Simulation::State::apply_settings(const Settings& wanted) {
     ball.spin_radps = with.ball_spin_radps;
     backend->set_ball(ball);
   }
-  if (with.dt_s != settings.dt_s) scene_dt_s.reset();
-  flight.disturbed =
-      flight.disturbed || (flight.points_m.size() > 1 && differ(settings, with, &Effects::flight));
+  if (!keeps_half_step) scene_dt_s.reset();
+  const bool flies = view.flight == Flight::flying && flight.points_m.size() > 1;
+  flight.disturbed = flight.disturbed || (flies && differ(settings, with, &Effects::flight));
   settings = with;
   profile_is_due = true;
-  ghosts = ghosts_of(settings);
+  ghosts = std::move(ghosts_with);
 }
 
 // Starts another scene. Settings of the run and its film are kept.
@@ -90,7 +91,7 @@ void Simulation::State::scale_time(double factor) {
 }
 
 void Simulation::State::save_scene(const std::string& name) {
-  const std::filesystem::path file = scene_file_of(name);
+  const std::filesystem::path file = with_toml_ending(name);
   save_new_scene_file(file, settings);
   view.notice = fmt::format("Saved: {}", file.string());
 }

@@ -71,6 +71,7 @@ void Simulation::State::begin_flight(bool fresh_air) {
   flight.half_step = scene_dt_s.has_value();
   flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
   flight.spin_radps = settings.ball_spin_radps;
+  flight.settings = settings;
   if (physics.ball.exists) flight.start_energy_j = backend->measure().energy_j();
   view.flight = Flight::flying;
   view.ball_distance_m = 0.0;
@@ -140,8 +141,9 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   flight.launch = same_launch;
   const std::int64_t kept = reference_of(flight, old_flights).number;
   std::erase_if(old_flights, [&](const FlightRecord& old) {  // keeps the newer of two equal ones
-    const bool is_equal =
-        old.launch == flight.launch && old.method == flight.method && old.set_dt_s == flight.set_dt_s;
+    const bool is_equal = old.launch == flight.launch && old.method == flight.method &&
+                          old.set_dt_s == flight.set_dt_s && old.spin_radps == flight.spin_radps &&
+                          other_differences(old, flight).empty();
     return is_equal && old.number != kept;
   });
   drop_old_flights();
@@ -155,15 +157,18 @@ void Simulation::State::compare(Comparison comparison, std::optional<Method> log
   compare_steps(comparison == Comparison::half_step);
 }
 
+double Simulation::State::half_step_of(const Settings& with) const {
+  return 0.5 * (with.dt_s > 0.0 ? with.dt_s : plan_frame(with, derive_physics(with), ball).dt_s);
+}
+
 // With half of the step, or with the scene's again.
 void Simulation::State::compare_steps(bool half) {
   if (!half && !scene_dt_s) return;
   const std::optional<double> before_s = scene_dt_s;
   Settings with = settings;
   if (half) {
-    const double dt_s = settings.dt_s > 0.0 ? settings.dt_s : plan_frame(settings, physics, ball).dt_s;
     scene_dt_s = scene_dt_s.value_or(settings.dt_s);
-    with.dt_s = 0.5 * dt_s;
+    with.dt_s = half_step_of(settings);
   } else {
     with.dt_s = *scene_dt_s;
     scene_dt_s.reset();

@@ -62,6 +62,7 @@ void Simulation::State::resume(const RunState& from) {
   view.paused = from.paused;
   scene_dt_s = from.scene_dt_s;
   flight = from.flight;
+  flight.settings = settings;
   ghosts = ghosts_of(settings);
   profile_is_due = true;
   begin_history();

@@ -88,6 +88,7 @@ struct Simulation::State {
   void compare(Comparison comparison, std::optional<Method> logged);
   void compare_methods(std::optional<Method> logged);
   void compare_steps(bool half);
+  double half_step_of(const Settings& with) const;  // of the ball's present motion
   bool repeat_flight(const Settings& with);
   bool launches_by_itself() const;
   void scale_time(double factor);

@@ -12,6 +12,12 @@ class UserError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Results that cannot be written. Exit code 1, as for those that broke off.
+class OutputError : public UserError {
+ public:
+  using UserError::UserError;
+};
+
 // A device, driver or display cannot do what was asked. Exit code 3.
 class DeviceError : public std::runtime_error {
  public:

@@ -16,4 +16,9 @@ inline std::string ending_of(const std::filesystem::path& file) {
   return ending;
 }
 
+// NAME.toml of NAME or NAME.toml.
+inline std::filesystem::path with_toml_ending(const std::filesystem::path& name) {
+  return ending_of(name) == ".toml" ? name : std::filesystem::path(name.string() + ".toml");
+}
+
 }  // namespace pf

@@ -1,4 +1,4 @@
-// Files that are written aside and renamed when they are whole.
+// Links to files.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,7 @@
 // Text helpers for messages of one line.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -44,15 +45,38 @@ inline bool is_utf8(std::string_view text) {
   return true;
 }
 
+// Where the text in quotes ends that begins at a place of a TOML text.
+inline std::size_t end_of_quotes(std::string_view toml, std::size_t at) {
+  const char mark = toml[at];
+  const std::string three(3, mark);
+  const std::string quotes = toml.substr(at).starts_with(three) ? three : three.substr(0, 1);
+  for (std::size_t k = at + quotes.size(); k < toml.size(); ++k) {
+    if (mark == '"' && toml[k] == '\\') {
+      ++k;
+    } else if (toml.substr(k).starts_with(quotes)) {
+      return k + quotes.size();
+    } else if (toml[k] == '\n' && quotes.size() == 1) {
+      return k;
+    }
+  }
+  return toml.size();
+}
+
 // True if a key of a TOML text has so many parts that its tables, nested in each other, would overflow the
 // stack of a parser that calls itself.
-inline bool has_deep_keys(const std::string& toml) {
+inline bool has_deep_keys(std::string_view toml) {
   constexpr std::size_t kMostDots = 1000;
-  std::size_t num_dots = 0;
-  bool is_key = true;
-  for (const char c : toml) {
-    if (c == '\n' || c == '=') num_dots = 0, is_key = c == '\n';
-    if (is_key && c == '.' && ++num_dots > kMostDots) return true;
+  std::size_t num_dots = 0;  // since anything else than a key's parts
+  for (std::size_t at = 0; at < toml.size();) {
+    const char c = toml[at];
+    if (c == '"' || c == '\'') {
+      at = end_of_quotes(toml, at);
+      continue;
+    }
+    if (c == '#') at = std::min(toml.find('\n', at), toml.size() - 1);
+    if (std::string_view("\n=,{}[]").find(toml[at]) != std::string_view::npos) num_dots = 0;
+    if (toml[at] == '.' && ++num_dots > kMostDots) return true;
+    ++at;
   }
   return false;
 }

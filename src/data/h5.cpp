@@ -57,6 +57,12 @@ void write_value(hid_t parent, const char* name, hid_t type, const void* data) {
   checked(H5Dwrite(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), name);
 }
 
+Handle open_value(hid_t parent, const std::string& path) {
+  Handle dataset = open_dataset(parent, path);
+  if (!extent_of(dataset.id()).empty()) throw DeviceError("HDF5: " + path + ": has several values");
+  return dataset;
+}
+
 }  // namespace
 
 hid_t checked(hid_t result, const char* what) {
@@ -139,8 +145,15 @@ void put_numbers(hid_t parent, const char* name, const std::vector<std::uint32_t
     checked(H5Dwrite(dataset.id(), H5T_NATIVE_UINT32, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), name);
 }
 
+std::int64_t number_value(hid_t parent, const std::string& path) {
+  const Handle dataset = open_value(parent, path);
+  std::int64_t value = 0;
+  checked(H5Dread(dataset.id(), H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value), path.c_str());
+  return value;
+}
+
 std::string text_value(hid_t parent, const std::string& path) {
-  const Handle dataset = open_dataset(parent, path);
+  const Handle dataset = open_value(parent, path);
   const Handle type = any_text_type();
   char* data = nullptr;
   checked(H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, static_cast<void*>(&data)),
@@ -150,11 +163,14 @@ std::string text_value(hid_t parent, const std::string& path) {
   return text;
 }
 
-void read_row(hid_t parent, const std::string& path, std::uint64_t row, hid_t type, void* read) {
+void read_row(hid_t parent, const std::string& path, std::uint64_t row, const std::vector<hsize_t>& extent,
+              hid_t type, void* read) {
   const Handle dataset = open_dataset(parent, path);
   std::vector<hsize_t> count = extent_of(dataset.id());
   std::vector<hsize_t> start(count.size(), 0);
   if (count.empty() || row >= count[0]) throw DeviceError("HDF5: " + path + ": the frame is missing");
+  if (!std::equal(count.begin() + 1, count.end(), extent.begin(), extent.end()))
+    throw DeviceError("HDF5: " + path + ": a frame has another shape");
   count[0] = 1;
   start[0] = row;
   const Handle in_file(H5Dget_space(dataset.id()), H5Sclose, path.c_str());

@@ -56,7 +56,12 @@ std::string text_value(hid_t parent, const std::string& path);
 // A type of texts of a fixed length.
 Handle text_type(std::size_t num_bytes);
 
-// Sets `read` to the row of a data set whose first dimension counts frames.
-void read_row(hid_t parent, const std::string& path, std::uint64_t row, hid_t type, void* read);
+// Sets `read` to the row of a data set whose first dimension counts frames. Throws DeviceError unless the
+// others are those given.
+void read_row(hid_t parent, const std::string& path, std::uint64_t row, const std::vector<hsize_t>& extent,
+              hid_t type, void* read);
+
+// Of a data set that holds one value.
+std::int64_t number_value(hid_t parent, const std::string& path);
 
 }  // namespace pf::h5

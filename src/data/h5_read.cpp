@@ -48,9 +48,7 @@ void Reader::check_is_dump() const {
                        h5::exists(file_.id(), dump_path::kSettings) &&
                        h5::exists(file_.id(), dump_path::kRun);
   if (!is_dump) refuse("is no dump of this program", "give a file that --dump has written");
-  std::int64_t format = 0;
-  const h5::Handle stored = h5::open_dataset(file_.id(), dump_path::kFormat);
-  h5::checked(H5Dread(stored.id(), H5T_NATIVE_INT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, &format), "format");
+  const std::int64_t format = h5::number_value(file_.id(), dump_path::kFormat);
   if (format != kDumpFormat)
     refuse(fmt::format("has format {}, and this program reads {}", format, kDumpFormat),
            "use the version of the program that wrote it");
@@ -76,7 +74,7 @@ std::uint64_t Reader::choose_frame(std::optional<std::int64_t> wanted) const {
 
 std::string Reader::run_text(std::uint64_t frame) const {
   std::string text(kRunTextBytes, '\0');
-  h5::read_row(file_.id(), dump_path::kRun, frame, h5::text_type(kRunTextBytes).id(), text.data());
+  h5::read_row(file_.id(), dump_path::kRun, frame, {}, h5::text_type(kRunTextBytes).id(), text.data());
   return text.substr(0, text.find('\0'));
 }
 
@@ -93,32 +91,32 @@ void Reader::check_sizes(std::size_t n) const {
 
 void Reader::read_parcels(std::uint64_t frame, std::size_t n, BackendState& state) const {
   if (n == 0) return;
-  const auto read = [&](const char* path, hid_t type, auto& to) {
+  const auto read = [&](const char* path, const std::vector<hsize_t>& extent, hid_t type, auto& to) {
     to.resize(n);
-    h5::read_row(file_.id(), path, frame, type, to.data());
+    h5::read_row(file_.id(), path, frame, extent, type, to.data());
   };
-  read(dump_path::kUnits, H5T_NATIVE_INT32, state.parcels.position);
+  read(dump_path::kUnits, {n, 2}, H5T_NATIVE_INT32, state.parcels.position);
   std::vector<float> velocity(3 * n);
-  h5::read_row(file_.id(), dump_path::kVelocity, frame, H5T_NATIVE_FLOAT, velocity.data());
+  h5::read_row(file_.id(), dump_path::kVelocity, frame, {n, 3}, H5T_NATIVE_FLOAT, velocity.data());
   state.parcels.velocity.resize(n);
   for (std::size_t i = 0; i < n; ++i) state.parcels.velocity[i] = {velocity[3 * i], velocity[3 * i + 1]};
   std::vector<std::uint8_t> heated;
-  read(dump_path::kHeated, H5T_NATIVE_UINT8, heated);
+  read(dump_path::kHeated, {n}, H5T_NATIVE_UINT8, heated);
   for (std::size_t i = 0; i < n; ++i) {
     if (heated[i] != 0) state.parcels.heated.push_back(static_cast<std::uint32_t>(i));
   }
   if (!state.exact.active) return;
   if (!h5::exists(file_.id(), dump_path::kAnchor))
     refuse("lacks the anchors of method exact", "give a checkpoint or another dump");
-  read(dump_path::kAnchor, H5T_NATIVE_INT32, state.exact.anchor);
-  read(dump_path::kTick, H5T_NATIVE_UINT32, state.exact.tick);
+  read(dump_path::kAnchor, {n, 2}, H5T_NATIVE_INT32, state.exact.anchor);
+  read(dump_path::kTick, {n}, H5T_NATIVE_UINT32, state.exact.tick);
   if (h5::exists(file_.id(), dump_path::kContactTick))
-    read(dump_path::kContactTick, H5T_NATIVE_UINT32, state.exact.last_contact_tick);
+    read(dump_path::kContactTick, {n}, H5T_NATIVE_UINT32, state.exact.last_contact_tick);
 }
 
 void Reader::check_hash(std::uint64_t frame, const RunState& state) const {
   std::uint64_t hash = 0;
-  h5::read_row(file_.id(), dump_path::kHash, frame, H5T_NATIVE_UINT64, &hash);
+  h5::read_row(file_.id(), dump_path::kHash, frame, {}, H5T_NATIVE_UINT64, &hash);
   if (hash == state_hash(state)) return;
   refuse(fmt::format("is damaged: frame {} does not have the hash that it had", frame),
          "give another --from-frame, or a checkpoint");

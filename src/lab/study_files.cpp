@@ -12,8 +12,8 @@
 #include "app/json_number.hpp"
 #include "app/report.hpp"
 #include "core/error.hpp"
-#include "core/link_target.hpp"
 #include "core/program_files.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -55,17 +55,10 @@ std::string quoted(const std::string& text) {
 }
 
 void write_text(const fs::path& file, const std::string& text) {
-  const fs::path target = link_target(file);
-  const fs::path temporary = target.string() + ".new";
-  std::ofstream out(temporary, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code error, ignored;
-  if (out) fs::rename(temporary, target, error);
-  if (out && !error) return;
-  fs::remove(temporary, ignored);
-  throw UserError(
-      fmt::format("{} cannot be written; check free space and permissions", in_quotes(file.string())));
+  const std::string problem = replace_file(file, text);
+  if (problem.empty()) return;
+  throw OutputError(fmt::format("{} cannot be written ({}); check free space and permissions",
+                                in_quotes(file.string()), problem));
 }
 
 // Whether it has the form of a result: its fields are not looked into.

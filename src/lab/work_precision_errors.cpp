@@ -22,6 +22,9 @@ namespace {
 using nlohmann::json;
 
 // The row of `exact` with the shortest step, by case.
+// Throws json::exception if it is missing: a file of results may be edited.
+double figure(const json& row, const char* key) { return row.at(key).get<double>(); }
+
 std::map<std::string, const json*> exact_rows(const json& points) {
   std::map<std::string, const json*> rows;
   for (const json& row : points) {
@@ -34,38 +37,37 @@ std::map<std::string, const json*> exact_rows(const json& points) {
 
 // Relative error of a mean against that of the reference. sigma: standard error of both.
 json relative_error(const json& row, const json& reference, const char* key, double sigma) {
-  const double expected = *number(reference, key);
+  const double expected = figure(reference, key);
   const double relative_sigma = std::hypot(sigma, sigma) / expected;
-  return error_of(*number(row, key) / expected - 1.0, relative_sigma);
+  return error_of(figure(row, key) / expected - 1.0, relative_sigma);
 }
 
 // A gas in equilibrium against theory, which is exact.
 json elastic_errors(const json& row) {
-  const double eta = *number(row, "area_fraction");
+  const double eta = figure(row, "area_fraction");
   const double rate = theory::collision_rate_per_s(eta, 1.0, 0.5), z = theory::compressibility(eta);
-  return {
-      {"rate", error_of(*number(row, "rate") / rate - 1.0, *number(row, "rate_sigma") / rate)},
-      {"pressure",
-       error_of(*number(row, "compressibility") / z - 1.0, *number(row, "compressibility_sigma") / z)},
-      // Per 10 collisions. Energy has no statistical error.
-      {"energy", error_of((*number(row, "energy_ratio") - 1.0) * 10.0 / *number(row, "collisions"), 0.0)}};
+  return {{"rate", error_of(figure(row, "rate") / rate - 1.0, figure(row, "rate_sigma") / rate)},
+          {"pressure",
+           error_of(figure(row, "compressibility") / z - 1.0, figure(row, "compressibility_sigma") / z)},
+          // Per 10 collisions. Energy has no statistical error.
+          {"energy", error_of((figure(row, "energy_ratio") - 1.0) * 10.0 / figure(row, "collisions"), 0.0)}};
 }
 
 // A cooling gas against `exact`. Its blocks differ systematically, so that errors are those of counting:
 // 1 / sqrt(events), for the pressure times 2 / sqrt(pi) (mean square over squared mean of the closing speed
 // is 4 / pi).
 json cooling_errors(const json& row, const json& reference) {
-  const double events = 0.5 * *number(row, "collisions") * *number(row, "num_parcels");
+  const double events = 0.5 * figure(row, "collisions") * figure(row, "num_parcels");
   const double share = 1.0 / std::sqrt(std::max(1.0, events));
   const auto counted = [&](const char* key, double factor) {
-    const double sigma = factor * share * *number(reference, key);
+    const double sigma = factor * share * figure(reference, key);
     return relative_error(row, reference, key, sigma);
   };
   // Each collision takes (1 - e^2)/2 of the energy of a pair: the loss scatters like the count.
-  const double loss = -std::log(std::max(1e-300, *number(reference, "energy_ratio")));
+  const double loss = -std::log(std::max(1e-300, figure(reference, "energy_ratio")));
   return {{"rate", counted("collisions", 1.0)},
           {"pressure", counted("compressibility", 2.0 / std::sqrt(kPi))},
-          {"energy", error_of(*number(row, "energy_ratio") / *number(reference, "energy_ratio") - 1.0,
+          {"energy", error_of(figure(row, "energy_ratio") / figure(reference, "energy_ratio") - 1.0,
                               std::sqrt(2.0) * loss * share)}};
 }
 
@@ -129,10 +131,10 @@ json scatter_errors(const json& row, const json& points) {
 json errors_of(const json& row, const json& points, const std::map<std::string, const json*>& references) {
   const auto reference = references.find(case_of(row));
   if (row.at("group") == "parcel-path") {
-    const double value = *number(row, "path_error");
+    const double value = figure(row, "path_error");
     return {{"parcel-path",
              {{"value", value},
-              {"sigma", 0.25 * (*number(row, "path_high") - *number(row, "path_low"))},
+              {"sigma", 0.25 * (figure(row, "path_high") - figure(row, "path_low"))},
               {"bound", false}}}};
   }
   if (row.at("group") == "parcels" && row.contains("ends")) return scatter_errors(row, points);

@@ -27,8 +27,8 @@ constexpr std::size_t kMaxCues = 100;
 constexpr double kMaxTitle_s = 3600.0;
 constexpr double kMaxPlace_m = 1e6;
 
-const std::vector<std::string> kKeys = {"title",  "subtitle", "title_s", "scene", "camera",
-                                        "paused", "world",    "air",     "ball",  "run"};
+const std::vector<std::string> kKeys = {"title", "subtitle", "title_s", "scene", "camera", "paused",
+                                        "world", "air",      "ball",    "run",   "view"};
 
 // Film and threads go on when the cue changes.
 bool holds_for_the_run(const Field& field) {
@@ -153,7 +153,7 @@ Cue CueReader::read() {
     cue.paused = *node->value<bool>();
   }
   cue.settings = scene();
-  for (const char* section : {"world", "air", "ball", "run"}) {
+  for (const char* section : {"world", "air", "ball", "run", "view"}) {
     const toml::node* node = table_.get(section);
     if (node == nullptr) continue;
     if (!node->is_table())

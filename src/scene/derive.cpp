@@ -65,8 +65,10 @@ double air_speed_mps(const Settings& s) {
   return std::max({s.parcel_speed_mps, norm(s.flow_x_mps, s.flow_y_mps), hot_speed_mps(s)});
 }
 
+// Without parcels the box is as large as with them, if that is known.
 Vec2d world_size_m(const Settings& s) {
-  if (!s.box_follows_parcels || s.air != Air::parcels) return {s.width_m, s.height_m};
+  const bool is_known = s.parcel_radius_m > 0.0 && s.num_parcels > 0;
+  if (!s.box_follows_parcels || (s.air != Air::parcels && !is_known)) return {s.width_m, s.height_m};
   if (s.parcel_radius_m <= 0.0) {
     throw UserError(
         "world.box_follows_parcels = true needs air.parcel_radius_m > 0: the box follows from N, radius and "
@@ -196,6 +198,8 @@ Physics derive_physics(const Settings& s) {
   check_ball_size(s, physics, rounded_size);
   return physics;
 }
+
+bool radius_sets_density(const Settings& s) { return s.parcel_radius_m > 0.0 && !s.box_follows_parcels; }
 
 BallState initial_ball(const Settings& s) {
   return {{s.ball_x_m, s.ball_y_m}, {s.ball_vx_mps, s.ball_vy_mps}, s.ball_spin_radps, 0.0};

@@ -13,6 +13,10 @@ namespace pf {
 // on. Throws UserError. settings.num_parcels: not 0 if the air is made of parcels.
 Physics derive_physics(const Settings& settings);
 
+// Whether the share of the area that parcels cover follows from their number and radius, and not from
+// air.area_fraction.
+bool radius_sets_density(const Settings& settings);
+
 BallState initial_ball(const Settings& settings);
 
 // Returns whether the ball is beyond the edge of an open world with all of its disc.

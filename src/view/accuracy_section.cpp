@@ -182,7 +182,7 @@ void AccuracySection::load_table() {
 
 std::string AccuracySection::target(const Settings& settings) const {
   if (of_ > 0) return accuracy_targets()[static_cast<std::size_t>(of_ - 1)];
-  return settings.ball_present && !settings.ball_held ? "drag" : "rate";
+  return target_of(settings);
 }
 
 void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const AccuracyReadout* readout,

@@ -10,7 +10,7 @@
 #include <fstream>
 
 #include "core/error.hpp"
-#include "core/link_target.hpp"
+#include "core/replace_file.hpp"
 
 namespace pf {
 namespace {
@@ -73,26 +73,6 @@ std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, PngAlpha alp
     *problem = image.message;
   png.resize(bytes);
   return png;
-}
-
-// Writes a regular file aside and renames it, so that a full disk leaves what was there. Returns "", or the
-// reason.
-std::string replace_file(const std::filesystem::path& file, const std::string& bytes) {
-  std::error_code error;
-  const std::filesystem::path target = link_target(file);
-  const bool is_device =
-      std::filesystem::exists(target, error) && !std::filesystem::is_regular_file(target, error);
-  const std::filesystem::path written = target.string() + (is_device ? "" : ".part");
-  errno = 0;
-  std::ofstream stream(written, std::ios::binary | std::ios::trunc);
-  stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  error.clear();
-  if (stream && !is_device) std::filesystem::rename(written, target, error);
-  if (stream && !error) return "";
-  const std::string problem = error ? error.message() : std::strerror(errno);
-  if (!is_device) std::filesystem::remove(written, error);
-  return problem;
 }
 
 }  // namespace

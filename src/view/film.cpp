@@ -14,7 +14,6 @@
 namespace pf {
 namespace {
 
-constexpr const char* kNullDevice = "/dev/null";
 constexpr std::size_t kMaxHeld = 8;  // frames not yet written; 66 MB at 1080p
 
 // yuv420p halves both sides of the picture.

@@ -98,10 +98,23 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   return row;
 }
 
+// Names settings that the user has changed between two flights, so that nobody takes them for a method's
+// error.
+std::string other_settings(const FlightRecord& flight, const FlightRecord& reference) {
+  constexpr std::size_t kMostNamed = 2;
+  const std::vector<const Field*> different = other_differences(flight, reference);
+  std::string text;
+  for (std::size_t k = 0; k < std::min(kMostNamed, different.size()); ++k)
+    text += fmt::format(", {} {}", different[k]->key, short_value_text(*different[k], flight.settings));
+  if (different.size() > kMostNamed) text += fmt::format(" and {} more", different.size() - kMostNamed);
+  return text;
+}
+
 // Figures of unlike durations are not shown beside each other. The energy is known at a flight's end only.
 void compare_row(const FlightRecord& flight, const Compared& compared, bool complete, FlightRow& row) {
   const bool flies = row.is_current && !complete;
   if (!complete && !flies) row.method += ", cut short";
+  row.method += other_settings(flight, *compared.reference);
   row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
   if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
     row.cost = cost_text(flight.compute_ms / flight.time_s());

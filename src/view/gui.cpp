@@ -1,6 +1,7 @@
 #include "view/gui.hpp"
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_impl_glfw.h>
 #include <imgui_impl_opengl3.h>
@@ -14,6 +15,7 @@
 
 #include "core/error.hpp"
 #include "core/program_files.hpp"
+#include "core/replace_file.hpp"
 #include "view/gl.hpp"
 
 namespace pf {
@@ -132,15 +134,10 @@ void ControlMap::note(const std::string& label, const std::array<float, 4>& rect
 std::string ControlMap::text() const { return nlohmann::json(rectangles_).dump(1); }
 
 void ControlMap::write(const std::filesystem::path& file) const {
-  const std::filesystem::path part = file.string() + ".part";
-  {
-    std::ofstream out(part);
-    out << text() << '\n';
-    if (!out) throw UserError(part.string() + ": the panel map cannot be written; choose another file");
-  }
-  std::error_code error;
-  std::filesystem::rename(part, file, error);
-  if (error) throw UserError(file.string() + ": the panel map cannot be written; choose another file");
+  const std::string problem = replace_file(file, text() + '\n');
+  if (problem.empty()) return;
+  throw OutputError(
+      fmt::format("{}: the panel map cannot be written ({}); choose another file", file.string(), problem));
 }
 
 namespace {

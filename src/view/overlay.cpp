@@ -76,8 +76,10 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   if (mode != OverlayMode::full || terms_.empty()) return;
   const ImVec2 at(place.left_px + kPadding_px * place.scale,
                   place.bottom_px - height_px(mode, place.scale) - kTermsRow_px * place.scale);
-  ImGui::GetBackgroundDrawList()->AddText(ImGui::GetFont(), reduced(0.9F) * ImGui::GetFontSize(), at,
-                                          colors_.dim, terms_.c_str());
+  const ImVec2 high(place.left_px + place.width_px, at.y + kTermsRow_px * place.scale);
+  ImDrawList* list = ImGui::GetBackgroundDrawList();  // the world may be zoomed to below it
+  list->AddRectFilled(ImVec2(place.left_px, at.y - 2.0F * place.scale), high, colors_.ground);
+  list->AddText(ImGui::GetFont(), reduced(0.9F) * ImGui::GetFontSize(), at, colors_.dim, terms_.c_str());
 }
 
 void Overlay::write_texts(const FrameView& frame, OverlayMode mode, const OverlayPlace& place,

@@ -3,12 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "view/court_lines.hpp"
 #include "view/current_color.hpp"
@@ -149,13 +147,10 @@ std::string path_svg(const FrameView& frame, const Look& look) {
 }
 
 void write_svg(const std::filesystem::path& file, const std::string& svg) {
-  errno = 0;
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << svg;
-  stream.close();
-  if (stream) return;
+  const std::string problem = replace_file(file, svg);
+  if (problem.empty()) return;
   throw UserError(fmt::format("{}: the drawing cannot be written ({}); choose another file",
-                              in_quotes(file.string()), std::strerror(errno)));
+                              in_quotes(file.string()), problem));
 }
 
 }  // namespace pf

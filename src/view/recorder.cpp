@@ -91,7 +91,7 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
                                options_.record_real_time};
   auto film = std::make_unique<Film>(request, announce_);
   // `bench` records to /dev/null, which has no place for a log beside it.
-  const fs::path log = film->file() == "/dev/null" ? fs::path() : log_beside(film->file());
+  const fs::path log = film->file() == kNullDevice ? fs::path() : log_beside(film->file());
   if (!log.empty()) log_.open(log);
   running_.emplace(Running{std::move(film), log, false});
   try {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "app/command_queue.hpp"
 #include "core/error.hpp"
 #include "view/host_draw_target.hpp"
 #include "view/stage_loop.hpp"
@@ -161,6 +162,9 @@ int Stage::run() {
 void Stage::steer() {
   if (replay_) {
     const bool quit = commands_.quit;
+    if (changes_anything(commands_))
+      notice_.show("A replay takes its inputs from the log, and ends with it; yours change the view",
+                   Clock::now());
     commands_ = replay_->commands(simulation_.settings());
     commands_.quit = quit;
   }

@@ -12,10 +12,6 @@ namespace {
 
 constexpr double kFailure_s = 12.0;  // long enough to read a line of an error
 
-std::string with_ending(const std::string& name) {
-  return ending_of(name) == ".toml" ? name : name + ".toml";
-}
-
 }  // namespace
 
 void Stage::load_cues(const std::string& name_or_path) {
@@ -63,7 +59,7 @@ Cue Stage::present_cue() {
 
 void Stage::save_cue(const CueRequest& request) {
   try {
-    const std::filesystem::path file = with_ending(request.save_to);
+    const std::filesystem::path file = with_toml_ending(request.save_to);
     Cue cue = present_cue();
     cue.title = request.title.empty() ? cue.settings.name : request.title;
     append_cue(file, cue);

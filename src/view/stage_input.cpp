@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/command_queue.hpp"
+#include "app/frame_names.hpp"
 #include "view/escape.hpp"
 #include "view/key_card.hpp"
 #include "view/stage_loop.hpp"
@@ -214,7 +215,7 @@ void Stage::write_panel_map() {
 
 // Who presses keys can tell from it that a frame took them.
 void Stage::write_frame_count() {
-  if (!frame_count_.is_open()) frame_count_.open(hooks_.panel_map.string() + ".frames");
+  if (!frame_count_.is_open()) frame_count_.open(frames_beside(hooks_.panel_map));
   frame_count_.seekp(0);
   frame_count_ << fmt::format("{:12}\n", ++num_mapped_frames_) << std::flush;
 }

@@ -8,6 +8,9 @@
 #include "app/run_state.hpp"
 #include "core/error.hpp"
 #include "data/dump.hpp"
+#if PF_HAVE_HDF5
+#include "data/h5_layout.hpp"
+#endif
 #include "data/random_scenes.hpp"
 #include "data/xyz_dump.hpp"
 #include "unit/temporary_folder.hpp"
@@ -100,6 +103,29 @@ TEST_F(Dump, RefusesWhatCannotBeStartedFrom) {
   EXPECT_NE(refusal().find("has no velocities"), std::string::npos) << refusal();
   folder_.write("a.h5", "not HDF5");
   EXPECT_NE(refusal().find("cannot be opened as HDF5"), std::string::npos) << refusal();
+}
+
+// A damaged file must not write beyond what a frame is read to.
+TEST_F(Dump, RefusesFramesOfAnotherShape) {
+  RandomScene scene = random_scene(2);
+  scene.num_frames = 1;
+  for (const char* path : {dump_path::kUnits, dump_path::kVelocity, dump_path::kHeated, dump_path::kHash,
+                           dump_path::kRun, dump_path::kFormat}) {
+    run(scene);
+    {
+      const h5::Handle file(H5Fopen(file_.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "file");
+      std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file.id(), path).id());
+      extent.push_back(100);
+      const h5::Handle type(H5Dget_type(h5::open_dataset(file.id(), path).id()), H5Tclose, path);
+      const h5::Handle space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr),
+                             H5Sclose, path);
+      h5::checked(H5Ldelete(file.id(), path, H5P_DEFAULT), path);
+      const h5::Handle wide(
+          H5Dcreate2(file.id(), path, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose,
+          path);
+    }
+    EXPECT_NE(refusal(), "") << path;
+  }
 }
 
 TEST_F(Dump, ReplacesTheTargetOfALink) {

@@ -93,11 +93,11 @@ TEST(StudyFiles, AFailedWriteLeavesTheOldFilesAndNothingElse) {
   const std::string before = text_of(folder.path() / "terms.json");
   // /dev/full stands for the full disk.
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
-  fs::create_symlink("/dev/full", folder.path() / "terms.json.new");
+  fs::create_symlink("/dev/full", folder.path() / "terms.json.part");
   result["quick"] = false;
   EXPECT_THROW(save_study(folder.path(), result), UserError);
   EXPECT_EQ(text_of(folder.path() / "terms.json"), before);
-  EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "terms.json.new")));
+  EXPECT_FALSE(fs::exists(fs::symlink_status(folder.path() / "terms.json.part")));
   EXPECT_NO_THROW(save_study(folder.path(), result));
 }
 
@@ -185,7 +185,7 @@ TEST(StudyFiles, ATableThatCannotBeWrittenLeavesTheOldOne) {
   const fs::path kept = folder.path() / "kept.json";
   write(kept, "old");
   save_study(folder.path(), table("1", false, 1));
-  fs::create_symlink("/dev/full", folder.path() / "kept.json.new");
+  fs::create_symlink("/dev/full", folder.path() / "kept.json.part");
   EXPECT_NE(keep_accuracy_table(folder.path(), kept).find("cannot be written"), std::string::npos);
   EXPECT_EQ(text_of(kept), "old");
 }

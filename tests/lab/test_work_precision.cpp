@@ -57,6 +57,17 @@ TEST(WorkPrecision, ComparesWithTheoryAndMarksTheFront) {
   EXPECT_NEAR(error(2)["value"].get<double>(), 0.0002 + 2.0 * 0.001 / expected, 1e-9);
 }
 
+// A file of results that somebody has edited.
+TEST(WorkPrecision, ARowWithoutItsFiguresIsNoResult) {
+  for (const char* key : {"rate", "compressibility_sigma", "collisions"}) {
+    json result = {{"points", {gas_row("impulse", 1.0, 10.0), gas_row("exact", 1.0, 30.0)}}};
+    result["points"][0].erase(key);
+    EXPECT_THROW(conclude_work_precision(result), json::exception) << key;
+    result["points"][0][key] = nullptr;
+    EXPECT_THROW(conclude_work_precision(result), json::exception) << key;
+  }
+}
+
 // A method reaches an error with a step if all shorter steps reach it too. A step whose error crosses
 // zero by chance, with larger errors at shorter steps, does not count. The other device has its own series.
 TEST(WorkPrecision, SummaryNamesTheCheapestMethodOfEachDevice) {

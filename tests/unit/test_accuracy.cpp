@@ -8,6 +8,7 @@
 
 #include "app/accuracy_table.hpp"
 #include "core/error.hpp"
+#include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 #include "temporary_folder.hpp"
 
@@ -87,6 +88,23 @@ TEST(Accuracy, BetweenCasesTheStricterDecides) {
   const AccuracyChoice between = choose(0.1, 0.2);
   EXPECT_EQ(between.settings.displacement_per_step, 0.25) << "at 0.3 the step of 0.5 errs by 0.1";
   EXPECT_EQ(between.expected_error, 0.025);
+}
+
+// A radius that is given sets the density: air.area_fraction is ignored then.
+TEST(Accuracy, DensityFollowsFromAGivenRadius) {
+  Settings s = load_scene("court");
+  s.num_parcels = 1000;
+  s.restitution = 1.0;
+  s.area_fraction = 0.1;
+  const auto choice = [&] { return choose_by_accuracy(table(), s, {0.1, "rate", false}, "cpu"); };
+  EXPECT_EQ(choice().settings.displacement_per_step, choose(0.1, 0.1).settings.displacement_per_step);
+  s.area_fraction = 0.3;
+  s.parcel_radius_m = derive_physics(s).parcels.radius_m;
+  s.area_fraction = 0.1;
+  EXPECT_EQ(choice().settings.displacement_per_step, choose(0.1, 0.3).settings.displacement_per_step);
+  EXPECT_NE(choose(0.1, 0.1).settings.displacement_per_step, choose(0.1, 0.3).settings.displacement_per_step);
+  s.parcel_radius_m *= 1.4;
+  EXPECT_EQ(choice().settings.method, Method::exact) << "denser than the table";
 }
 
 TEST(Accuracy, BeyondTheTableOnlyExactIsChosen) {

@@ -9,36 +9,10 @@
 #include "support/scene_support.hpp"
 #include "support/text.hpp"
 #include "temporary_folder.hpp"
+#include "unit/simulation_commands.hpp"
 
 namespace pf {
 namespace {
-
-class SimulationCommands : public testing::Test {
- protected:
-  void advance(int num_frames, const Commands& first = {}) {
-    simulation_.advance_frame(first, nullptr);
-    for (int k = 1; k < num_frames; ++k) simulation_.advance_frame({}, nullptr);
-  }
-  void edit(const std::function<void(Settings&)>& change) {
-    Commands commands;
-    commands.settings = simulation_.settings();
-    change(*commands.settings);
-    simulation_.advance_frame(commands, nullptr);
-  }
-  void load(const std::string& scene) {
-    Commands commands;
-    commands.scene = scene;
-    simulation_.advance_frame(commands, nullptr);
-  }
-  void pause() {
-    Commands commands;
-    commands.toggle_pause = true;
-    simulation_.advance_frame(commands, nullptr);
-  }
-  const FrameView& view() const { return simulation_.view(); }
-
-  Simulation simulation_{test::court(500), make_cpu_backend(2)};
-};
 
 TEST_F(SimulationCommands, SceneReplacesAllSettings) {
   advance(5);
@@ -163,96 +137,6 @@ TEST_F(SimulationCommands, RejectsALaunchThatIsTooFast) {
   advance(1, commands);
   EXPECT_TRUE(contains(view().message, "ball.vx_mps")) << view().message;
   EXPECT_EQ(simulation_.settings().ball_vx_mps, 15.0);
-}
-
-TEST_F(SimulationCommands, NextMethodRepeatsTheLaunch) {
-  advance(6);
-  Commands next;
-  next.compare = Comparison::next_method;
-  for (const Method method : {Method::spring, Method::exact, Method::impulse}) {
-    advance(4, next);
-    EXPECT_EQ(view().message, "");
-    EXPECT_EQ(simulation_.settings().method, method);
-    Settings same = test::court(500);
-    same.method = method;
-    Simulation other(same, make_cpu_backend(1));
-    for (int k = 0; k < 4; ++k) other.advance_frame({}, nullptr);
-    EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash()) << static_cast<int>(method);
-  }
-  // The first flight stays beside its equal, and flights keep their numbers.
-  ASSERT_EQ(view().old_flights->size(), 3U);
-  EXPECT_EQ(view().flight_record->number, 4);
-  EXPECT_EQ(view().old_flights->front().number, 3);
-  EXPECT_EQ(view().old_flights->back().number, 1);
-  for (const FlightRecord& old : *view().old_flights) {
-    EXPECT_EQ(old.launch, view().flight_record->launch);
-    EXPECT_TRUE(old.energy_drift());
-    EXPECT_GT(old.compute_ms, 0.0);
-  }
-}
-
-TEST_F(SimulationCommands, TheFirstFlightOfALaunchStays) {
-  advance(3);
-  Commands half;
-  half.compare = Comparison::half_step;
-  for (int k = 0; k < 9; ++k) advance(2, half);
-  ASSERT_EQ(view().old_flights->size(), 5U);
-  const FlightRecord& first = view().old_flights->back();
-  EXPECT_EQ(first.number, 1);
-  EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), &first);
-  EXPECT_EQ((*view().old_flights)[3].number, 6);  // the oldest of the others went
-  Commands launch;
-  launch.launch = true;
-  advance(2, launch);
-  EXPECT_EQ(view().old_flights->back().number, 6);  // another launch: it goes as the others do
-  EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), view().flight_record);
-}
-
-TEST_F(SimulationCommands, SceneStepComesBackAfterHalves) {
-  advance(3);
-  const double set_dt_s = simulation_.settings().dt_s, dt_s = view().dt_s;
-  Commands half, whole;
-  half.compare = Comparison::half_step;
-  whole.compare = Comparison::scene_step;
-  advance(2, half);
-  advance(2, half);
-  EXPECT_TRUE(view().half_step);
-  EXPECT_TRUE(view().flight_record->half_step);
-  advance(2, whole);
-  EXPECT_EQ(simulation_.settings().dt_s, set_dt_s);
-  EXPECT_DOUBLE_EQ(view().dt_s, dt_s);
-  EXPECT_FALSE(view().half_step);
-  EXPECT_FALSE(view().flight_record->half_step);
-  const std::int64_t number = view().flight_record->number;
-  advance(2, whole);  // nothing to go back to
-  EXPECT_EQ(view().flight_record->number, number);
-}
-
-TEST_F(SimulationCommands, HalfStepRepeatsTheLaunch) {
-  advance(3);
-  const double dt_s = view().dt_s;
-  Commands half;
-  half.compare = Comparison::half_step;
-  advance(2, half);
-  EXPECT_DOUBLE_EQ(view().dt_s, 0.5 * dt_s);
-  EXPECT_EQ(view().flight_record->set_dt_s, view().dt_s);
-  ASSERT_EQ(view().old_flights->size(), 1U);
-  EXPECT_EQ(view().old_flights->front().launch, view().flight_record->launch);
-}
-
-// Compared flights stay visible: the ball is not relaunched.
-TEST_F(SimulationCommands, ComparedFlightsAreNotRelaunched) {
-  edit([](Settings& s) { s.ball_x_m = 6.0; });
-  Commands next;
-  next.compare = Comparison::next_method;
-  Commands reset;
-  reset.reset = true;
-  advance(3, reset);
-  advance(200, next);
-  EXPECT_EQ(view().flight, Flight::landed);
-  EXPECT_EQ(view().old_flights->size(), 1U);
-  advance(200, reset);
-  EXPECT_GT(view().old_flights->size(), 0U);
 }
 
 TEST_F(SimulationCommands, FlightByHandIsNotRelaunched) {

@@ -124,6 +124,7 @@ TEST_F(CueLists, SaveTheStateAsACue) {
   cue.settings.restitution = 1.0 / 3.0;
   cue.settings.method = Method::exact;
   cue.settings.threads = 3;
+  cue.settings.follow_ball = !cue.settings.follow_ball;
   cue.camera = CueView{{0.25, -1.0}, 3.5};
   cue.paused = true;
   const auto file = folder_.path() / "new.toml";
@@ -137,6 +138,7 @@ TEST_F(CueLists, SaveTheStateAsACue) {
   Settings expected = load_scene("regulation");
   expected.restitution = 1.0 / 3.0;
   expected.method = Method::exact;
+  expected.follow_ball = !expected.follow_ball;
   EXPECT_EQ(list.cues[0].settings, expected);
   EXPECT_EQ(list.cues[0].title, "Mine \"1\"");
   EXPECT_TRUE(list.cues[0].paused);

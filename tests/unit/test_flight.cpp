@@ -7,6 +7,8 @@
 #include <tuple>
 
 #include "app/checkpoints.hpp"
+#include "scene/derive.hpp"
+#include "scene/scene_file.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf {
@@ -99,6 +101,22 @@ TEST(Ghost, OmitsTheSettingsOwnAir) {
   EXPECT_EQ(ghosts[0].air, Air::vacuum);
   s.ball_held = true;
   EXPECT_TRUE(ghosts_of(s).empty());
+}
+
+// Without parcels the box is that of the parcels, too.
+TEST(Ghost, ReachesTheWallsOfABoxThatFollowsItsParcels) {
+  Settings s = load_scene("gas");
+  s.num_parcels = 2000;
+  s.ball_present = true;
+  s.ball_radius_m = 2.0;
+  s.ball_x_m = -20.0;
+  s.ball_y_m = 0.0;
+  const World world = derive_physics(s).world;
+  const double half_m = to_metres(world, world.half).x;
+  const auto path = ghost_path(s, Air::vacuum);
+  float farthest_m = 0.0F;
+  for (const Vec2f& point : path) farthest_m = std::max(farthest_m, point.x);
+  EXPECT_NEAR(farthest_m, half_m - 2.0, 0.02 * half_m);
 }
 
 Checkpoint checkpoint_at(double shown_s, std::size_t num_parcels) {

@@ -69,6 +69,22 @@ TEST(FlightLegend, ComparesOverTheShortestCompleteFlight) {
   EXPECT_EQ(rows[2].energy, "-");
 }
 
+// Else a changed setting would look like a method's error.
+TEST(FlightLegend, NamesSettingsThatDiffer) {
+  Frames frames;
+  frames.flight = leaving(Method::exact, 10.0F, 8);
+  const FlightRecord reference = leaving(Method::impulse, 8.0F, 10);
+  frames.old_flights = {reference};
+  frames.flight.settings.restitution = 0.4;
+  frames.flight.settings.num_parcels = 9000;
+  frames.flight.settings.method = Method::exact;
+  EXPECT_EQ(flight_rows(frames.view)[1].method, "exact, 100 ms, num_parcels 9000, restitution 0.4");
+  frames.flight.settings.friction = 0.9;
+  EXPECT_EQ(flight_rows(frames.view)[1].method,
+            "exact, 100 ms, num_parcels 9000, restitution 0.4 and 1 more");
+  EXPECT_EQ(flight_rows(frames.view)[0].method, "impulse, 100 ms");
+}
+
 TEST(FlightLegend, ColourIsOfTheMethodWhereverTheRowStands) {
   FlightRecord flight;
   std::vector<Rgb> colors;

@@ -90,6 +90,8 @@ TEST(Options, AccuracyExcludesMethodAndStep) {
   EXPECT_EQ(options_of({}).accuracy.error, 0.0);
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--method", "exact"}), "leave out --method"));
   EXPECT_TRUE(contains(refusal({"--accuracy", "1%", "--dt", "0.1"}), "leave out --dt"));
+  EXPECT_TRUE(
+      contains(refusal({"--accuracy", "1%", "--set", "run.spring_contact_s=0.001"}), "leave out --set"));
   for (const std::string set :
        {"run.method=spring", "run.dt_s = 0.1", " run.substeps=9", "run.displacement_per_step=0.1"}) {
     const std::string message = refusal({"--accuracy", "1%", "--set", set});

@@ -37,6 +37,9 @@ TEST(Options, RejectsUnwritableOutput) {
                        "--report: '/proc/pf_report.json' cannot be written"));
   EXPECT_TRUE(contains(refusal({"bench", "--json", "/proc/pf.json"}), "--json: "));
   EXPECT_TRUE(contains(refusal({"--report", ""}), "cannot be written"));
+  const std::string long_name(300, 'x');
+  EXPECT_TRUE(contains(refusal({"--save-scene", long_name + ".toml"}), "--save-scene: '"));
+  EXPECT_TRUE(contains(refusal({"--record", long_name + "/%05d.png"}), "--record: '"));
 }
 
 // Files of a command line by their flags.
@@ -66,6 +69,12 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
       {{"--record", path("%05d.png"), "--picture", path("00002.png")}, "is the file of --record as well"},
       {{"--still", "1", path("x.png"), "--picture", path("x.png")}, "is the file of --picture as well"},
       {{"--checkpoint", path("c"), "--report", path("c.part")}, "--checkpoint (while it is written): '"},
+      {{"--picture", path("p.png"), "--overlay-csv", path("p.png.part")},
+       "--picture (while it is written): '"},
+      {{"--still", "1", path("p.png"), "--overlay-csv", path("p.png.part")},
+       "--still (while it is written): '"},
+      {{"--panel-map", path("m"), "--overlay-csv", path("m.frames")},
+       "--panel-map (the number of frames): '"},
       {{"--save-scene", path("n.toml"), "--log", path("n.toml")}, "is the file of --log as well"},
   };
   for (const Clash& clash : clashes)
@@ -90,6 +99,9 @@ TEST(Options, RefusesTheFilesBesideADump) {
   for (const Clash& clash : clashes)
     EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
   EXPECT_EQ(options_of({"--dump", dump, "--report", path("a-2.h5")}).report, path("a-2.h5"));
+  const std::string later = folder.write("a-12.h5", "").string();
+  EXPECT_TRUE(contains(refusal({"--dump", dump, "--from", later}), "after a reset it would write over '"));
+  EXPECT_FALSE(contains(refusal({"--dump", path("b.h5"), "--from", later}), "after a reset"));
 }
 #endif
 
@@ -168,7 +180,7 @@ TEST(Options, LogExcludesOtherSettings) {
                                                {"--still", "0", "a.png"}}) {
     std::vector<std::string> words = {"run", log};
     words.insert(words.end(), more.begin(), more.end());
-    EXPECT_TRUE(contains(refusal(words), "a log has its own scene and settings")) << more[0];
+    EXPECT_TRUE(contains(refusal(words), "a log has its own scene and settings; leave out " + more[0]));
   }
   EXPECT_TRUE(contains(refusal({"run", (folder.path() / "none.toml").string()}), "cannot be read as a log"));
 }

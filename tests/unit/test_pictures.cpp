@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/error.hpp"
+#include "support/full_disk.hpp"
 #include "temporary_folder.hpp"
 #include "unit/frames.hpp"
 #include "view/large_picture.hpp"
@@ -36,6 +38,19 @@ TEST(PathSvg, HasCourtPathsAndBallInMetres) {
   EXPECT_EQ(svg.find('\x01'), std::string::npos);
   EXPECT_EQ(count(path_svg(frames.view, {.ghosts = true}), "<polyline"), 3U);
   EXPECT_EQ(count(path_svg(frames.view, {.ghosts = true}), "stroke-dasharray"), 2U) << "open world and ghost";
+}
+
+TEST(PathSvg, AFullDiskLeavesTheDrawingThatWasThere) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("a.svg", "before");
+  {
+    const test::FullDisk full(8);
+    EXPECT_THROW(write_svg(file, std::string(100, 'x')), UserError);
+  }
+  EXPECT_EQ(contents_of(file), "before");
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.svg.part"));
+  write_svg(file, "after");
+  EXPECT_EQ(contents_of(file), "after");
 }
 
 TEST(LargePicture, TilesCoverItOnce) {

@@ -130,6 +130,17 @@ TEST_F(SceneFile, RejectsKeysOfVeryManyParts) {
   for (int k = 0; k < 50000; ++k) key += ".a";
   EXPECT_NE(refusal(key + " = 1").find("a key has more than 1000 parts"), std::string::npos);
   EXPECT_NE(refusal("[" + key + "]").find("a key has more than 1000 parts"), std::string::npos);
+  EXPECT_NE(refusal("\"=\"." + key + " = 1").find("a key has more than 1000 parts"), std::string::npos);
+  EXPECT_NE(refusal("x = { " + key + " = 1 }").find("a key has more than 1000 parts"), std::string::npos);
+  std::string quoted = "a";
+  for (int k = 0; k < 50000; ++k) quoted += " . 'a' . \"\\\"\"";
+  EXPECT_NE(refusal(quoted + " = 1").find("a key has more than 1000 parts"), std::string::npos);
+}
+
+TEST_F(SceneFile, TakesTextsOfVeryManyDots) {
+  const std::string dots(490, '.');
+  EXPECT_EQ(refusal("# " + std::string(5000, '.') + "\n[scene]\ndescription = \"\\\"" + dots + "\"\n"), "");
+  EXPECT_EQ(refusal("[scene]\ndescription = \"\"\"\n\"" + dots + "\n" + dots + "\"\"\"\n"), "");
 }
 
 TEST_F(SceneFile, RejectsBinaryFiles) {
