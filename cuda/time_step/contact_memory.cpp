@@ -36,7 +36,6 @@ ContactScratch ContactMemory::lay_out(const DeviceParcels& next, const DeviceCel
   contacts.part[1] = reinterpret_cast<DeviceSums*>(next.velocity.data());
   contacts.part[2] = reinterpret_cast<DeviceSums*>(scratch.keys);
   contacts.part[3] = sums_.data();
-  contacts.num_in_part = static_cast<std::uint32_t>(capacity_ / ContactScratch::kNumParts);
   contacts.first = next.id.data();
   contacts.second = scratch.counts;
   return contacts;

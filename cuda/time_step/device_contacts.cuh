@@ -67,10 +67,7 @@ __device__ inline bool has_bit(const std::uint32_t* words, std::uint32_t i) {
 
 // Sums of a parcel between two sorts.
 __device__ inline DeviceSums& sums_of(const ContactScratch& contacts, std::uint32_t i) {
-  static_assert(ContactScratch::kNumParts == 4);
-  const std::uint32_t num = contacts.num_in_part;
-  const unsigned k = (i >= num) + (i >= 2 * num) + (i >= 3 * num);
-  return contacts.part[k][i - k * num];
+  return contacts.part[i % ContactScratch::kNumParts][i / ContactScratch::kNumParts];
 }
 
 __device__ inline ContactSums as_sums(const DeviceSums& sums) {

@@ -69,8 +69,7 @@ constexpr unsigned kPairList = 128;
 // Touching pairs and the sums of their contacts, between two sorts or in a step that sorts.
 struct ContactScratch {
   static constexpr unsigned kNumParts = 4;
-  DeviceSums* part[kNumParts] = {};  // of the sums, num_in_part each
-  std::uint32_t num_in_part = 0;
+  DeviceSums* part[kNumParts] = {};  // of the sums, which they hold in turn
   // In a step that sorts most of that memory is where the parcels go. Then `few` alone holds sums, for each
   // kPairList parcels those of the first kFewSums that touch another one. What more of them need is found by
   // a search for each, as in step_kernel.

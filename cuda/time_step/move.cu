@@ -18,6 +18,41 @@ __device__ bool is_same(Vec2f a, Vec2f b) {
   return __float_as_uint(a.x) == __float_as_uint(b.x) && __float_as_uint(a.y) == __float_as_uint(b.y);
 }
 
+// Moves and draws a parcel. effect: of its contacts, if it has any. Returns whether it is heated then; of a
+// ghost it does not matter.
+template <bool kBall, Boundary kBoundary>
+__device__ __forceinline__ bool move_parcel(const StepLaunch& launch, const std::uint32_t& key,
+                                            std::uint32_t i, Parcel before, bool touches,
+                                            const ContactEffect& effect, DeviceTally& tally) {
+  const bool is_ghost = (before.id & kGhostBit) != 0;
+  bool is_heated_after = false;
+  before.id &= kIdBits;
+  Parcel after = before;
+  if (!is_retired(before.position) && !is_ghost) {
+    after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, key, before,
+                                          touches ? effect : effect_of_none(before.velocity), tally);
+    launch.from.position[i] = after.position;
+    if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
+    is_heated_after = after.is_heated != 0;
+  }
+  if (launch.draw.position_m != nullptr)
+    draw_parcel(launch.draw, launch.constants.physics.world, i, after.position, after.velocity);
+  return is_heated_after;
+}
+
+// The effect of the contacts of one of a thread's parcels: the first one of them that touches another parcel.
+// One of 20 does. Most warps have such a parcel, but few threads have two, so that this is computed once for
+// both parcels of a thread.
+__device__ __forceinline__ ContactEffect first_effect(const StepLaunch& launch, std::uint32_t base,
+                                                      const Parcel (&parcels)[kPerThread],
+                                                      const bool (&touches)[kPerThread]) {
+  static_assert(kPerThread == 2);
+  if (!touches[0] && !touches[1]) return {};
+  const Vec2f velocity = touches[0] ? parcels[0].velocity : parcels[1].velocity;
+  const std::uint32_t i = base + (touches[0] ? 0 : kMoveBlock);
+  return effect_of(launch.constants, velocity, as_sums(sums_of(launch.contacts, i)));
+}
+
 // With a ball 64 registers, else 32, so that no value is spilled. Microseconds with a ball in the court of
 // 10^7 on an H200: 99 with 64, 187 with 40, 202 with 32.
 template <bool kBall, Boundary kBoundary>
@@ -42,37 +77,26 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
   }
   __syncthreads();
   DeviceTally tally{&block_tally};
-  const StepConstants& c = launch.constants;
   std::uint32_t touched[kPerThread];
+  bool touches[kPerThread];
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
     if (i < launch.num) touched[k] = launch.contacts.touched[i / 32];
+    touches[k] = i < launch.num && (touched[k] & bit_of(i)) != 0;
   }
+  ContactEffect effect = first_effect(launch, base, parcels, touches);
   __syncwarp();
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    bool is_heated_after = false;  // of a ghost it does not matter
+    bool is_heated_after = false;
     if (i < launch.num) {
       if (i % 32 == 0 && touched[k] != 0)
         launch.contacts.touched[i / 32] = launch.contacts.touched_again[i / 32] = 0;
-      Parcel before = parcels[k];
-      const bool is_ghost = (before.id & kGhostBit) != 0;
-      before.id &= kIdBits;
-      Parcel after = before;
-      if (!is_retired(before.position) && !is_ghost) {
-        const ContactEffect effect =
-            (touched[k] & bit_of(i)) == 0
-                ? effect_of_none(before.velocity)
-                : effect_of(c, before.velocity, as_sums(sums_of(launch.contacts, i)));
-        after = finish_step<kBall, kBoundary>(c, launch.state->motion, key, before, effect, tally);
-        launch.from.position[i] = after.position;
-        if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
-        is_heated_after = after.is_heated != 0;
-      }
-      if (launch.draw.position_m != nullptr)
-        draw_parcel(launch.draw, c.physics.world, i, after.position, after.velocity);
+      if (k > 0 && touches[0] && touches[k])
+        effect = effect_of(launch.constants, parcels[k].velocity, as_sums(sums_of(launch.contacts, i)));
+      is_heated_after = move_parcel<kBall, kBoundary>(launch, key, i, parcels[k], touches[k], effect, tally);
     }
     set_heated_of_warp(launch.from, i, is_heated_after, launch.num);
   }

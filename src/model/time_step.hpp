@@ -90,14 +90,22 @@ PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation
   return magnitude(separation) <= static_cast<std::uint32_t>(ball.reach) + own + 2;
 }
 
+// Whether the boundary leaves a position after the step as it is, along one axis.
+template <Boundary kBoundary>
+PF_HD inline bool is_within(std::int32_t position, std::int32_t half, std::int32_t radius) {
+  if constexpr (kBoundary == Boundary::open) return position >= -half && position <= half;
+  if constexpr (kBoundary == Boundary::periodic) return position >= -half && position < half;
+  return position >= radius - half && position <= half - radius;
+}
+
 // Applies the boundary along one axis to the position after the step. Returns true if the parcel is inside.
 template <Boundary kBoundary>
 PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::int32_t half,
                                  std::int32_t radius) {
+  if (is_within<kBoundary>(position, half, radius)) return true;
   if constexpr (kBoundary == Boundary::open) {
-    return position >= -half && position <= half;
+    return false;
   } else if constexpr (kBoundary == Boundary::periodic) {
-    if (position >= -half && position < half) return true;
     const std::int64_t period = 2LL * half;
     std::int64_t inside = position;
     while (inside >= half) inside -= period;  // more than once in a step through a thin world
@@ -105,7 +113,6 @@ PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::i
     position = static_cast<std::int32_t>(inside);
     return true;
   } else {
-    if (position >= radius - half && position <= half - radius) return true;
     const std::int64_t limit = static_cast<std::int64_t>(half) - radius;
     std::int64_t inside = position;
     if (inside > limit) {
@@ -172,8 +179,8 @@ PF_HD inline ContactEffect effect_of_none(Vec2f velocity_mps) { return {velocity
 // A square below the limit of finite speeds, and a displacement below 2^30 units.
 PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
   const Vec2f moved = velocity_mps * c.advance;
-  return dot(velocity_mps, velocity_mps) < kMaxFiniteSpeed2 && std::fabs(moved.x) < 0x1p30F &&
-         std::fabs(moved.y) < 0x1p30F;
+  const float x = std::fabs(moved.x), y = std::fabs(moved.y);
+  return dot(velocity_mps, velocity_mps) < kMaxFiniteSpeed2 && (x > y ? x : y) < 0x1p30F;
 }
 
 // Returns self after the step. kBall: true if a ball exists. step_key: see rounding_key(). A parcel whose
@@ -211,6 +218,9 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
   tally.moved(static_cast<std::int32_t>(displaced), speed2);
   Parcel after{start + movement.moved, movement.velocity, self.id, effect.is_heated};
   const std::int32_t radius = c.contact_reach / 2;
+  if (is_within<kBoundary>(after.position.x, world.half.x, radius) &&
+      is_within<kBoundary>(after.position.y, world.half.y, radius))
+    return after;
   const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
   const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);
   if (!inside_x || !inside_y) {
