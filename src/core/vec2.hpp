@@ -8,9 +8,8 @@
 
 namespace pf {
 
-// A GPU reads and writes both halves of eight aligned bytes at once.
 template <class T>
-struct alignas(sizeof(T) == 4 ? 8 : alignof(T)) Vec2 {
+struct Vec2 {
   T x{};
   T y{};
 
