@@ -18,19 +18,17 @@ __device__ bool is_same(Vec2f a, Vec2f b) {
   return __float_as_uint(a.x) == __float_as_uint(b.x) && __float_as_uint(a.y) == __float_as_uint(b.y);
 }
 
-// Moves and draws a parcel. effect: of its contacts, if it has any. Returns whether it is heated then; of a
-// ghost it does not matter.
+// Moves and draws a parcel. Returns whether it is heated then; of a ghost it does not matter.
 template <bool kBall, Boundary kBoundary>
 __device__ __forceinline__ bool move_parcel(const StepLaunch& launch, const std::uint32_t& key,
-                                            std::uint32_t i, Parcel before, bool touches,
-                                            const ContactEffect& effect, DeviceTally& tally) {
+                                            std::uint32_t i, Parcel before, const ContactEffect& effect,
+                                            DeviceTally& tally) {
   const bool is_ghost = (before.id & kGhostBit) != 0;
   bool is_heated_after = false;
   before.id &= kIdBits;
   Parcel after = before;
   if (!is_retired(before.position) && !is_ghost) {
-    after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, key, before,
-                                          touches ? effect : effect_of_none(before.velocity), tally);
+    after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, key, before, effect, tally);
     launch.from.position[i] = after.position;
     if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
     is_heated_after = after.is_heated != 0;
@@ -40,17 +38,20 @@ __device__ __forceinline__ bool move_parcel(const StepLaunch& launch, const std:
   return is_heated_after;
 }
 
-// The effect of the contacts of one of a thread's parcels: the first one of them that touches another parcel.
-// One of 20 does. Most warps have such a parcel, but few threads have two, so that this is computed once for
-// both parcels of a thread.
+__device__ ContactEffect effect_on(const StepLaunch& launch, std::uint32_t i, Vec2f velocity) {
+  return effect_of(launch.constants, velocity, as_sums(sums_of(launch.contacts, i)));
+}
+
+// The effect on one of a thread's parcels: the first one of them that touches another parcel. One of 20 does.
+// Most warps have such a parcel, but few threads have two, so that this is computed once for both parcels of
+// a thread. With a ball there are no registers for it, and in a court few warps have any.
 __device__ __forceinline__ ContactEffect first_effect(const StepLaunch& launch, std::uint32_t base,
                                                       const Parcel (&parcels)[kPerThread],
                                                       const bool (&touches)[kPerThread]) {
   static_assert(kPerThread == 2);
   if (!touches[0] && !touches[1]) return {};
-  const Vec2f velocity = touches[0] ? parcels[0].velocity : parcels[1].velocity;
-  const std::uint32_t i = base + (touches[0] ? 0 : kMoveBlock);
-  return effect_of(launch.constants, velocity, as_sums(sums_of(launch.contacts, i)));
+  return effect_on(launch, base + (touches[0] ? 0 : kMoveBlock),
+                   touches[0] ? parcels[0].velocity : parcels[1].velocity);
 }
 
 // With a ball 64 registers, else 32, so that no value is spilled. Microseconds with a ball in the court of
@@ -85,7 +86,8 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     if (i < launch.num) touched[k] = launch.contacts.touched[i / 32];
     touches[k] = i < launch.num && (touched[k] & bit_of(i)) != 0;
   }
-  ContactEffect effect = first_effect(launch, base, parcels, touches);
+  ContactEffect first{};
+  if constexpr (!kBall) first = first_effect(launch, base, parcels, touches);
   __syncwarp();
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
@@ -94,9 +96,10 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     if (i < launch.num) {
       if (i % 32 == 0 && touched[k] != 0)
         launch.contacts.touched[i / 32] = launch.contacts.touched_again[i / 32] = 0;
-      if (k > 0 && touches[0] && touches[k])
-        effect = effect_of(launch.constants, parcels[k].velocity, as_sums(sums_of(launch.contacts, i)));
-      is_heated_after = move_parcel<kBall, kBoundary>(launch, key, i, parcels[k], touches[k], effect, tally);
+      ContactEffect effect = effect_of_none(parcels[k].velocity);
+      const bool is_first = !kBall && (k == 0 || !touches[0]);
+      if (touches[k]) effect = is_first ? first : effect_on(launch, i, parcels[k].velocity);
+      is_heated_after = move_parcel<kBall, kBoundary>(launch, key, i, parcels[k], effect, tally);
     }
     set_heated_of_warp(launch.from, i, is_heated_after, launch.num);
   }
