@@ -99,7 +99,8 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                                          {"--still", options.still},
                                                          {"--panel-map", options.panel_map},
                                                          {"--json", options.bench_json}}) {
-    if (!file.empty()) files.push_back({flag + " (while it is written)", part_of(file)});
+    if (!file.empty() && is_written_aside(file))
+      files.push_back({flag + " (while it is written)", part_of(file)});
   }
   if (!options.panel_map.empty())
     files.push_back({"--panel-map (the number of frames)", frames_beside(options.panel_map)});

@@ -9,21 +9,29 @@
 
 namespace pf {
 
+bool is_written_aside(const std::filesystem::path& file) {
+  const std::string name = file.string();
+  if (name == "/dev/stdout" || name == "/dev/stderr" || name.starts_with("/dev/fd/") ||
+      name.starts_with("/proc/"))
+    return false;
+  std::error_code error;
+  return !std::filesystem::exists(file, error) || std::filesystem::is_regular_file(file, error);
+}
+
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes) {
   std::error_code error;
   const std::filesystem::path target = link_target(file);
-  const bool is_device =
-      std::filesystem::exists(target, error) && !std::filesystem::is_regular_file(target, error);
-  const std::filesystem::path written = is_device ? target : part_of(target);
+  const bool is_aside = is_written_aside(file);
+  const std::filesystem::path written = is_aside ? part_of(target) : file;
   errno = 0;
   std::ofstream stream(written, std::ios::binary | std::ios::trunc);
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.close();
   error.clear();
-  if (stream && !is_device) std::filesystem::rename(written, target, error);
+  if (stream && is_aside) std::filesystem::rename(written, target, error);
   if (stream && !error) return "";
   const std::string problem = error ? error.message() : std::strerror(errno);
-  if (!is_device) std::filesystem::remove(written, error);
+  if (is_aside) std::filesystem::remove(written, error);
   return problem;
 }
 

@@ -10,8 +10,11 @@ namespace pf {
 // The file aside.
 inline std::filesystem::path part_of(const std::filesystem::path& file) { return file.string() + ".part"; }
 
-// Writes a file, so that a full disk leaves what was there. A device is written directly, and a link stays
-// one. Returns "", or the reason why it failed.
+// False for a device, a pipe, and what is open already, as /dev/stdout: they are written directly.
+bool is_written_aside(const std::filesystem::path& file);
+
+// Writes a file, so that a full disk leaves what was there. A link stays one. Returns "", or the reason why
+// it failed.
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes);
 
 }  // namespace pf

@@ -81,6 +81,7 @@ TEST(Options, RefusesAnOutputThatIsAnotherFile) {
     EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
   EXPECT_EQ(options_of({"--from", state, "--checkpoint", state}).data.checkpoint, state);
   EXPECT_EQ(options_of({"--report", "/dev/null", "--overlay-csv", "/dev/null"}).report, "/dev/null");
+  EXPECT_EQ(options_of({"--report", "/dev/null", "--panel-map", "/dev/null"}).panel_map, "/dev/null");
   EXPECT_TRUE(contains(refusal({"--checkpoint", "/dev/null"}), "is not a regular file"));
 }
 
