@@ -115,7 +115,7 @@ STEPPED = [
           "a parcel stops at the wall instead of being reflected by what it overshot"),
     Fault("wall_radius_of_step", "time_step.hpp", "c.contact_reach / 2", "c.contact_reach / 2", "0",
           "walls reflect centres instead of rims"),
-    Fault("open_edge", "time_step.hpp", "return position >= -half", "half",
+    Fault("open_edge", "time_step.hpp", "Boundary::open) return position >= -half", "half",
           "(half - half / 64)", "parcels retire before the edge"),
     Fault("periodic_edge", "time_step.hpp", "2LL * half", "2LL * half", "2LL * half - 2000",
           "parcels enter 2000 units beside the right position"),

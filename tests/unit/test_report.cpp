@@ -2,7 +2,6 @@
 #include "app/report.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <limits>
@@ -326,18 +325,6 @@ TEST(WriteReport, WritesJsonThatReadsBack) {
   EXPECT_EQ(nlohmann::json::parse(text), nlohmann::json({{"a", 1.5}, {"b", nullptr}}));
   EXPECT_EQ(text, "{\n  \"a\": 1.5,\n  \"b\": null\n}\n");
   EXPECT_NO_THROW(write_report(file, {{"name", "\xff"}}));
-}
-
-// As /dev/stdout is, which leads there.
-TEST(WriteReport, WritesToAnOpenPipe) {
-  int ends[2];
-  ASSERT_EQ(::pipe(ends), 0);
-  write_report("/proc/self/fd/" + std::to_string(ends[1]), {{"a", 1}});
-  char text[64] = {};
-  EXPECT_GT(::read(ends[0], text, sizeof(text) - 1), 0);
-  EXPECT_EQ(std::string(text), "{\n  \"a\": 1\n}\n");
-  ::close(ends[0]);
-  ::close(ends[1]);
 }
 
 TEST(WriteReport, RejectsAnUnwritableFile) {
