@@ -25,7 +25,7 @@ struct FlightRecord {
   double dt_s = 0.0;       // of the last step
   double speed_mps = 0.0;
   double spin_radps = 0.0;
-  Settings settings;            // at the launch
+  Settings settings;            // at the launch, or where a run went on from a state
   std::vector<Vec2f> points_m;  // one per frame, oldest first
   std::vector<double> times_s;  // of the points, since the launch
   std::uint64_t num_steps = 0;

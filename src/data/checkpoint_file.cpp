@@ -14,6 +14,7 @@
 #include "core/descriptor.hpp"
 #include "core/error.hpp"
 #include "core/link_target.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "data/run_state_json.hpp"
 
@@ -204,7 +205,7 @@ void check_consistent(const Input& input, const RunState& state, const std::stri
 
 std::uint64_t write_checkpoint(const fs::path& named, const RunState& state) {
   const fs::path file = link_target(named);
-  const fs::path aside = file.string() + ".part";
+  const fs::path aside = part_of(file);
   const Head head = head_of(state);
   try {
     Output output(aside);

@@ -11,6 +11,7 @@
 
 #include "core/error.hpp"
 #include "core/link_target.hpp"
+#include "core/replace_file.hpp"
 
 namespace pf::h5 {
 namespace {
@@ -78,7 +79,7 @@ std::uint32_t lookup3(const std::uint8_t* bytes, std::size_t num_bytes) {
 GrowingFile::GrowingFile(const fs::path& file, const std::function<void(hid_t)>& fill) : path_(file) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const fs::path target = link_target(file);
-  const fs::path aside = target.string() + ".part";
+  const fs::path aside = part_of(target);
   std::error_code error;
   try {
     make(aside, fill);
