@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 
+#include "core/progress_line.hpp"
 #include "view/stage.hpp"
 
 namespace pf {
@@ -20,7 +21,10 @@ extern "C" void request_stop(int number) {
 }  // namespace
 
 // Not fmt::print, which throws.
-void announce(const std::string& line) { std::fputs((line + '\n').c_str(), stderr); }
+void announce(const std::string& line) {
+  ProgressLine::clear();
+  std::fputs((line + '\n').c_str(), stderr);
+}
 
 std::string text_of(const std::system_error& error) {
   const bool of_thread = error.code() == std::errc::resource_unavailable_try_again;

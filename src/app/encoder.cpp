@@ -18,6 +18,7 @@
 #include "app/child_process.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -152,6 +153,7 @@ struct Encoder::Process {
   }
 
   [[noreturn]] void report_failure() {
+    remove_if_empty(file);
     const char* how = was_killed ? "ffmpeg was killed" : "ffmpeg failed";
     throw DeviceError(fmt::format("film {}: {}: {}", in_quotes(file), how, ffmpeg.last_errors()));
   }

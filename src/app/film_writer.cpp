@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "core/timing.hpp"
 
@@ -24,7 +25,10 @@ RawFrames::RawFrames(const std::filesystem::path& file, int width_px)
 }
 
 void RawFrames::check(bool good) const {
-  if (!good) throw DeviceError(fmt::format("film {}: {}", in_quotes(name_), std::strerror(errno)));
+  if (good) return;
+  const int error = errno;
+  remove_if_empty(name_);
+  throw DeviceError(fmt::format("film {}: {}", in_quotes(name_), std::strerror(error)));
 }
 
 void RawFrames::add_frame(std::span<const std::uint8_t> rgba) {

@@ -75,7 +75,8 @@ fs::path numbered(const fs::path& file, int number) {
   if (number == 1) return file;
   const fs::path folder = file.parent_path();
   if (is_frame_pattern(file))
-    return fs::path(fmt::format("{}-{}", folder.string(), number)) / file.filename();
+    return fs::path(fmt::format("{}-{}", folder.empty() ? "frames" : folder.string(), number)) /
+           file.filename();
   return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
 }
 

@@ -28,7 +28,8 @@ std::filesystem::path log_beside(const std::filesystem::path& film);
 // How many frames took input, beside a map of the panel.
 std::filesystem::path frames_beside(const std::filesystem::path& panel_map);
 
-// NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered.
+// NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered, `frames` where
+// there is none.
 std::filesystem::path numbered(const std::filesystem::path& file, int number);
 
 // The first of these names that no file has.

@@ -8,6 +8,7 @@
 
 #include "app/flight_pair.hpp"
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "model/methods.hpp"
 #include "scene/scene_file.hpp"
@@ -16,6 +17,8 @@ namespace pf {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kFirstLine = "# Inputs of a flight. Replay it with: pickleflight run THIS_FILE";
 
 std::string array_text(const char* key, const std::vector<std::string>& values, const char* between) {
   std::vector<std::string> texts;
@@ -84,11 +87,18 @@ std::string from_text(const fs::path& from, std::optional<std::int64_t> frame, S
 
 }  // namespace
 
+bool may_become_log(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored) || fs::file_size(file, ignored) == 0) return true;
+  std::string first;
+  std::getline(std::ifstream(file), first);
+  return first == kFirstLine;
+}
+
 InputLog::InputLog(Simulation& simulation, const std::string& backend, const fs::path& from,
                    std::optional<std::int64_t> from_frame)
-    : text_(fmt::format("# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
-                        "version = {}\nbackend = {}\n",
-                        toml_string(PF_VERSION), toml_string(backend)) +
+    : text_(fmt::format("{}\nversion = {}\nbackend = {}\n", kFirstLine, toml_string(PF_VERSION),
+                        toml_string(backend)) +
             from_text(from, from_frame, simulation) + settings_text(simulation.settings())) {}
 
 void InputLog::begin_frame(const Commands& commands, Simulation& simulation) {
@@ -208,6 +218,7 @@ void InputLog::open(const fs::path& file) {
   File opened{file, std::ofstream(file, std::ios::binary | std::ios::trunc), text_.size()};
   opened.stream << text_ << std::flush;
   if (!opened.stream) {
+    remove_if_empty(file);
     throw UserError(
         fmt::format("{}: the log cannot be written; choose a folder that exists, is writable and "
                     "has free space",

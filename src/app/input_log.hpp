@@ -40,6 +40,9 @@ struct LoggedFrame {
   SecondInFrame second;
 };
 
+// False where another file is than a log, which a log would destroy.
+bool may_become_log(const std::filesystem::path& file);
+
 struct RunLog {
   std::string version;  // of the program that wrote it
   std::string backend;

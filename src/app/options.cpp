@@ -185,6 +185,22 @@ void check_profile(const Typed& typed, const Options& options) {
         "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
 }
 
+// What has no effect without a window, or without a file, is not taken in silence.
+void check_without_window(const CLI::App& command, const Typed& typed, const Options& options) {
+  if (!options.headless) return;
+  const auto refuse = [&](std::initializer_list<const char*> flags, const char* why) {
+    for (const char* flag : flags)
+      if (command.count(flag) > 0) throw UserError(fmt::format("{}: {}", flag, why));
+  };
+  refuse({"--full-screen", "--clip", "--clip-format"}, "needs a window, and this run has none; leave it out");
+  if (options.picture.empty() && !options.still_s)
+    refuse({"--picture-size", "--picture-tile", "--picture-transparent"},
+           "needs --picture FILE or --still T FILE; add one of them");
+  if (options.record.empty()) refuse({"--record-size", "--record-time"}, "needs --record FILE; add it");
+  if (options.still_s && gives_seconds(typed))
+    throw UserError("--seconds: --still T FILE ends the run at T; leave out one of them");
+}
+
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
@@ -227,6 +243,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.replay) read_replay(typed, options);
   check_split_run(options);
   check_profile(typed, options);
+  if (!is_bench) check_without_window(command, typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/frame_names.hpp"
+#include "app/input_log.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/replace_file.hpp"
@@ -50,20 +51,6 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--from", options.data.from}};
 }
 
-// A reset in flight begins a further dump, whatever their number.
-void check_start_is_no_dump(const Options& options) {
-  const fs::path &from = options.data.from, &dump = options.data.dump;
-  const std::string start = dump.stem().string() + "-", stem = from.stem().string();
-  if (dump.empty() || from.extension() != dump.extension() || !stem.starts_with(start)) return;
-  const std::string number = stem.substr(start.size());
-  const bool is_number = !number.empty() && std::all_of(number.begin(), number.end(),
-                                                        [](char c) { return c >= '0' && c <= '9'; });
-  if (!is_number || !is_same_file(fs::path(dump).replace_filename(from.filename()), from)) return;
-  throw UserError(
-      fmt::format("--dump: after a reset it would write over {}, the file of --from; choose another name",
-                  in_quotes(from.string())));
-}
-
 // What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
 // world, of which there may be as many as cues.
 void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
@@ -75,6 +62,25 @@ void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
     if (i > 1) files.push_back({fmt::format("--dump (number {})", i), file});
     files.push_back({"--dump (its index)", fs::path(file).replace_extension(".xdmf")});
     files.push_back({"--dump (its first part)", part_of(file)});
+  }
+}
+
+// Logs that a run writes.
+std::vector<NamedFile> logs_of(const Options& options) {
+  std::vector<NamedFile> logs = {{"--log", options.log}};
+  if (options.record.empty() || options.command != Command::run) return logs;
+  logs.push_back({"--record (the film's log)", log_beside(options.record)});
+  if (!is_frame_pattern(options.record))  // without ffmpeg
+    logs.push_back({"--record (the log of its frames)", log_beside(frames_instead_of(options.record))});
+  return logs;
+}
+
+// A scene or a list of cues may have the name of a log, which nobody typed.
+void check_logs(const Options& options) {
+  for (const auto& [flag, file] : logs_of(options)) {
+    if (!file.empty() && !may_become_log(file))
+      throw UserError(fmt::format("{}: {} is there and is no log; choose another name, or move that file",
+                                  flag, in_quotes(file.string())));
   }
 }
 
@@ -104,18 +110,14 @@ std::vector<NamedFile> outputs_of(const Options& options) {
   }
   if (!options.panel_map.empty())
     files.push_back({"--panel-map (the number of frames)", frames_beside(options.panel_map)});
-  if (!options.record.empty() && options.command == Command::run) {
-    files.push_back({"--record (the film's log)", log_beside(options.record)});
-    if (!is_frame_pattern(options.record))  // without ffmpeg
-      files.push_back({"--record (the log of its frames)", log_beside(frames_instead_of(options.record))});
-  }
+  for (const NamedFile& log : logs_of(options))
+    if (log.file != options.log) files.push_back(log);
   return files;
 }
 
 }  // namespace
 
 void check_outputs(const Typed& typed, const Options& options) {
-  check_start_is_no_dump(options);
   std::vector<NamedFile> others = inputs_of(typed, options);
   for (const NamedFile& output : outputs_of(options)) {
     if (output.file.empty()) continue;
@@ -128,6 +130,7 @@ void check_outputs(const Typed& typed, const Options& options) {
     }
     others.push_back(output);
   }
+  check_logs(options);
 }
 
 }  // namespace pf

@@ -35,4 +35,11 @@ std::string replace_file(const std::filesystem::path& file, std::string_view byt
   return problem;
 }
 
+void remove_if_empty(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(std::filesystem::symlink_status(file, ignored)) &&
+      std::filesystem::file_size(file, ignored) == 0)
+    std::filesystem::remove(file, ignored);
+}
+
 }  // namespace pf

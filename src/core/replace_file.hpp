@@ -17,4 +17,7 @@ bool is_written_aside(const std::filesystem::path& file);
 // it failed.
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes);
 
+// Removes a file without a byte, as a full disk leaves it.
+void remove_if_empty(const std::filesystem::path& file);
+
 }  // namespace pf

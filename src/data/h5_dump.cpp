@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/frame_names.hpp"
+#include "core/replace_file.hpp"
 #include "data/h5_fields.hpp"
 #include "data/h5_file.hpp"
 #include "data/h5_layout.hpp"
@@ -215,9 +216,23 @@ void H5DumpFile::finish() {
 H5Dump::H5Dump(fs::path file, DumpFormat format) : path_(std::move(file)), format_(format) {}
 H5Dump::~H5Dump() = default;
 
+// Only the first name is the user's choice, and may be that of a file to write over.
+fs::path H5Dump::next_file() {
+  if (++number_ == 1) return path_;
+  const auto is_taken = [](const fs::path& file) {
+    std::error_code ignored;
+    return fs::exists(fs::symlink_status(file, ignored));
+  };
+  fs::path file = numbered(path_, number_);
+  while (is_taken(file) || is_taken(part_of(file)) || is_taken(fs::path(file).replace_extension(".xdmf")))
+    file = numbered(path_, ++number_);
+  further_files_.push_back(file);
+  return file;
+}
+
 void H5Dump::write(const RunState& state) {
   if (file_ && !file_->continues(state)) finish();
-  if (!file_) file_ = std::make_unique<H5DumpFile>(numbered(path_, ++num_files_), state, format_);
+  if (!file_) file_ = std::make_unique<H5DumpFile>(next_file(), state, format_);
   file_->add(state);
 }
 

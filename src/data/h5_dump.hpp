@@ -10,8 +10,8 @@ namespace pf {
 
 class H5DumpFile;
 
-// Begins another file, NAME-2.h5 and so on, where a state does not continue the one before: another number of
-// parcels, another world, a step back.
+// Begins another file, with the first free name of NAME-2.h5 and so on, where a state does not continue the
+// one before: another number of parcels, another world, a step back.
 class H5Dump final : public StateSink {
  public:
   H5Dump(std::filesystem::path file, DumpFormat format);
@@ -20,12 +20,16 @@ class H5Dump final : public StateSink {
   void write(const RunState& state) override;
   void finish() override;
   std::uint64_t num_bytes() const override;
+  std::vector<std::filesystem::path> further_files() const override { return further_files_; }
 
  private:
+  std::filesystem::path next_file();
+
   std::filesystem::path path_;
   DumpFormat format_;
   std::unique_ptr<H5DumpFile> file_;
-  int num_files_ = 0;
+  int number_ = 0;  // of the last file's name
+  std::vector<std::filesystem::path> further_files_;
   std::uint64_t num_bytes_before_ = 0;
 };
 

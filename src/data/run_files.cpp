@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/file_ending.hpp"
+#include "core/text.hpp"
 #include "core/timing.hpp"
 #include "data/checkpoint_file.hpp"
 #include "data/dump.hpp"
@@ -136,6 +137,11 @@ void RunFiles::finish(Simulation& simulation, const RunClock& clock) {
     }
     target.writer->finish();
     tell_failure(target);
+    std::string further;
+    for (const std::filesystem::path& file : target.writer->further_files())
+      further += (further.empty() ? "" : ", ") + in_quotes(file.string());
+    if (!further.empty() && announce_)
+      announce_(fmt::format("--{}: goes on in {}, since the flight began anew", target.name, further));
     const StateWriter::Counts counts = target.writer->counts();
     if (counts.num_dropped > 0 && announce_) {
       announce_(fmt::format("--{}: {} of {} frames were dropped, because writing took longer than drawing",
@@ -153,10 +159,13 @@ nlohmann::json RunFiles::report() const {
   nlohmann::json report = {{"dump", nullptr}, {"checkpoint", nullptr}};
   for (const Target& target : targets_) {
     const StateWriter::Counts counts = target.writer->counts();
+    nlohmann::json further = nlohmann::json::array();
+    for (const std::filesystem::path& file : target.writer->further_files()) further.push_back(file.string());
     report[target.name] = {{"file", target.file.string()},  {"written", counts.num_written},
                            {"dropped", counts.num_dropped}, {"bytes", counts.num_bytes},
                            {"write_ms", counts.write_ms},   {"wait_ms", counts.wait_ms},
-                           {"save_ms", save_ms_},           {"failure", target.writer->failure()}};
+                           {"save_ms", save_ms_},           {"failure", target.writer->failure()},
+                           {"further_files", further}};
   }
   return report;
 }

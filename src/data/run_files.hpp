@@ -36,7 +36,7 @@ class RunFiles {
   // A file could not be written.
   bool failed() const;
   // Keys dump, checkpoint, each null or {file, written, dropped, write_ms, wait_ms, save_ms,
-  // bytes, failure}.
+  // bytes, failure, further_files}.
   nlohmann::json report() const;
 
  private:

@@ -49,6 +49,11 @@ std::string StateWriter::failure() const {
   return failure_;
 }
 
+std::vector<std::filesystem::path> StateWriter::further_files() const {
+  const std::scoped_lock lock(mutex_);
+  return further_files_;
+}
+
 // Errors end the file, not the run.
 template <class Action>
 void StateWriter::try_to(const Action& action) {
@@ -62,6 +67,7 @@ void StateWriter::try_to(const Action& action) {
   const std::scoped_lock lock(mutex_);
   counts_.write_ms += milliseconds_since(start);
   counts_.num_bytes = sink_->num_bytes();
+  further_files_ = sink_->further_files();
   if (failure_.empty()) failure_ = failure;
 }
 

@@ -4,10 +4,12 @@
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "app/run_state.hpp"
 
@@ -21,6 +23,8 @@ class StateSink {
   virtual void write(const RunState& state) = 0;
   virtual void finish() = 0;  // throws as write
   virtual std::uint64_t num_bytes() const = 0;
+  // Begun after the first one.
+  virtual std::vector<std::filesystem::path> further_files() const { return {}; }
 };
 
 class StateWriter {
@@ -49,6 +53,8 @@ class StateWriter {
   Counts counts() const;
   // Reason why the sink failed, one line; empty if it has not.
   std::string failure() const;
+  // Of the sink, so far.
+  std::vector<std::filesystem::path> further_files() const;
 
  private:
   void work();
@@ -63,6 +69,7 @@ class StateWriter {
   std::size_t num_held_ = 0;
   Counts counts_;
   std::string failure_;
+  std::vector<std::filesystem::path> further_files_;
   bool closed_ = false;
   std::jthread thread_;
 };

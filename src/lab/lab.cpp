@@ -1,7 +1,6 @@
 #include "lab/lab.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -14,6 +13,7 @@
 
 #include "app/accuracy_table.hpp"
 #include "core/error.hpp"
+#include "core/progress_line.hpp"
 #include "core/text.hpp"
 #include "lab/lab_ranks.hpp"
 #include "lab/machine_load.hpp"
@@ -25,38 +25,27 @@ namespace {
 
 using nlohmann::json;
 
-// Shows progress: one rewritten line on a terminal, otherwise a line every ten seconds.
+// Of a study's points.
 class Progress {
  public:
   Progress(std::string name, std::size_t num, std::size_t num_known)
-      : name_(std::move(name)),
-        num_(num),
-        num_known_(num_known),
-        is_terminal_(::isatty(STDERR_FILENO) == 1) {}
+      : name_(std::move(name)), num_(num), num_known_(num_known) {}
 
   void show(std::size_t done, const std::string& next) {
-    const double spent_s = 1e-3 * milliseconds_since(start_);
-    if (!is_terminal_ && done > num_known_ && spent_s - last_s_ < 10.0) return;
-    last_s_ = spent_s;
-    const double measured = static_cast<double>(done - num_known_);
-    const std::string left =
-        measured > 0.0
-            ? fmt::format(", about {:.0f} s left", spent_s / measured * static_cast<double>(num_ - done))
-            : "";
-    const std::string line = fmt::format("{}: {} of {} points{}  {}", name_, done, num_, left, next);
-    fmt::print(stderr, "{}{:.110}{}", is_terminal_ ? "\r\033[K" : "", line, is_terminal_ ? "" : "\n");
-    std::fflush(stderr);
+    if (!line_.is_due()) return;
+    const double share = static_cast<double>(done - num_known_) / static_cast<double>(num_ - num_known_);
+    line_.show(fmt::format("{}: {} of {} points{}  {}", name_, done, num_,
+                           time_left_text(share, line_.spent_s()), next));
   }
   void end(const std::string& line) const {
-    fmt::print(stderr, "{}{}: {}\n", is_terminal_ ? "\r\033[K" : "", name_, line);
+    ProgressLine::clear();
+    fmt::print(stderr, "{}: {}\n", name_, line);
   }
 
  private:
   std::string name_;
   std::size_t num_, num_known_;
-  bool is_terminal_;
-  Clock::time_point start_ = Clock::now();
-  double last_s_ = 0.0;
+  ProgressLine line_{0.0, 0.0};
 };
 
 json machine_of(const LabContext& context) {

@@ -77,6 +77,10 @@ std::string png_of(std::span<const std::uint8_t> rgba, SizePx size, PngAlpha alp
 
 }  // namespace
 
+std::pair<std::string, std::string> software_text() {
+  return {"Software", fmt::format("pickleflight {}", PF_VERSION)};
+}
+
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
                const PngTexts& texts, PngAlpha alpha) {
   std::string problem;

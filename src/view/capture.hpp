@@ -20,6 +20,9 @@ namespace pf {
 // Texts in a PNG, by keyword (at most 79 Latin letters).
 using PngTexts = std::vector<std::pair<std::string, std::string>>;
 
+// The text by which a PNG says that this program wrote it.
+std::pair<std::string, std::string> software_text();
+
 // Colours of the pixels, as GL leaves them.
 enum class PngAlpha { left_out, kept };  // kept: the colours are times alpha, which the PNG's are not
 

@@ -35,7 +35,8 @@ void FilmScene::set_look(const Look& look) {
 }
 
 OverlayMode FilmScene::mode() const {
-  return Overlay::fitting_mode(OverlayMode::full, static_cast<float>(size_.width), scale_);
+  return Overlay::fitting_mode(
+      OverlayMode::full, {0.0F, static_cast<float>(size_.width), static_cast<float>(size_.height), scale_});
 }
 
 void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, const Camera& window,
@@ -77,7 +78,7 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const 
   gui_.begin_frame(size_, 1.0 / 60.0);
   if (split_ != nullptr) second_.describe(*split_, camera_, height_px, scale_);
   if (overlay != nullptr) {
-    Overlay shown = *overlay;  // the window's own keeps its texts and their places
+    Overlay shown = overlay->for_picture();  // the window's own keeps its texts and their places
     shown.show(frame, mode(), place, look_);
     place.bottom_px -= shown.used_height_px(mode(), scale_);
     Look look = look_;

@@ -63,14 +63,15 @@ float legible(float factor) {
 }  // namespace
 
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
-  constexpr float kSmallest = 0.45F;            // of the usual text; smaller scrolls instead
+  // Of the usual text; smaller scrolls instead. Where that is large, less of it can be read, too.
+  const float smallest = std::min(0.45F, 0.6F / place.scale);
   constexpr float kLeastBesideThePanel = 0.7F;  // smaller covers the panel instead
   // Beside the panel if there is room, with smaller text where the window is small.
   const ImVec2 natural = natural_size();
   const float right = place.left_px + place.width_px;
   const float left = place.width_px > kLeastBesideThePanel * natural.x ? place.left_px : 0.0F;
   const float fitting = std::min((right - left) / natural.x, place.bottom_px / natural.y);
-  const SmallerText text(legible(std::clamp(fitting, kSmallest, 1.0F)));
+  const SmallerText text(legible(std::clamp(fitting, smallest, 1.0F)));
   ImGui::SetNextWindowPos(ImVec2(0.5F * (left + right), 0.5F * place.bottom_px), ImGuiCond_Always,
                           ImVec2(0.5F, 0.5F));
   ImGui::SetNextWindowSizeConstraints(ImVec2(0.0F, 0.0F), ImVec2(right - left, place.bottom_px));

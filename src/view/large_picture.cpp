@@ -56,7 +56,7 @@ class Painter {
     const FrameView& frame = *scene_.frame;
     const auto width = static_cast<float>(request_.size.width);
     const auto height = static_cast<float>(request_.size.height);
-    const OverlayMode mode = Overlay::fitting_mode(scene_.mode, width, scale_);
+    const OverlayMode mode = Overlay::fitting_mode(scene_.mode, {0.0F, width, height, scale_});
     const float bottom = has_marks() ? scene_.overlay->used_height_px(mode, scale_) : 0.0F;
     Look look = scene_.look;
     look.paths = look.paths && has_marks() && mode != OverlayMode::off;
@@ -73,7 +73,7 @@ class Painter {
     gui_.make_current();
     gui_.set_look(look.theme, scale_);
     gui_.begin_frame(request_.size, 1.0 / 60.0);
-    Overlay overlay = *scene_.overlay;
+    Overlay overlay = scene_.overlay->for_picture();
     overlay.show(frame, mode, {0.0F, width, height, scale_}, look);
     const double magnified = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
     marks_.show(frame, {camera_, {0.0F, width, height - bottom, scale_}, height, look, side_px, magnified});

@@ -32,9 +32,11 @@ void begin_strip(const OverlayPlace& place, float height, const OverlayColors& c
 
 }  // namespace
 
-OverlayMode Overlay::fitting_mode(OverlayMode mode, float width_px, float scale) {
-  const float needed = (kStatusWidth_px + kPhasesWidth_px + kGap_px + 2.0F * kPadding_px) * scale;
-  return mode == OverlayMode::full && width_px < needed ? OverlayMode::compact : mode;
+OverlayMode Overlay::fitting_mode(OverlayMode mode, const OverlayPlace& place) {
+  if (mode != OverlayMode::full) return mode;
+  const float needed = (kStatusWidth_px + kPhasesWidth_px + kGap_px + 2.0F * kPadding_px) * place.scale;
+  const bool fits = place.width_px >= needed && height_px(mode, place.scale) <= 0.4F * place.bottom_px;
+  return fits ? OverlayMode::full : OverlayMode::compact;
 }
 
 float Overlay::height_px(OverlayMode mode, float scale) {
@@ -59,7 +61,7 @@ void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameVie
 }
 
 void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look) {
-  mode = fitting_mode(mode, place.width_px, place.scale);
+  mode = fitting_mode(mode, place);
   if (mode == OverlayMode::off) return;
   const bool is_moved = mode != written_mode_ || !(place == written_place_) || look.theme != written_theme_;
   const bool is_still = frame.paused || frame.flight == Flight::landed;  // adds no frames, or few
@@ -116,7 +118,7 @@ void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
                                        {air_text(frame), 2},
                                        {choice_text("run.method", *frame.settings), 5},
                                        {fmt::format("t = {:.3f} s", frame.simulated_s), 6},
-                                       {pace_text(frame), 4}};
+                                       {pace(frame), 4}};
   const float padding = kPadding_px * place.scale;
   const float width = place.width_px - 2.0F * padding;
   const auto width_of = [](const std::string& text) { return text_width(text); };
@@ -124,6 +126,11 @@ void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const float size = fitting_size(line, width);  // the time alone may be too long, and must not be cut
   texts_.add(place.left_px + padding, y + 0.5F * (1.0F - size) * ImGui::GetFontSize(), colors_.text,
              std::move(line), size);
+}
+
+std::string Overlay::pace(const FrameView& frame) const {
+  const double frame_ms = figures_.frame_ms.median;
+  return pace_text(frame, every_frame_ || frame_ms <= 0.0 ? 0.0 : 1e3 / frame_ms);
 }
 
 void Overlay::write_status(const FrameView& frame, float x, float y, float scale) {
@@ -145,7 +152,7 @@ void Overlay::write_status(const FrameView& frame, float x, float y, float scale
                    fmt::format("{} {} of {}", frame.steps_per_frame,
                                frame.steps_per_frame == 1 ? "step" : "steps", time_text(frame.dt_s)));
   texts_.add(x, y + 3.2F * row, frame.num_pictures > 1 ? colors_.accent : colors_.text,
-             fitting(pace_text(frame), kStatusWidth_px * scale));
+             fitting(pace(frame), kStatusWidth_px * scale));
 }
 
 // The events, the speed of the steps, the memory.
@@ -153,12 +160,11 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   const float row = kRow_px * scale;
   const float width = kStatusWidth_px * scale;
   const StepTotals& totals = frame.totals;
-  std::string events = grouped(totals.num_collisions) + " collisions";
+  std::string events = counted(totals.num_collisions, "collision");
   if (frame.settings->method == Method::exact) {
-    const std::uint64_t num_rounds = frame.frame_totals.num_rounds;
-    events += ", " + grouped(num_rounds) + (num_rounds == 1 ? " round" : " rounds");
+    events += ", " + counted(frame.frame_totals.num_rounds, "round");
   } else if (frame.physics->ball.exists) {
-    events += ", " + grouped(totals.num_ball_hits) + " ball hits";
+    events += ", " + counted(totals.num_ball_hits, "ball hit");
   }
   texts_.add(x, y + 4.15F * row, colors_.dim, fitting(events, width));
   if (figures_.parcel_steps_per_s > 0.0) {

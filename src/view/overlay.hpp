@@ -43,11 +43,18 @@ class Overlay {
   void set_vsync(bool on) { info_.vsync = on; }
   // One line above the strip; empty: none.
   void set_terms(std::string text) { info_.terms = std::move(text); }
+  // A copy for a picture or a film, which is not seen at the window's rate.
+  Overlay for_picture() const {
+    Overlay copy = *this;
+    copy.every_frame_ = true;
+    return copy;
+  }
   const OverlayInfo& info() const { return info_; }
   const FrameHistory& history() const { return history_; }
 
-  // The mode that is shown: a strip too narrow for its columns becomes one line.
-  static OverlayMode fitting_mode(OverlayMode mode, float width_px, float scale);
+  // The mode that is shown: a strip becomes one line where it is too narrow for its columns, or would take
+  // more than two fifths of the height. place: the lower edge is that of the window or picture.
+  static OverlayMode fitting_mode(OverlayMode mode, const OverlayPlace& place);
   static float height_px(OverlayMode mode, float scale);
   // With the line above the strip, if there is one.
   float used_height_px(OverlayMode mode, float scale) const;
@@ -68,6 +75,7 @@ class Overlay {
   void paint_plot(const OverlayPlace& place) const;
   void paint_bars(const Columns& at, float height, float per_ms) const;
   double usual_max_ms() const;
+  std::string pace(const FrameView& frame) const;
 
   OverlayInfo info_;
   bool every_frame_;

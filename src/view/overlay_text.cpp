@@ -14,6 +14,10 @@ std::string grouped(std::uint64_t value) {
   return digits;
 }
 
+std::string counted(std::uint64_t num, const char* what) {
+  return fmt::format("{} {}{}", grouped(num), what, num == 1 ? "" : "s");
+}
+
 std::string short_number(double value) {
   constexpr const char* kUnits[] = {"", "k", "M", "G", "T"};
   std::size_t unit = 0;
@@ -43,18 +47,33 @@ std::string rate_text(double frame_ms) {
   return frame_ms > 0.0 ? fmt::format("{:.0f}", 1e3 / std::max(frame_ms, 1e-3)) : "-";
 }
 
-std::string speed_text(double slow_motion) {
-  if (slow_motion <= 0.0) return "time stands still";
-  if (slow_motion > 0.95 && slow_motion < 99.5) return fmt::format("{:.2g} \xC3\x97 real time", slow_motion);
-  if (slow_motion > 0.95) return fmt::format("{} \xC3\x97 real time", rounded_text(slow_motion));
+namespace {
+
+// Past this a flight is said to be in real time or faster.
+constexpr double kRealTime = 0.95;
+
+std::string factor_text(double slow_motion) {
+  if (slow_motion > kRealTime && slow_motion < 99.5) return fmt::format("{:.2g} \xC3\x97", slow_motion);
+  if (slow_motion > kRealTime) return fmt::format("{} \xC3\x97", rounded_text(slow_motion));
   const double slower = 1.0 / slow_motion;
   const std::string factor = slower < 100.0 ? fmt::format("{:.3g}", slower) : grouped(std::llround(slower));
-  return fmt::format("{}\xC3\x97 slow motion", factor);
+  return fmt::format("{}\xC3\x97", factor);
 }
 
-std::string pace_text(const FrameView& frame) {
+}  // namespace
+
+std::string speed_text(double slow_motion) {
+  if (slow_motion <= 0.0) return "time stands still";
+  return factor_text(slow_motion) + (slow_motion > kRealTime ? " real time" : " slow motion");
+}
+
+std::string pace_text(const FrameView& frame, double frames_per_s) {
   if (frame.waits_for_step && frame.mid_step) return "input waits for the end of the step";
-  const std::string speed = speed_text(frame.slow_motion);
+  constexpr double kNoticed = 1.25;
+  std::string speed = speed_text(frame.slow_motion);
+  const double faster = frames_per_s / frame.settings->frame_rate_hz;
+  if (frame.slow_motion > 0.0 && faster > 0.0 && (faster > kNoticed || faster < 1.0 / kNoticed))
+    speed += fmt::format(", {} on screen", factor_text(faster * frame.slow_motion));
   return frame.num_pictures > 1 ? fmt::format("{}, {} pictures a frame", speed, frame.num_pictures) : speed;
 }
 
@@ -83,7 +102,7 @@ std::string air_text(const FrameView& frame) {
     case Air::drag:
       return "drag in closed form, no parcels";
     default:
-      return grouped(frame.num_parcels) + (frame.num_parcels == 1 ? " parcel" : " parcels");
+      return counted(frame.num_parcels, "parcel");
   }
 }
 

@@ -12,6 +12,8 @@ namespace pf {
 
 // 1,234,567
 std::string grouped(std::uint64_t value);
+// 1 frame, 1,234 frames. what: a noun whose plural has an s.
+std::string counted(std::uint64_t num, const char* what);
 // Three digits and k, M, G or T.
 std::string short_number(double value);
 std::string ms_text(double ms);
@@ -20,8 +22,9 @@ std::string speed_text(double slow_motion);
 std::string rounded_text(double value);  // three digits, or whole
 std::string rate_text(double frame_ms);  // frames a second; "-" before the first
 
-// The same, and whether the budget slows the flight or input waits.
-std::string pace_text(const FrameView& frame);
+// The same, whether the budget slows the flight or input waits, and how fast the flight is on a screen whose
+// rate is not that of the scene. frames_per_s: of the screen, 0 for a picture or a film.
+std::string pace_text(const FrameView& frame, double frames_per_s);
 
 // Largest cluster and repetitions of method `exact`.
 std::string cluster_text(const StepTotals& totals);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstring>
 #include <fstream>
+#include <string_view>
 
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
@@ -14,16 +15,18 @@
 namespace pf {
 namespace {
 
-// Whether a file is a PNG of that size: its signature, and the first fields of IHDR, which comes first.
-bool is_png_of(const std::filesystem::path& file, SizePx size) {
-  std::array<unsigned char, 24> head{};
+// Whether a file is a frame of that size by this program: a PNG whose header, IHDR, is followed by the text
+// that add_frame gives it.
+bool is_own_frame(const std::filesystem::path& file, SizePx size) {
+  constexpr std::string_view kSoftware("tEXtSoftware\0pickleflight ", 26);
+  std::array<unsigned char, 37 + kSoftware.size()> head{};
   std::ifstream in(file, std::ios::binary);
   if (!in.read(reinterpret_cast<char*>(head.data()), head.size())) return false;
   const auto number_at = [&](std::size_t at) {
     return head[at] << 24 | head[at + 1] << 16 | head[at + 2] << 8 | head[at + 3];
   };
   return std::memcmp(head.data(), "\x89PNG\r\n\x1a\n", 8) == 0 && number_at(16) == size.width &&
-         number_at(20) == size.height;
+         number_at(20) == size.height && std::memcmp(&head[37], kSoftware.data(), kSoftware.size()) == 0;
 }
 
 }  // namespace
@@ -40,13 +43,13 @@ PngFrames::PngFrames(std::filesystem::path pattern, SizePx size) : pattern_(std:
 }
 
 void PngFrames::add_frame(std::span<const std::uint8_t> rgba) {
-  write_png(frame_file(pattern_, num_), rgba, size_);
+  write_png(frame_file(pattern_, num_), rgba, size_, {software_text()});
   ++num_;
 }
 
 void PngFrames::finish() {
   std::error_code error;
-  for (int left_over = num_; is_png_of(frame_file(pattern_, left_over), size_); ++left_over) {
+  for (int left_over = num_; is_own_frame(frame_file(pattern_, left_over), size_); ++left_over) {
     if (!std::filesystem::remove(frame_file(pattern_, left_over), error)) return;
   }
 }

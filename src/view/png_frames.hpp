@@ -18,7 +18,7 @@ class PngFrames final : public FrameSink {
   // rgba: height * width * 4 bytes, bottom row first. Numbered from 0. Throws UserError if it cannot be
   // written.
   void add_frame(std::span<const std::uint8_t> rgba) override;
-  // Removes frames of an older, longer film of the same size after the last one of this.
+  // Removes this program's frames of an older, longer film of the same size after the last one of this.
   void finish() override;
   std::string name() const override { return "png"; }
 

@@ -9,6 +9,7 @@
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
 #include "view/path_svg.hpp"
@@ -24,6 +25,12 @@ constexpr double kNewsShown_s = 6.0;
 // A name is free if no file that belongs to it exists.
 bool is_free(const fs::path& film) {
   std::error_code ignored;
+  if (is_frame_pattern(film)) {
+    const fs::path folder = film.parent_path();
+    const bool has_frames = folder.empty() ? fs::exists(frame_file(film, 0))
+                                           : fs::exists(folder, ignored) && !fs::is_empty(folder, ignored);
+    return !has_frames && !fs::exists(log_beside(film), ignored);
+  }
   return !fs::exists(fs::symlink_status(film, ignored)) && !fs::exists(log_beside(film), ignored) &&
          !fs::exists(frames_instead_of(film).parent_path(), ignored);
 }
@@ -92,7 +99,14 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   auto film = std::make_unique<Film>(request, announce_);
   // `bench` records to /dev/null, which has no place for a log beside it.
   const fs::path log = film->file() == kNullDevice ? fs::path() : log_beside(film->file());
-  if (!log.empty()) log_.open(log);
+  try {
+    if (!log.empty()) log_.open(log);
+  } catch (const UserError&) {
+    const fs::path film_file = film->file();
+    film.reset();
+    remove_if_empty(film_file);
+    throw;
+  }
   running_.emplace(Running{std::move(film), log, false});
   try {
     scene();  // here, where its lack ends the film alone, and not while the frame is drawn
@@ -151,7 +165,10 @@ void Recorder::follow(Simulation& simulation) {
     failed_ = failed_ || !film.failure.empty();
     const std::string end = film.failure.empty() ? "" : "; it broke off";
     const std::string reason = end.empty() || it->failure_told ? "" : ": " + film.failure;
-    tell(fmt::format("film {}: {}{}{}", in_quotes(film.file.string()), count_text(film), end, reason));
+    // The encoder takes more frames than a full disk does.
+    const char* at_most = end.empty() ? "" : "at most ";
+    tell(fmt::format("film {}: {}{}{}{}", in_quotes(film.file.string()), at_most, count_text(film), end,
+                     reason));
     ended_.emplace_back(film, it->log);
     it = ending_.erase(it);
   }
@@ -243,7 +260,7 @@ void Recorder::write_picture(const std::filesystem::path& file, const Pixels& pi
   const FrameView& view = simulation.view();
   Settings settings = simulation.settings();
   if (options_.still_s) settings.time_scale = options_.settings.time_scale;  // of the frames before the last
-  const PngTexts texts = {{"Software", fmt::format("pickleflight {}", PF_VERSION)},
+  const PngTexts texts = {software_text(),
                           {"Scene", scene_text(settings)},
                           {"Simulated time", fmt::format("{} s", view.simulated_s)},
                           {"Backend", view.backend}};

@@ -29,6 +29,8 @@ void set_number(const Field& field, double value, Settings& settings) {
   }
 }
 
+constexpr double kRefusalShown_s = 8.0;
+
 NumberRange range_of(const Field& field) { return {field.min, field.max, field.unit.c_str()}; }
 
 }  // namespace
@@ -186,15 +188,28 @@ std::optional<double> SettingRows::finished(const char* label, double value, boo
   if (!done) return std::nullopt;
   refusal_ = has_comma_ ? "a number has a point, not a comma; nothing changed" : refusal_of(value, range);
   refused_label_ = refusal_.empty() ? "" : label;
+  refused_until_s_ = ImGui::GetTime() + kRefusalShown_s;
   return refusal_.empty() ? std::optional(value) : std::nullopt;
 }
 
 void SettingRows::refusal(const char* label) {
-  if (refused_label_ != label) return;
-  ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_CheckMark));
-  ImGui::TextWrapped("%s", refusal_.c_str());
-  ImGui::PopStyleColor();
-  controls_.note(std::string(label) + " refused");
+  if (refused_label_ != label || ImGui::GetTime() > refused_until_s_) return;
+  const ImGuiStyle& style = ImGui::GetStyle();
+  const float left = ImGui::GetWindowPos().x + style.WindowPadding.x;
+  const float width = ImGui::GetWindowWidth() - style.ScrollbarSize - 2.0F * style.WindowPadding.x;
+  const float wrap = width - 2.0F * style.FramePadding.x;
+  const ImVec2 size = ImGui::CalcTextSize(refusal_.c_str(), nullptr, false, wrap);
+  const ImVec2 low(left, ImGui::GetItemRectMax().y + 1.0F);
+  const ImVec2 high(left + width, low.y + size.y + 2.0F * style.FramePadding.y);
+  ImDrawList* list = ImGui::GetForegroundDrawList();
+  ImVec4 ground = ImGui::GetStyleColorVec4(ImGuiCol_PopupBg);
+  ground.w = 1.0F;
+  list->AddRectFilled(low, high, ImGui::GetColorU32(ground), style.FrameRounding);
+  list->AddRect(low, high, ImGui::GetColorU32(ImGuiCol_CheckMark), style.FrameRounding);
+  list->AddText(ImGui::GetFont(), ImGui::GetFontSize(),
+                ImVec2(low.x + style.FramePadding.x, low.y + style.FramePadding.y),
+                ImGui::GetColorU32(ImGuiCol_Text), refusal_.c_str(), nullptr, wrap);
+  controls_.note(std::string(label) + " refused", {low.x, low.y, high.x, high.y});
 }
 
 void SettingRows::checkboxes(std::initializer_list<std::pair<const char*, const char*>> boxes) {

@@ -67,7 +67,8 @@ class SettingRows {
   void begin_row(const char* label, const std::string& help, Paths paths = {});
   void end_row(const char* label, const std::string& help, Paths paths = {});
   // For the last widget, which shows value: the number to apply. None while it is held, typed or unchanged. A
-  // number out of range is refused: refusal(label) shows why below the row.
+  // number out of range is refused: refusal(label) shows why below the row, over what comes there, for some
+  // seconds, so that no row moves under the pointer.
   std::optional<double> finished(const char* label, double value, bool moved, bool on_release,
                                  const NumberRange& range);
   // The value in hand, else the given one.
@@ -95,6 +96,7 @@ class SettingRows {
   bool has_comma_ = false;     // the number in hand, as typed
   std::string refused_label_;  // of the control whose number was refused last
   std::string refusal_;
+  double refused_until_s_ = 0.0;  // ImGui's time
   ControlMap controls_;
 };
 

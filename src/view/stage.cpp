@@ -112,6 +112,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (options.keep_clip || !context.info().software) last_seconds_.switch_on();
   recorder_.set_seen(context.size_px());
   recorder_.begin(simulation);
+  if (!has_window && hooks.announce && options.bench_frames == 0) progress_.emplace(1.0, 0.25);
   if (hooks.announce) {
     hooks.announce(fmt::format("drawing: {} ({}), draw target {}", context.info().renderer,
                                context.info().platform, describe(*target_)));
@@ -153,6 +154,7 @@ int Stage::run() {
     keep_pace();
     ++num_frames_;
     files_.follow(simulation_, clock());
+    show_progress();
   }
   return finish();
 }

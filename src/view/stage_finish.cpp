@@ -9,6 +9,7 @@ namespace pf {
 
 // An output that fails does not keep the others from their end.
 int Stage::finish() {
+  say_what_flew();
   recorder_.finish(simulation_, large_picture_scene());
   finish_last_seconds();
   log_.close_all(simulation_);

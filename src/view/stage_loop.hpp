@@ -16,6 +16,7 @@
 #include "app/replay.hpp"
 #include "app/settings_history.hpp"
 #include "app/term_costs.hpp"
+#include "core/progress_line.hpp"
 #include "data/run_files.hpp"
 #include "view/aim.hpp"
 #include "view/ball_camera.hpp"
@@ -96,6 +97,8 @@ class Stage {
   PictureScene large_picture_scene();
   void measure_copy_bandwidth();
   Look look_of_marks() const;
+  OverlayPlace place_of_overlay() const;
+  OverlayMode shown_overlay() const;
   ViewRegion free_region();
   void fit_camera();
   void begin_steps();
@@ -123,6 +126,9 @@ class Stage {
   bool ended();
   void refuse_still_before_its_time() const;
   bool still_ended() const;
+  double share_done() const;
+  void show_progress();
+  void say_what_flew();
   int finish();
   void keep_pace();
   void settle() const;
@@ -162,6 +168,7 @@ class Stage {
   Recorder recorder_;
   LastSeconds last_seconds_;
   std::optional<Replay> replay_;
+  std::optional<ProgressLine> progress_;  // of a run without a window
   RunFiles files_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window

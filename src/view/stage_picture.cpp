@@ -15,11 +15,20 @@ Look Stage::look_of_marks() const {
   return look;
 }
 
+// Right of the panel, down to the window's lower edge.
+OverlayPlace Stage::place_of_overlay() const {
+  const float left = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
+  return {left, std::max(static_cast<float>(size_.width) - left, 1.0F), static_cast<float>(size_.height),
+          scale_};
+}
+
+OverlayMode Stage::shown_overlay() const {
+  return Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode), place_of_overlay());
+}
+
 ViewRegion Stage::free_region() {
   const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
-  const OverlayMode mode = Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode),
-                                                 static_cast<float>(size_.width - left), scale_);
-  const double bottom = overlay_.used_height_px(mode, scale_) + timeline_height_px();
+  const double bottom = overlay_.used_height_px(shown_overlay(), scale_) + timeline_height_px();
   const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
                            std::max(size_.height - bottom, 1.0)};
   if (split_.is_on())
@@ -34,17 +43,11 @@ void Stage::fit_camera() {
 
 void Stage::describe_overlay() {
   ScopedPhase timing(times_, Phase::panel);
-  OverlayPlace place;
-  place.left_px = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
-  place.width_px = static_cast<float>(size_.width) - place.left_px;
-  place.bottom_px = static_cast<float>(size_.height);
-  place.scale = scale_;
+  OverlayPlace place = place_of_overlay();
   const FrameView view = pair_.view();
-  const auto mode = static_cast<OverlayMode>(switches_.overlay_mode);
   split_.describe(camera_, static_cast<float>(size_.height), scale_);
-  overlay_.show(view, mode, place, switches_.look);
-  place.bottom_px -= overlay_.used_height_px(Overlay::fitting_mode(mode, place.width_px, scale_), scale_) +
-                     timeline_height_px();
+  overlay_.show(view, static_cast<OverlayMode>(switches_.overlay_mode), place, switches_.look);
+  place.bottom_px -= overlay_.used_height_px(shown_overlay(), scale_) + timeline_height_px();
   const auto height_px = static_cast<float>(size_.height);
   // A film with a picture of its own does not show the window's notices.
   WindowNotices notices;

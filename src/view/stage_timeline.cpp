@@ -15,13 +15,8 @@ float Stage::timeline_height_px() const {
 
 void Stage::follow_timeline(Commands& commands) {
   if (timeline_height_px() == 0.0F) return;
-  OverlayPlace place;
-  place.left_px = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
-  place.width_px = std::max(static_cast<float>(size_.width) - place.left_px, 1.0F);
-  place.scale = scale_;
-  const OverlayMode mode =
-      Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode), place.width_px, scale_);
-  place.bottom_px = static_cast<float>(size_.height) - overlay_.used_height_px(mode, scale_);
+  OverlayPlace place = place_of_overlay();
+  place.bottom_px -= overlay_.used_height_px(shown_overlay(), scale_);
   const TimelineWish wish =
       timeline_.edit(simulation_.view(), place, switches_.look.theme, panel_.controls());
   commands.hold = commands.hold || wish.holds;

@@ -6,6 +6,7 @@ test_cli.py PROGRAM CASE...   exit code 0: passed, 1: failed, 77: skipped, since
 import json
 import os
 import pathlib
+import re
 import resource
 import shutil
 import signal
@@ -287,6 +288,27 @@ source "$SCRIPT" && words=($LINE) && _pickleflight "${words[0]}" && printf '%s\\
 """
 
 
+def progress(bench):
+    """Without a window a run shows on a terminal how far it is, and says at its end what flew."""
+    flown = re.compile(r"1 frame to t = 0\.001667 s in [0-9.]+ s: \d+ steps, \d+ collisions; the ball has flown 0\.0[23] m, now at 15\.\d\d m/s")
+    short = bench.run("--headless", "--size", "64x64", "-p", "500", "--seconds", "0.0166")
+    check(short.returncode == 0 and flown.search(short.stderr.splitlines()[-1]), f"the end: {short.stderr.splitlines()[-1]}")
+    check("%" not in short.stderr, "no progress of a run that ends at once")
+    controller, terminal = os.openpty()
+    words = ("--headless", "--size", "64x64", "-p", "500", "--seconds", "1000")
+    run = subprocess.Popen([bench.program, *words], env={**os.environ, **SOFTWARE}, stderr=terminal)
+    os.close(terminal)
+    shown = b""
+    while b"left" not in shown:
+        shown += os.read(controller, 4096)
+    run.send_signal(signal.SIGINT)
+    check(run.wait(LIMIT_S) == 0, "the run ends in order")
+    rest = os.read(controller, 4096)
+    os.close(controller)
+    check(re.search(rb"frame [\d,]+ \(\d+ %\), t = [\d.]+ s; about \d+ s left", shown), f"progress: {shown[-80:]}")
+    check(b"\r\x1b[K" in rest and b"frames to t = " in rest, f"the line makes room for the last one: {rest[:60]}")
+
+
 def completion(bench):
     """Bash completes what the program takes now: options for files, studies, names."""
     skip_without("bash")
@@ -311,7 +333,7 @@ def completion(bench):
             check(all(word in found for word in expected), f"{line!r} is followed by {' '.join(expected)}")
 
 
-CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals,
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, progress, signals,
                                           stood_still, lost_streams, completion)}
 
 

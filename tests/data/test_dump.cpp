@@ -142,6 +142,7 @@ TEST_F(Dump, ReplacesTheTargetOfALink) {
 // Another number of parcels, and a step back, begin files of their own.
 TEST_F(Dump, BeginsAnotherFileWhereARunDoesNotContinue) {
   const auto sink = make_h5_dump(file_, {});
+  const auto mine = folder_.write("a-2.h5", "mine"), index = folder_.write("a-4.xdmf", "mine");
   for (const std::int64_t n : {40, 40, 50}) {
     Simulation simulation(gas(n), make_cpu_backend(1));
     advance(simulation, 2);
@@ -150,11 +151,13 @@ TEST_F(Dump, BeginsAnotherFileWhereARunDoesNotContinue) {
     sink->write(state);
   }
   sink->finish();
-  for (const auto& [name, n] : {std::pair("a.h5", 40U), std::pair("a-2.h5", 40U), std::pair("a-3.h5", 50U)}) {
+  for (const auto& [name, n] : {std::pair("a.h5", 40U), std::pair("a-3.h5", 40U), std::pair("a-5.h5", 50U)}) {
     const RunState state = read_h5_frame(folder_.path() / name, 0);
     EXPECT_EQ(state.backend.parcels.position.size(), n) << name;
     EXPECT_TRUE(std::filesystem::exists((folder_.path() / name).replace_extension(".xdmf"))) << name;
   }
+  EXPECT_EQ(contents_of(mine) + contents_of(index), "minemine") << "files of others";
+  EXPECT_EQ(sink->further_files(), (std::vector{folder_.path() / "a-3.h5", folder_.path() / "a-5.h5"}));
 }
 
 #else

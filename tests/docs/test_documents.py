@@ -260,7 +260,8 @@ class Commands:
             if "--paused" not in self.project.run(self.project.program, "run", "--help").stdout:
                 return "--paused is no option"
             options = [word for word in options if word != "--paused"]
-        if "--headless" not in options:
+        # Options of windows are refused with --headless. Without a display such a run has no window either.
+        if not {"--headless", "--full-screen", "--clip"} & set(options):
             options = [*options, "--headless"]
         if len(options) > 1 and options[0] == "run" and options[1].endswith(".toml"):
             return self.ended(self.project.program, *options)

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "support/full_disk.hpp"
 #include "temporary_folder.hpp"
 
 namespace pf {
@@ -81,6 +82,24 @@ TEST_F(Film, Mp4HasFramesAndFormat) {
   encoder.finish();
   EXPECT_EQ(probe(file), "h264,yuv420p,64,48,30/1,12");
   EXPECT_NE(contents_of(file).find("moof"), std::string::npos) << "the film is not fragmented";
+}
+
+TEST_F(Film, LeavesNoEmptyFileOnAFullDisk) {
+  const auto file = folder_.path() / "a.mp4", raw = folder_.path() / "a.rgb";
+  {
+    const test::FullDisk full(0);
+    Encoder encoder(file, 64, 48, 30.0);
+    encoder.add_frame(white_above(64, 48));
+    EXPECT_THROW(encoder.finish(), DeviceError);
+    RawFrames frames(raw, 64);
+    const auto write = [&] {
+      frames.add_frame(white_above(64, 48));
+      frames.finish();
+    };
+    EXPECT_THROW(write(), DeviceError);
+  }
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_FALSE(std::filesystem::exists(raw));
 }
 
 TEST_F(Film, FlipsRowsOfGl) {

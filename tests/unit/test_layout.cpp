@@ -12,7 +12,6 @@
 #include "view/inset_place.hpp"
 #include "view/legend_columns.hpp"
 #include "view/overlay_paint.hpp"
-#include "view/overlay_text.hpp"
 #include "view/panel.hpp"
 #include "view/scene_marks.hpp"
 #include "view/slide.hpp"
@@ -88,14 +87,6 @@ TEST(Sliders, TheNumberStandsWhereTheKnobIsNot) {
   EXPECT_EQ(without_unit("0.00100 free times"), "0.00100");
   EXPECT_EQ(without_unit("-12.5 rad/s"), "-12.5");
   EXPECT_EQ(without_unit("as time scale asks"), "as time scale asks");
-}
-
-TEST(Overlay, ALineDropsTheLeastImportantParts) {
-  const auto width_of = [](const std::string& text) { return static_cast<float>(text.size()); };
-  const std::vector<LinePart> parts = {{"60 frames/s", 3}, {"16.7 ms", 1}, {"t = 0.123 s", 6}};
-  EXPECT_EQ(fitting_parts(parts, 100.0F, width_of), "60 frames/s   16.7 ms   t = 0.123 s");
-  EXPECT_EQ(fitting_parts(parts, 30.0F, width_of), "60 frames/s   t = 0.123 s");
-  EXPECT_EQ(fitting_parts(parts, 12.0F, width_of), "t = 0.123 s");
 }
 
 TEST(LegendColumns, EnergyAndCostOutliveSpeedAndSpin) {
@@ -192,7 +183,8 @@ class Layout : public WithText {
     panel.fit(stand.width, 1.0F);
     const float left = stand.has_panel ? panel.width_px(stand.scale) : 0.0F;
     free_ = {left, 0.0F, stand.width, stand.height};
-    const OverlayMode mode = Overlay::fitting_mode(OverlayMode::full, free_.width(), stand.scale);
+    const OverlayPlace strip = {left, free_.width(), stand.height, stand.scale};
+    const OverlayMode mode = Overlay::fitting_mode(OverlayMode::full, strip);
     free_.y1 -= Overlay::height_px(mode, stand.scale);
     SceneMarks marks;
     for (int frame = 0; frame < 2; ++frame) show(marks, frames, stand);

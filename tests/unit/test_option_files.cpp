@@ -100,11 +100,26 @@ TEST(Options, RefusesTheFilesBesideADump) {
   for (const Clash& clash : clashes)
     EXPECT_TRUE(contains(refusal(clash.words), clash.message)) << refusal(clash.words);
   EXPECT_EQ(options_of({"--dump", dump, "--report", path("a-2.h5")}).report, path("a-2.h5"));
-  const std::string later = folder.write("a-12.h5", "").string();
-  EXPECT_TRUE(contains(refusal({"--dump", dump, "--from", later}), "after a reset it would write over '"));
-  EXPECT_FALSE(contains(refusal({"--dump", path("b.h5"), "--from", later}), "after a reset"));
 }
 #endif
+
+TEST(Options, ALogReplacesOnlyALog) {
+  TemporaryFolder folder;
+  const std::string scene = folder.write("spin.toml", "[ball]\nspin_radps = -40\n").string();
+  const std::string log = folder
+                              .write("old.toml",
+                                     "# Inputs of a flight. Replay it with: pickleflight run "
+                                     "THIS_FILE\n")
+                              .string();
+  const std::string stem = scene.substr(0, scene.size() - 5);
+  EXPECT_TRUE(contains(refusal({"--log", scene}), "--log: '" + scene + "' is there and is no log"));
+  EXPECT_TRUE(contains(refusal({"--record", stem + "/%05d.png"}), "--record (the film's log): '"));
+  folder.write("a_frames.toml", "x = 1\n");
+  EXPECT_TRUE(
+      contains(refusal({"--record", (folder.path() / "a.mp4").string()}), "--record (the log of its"));
+  EXPECT_EQ(refusal({"--log", log}), "accepted");
+  EXPECT_EQ(refusal({"--log", folder.write("empty.toml", "").string()}), "accepted");
+}
 
 TEST(Options, AStateHasItsOwnScene) {
   for (const std::vector<std::string>& more :
@@ -161,6 +176,25 @@ TEST(Options, StillTakesATimeAndAFile) {
   for (const char* time : {"x", "nan", "inf", "1e7", "0.1s", ""})
     EXPECT_TRUE(contains(refusal({"--still", time, "a.png"}), "is not a time; give seconds")) << time;
   EXPECT_TRUE(contains(refusal({"--still", "1", "a.jpg"}), "must end in .png"));
+}
+
+TEST(Options, WhatHasNoEffectWithoutAWindowIsRefused) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--full-screen"}, {"--clip", "3"}, {"--clip-format", "webp"}}) {
+    std::vector<std::string> headless = words;
+    headless.emplace_back("--headless");
+    EXPECT_TRUE(contains(refusal(headless), words[0] + ": needs a window")) << words[0];
+    EXPECT_EQ(refusal(words), "accepted") << words[0];
+  }
+  EXPECT_TRUE(
+      contains(refusal({"--headless", "--picture-size", "320x200"}), "needs --picture FILE or --still"));
+  EXPECT_EQ(refusal({"--headless", "--picture-size", "320x200", "--picture", "a.png"}), "accepted");
+  EXPECT_EQ(refusal({"--picture-size", "320x200"}), "accepted") << "pictures by a key";
+  EXPECT_TRUE(contains(refusal({"--headless", "--record-time", "real"}), "needs --record FILE"));
+  EXPECT_TRUE(
+      contains(refusal({"--still", "1", "a.png", "--seconds", "2"}), "--seconds: --still T FILE ends"));
+  EXPECT_TRUE(
+      contains(refusal({"--still", "1", "a.png", "--set", "run.seconds=2"}), "leave out one of them"));
 }
 
 TEST(Options, LogExcludesOtherSettings) {

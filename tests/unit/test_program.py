@@ -101,16 +101,16 @@ FIVE_FRAMES = ["--headless", "-p", "200", "--size", "320x180", "--seconds", "0.0
 
 
 def frames(folder):
-    (folder / "f").mkdir()
-    size = struct.pack(">II", 320, 180)
-    for name in ("005.png", "006.png", "008.png"):  # of a longer, older film; 008 is not in its sequence
-        (folder / "f" / name).write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + size)
-    (folder / "f" / "007.png").write_text("something else")
+    older = run([*FIVE_FRAMES[:-1], "0.15", "--record", "f/%03d.png"], folder)
+    require(older.returncode == 0 and (folder / "f" / "008.png").exists(), f"an older film of 9 frames: {older.stderr}")
+    foreign = (folder / "f" / "007.png").read_bytes().replace(b"pickleflight", b"anotherthing")  # by another program
+    (folder / "f" / "007.png").write_bytes(foreign)
     done = run([*FIVE_FRAMES, "--record", "f/%03d.png"], folder)
     require(done.returncode == 0, done.stderr)
     require("ffmpeg" not in done.stderr, f"mentions ffmpeg: {done.stderr}")
     names = sorted(file.name for file in (folder / "f").iterdir())
     require(names == ["000.png", "001.png", "002.png", "003.png", "004.png", "007.png", "008.png"], f"left: {names}")
+    require((folder / "f" / "007.png").read_bytes() == foreign, "a picture by another program has changed")
     check_frames([folder / "f" / name for name in names[:5]], 320, 180)
 
 

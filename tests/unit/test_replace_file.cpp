@@ -23,6 +23,17 @@ TEST(ReplaceFile, AFullDiskLeavesWhatWasThere) {
   EXPECT_EQ(contents_of(file), "after");
 }
 
+TEST(ReplaceFile, RemovesOnlyFilesWithoutAByte) {
+  const TemporaryFolder folder;
+  const auto empty = folder.write("empty", ""), full = folder.write("full", "x"),
+             none = folder.path() / "none";
+  const auto link = folder.path() / "link";
+  std::filesystem::create_symlink("/dev/null", link);
+  for (const auto& file : {empty, full, link, none, folder.path()}) remove_if_empty(file);
+  EXPECT_FALSE(std::filesystem::exists(empty));
+  EXPECT_TRUE(std::filesystem::exists(full) && std::filesystem::exists(link));
+}
+
 // As /dev/stdout is, which leads there.
 TEST(ReplaceFile, WritesToAnOpenPipe) {
   int ends[2];

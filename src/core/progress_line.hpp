@@ -1,0 +1,35 @@
+// A line of progress on standard error: rewritten on a terminal, otherwise a new one every ten seconds.
+#pragma once
+
+#include <string>
+
+#include "core/timing.hpp"
+
+namespace pf {
+
+class ProgressLine {
+ public:
+  // Nothing is due before quiet_s, nor on a terminal before least_s after the line before.
+  ProgressLine(double quiet_s, double least_s);
+  ~ProgressLine() { clear(); }
+  ProgressLine(const ProgressLine&) = delete;
+  ProgressLine& operator=(const ProgressLine&) = delete;
+
+  bool is_due() const;
+  void show(const std::string& line);  // cut to the width of a narrow terminal
+  double spent_s() const { return 1e-3 * milliseconds_since(start_); }
+
+  // Takes the line off the terminal, if there is one. For whoever else writes to it.
+  static void clear();
+
+ private:
+  bool is_terminal_;
+  double next_s_;  // after the start
+  double between_s_;
+  Clock::time_point start_ = Clock::now();
+};
+
+// "; about 12 s left"; empty where nothing is done yet. done: share of the work that took spent_s.
+std::string time_left_text(double done, double spent_s);
+
+}  // namespace pf
