@@ -7,6 +7,7 @@
 
 #include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"
+#include "process.hpp"
 #if PF_HAVE_CUDA
 #include "cuda/cuda_backend.hpp"
 #include "cuda/cuda_devices.hpp"
@@ -89,7 +90,7 @@ std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device,
       throw DeviceError("--cuda-no-fallback: " + obstacle + "; leave it out to fall back to the CPU");
     if (options.domain_link == "direct")
       throw DeviceError("--domain-link direct: " + obstacle + "; give auto to fall back to the CPU");
-    fmt::print(stderr, "--cuda: {}; falling back to the CPU\n", obstacle);
+    announce(fmt::format("--cuda: {}; falling back to the CPU", obstacle));
   }
   if (ranks.num() > 1 || options.domains > 1) return domain_backend(options, ranks, nullptr);
   return make_cpu_backend(static_cast<unsigned>(options.settings.threads));

@@ -1,5 +1,5 @@
-// Main program: joins command line, backend, simulation and stage. Only this file prints errors and chooses
-// exit codes.
+// Main program: joins command line, backend, simulation and stage. Only this file turns errors into exit
+// codes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -167,8 +167,11 @@ StageRun bench_recording(const Options& options, const Ranks& ranks) {
   std::vector<nlohmann::json> recorded;
   int exit_code = 0;
   for (int round = 0; round < kRounds && !stop_requested; ++round) {
-    plain.push_back(run_on_stage(without, ranks).report);
+    StageRun bare = run_on_stage(without, ranks);
+    if (stop_requested) break;
     StageRun run = run_on_stage(options, ranks);
+    if (stop_requested) break;
+    plain.push_back(std::move(bare.report));
     exit_code = std::max(exit_code, run.exit_code);
     recorded.push_back(std::move(run.report));
   }
@@ -336,7 +339,7 @@ int main(int argc, char** argv) {
         },
         pf::find_domain_gpus);
   } catch (const pf::UserError& error) {
-    fmt::print(stderr, "pickleflight: {}\n", error.what());
+    pf::announce(fmt::format("pickleflight: {}", error.what()));
     return 2;
   }
 }

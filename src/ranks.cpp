@@ -73,7 +73,7 @@ int Ranks::serve(const std::function<void()>& other_work, const FindDomainGpus& 
   } catch (const std::exception& other) {
     error = other.what();
   }
-  fmt::print(stderr, "pickleflight: rank {}: {}\n", carrier_->rank(), error);
+  announce(fmt::format("pickleflight: rank {}: {}", carrier_->rank(), error));
   return fail(3);
 }
 

@@ -227,6 +227,7 @@ AccuracyChoice choose_by_accuracy(const json& table, const Settings& scene, cons
                                   const std::string& backend) {
   AccuracyChoice choice;
   choice.settings = scene;
+  choice.asked_error = wish.error;
   choice.of = !wish.of.empty() ? wish.of : target_of(scene);
   check_target(scene, choice.of);
   const TableRows rows = rows_with(table, choice.of, backend);
@@ -274,7 +275,12 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const std::string of_parcels =
       choice.parcels_error > 0.0 ? fmt::format(", {} by the number of parcels", percent(choice.parcels_error))
                                  : "";
-  std::string text = fmt::format(
+  const double error = std::max(choice.expected_error, choice.parcels_error);
+  std::string text;
+  if (error > choice.asked_error)
+    text = fmt::format("--accuracy: {} is not reached: the error of {} may be {}\n",
+                       percent(choice.asked_error), choice.of, percent(error));
+  text += fmt::format(
       "--accuracy: method {}, dt {:.3g} s ({} step{} a frame), {} parcels\n"
       "  expected error of {}: {} by the method{}; table: {:.3g} ns per disc and d/c\n  from {}\n",
       method_name(s.method), plan.dt_s, plan.num_steps, plan.num_steps == 1 ? "" : "s", physics.parcels.num,

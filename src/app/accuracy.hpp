@@ -33,6 +33,7 @@ double read_accuracy(const std::string& place, const std::string& text);
 struct AccuracyChoice {
   Settings settings;  // the scene with chosen method, displacement_per_step and number of parcels
   std::string of;
+  double asked_error = 0.0;
   double expected_error = 0.0;  // of the method, from the table; an upper limit if is_bound
   bool is_bound = false;
   double parcels_error = 0.0;        // due to the number of parcels: scatter, or walls; 0: unknown

@@ -102,6 +102,8 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
                      const std::vector<std::string>& endings) {
   if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
   fs::path file = text;
+  if (text == "-")
+    throw UserError(fmt::format("{}: - is no file; for standard output give /dev/stdout", flag));
   const std::string ending = ending_of(file);
   if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {
     throw UserError(fmt::format("{}: {} has the wrong ending; the file must end in {}", flag, in_quotes(text),

@@ -10,8 +10,10 @@
 
 #include "app/frame_names.hpp"
 #include "app/input_log.hpp"
+#include "app/option_values.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/link_target.hpp"
 #include "core/replace_file.hpp"
 #include "core/text.hpp"
 
@@ -49,6 +51,18 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--cues", file_of(typed.cues)},
           {"the log to replay", typed.replay.value_or("")},
           {"--from", options.data.from}};
+}
+
+// Those that are written aside and renamed.
+std::vector<NamedFile> outputs_aside(const Options& options) {
+  std::vector<NamedFile> files = {{"--checkpoint", options.data.checkpoint},
+                                  {"--report", options.report},
+                                  {"--picture", options.picture},
+                                  {"--still", options.still},
+                                  {"--panel-map", options.panel_map},
+                                  {"--json", options.bench_json}};
+  std::erase_if(files, [](const NamedFile& f) { return f.file.empty() || !is_written_aside(f.file); });
+  return files;
 }
 
 // What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
@@ -99,15 +113,8 @@ std::vector<NamedFile> outputs_of(const Options& options) {
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
   add_files_of_dump(options, files);
-  for (const auto& [flag, file] : std::vector<NamedFile>{{"--checkpoint", options.data.checkpoint},
-                                                         {"--report", options.report},
-                                                         {"--picture", options.picture},
-                                                         {"--still", options.still},
-                                                         {"--panel-map", options.panel_map},
-                                                         {"--json", options.bench_json}}) {
-    if (!file.empty() && is_written_aside(file))
-      files.push_back({flag + " (while it is written)", part_of(file)});
-  }
+  for (const auto& [flag, file] : outputs_aside(options))
+    files.push_back({flag + " (while it is written)", part_of(file)});
   if (!options.panel_map.empty())
     files.push_back({"--panel-map (the number of frames)", frames_beside(options.panel_map)});
   for (const NamedFile& log : logs_of(options))
@@ -131,6 +138,7 @@ void check_outputs(const Typed& typed, const Options& options) {
     others.push_back(output);
   }
   check_logs(options);
+  for (const auto& [flag, file] : outputs_aside(options)) check_writable(flag, part_of(link_target(file)));
 }
 
 }  // namespace pf

@@ -82,7 +82,12 @@ void Simulation::State::fall_back(const DeviceError& error) {
   in_flight = false;
   Settings with = settings;
   with.num_parcels = std::min(settings.num_parcels, settings.num_parcels_cpu);
-  reset(with);
+  try {
+    reset(with);
+  } catch (const UserError& no_room) {
+    throw DeviceError(fmt::format("{} failed ({}), and {} cannot go on: {}", failed, error.what(),
+                                  backend->name(), no_room.what()));
+  }
   view.message = fmt::format("{} failed ({}); continuing with {} and {} parcels from the start of the scene.",
                              failed, error.what(), backend->name(), physics.parcels.num);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 #include "app/command_queue.hpp"
 #include "app/domain_checks.hpp"
@@ -30,10 +31,11 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   check_backend(with, derived, *backend);
   std::vector<Ghost> ghosts_with = ghosts_of(with);
   const bool is_respawned = differ(settings, with, &Effects::parcels);
-  if (is_respawned) const Spawner tried(with, derived, ball);  // throws before anything changes
+  std::optional<NewAir> air;
+  if (is_respawned) air.emplace(new_air(with, ball));  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
-  if (is_respawned) {
-    respawn(new_air(with, ball));
+  if (air) {
+    respawn(*air);
   } else {
     physics = derived;
     backend->set_physics(physics);

@@ -146,7 +146,13 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
       result["points"] = rows.all();
       save_study(options.out, result);
     };
-    ranks.measure(work, before, keep);
+    try {
+      ranks.measure(work, before, keep);
+    } catch (...) {  // what is measured is kept for --resume
+      result["points"] = rows.all();
+      save_study(options.out, result);
+      throw;
+    }
   };
   std::vector<std::size_t> missing, alone;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -250,7 +256,9 @@ const std::vector<Study>& studies() {
 int plot_lab(const std::filesystem::path& folder) {
   std::vector<std::string> scripts;
   for (const Study& study : studies()) {
-    if (std::filesystem::exists(folder / (study.name + ".json"))) scripts.push_back(study.name + ".py");
+    std::error_code unreadable;  // is told below as a folder without results
+    if (std::filesystem::exists(folder / (study.name + ".json"), unreadable))
+      scripts.push_back(study.name + ".py");
   }
   if (scripts.empty()) {
     throw UserError(fmt::format("lab plot: {} holds no result of a study; give the folder of --out",
@@ -269,7 +277,8 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   const LabContext context = context_of(options, machine);
   // What does not fit is refused before any work, and before there is a folder.
   for (const Study& study : wanted) study.plan(context);
-  if (options.resume && !std::filesystem::exists(options.out))
+  std::error_code unreadable;  // is told by open_results()
+  if (options.resume && !std::filesystem::exists(options.out, unreadable) && !unreadable)
     fmt::print(stderr, "--resume: {} does not exist; all points are measured\n",
                in_quotes(options.out.string()));
   open_results(options.out, options.resume  ? Existing::resume

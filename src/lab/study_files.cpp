@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // Python's name of the error.
-constexpr const char* kNoModule = "ModuleNotFoundError";
+constexpr const char* kNoModule = "No module named 'matplotlib'";
 
 fs::path plot_folder() {
   const std::vector<fs::path> folders = program_folders("plots");
@@ -203,15 +203,17 @@ std::string keep_accuracy_table(const fs::path& folder, const fs::path& kept) {
 std::string run_plot(const std::string& script, const fs::path& folder) {
   const fs::path file = plot_folder() / script;
   std::string error_text;
+  bool has_python = true;
   try {
     // Distributions install matplotlib for the system's Python.
     ChildProcess python({"/usr/bin/python3", "-B", file.string(), folder.string()}, -1);
     if (python.wait().good) return "";
     error_text = python.last_errors();
   } catch (const DeviceError& error) {
+    has_python = false;
     error_text = error.what();
   }
-  if (error_text.find(kNoModule) == std::string::npos && error_text.find("starting") == std::string::npos) {
+  if (has_python && error_text.find(kNoModule) == std::string::npos) {
     return fmt::format("{} failed: {}; CSV and JSON have the figures", script, error_text);
   }
   return fmt::format(

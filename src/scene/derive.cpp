@@ -97,9 +97,11 @@ void check_parcel_size(const Settings& s, const Physics& physics, Vec2d size) {
   if (diameter > 0.5 * smaller) {
     throw UserError(fmt::format(
         "air: {} at area fraction {} {:g} m wide, more than half the world's smaller side "
-        "({:g} m); raise air.num_parcels or lower air.area_fraction",
+        "({:g} m); {}",
         physics.parcels.num == 1 ? "1 parcel" : fmt::format("{} parcels", physics.parcels.num),
-        fmt::format("{:g} {}", s.area_fraction, physics.parcels.num == 1 ? "is" : "are"), diameter, smaller));
+        fmt::format("{:g} {}", s.area_fraction, physics.parcels.num == 1 ? "is" : "are"), diameter, smaller,
+        s.parcel_radius_m > 0.0 ? "lower air.parcel_radius_m"
+                                : "raise air.num_parcels or lower air.area_fraction"));
   }
   if (diameter < physics.world.unit_m) {  // a contact's position would not be resolved
     throw UserError(

@@ -176,10 +176,17 @@ bool display_available() {
   return named && glfw_started();
 }
 
-std::unique_ptr<GlContext> open_window(const ContextRequest& request) {
-  if (!display_available()) {
-    throw DeviceError("no display to open a window on (DISPLAY and WAYLAND_DISPLAY); use --headless");
+std::string no_display_text() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY"}) {
+    const char* value = std::getenv(name);
+    if (value != nullptr && *value != '\0')
+      return fmt::format("the display {}={} cannot be opened", name, value);
   }
+  return "no display (DISPLAY, WAYLAND_DISPLAY)";
+}
+
+std::unique_ptr<GlContext> open_window(const ContextRequest& request) {
+  if (!display_available()) throw DeviceError(no_display_text() + "; use --headless");
   return std::make_unique<WindowContext>(request);
 }
 

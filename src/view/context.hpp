@@ -61,6 +61,8 @@ std::string describe_gl(void (*get_string)());
 // True if a window can be opened: DISPLAY or WAYLAND_DISPLAY is set and GLFW starts. GLFW ends with the
 // program.
 bool display_available();
+// Why there is none: "the display DISPLAY=:7 cannot be opened".
+std::string no_display_text();
 
 // Both make the new context current. Without GL 4.5 they throw a DeviceError that names the GL found.
 std::unique_ptr<GlContext> open_window(const ContextRequest& request);

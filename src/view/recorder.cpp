@@ -162,7 +162,15 @@ void Recorder::follow(Simulation& simulation) {
       continue;
     }
     const FilmFigures film = it->film->figures();
-    failed_ = failed_ || !film.failure.empty();
+    const bool is_empty = film.failure.empty() && film.num_frames == 0;
+    failed_ = failed_ || !film.failure.empty() || (is_empty && !has_window_);
+    if (is_empty) {
+      tell(fmt::format("film {}: no frame was drawn, so there is none", in_quotes(film.file.string())));
+      std::error_code ignored;
+      if (fs::is_regular_file(film.file, ignored)) fs::remove(film.file, ignored);
+      it = ending_.erase(it);
+      continue;
+    }
     const std::string end = film.failure.empty() ? "" : "; it broke off";
     const std::string reason = end.empty() || it->failure_told ? "" : ": " + film.failure;
     // The encoder takes more frames than a full disk does.
@@ -248,11 +256,15 @@ void Recorder::keep(const SeenPicture& seen, const Simulation& simulation, const
     }
   }
   if (draws_pictures()) return;
-  if (!options_.still_s && simulation.finished_flight() && kept_.texture() != 0) return;
-  const auto [width, height] = seen.size;
-  kept_.resize(width, height);
-  glBlitNamedFramebuffer(seen.framebuffer, kept_.framebuffer(), 0, 0, width, height, 0, 0, width, height,
-                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  const auto copy_to = [&seen](ColorTarget& to) {
+    const auto [width, height] = seen.size;
+    to.resize(width, height);
+    glBlitNamedFramebuffer(seen.framebuffer, to.framebuffer(), 0, 0, width, height, 0, 0, width, height,
+                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  };
+  if (options_.still_s) copy_to(last_);
+  const bool has_flown = simulation.finished_flight() && kept_.texture() != 0;
+  if (!options_.picture.empty() && !has_flown) copy_to(kept_);
 }
 
 void Recorder::write_picture(const std::filesystem::path& file, const Pixels& picture,
@@ -293,9 +305,9 @@ void Recorder::write_last(const fs::path& file, bool is_first_flight, const Simu
     write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
   } else if (draws_pictures()) {
     write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);
-  } else if (kept_.texture() != 0) {
-    const SizePx size = {kept_.width_px(), kept_.height_px()};
-    write_picture(file, {read_pixels(kept_.framebuffer(), size), size}, simulation);
+  } else if (const ColorTarget& kept = is_first_flight ? kept_ : last_; kept.texture() != 0) {
+    const SizePx size = {kept.width_px(), kept.height_px()};
+    write_picture(file, {read_pixels(kept.framebuffer(), size), size}, simulation);
   }
 }
 

@@ -100,7 +100,8 @@ class Recorder {
   bool paths_requested_ = false;
   SizePx seen_;
   std::unique_ptr<FilmScene> scene_;
-  ColorTarget kept_;   // for --picture and --still
+  ColorTarget kept_;   // for --picture: of the first flight
+  ColorTarget last_;   // for --still
   Pixels kept_large_;  // if pictures have a size of their own
   std::string kept_svg_;
   std::string last_news_;

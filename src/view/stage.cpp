@@ -154,6 +154,7 @@ int Stage::run() {
     keep_pace();
     ++num_frames_;
     files_.follow(simulation_, clock());
+    say_if_slowed();
     show_progress();
   }
   return finish();
@@ -174,7 +175,7 @@ void Stage::steer() {
 }
 
 bool Stage::ended() {
-  const bool is_stopped = stop_requested.load(std::memory_order_relaxed) || context_.close_requested();
+  const bool is_stopped = is_interrupted() || context_.close_requested();
   if (is_stopped && options_.still_s) refuse_still_before_its_time();
   if (is_stopped) return true;
   if (replay_) return replay_->ended();
@@ -284,7 +285,7 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
   request.vsync = options.vsync;
   if (!options.headless && display_available()) return open_window(request);
   if (!options.headless && hooks.announce)
-    hooks.announce("no display (DISPLAY, WAYLAND_DISPLAY): running without a window");
+    hooks.announce(no_display_text() + ": running without a window; for a film give --record FILE.mp4");
   return open_offscreen(request);
 }
 

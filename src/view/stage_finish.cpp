@@ -7,8 +7,20 @@
 
 namespace pf {
 
+// A checkpoint is of a whole frame, to which log and report lead, too.
+void Stage::complete_frame() {
+  if (options_.data.checkpoint.empty()) return;
+  while (simulation_.view().unfinished) {
+    simulation_.advance_frame({}, nullptr);
+    log_.end_frame(simulation_);
+    const FrameView& view = simulation_.view();
+    record_.add_frame(view.times, view.frame_totals, view.dt_s, {});
+  }
+}
+
 // An output that fails does not keep the others from their end.
 int Stage::finish() {
+  complete_frame();
   say_what_flew();
   recorder_.finish(simulation_, large_picture_scene());
   finish_last_seconds();
@@ -16,6 +28,7 @@ int Stage::finish() {
   const std::string lost_log = log_.take_failure();
   if (!lost_log.empty() && hooks_.announce) hooks_.announce(lost_log);
   files_.finish(simulation_, clock());
+  record_.set_part("interrupted", is_interrupted());
   record_.set_part("files", files_.report());
   record_.set_part("split", pair_.report());
   record_.set_part("record", recorder_.report());

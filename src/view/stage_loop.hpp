@@ -128,6 +128,9 @@ class Stage {
   bool still_ended() const;
   double share_done() const;
   void show_progress();
+  void say_if_slowed();
+  bool is_interrupted() const { return stop_requested.load(std::memory_order_relaxed); }
+  void complete_frame();
   void say_what_flew();
   int finish();
   void keep_pace();
@@ -169,6 +172,7 @@ class Stage {
   LastSeconds last_seconds_;
   std::optional<Replay> replay_;
   std::optional<ProgressLine> progress_;  // of a run without a window
+  bool is_slowness_told_ = false;
   RunFiles files_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "view/overlay_text.hpp"
 #include "view/stage_loop.hpp"
@@ -13,8 +14,16 @@ double Stage::share_done() const {
   const auto num = static_cast<double>(num_frames_ - first_frame_);
   if (replay_) return num / static_cast<double>(std::max<std::int64_t>(replay_->num_frames(), 1));
   if (options_.still_s) return simulation_.view().simulated_s / std::max(*options_.still_s, 1e-300);
-  const Settings& settings = simulation_.settings();
-  const double num_last = settings.seconds * settings.frame_rate_hz - static_cast<double>(first_frame_);
+  const auto num_frames_of = [](const Settings& s) { return s.seconds * s.frame_rate_hz; };
+  double num_last = num_frames_of(simulation_.settings());
+  if (options_.cues) {
+    num_last = 0.0;
+    for (const Cue& cue : options_.cues->cues) {
+      if (cue.settings.seconds == 0.0) return 0.0;  // until its ball leaves
+      num_last += num_frames_of(cue.settings);
+    }
+  }
+  num_last -= static_cast<double>(first_frame_);
   return num_last > 0.0 ? num / num_last : 0.0;
 }
 
@@ -27,10 +36,26 @@ void Stage::show_progress() {
                               time_left_text(share, progress_->spent_s())));
 }
 
+// The steps of a frame are limited, so that a scene of many parcels need not answer for a hasty time scale.
+void Stage::say_if_slowed() {
+  const FrameView& view = simulation_.view();
+  const Settings& settings = simulation_.settings();
+  if (!progress_ || replay_ || is_slowness_told_ || settings.substeps > 0 || !(view.dt_s > 0.0)) return;
+  const double num_needed = std::ceil(settings.time_scale / (settings.frame_rate_hz * view.dt_s));
+  if (view.slow_motion > 0.95 * settings.time_scale || view.steps_per_frame + 1.0 > num_needed) return;
+  is_slowness_told_ = true;
+  hooks_.announce(fmt::format(
+      "run.time_scale: {:g} needs {} a frame, but run.max_substeps is {}, so that it is {:.2g} here; to "
+      "raise that, --set run.max_substeps={:.0f}",
+      settings.time_scale, counted(static_cast<std::uint64_t>(num_needed), "step"), settings.max_substeps,
+      view.slow_motion, num_needed));
+}
+
 void Stage::say_what_flew() {
   if (!progress_) return;
   ProgressLine::clear();
   if (replay_) return;  // it has a summary of its own
+  if (is_interrupted()) hooks_.announce("stopped before its end; what it has written up to here is whole");
   const FrameView& view = simulation_.view();
   std::string line =
       fmt::format("{} to t = {:.4g} s in {:.1f} s: {}, {}",

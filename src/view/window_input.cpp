@@ -167,12 +167,17 @@ void WindowInput::on_scroll(GLFWwindow* window, double, double y) { self(window)
 
 void WindowInput::on_button(GLFWwindow* window, int button, int action, int) {
   if (action != GLFW_PRESS || button == GLFW_MOUSE_BUTTON_MIDDLE) return;
-  constexpr double kDoubleClick_s = 0.3;
+  constexpr double kDoubleClick_s = 0.3, kSamePlace_px = 8.0;
   WindowInput& input = self(window);
   const double now_s = glfwGetTime();
+  Vec2d at_px;
+  glfwGetCursorPos(window, &at_px.x, &at_px.y);
+  const bool is_again =
+      button == input.pressed_button_ && length(at_px - input.pressed_at_px_) < kSamePlace_px;
   input.pressed_ = true;
   input.pressed_button_ = button;
-  input.double_clicked_ = now_s - input.pressed_at_s_ < kDoubleClick_s;
+  input.double_clicked_ = is_again && now_s - input.pressed_at_s_ < kDoubleClick_s;
+  input.pressed_at_px_ = at_px;
   input.pressed_at_s_ = now_s;
 }
 

@@ -86,6 +86,7 @@ class WindowInput {
   int pressed_button_ = 0;
   bool double_clicked_ = false;
   double pressed_at_s_ = -1.0;
+  Vec2d pressed_at_px_;  // in GLFW's screen coordinates
   bool dragging_ = false;
   int dragged_button_ = 0;
   Vec2d dragged_from_px_;

@@ -6,7 +6,6 @@ test_cli.py PROGRAM CASE...   exit code 0: passed, 1: failed, 77: skipped, since
 import json
 import os
 import pathlib
-import re
 import resource
 import shutil
 import signal
@@ -171,8 +170,8 @@ def stopped_film(bench, number, name):
         check(process.wait(timeout=LIMIT_S) == 0, f"{name} in a run of ten minutes: exit code 0")
     finally:
         process.kill()
-    steps = json.loads(report.read_text())["steps"]
-    check(steps > 0, f"with a report of {steps} steps")
+    figures = json.loads(report.read_text())
+    check(figures["steps"] > 0 and figures["interrupted"], f"with a report of {figures['steps']} steps, which says so")
     # Decodes every frame.
     done = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-select_streams", "v", "-show_entries",
                            "stream=nb_read_frames,width", "-of", "json", str(film)], capture_output=True, text=True)
@@ -261,6 +260,9 @@ def lost_streams(bench):
     with open("/dev/full", "w") as full:
         done = subprocess.run([*fly, "--seconds", "0.1"], stderr=full, **how)
         check(done.returncode == 0 and report.exists(), f"without standard error: exit code {done.returncode}")
+        check(not json.loads(report.read_text())["interrupted"], "the report says that it came to its end")
+        done = subprocess.run([*fly, "--seconds", "0.1", "--cuda"], stderr=full, **how)
+        check(done.returncode == 0, f"nor does a message about the device end a run: exit code {done.returncode}")
         listed = subprocess.run([bench.program, "scenes"], stdout=full, stderr=subprocess.PIPE, text=True, timeout=LIMIT_S)
         check(listed.returncode == 1 and "standard output cannot be written" in listed.stderr, "lost output is told")
     dump = bench.folder / "d.xyz"
@@ -288,27 +290,6 @@ source "$SCRIPT" && words=($LINE) && _pickleflight "${words[0]}" && printf '%s\\
 """
 
 
-def progress(bench):
-    """Without a window a run shows on a terminal how far it is, and says at its end what flew."""
-    flown = re.compile(r"1 frame to t = 0\.001667 s in [0-9.]+ s: \d+ steps, \d+ collisions; the ball has flown 0\.0[23] m, now at 15\.\d\d m/s")
-    short = bench.run("--headless", "--size", "64x64", "-p", "500", "--seconds", "0.0166")
-    check(short.returncode == 0 and flown.search(short.stderr.splitlines()[-1]), f"the end: {short.stderr.splitlines()[-1]}")
-    check("%" not in short.stderr, "no progress of a run that ends at once")
-    controller, terminal = os.openpty()
-    words = ("--headless", "--size", "64x64", "-p", "500", "--seconds", "1000")
-    run = subprocess.Popen([bench.program, *words], env={**os.environ, **SOFTWARE}, stderr=terminal)
-    os.close(terminal)
-    shown = b""
-    while b"left" not in shown:
-        shown += os.read(controller, 4096)
-    run.send_signal(signal.SIGINT)
-    check(run.wait(LIMIT_S) == 0, "the run ends in order")
-    rest = os.read(controller, 4096)
-    os.close(controller)
-    check(re.search(rb"frame [\d,]+ \(\d+ %\), t = [\d.]+ s; about \d+ s left", shown), f"progress: {shown[-80:]}")
-    check(b"\r\x1b[K" in rest and b"frames to t = " in rest, f"the line makes room for the last one: {rest[:60]}")
-
-
 def completion(bench):
     """Bash completes what the program takes now: options for files, studies, names."""
     skip_without("bash")
@@ -333,7 +314,7 @@ def completion(bench):
             check(all(word in found for word in expected), f"{line!r} is followed by {' '.join(expected)}")
 
 
-CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, progress, signals,
+CASES = {case.__name__: case for case in (settings, no_cuda, scenes, cues, files, memory, old_gl, old_gl_window, signals,
                                           stood_still, lost_streams, completion)}
 
 

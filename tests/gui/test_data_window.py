@@ -29,18 +29,22 @@ def go_on(program, *words):
 
 def checkpoint_in_window(program, screen):
     """The state at the end, by Esc and by a signal; it goes on in a window and without one."""
-    with Window(program, screen, ".", ("--checkpoint", "c.state", "--method", "exact", "--time-scale", "0.1")) as window:
+    with Window(program, screen, ".", ("--checkpoint", "c.state", "--method", "exact", "--time-scale", "1", "-p",
+                                             "20000")) as window:
         time.sleep(0.5)
         ended = window.end()
     check(ended["files"]["checkpoint"]["written"] == 1 and ended["steps"] > 0, f"{ended['steps']} steps in the window")
     again = go_on(program, "--from", "c.state", "--seconds", "0.001")
     check(again["state_hash"] == ended["state_hash"], "the checkpoint has the state of the end")
-    with Window(program, screen, ".", ("--from", "c.state", "--checkpoint", "d.state"), fresh=False) as window:
+    # It is closed amid a frame, which takes many pictures of a millisecond.
+    with Window(program, screen, ".", ("--from", "c.state", "--checkpoint", "d.state", "--log", "d.toml", "--set",
+                                       "run.frame_budget_ms=1"), fresh=False) as window:
         time.sleep(0.5)
         later = window.stop()
     check(later["steps"] > ended["steps"], f"it goes on in a window, to {later['steps']} steps")
     again = go_on(program, "--from", "d.state", "--seconds", "0.001")
     check(again["state_hash"] == later["state_hash"], "and is kept there, too")
+    check(go_on(program, "d.toml")["state_hash"] == later["state_hash"], "and the log leads there")
 
 
 def dump_in_window(program, screen):

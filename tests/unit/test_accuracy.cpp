@@ -196,6 +196,19 @@ TEST(Accuracy, ABallsDragHoldsInTheLayerToo) {
   EXPECT_EQ(choose(0.015).settings.method, Method::exact) << "no step of the layer is as good as 0.8 of that";
 }
 
+TEST(Accuracy, SaysFirstWhatIsNotReached) {
+  AccuracyChoice choice;
+  choice.settings = gas_scene(0.1);
+  choice.of = "rate";
+  choice.asked_error = 0.01;
+  choice.expected_error = 0.005;
+  EXPECT_EQ(describe(choice, "t.json").find("is not reached"), std::string::npos);
+  choice.parcels_error = 0.45;
+  EXPECT_TRUE(
+      describe(choice, "t.json")
+          .starts_with("--accuracy: 1 % is not reached: the error of rate may be 45 %\n--accuracy: method"));
+}
+
 TEST(Accuracy, ATableOfAnotherFormatIsRefused) {
   TemporaryFolder folder;
   const auto reading = [&](const json& points) {

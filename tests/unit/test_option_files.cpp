@@ -48,6 +48,14 @@ struct Clash {
   const char* message;
 };
 
+TEST(Options, RejectsAnOutputThatCannotBeWrittenAside) {
+  TemporaryFolder folder;
+  const std::string report = folder.write("r.json", "{}").string();
+  std::filesystem::create_directory(report + ".part");
+  EXPECT_TRUE(contains(refusal({"--report", report}), "--report: '" + report + ".part' cannot be written"));
+  EXPECT_TRUE(contains(refusal({"--report", "-"}), "for standard output give /dev/stdout"));
+}
+
 TEST(Options, RefusesAnOutputThatIsAnotherFile) {
   TemporaryFolder folder;
   const auto path = [&](const char* name) { return (folder.path() / name).string(); };

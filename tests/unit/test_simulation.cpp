@@ -16,7 +16,7 @@ namespace {
 // The CPU backend under another name. Its device fails at one call.
 class LosingBackend final : public Backend {
  public:
-  enum class At { submit, collect, draw };
+  enum class At { reset, submit, collect, draw };
   // refuses: it throws UserError, once.
   LosingBackend(At at, int calls_until, bool refuses = false)
       : at_(at), calls_left_(calls_until), refuses_(refuses), real_(make_cpu_backend(1)) {}
@@ -24,6 +24,7 @@ class LosingBackend final : public Backend {
   std::string name() const override { return "losing"; }
   std::string device() const override { return "a device"; }
   void reset(const Physics& p, const SpawnPlan& plan, const BallState& b) override {
+    lose(At::reset);
     real_->reset(p, plan, b);
   }
   void set_physics(const Physics& p) override { real_->set_physics(p); }
@@ -104,6 +105,42 @@ TEST_P(Fallback, ContinuesFromTheStartOfTheScene) {
 INSTANTIATE_TEST_SUITE_P(EveryCall, Fallback,
                          testing::Values(LosingBackend::At::submit, LosingBackend::At::collect,
                                          LosingBackend::At::draw));
+
+TEST(Simulation, AFallbackWithoutRoomSaysWhatFailedFirst) {
+  Settings s = court(500);
+  s.num_parcels_cpu = s.num_parcels = 500;
+  Simulation simulation(s, std::make_unique<LosingBackend>(LosingBackend::At::submit, 0));
+  simulation.set_fallback([]() -> std::unique_ptr<Backend> {
+    auto refusing = std::make_unique<LosingBackend>(LosingBackend::At::reset, 0, true);
+    return refusing;
+  });
+  try {
+    simulation.advance_frame({}, nullptr);
+    FAIL() << "it goes on";
+  } catch (const DeviceError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("losing failed (the device fell off the bus)"), std::string::npos) << text;
+    EXPECT_NE(text.find("cannot go on: refused"), std::string::npos) << text;
+  }
+}
+
+// Threads and parcels in one edit, without the memory for the latter.
+TEST(Simulation, ARefusedEditChangesNothing) {
+  Settings s = court(500);
+  s.method = Method::exact;
+  Simulation edited(s, make_cpu_backend(1)), plain(s, make_cpu_backend(1));
+  for (Simulation* simulation : {&edited, &plain}) simulation->advance_frame({}, nullptr);
+  Commands both;
+  both.settings = edited.settings();
+  both.settings->threads = 2;
+  both.settings->num_parcels = 1'000'000'000;
+  edited.advance_frame(both, nullptr);
+  plain.advance_frame({}, nullptr);
+  EXPECT_NE(edited.view().message, "");
+  EXPECT_EQ(edited.settings().threads, s.threads);
+  EXPECT_EQ(edited.backend().device(), plain.backend().device());
+  EXPECT_EQ(edited.backend().state_hash(), plain.backend().state_hash());
+}
 
 TEST(Simulation, WithoutFallbackTheCallerGetsTheError) {
   Simulation simulation(court(500), std::make_unique<LosingBackend>(LosingBackend::At::collect, 0));

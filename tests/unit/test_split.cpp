@@ -5,6 +5,7 @@
 #include "app/split_setting.hpp"
 #include "core/error.hpp"
 #include "support/scene_support.hpp"
+#include "unit/option_support.hpp"
 #include "view/film_scene.hpp"
 #include "view/split_card.hpp"
 #include "view/split_layout.hpp"
@@ -41,6 +42,18 @@ TEST(SplitSetting, RefusesWhatCannotDiffer) {
   EXPECT_NE(reason_of("air.restitution=2").find("0 to 1"), std::string::npos)
       << reason_of("air.restitution=2");
   EXPECT_NE(reason_of("spring").find("has no '='"), std::string::npos) << reason_of("spring");
+}
+
+TEST(SplitOption, RefusesAFlightThatIsTheSame) {
+  const auto refused = [](std::vector<std::string> words) {
+    words.emplace_back("--headless");
+    return refusal(words);
+  };
+  EXPECT_NE(refused({"--method", "exact", "--split", "method=exact"}).find("is what the first flight has"),
+            std::string::npos);
+  EXPECT_NE(refused({"--split", "restitution=0.9"}).find("is what the first flight has"), std::string::npos);
+  EXPECT_EQ(refused({"--split", "restitution=0.8"}), "accepted");
+  EXPECT_EQ(refused({"--split"}), "accepted");
 }
 
 TEST(SplitSetting, RefusesTheSameTwice) {
