@@ -1,4 +1,4 @@
-// Moments of the current flight that are kept in memory: it can be flown again from each.
+// Checkpoints of the current flight that are kept in memory: it can be flown again from each.
 #pragma once
 
 #include <cstdint>

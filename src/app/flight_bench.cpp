@@ -57,10 +57,10 @@ void fly_one_frame_and_back(Simulation& simulation) {
 
 std::vector<TimedFrame> fly(Simulation& simulation, RunRecord& record, const std::atomic<bool>& stop) {
   std::vector<TimedFrame> frames;
-  const double num_most = longest_s(simulation) * simulation.settings().frame_rate_hz;
+  const double num_max = longest_s(simulation) * simulation.settings().frame_rate_hz;
   const bool to_the_end = simulation.settings().seconds == 0.0;
   const FrameView& view = simulation.view();
-  while (static_cast<double>(frames.size()) < num_most && !view.paused && !stop) {
+  while (static_cast<double>(frames.size()) < num_max && !view.paused && !stop) {
     if (to_the_end && simulation.finished_flight()) break;
     const Clock::time_point start = Clock::now();
     simulation.advance_frame({}, nullptr);

@@ -207,8 +207,8 @@ bool FlightPair::in_past() const {
   return is_past(first_.view()) || is_past(second_->view());
 }
 
-// The commands of the first flight, as the second one obeys them. Settings that differ after a flight of the
-// past are set again.
+// The commands of the first flight, as the second one executes them. Settings that differ after a flight of
+// the past are set again.
 Commands FlightPair::for_second(const Commands& commands) const {
   const FrameView& first = first_.view();
   Commands own;

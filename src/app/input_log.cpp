@@ -4,6 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <utility>
 
 #include "app/flight_pair.hpp"
@@ -215,14 +217,14 @@ void InputLog::write(File& file, const std::string& text) {
 }
 
 void InputLog::open(const fs::path& file) {
+  errno = 0;
   File opened{file, std::ofstream(file, std::ios::binary | std::ios::trunc), text_.size()};
   opened.stream << text_ << std::flush;
   if (!opened.stream) {
+    const int error = errno;
     remove_if_empty(file);
-    throw UserError(
-        fmt::format("{}: the log cannot be written; choose a folder that exists, is writable and "
-                    "has free space",
-                    in_quotes(file.string())));
+    throw UserError(fmt::format("{}: the log cannot be written: {}; choose another folder",
+                                in_quotes(file.string()), std::strerror(error)));
   }
   files_.push_back(std::move(opened));
 }

@@ -58,7 +58,7 @@ std::string edit_text(const Field& field, const Settings& settings);
 // Applies each of these. Throws UserError that begins with where.
 void apply_edits(const std::vector<std::string>& edits, Settings& settings, const std::string& where);
 
-// The keys of a log for it, each in a line.
+// Returns its keys as lines of a log.
 std::string second_text(const SecondInFrame& second);
 // Throws UserError that begins with where.
 void check_split(const std::vector<std::string>& split, const std::string& where);

@@ -60,7 +60,7 @@ void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char
 // For the text of one flag, also an empty one.
 CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
                       const std::string& help);
-// Of pictures, and what is read from them.
+// Add the options of pictures, and read their values.
 void add_picture_flags(CLI::App& app, Typed& typed, Options& options);
 void read_pictures(const CLI::App& command, const Typed& typed, Options& options);
 void add_run_flags(CLI::App& app, Typed& typed, Options& options);

@@ -10,9 +10,10 @@ namespace pf {
 void add_split_flags(CLI::App& app, Typed& typed);
 // All functions here throw UserError with place, allowed values and remedy.
 void read_split(const Typed& typed, Options& options);
-// Refuses what has one flight only beside --split, or beside a log of two flights.
+// Throws if an option that has one flight only stands beside --split, or beside a log of two flights, or if
+// the two flights would be the same.
 void check_split_run(const Options& options);
-// If one of them is given.
+// Throws with this reason if --split is given.
 void refuse_split(const Typed& typed, const std::string& reason);
 
 }  // namespace pf

@@ -77,7 +77,7 @@ class RunRecord {
   Clock::time_point last_frame_;  // end of the last frame
 };
 
-// Writes indented JSON; throws UserError if the file cannot be written.
+// Writes indented JSON. Throws OutputError if the file cannot be written.
 void write_report(const std::filesystem::path& file, const nlohmann::json& report);
 
 }  // namespace pf

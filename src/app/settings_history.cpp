@@ -61,7 +61,7 @@ void SettingsHistory::follow(const FrameView& view, int num_fallbacks, std::int6
   cue_ = cue;
 }
 
-// What this frame did, be it nothing.
+// Returns what this frame changed, possibly nothing.
 SettingsHistory::Change SettingsHistory::change_to(const FrameView& view, std::int64_t gesture, int cue) {
   const bool is_new_scene = view.num_scenes != std::exchange(num_scenes_, view.num_scenes);
   const bool is_new_flight = view.num_flights != std::exchange(num_flights_, view.num_flights);

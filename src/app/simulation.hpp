@@ -88,7 +88,7 @@ struct FrameView {
   const Settings* asked = nullptr;         // settings that wait for the end of a step; null: none
   bool waits_for_step = false;             // there are such settings, or other commands
   const FlightHistory* history = nullptr;  // of the current flight, to the latest time reached
-  std::vector<double> kept_s;              // times of the moments that are kept
+  std::vector<double> kept_s;              // times of the checkpoints that are kept
   std::optional<double> sought_s;          // the flight is being flown again, to this time
   bool paused = false;
   Flight flight = Flight::flying;

@@ -179,9 +179,8 @@ void Simulation::State::compare_steps(bool half) {
 // logged: the one that a flight took, perhaps on a backend that cannot fly all methods.
 void Simulation::State::compare_methods(std::optional<Method> logged) {
   Settings with = settings;
-  constexpr int kNumMethods = static_cast<int>(kMethods.size());
-  for (int next = 1; next < kNumMethods; ++next) {
-    with.method = static_cast<Method>((static_cast<int>(settings.method) + next) % kNumMethods);
+  for (const Method next : methods_after(settings.method)) {
+    with.method = next;
     if (logged.value_or(with.method) == with.method && repeat_flight(with)) return;
   }
 }

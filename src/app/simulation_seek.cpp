@@ -1,4 +1,4 @@
-// Jumps of a simulation within its flight: kept moments, and what lies between them flown again.
+// Jumps of a simulation within its flight: kept checkpoints, and what lies between them flown again.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -153,8 +153,8 @@ void Simulation::State::drop_future() {
   history.drop_future();
 }
 
-// Input waits until the flight is where it is sought, but for a new target and a new start. That one keeps
-// the settings of the frame sought.
+// Input waits until the flight is where it is sought. Only a new target or a new start is admitted at once. A
+// new start keeps the settings of the frame sought.
 Commands Simulation::State::admit_while_seeking() {
   const bool anew = starts_anew(waiting) && can_start_anew();
   const bool seeks = (waiting.seek_s || waiting.back) && !settings_at_sought;

@@ -128,12 +128,10 @@ Difference resolved(const Difference& difference, const Settings& first) {
     return difference;
   }
   const auto at = static_cast<std::size_t>(next - difference.begin());
-  constexpr std::size_t kNumMethods = kMethods.size();
   std::string reason;
-  for (std::size_t step = 1; step < kNumMethods; ++step) {
+  for (const Method method : methods_after(first.method)) {
     Difference tried = difference;
-    tried[at] =
-        method_edit(static_cast<Method>((static_cast<std::size_t>(first.method) + step) % kNumMethods));
+    tried[at] = method_edit(method);
     try {
       check_second(differing(first, tried));
       return tried;
@@ -149,10 +147,8 @@ Difference compared(const Difference& difference, Comparison comparison, const S
   const Settings second = differing(first, difference);
   const auto is_step = [](const std::string& edit) { return path_of(edit) == "run.dt_s"; };
   if (comparison == Comparison::next_method) {
-    constexpr std::size_t kNumMethods = kMethods.size();
-    std::size_t next = (static_cast<std::size_t>(second.method) + 1) % kNumMethods;
-    if (next == static_cast<std::size_t>(first.method)) next = (next + 1) % kNumMethods;
-    put(changed, method_edit(static_cast<Method>(next)));
+    const auto others = methods_after(second.method);
+    put(changed, method_edit(others[0] == first.method ? others[1] : others[0]));
   } else if (std::any_of(changed.begin(), changed.end(), is_step)) {
     std::erase_if(changed, is_step);
     if (changed.empty()) changed.push_back(method_edit(second.method));

@@ -1,4 +1,5 @@
-// Errors by responsibility. Libraries throw. Only main catches, prints and chooses the exit code.
+// Errors by responsibility. Libraries throw. main turns what nobody else has taken into a line and an exit
+// code; a run that can go on without what failed (an output, a device, a command) takes it and says so.
 #pragma once
 
 #include <stdexcept>

@@ -16,10 +16,10 @@ std::atomic<bool> is_shown = false;  // on the terminal
 
 }  // namespace
 
-ProgressLine::ProgressLine(double quiet_s, double least_s)
+ProgressLine::ProgressLine(double quiet_s, double min_interval_s)
     : is_terminal_(::isatty(STDERR_FILENO) == 1),
       next_s_(is_terminal_ || quiet_s == 0.0 ? quiet_s : kBetweenLines_s),
-      between_s_(is_terminal_ ? least_s : kBetweenLines_s) {}
+      between_s_(is_terminal_ ? min_interval_s : kBetweenLines_s) {}
 
 bool ProgressLine::is_due() const { return spent_s() >= next_s_; }
 

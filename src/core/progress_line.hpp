@@ -9,8 +9,8 @@ namespace pf {
 
 class ProgressLine {
  public:
-  // Nothing is due before quiet_s, nor on a terminal before least_s after the line before.
-  ProgressLine(double quiet_s, double least_s);
+  // Nothing is due before quiet_s, nor on a terminal before min_interval_s after the line before.
+  ProgressLine(double quiet_s, double min_interval_s);
   ~ProgressLine() { clear(); }
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;

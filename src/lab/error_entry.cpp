@@ -21,7 +21,9 @@ json error_of(double error, double sigma) {
           {"bound", bound}};
 }
 
-json yardstick() { return {{"value", nullptr}, {"sigma", nullptr}, {"bound", false}, {"yardstick", true}}; }
+json reference_entry() {
+  return {{"value", nullptr}, {"sigma", nullptr}, {"bound", false}, {"yardstick", true}};
+}
 
 std::string case_of(const json& row) {
   return row.at("device").get<std::string>() + "/" + row.at("group").get<std::string>() + "/" +

@@ -15,7 +15,7 @@ std::optional<double> number(const nlohmann::json& row, const char* key);
 nlohmann::json error_of(double error, double sigma);
 
 // The entry of a row that the others are measured against.
-nlohmann::json yardstick();
+nlohmann::json reference_entry();
 
 // What makes rows comparable: device, group, area fraction and restitution.
 std::string case_of(const nlohmann::json& row);

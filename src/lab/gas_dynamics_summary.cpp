@@ -49,7 +49,7 @@ struct Runs {
 };
 
 // Cost of the quickest run: other work of the machine only adds to it.
-double least_cost(const Runs& runs) {
+double min_cost(const Runs& runs) {
   double least = INFINITY;
   for (const json& row : runs.rows) least = std::min(least, row.at("ns_per_disc_time").get<double>());
   return least;
@@ -90,7 +90,7 @@ void add_row(json& table, const Runs& runs, const Figure& figure) {
               {"sigma", number_or_null(sigma)},
               {"allowed", number_or_null(tolerance)},
               {"seeds", runs.rows.size()},
-              {"ns_per_disc_time", number_or_null(least_cost(runs))},
+              {"ns_per_disc_time", number_or_null(min_cost(runs))},
               {"verdict", !judged                       ? "-"
                           : std::fabs(error) <= allowed ? "pass"
                                                         : "FAIL"}};
@@ -173,7 +173,7 @@ json layer_table(const json& table) {
   for (const json& row : table) {
     if (row.at("group") != "layer") continue;
     const bool is_exact = row.at("method") == "exact";
-    json error = is_exact ? yardstick() : error_of(row.at("error"), row.at("sigma"));
+    json error = is_exact ? reference_entry() : error_of(row.at("error"), row.at("sigma"));
     rows.push_back({{"group", "layer"},
                     {"device", row.at("device")},
                     {"area_fraction", 0.1},

@@ -141,7 +141,7 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
   if (row.at("group") != "ball" && row.at("restitution") == 1.0) return elastic_errors(row);
   if (reference == references.end()) return json::object();
   if (row.at("group") == "gas") return cooling_errors(row, *reference->second);
-  if (row.at("method") == "exact") return {{"path", yardstick()}, {"drag", yardstick()}};
+  if (row.at("method") == "exact") return {{"path", reference_entry()}, {"drag", reference_entry()}};
   return ball_errors(row, *reference->second);
 }
 

@@ -74,6 +74,14 @@ constexpr bool rows_follow_enum() {
 }
 static_assert(rows_follow_enum());
 
+// The other methods, in the order in which a comparison tries them.
+constexpr std::array<Method, kMethods.size() - 1> methods_after(Method method) {
+  std::array<Method, kMethods.size() - 1> others{};
+  for (std::size_t k = 0; k < others.size(); ++k)
+    others[k] = kMethods[(static_cast<std::size_t>(method) + k + 1) % kMethods.size()].method;
+  return others;
+}
+
 inline std::vector<std::string> method_names() {
   std::vector<std::string> names;
   for (const MethodRow& row : kMethods) names.emplace_back(row.name);

@@ -63,7 +63,9 @@ class Panel {
   // screen, which it keeps.
   void fit(float window_px, float content_scale) {
     max_scale_ = std::max(kMaxShare * window_px / kWidth_px, content_scale);
+    leaves_room_ = 2.0F * kWidth_px * content_scale <= window_px;
   }
+  bool leaves_room() const { return leaves_room_; }  // half of the window or more
   float width_px(float scale) const { return kWidth_px * std::min(scale, max_scale_); }
   const ControlMap& controls() const { return rows_.controls(); }
   ControlMap& controls() { return rows_.controls(); }  // for controls outside the panel
@@ -87,6 +89,7 @@ class Panel {
   void edit_all();
 
   float max_scale_ = 4.0F;
+  bool leaves_room_ = true;
   std::int64_t max_parcels_;
   std::string draw_target_;
   std::int64_t num_threads_;  // of the machine

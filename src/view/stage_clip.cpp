@@ -18,7 +18,7 @@ void Stage::keep_last_seconds(const Viewport& viewport) {
   ScopedPhase timing(times_, Phase::encode);
   ViewRegion seen = {0.0, 0.0, static_cast<double>(size_.width), static_cast<double>(size_.height)};
   if (!options_.record_panel) {
-    seen.left_px = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
+    seen.left_px = place_of_overlay().left_px;
     seen.bottom_px = overlay_.used_height_px(shown_overlay(), scale_) + timeline_height_px();
     seen.width_px -= seen.left_px;
     seen.height_px -= seen.bottom_px;

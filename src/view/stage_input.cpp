@@ -33,7 +33,7 @@ Commands Stage::handle_input() {
   InputFrame input;
   if (input_) input = input_->take(gui_);
   split_.take_mouse(input, camera_, gui_, scale_);
-  panel_.fit(static_cast<float>(size_.width), context_.content_scale());
+  fold_panel();
   Commands commands = panel_.edit(pair_.view(), switches_, scale_);
   split_.follow(input, switches_.split, commands);
   if (num_frames_ == first_frame_)
@@ -61,14 +61,27 @@ Commands Stage::handle_input() {
   return commands;
 }
 
+// In a narrow window the panel is hidden until the window is wider, or H shows it.
+void Stage::fold_panel() {
+  const bool had_room = panel_.leaves_room();
+  panel_.fit(static_cast<float>(size_.width), context_.content_scale());
+  if (context_.window() == nullptr || panel_.leaves_room() == had_room) return;
+  if (!had_room) {
+    switches_.show_panel = switches_.show_panel || is_panel_folded_;
+    is_panel_folded_ = false;
+  } else if (switches_.show_panel) {
+    switches_.show_panel = false;
+    is_panel_folded_ = true;
+    notice_.show("The window is narrow: H shows the panel", Clock::now());
+  }
+}
+
 // The card of keys.
 void Stage::show_keys(const InputFrame& input) {
   bool& shown = switches_.show_keys;
   if (input.toggle_keys) shown = !shown;
   if (!shown) return;
-  const float left = switches_.show_panel ? panel_.width_px(scale_) : 0.0F;
-  show_key_card({left, static_cast<float>(size_.width) - left, static_cast<float>(size_.height), scale_},
-                panel_.controls());
+  show_key_card(place_of_overlay(), panel_.controls());
 }
 
 void Stage::escape(Commands& commands) {
@@ -141,7 +154,10 @@ void Stage::offer_ball(const InputFrame& input) {
 }
 
 void Stage::follow_keys(const InputFrame& input) {
-  if (input.toggle_panel) switches_.show_panel = !switches_.show_panel;
+  if (input.toggle_panel) {
+    switches_.show_panel = !switches_.show_panel;
+    is_panel_folded_ = false;
+  }
   if (input.toggle_path) switches_.show_path = !switches_.show_path;
   if (input.next_overlay) switches_.overlay_mode = (switches_.overlay_mode + 1) % kNumOverlayModes;
   Look& look = switches_.look;
@@ -213,7 +229,7 @@ void Stage::write_panel_map() {
   panel_.controls().write(hooks_.panel_map);
 }
 
-// Who presses keys can tell from it that a frame took them.
+// A test that presses keys reads in this file that a frame took them.
 void Stage::write_frame_count() {
   if (!frame_count_.is_open()) frame_count_.open(frames_beside(hooks_.panel_map));
   frame_count_.seekp(0);

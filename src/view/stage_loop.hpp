@@ -68,6 +68,7 @@ class Stage {
   bool goes_on_to_next_cue();
   bool scene_ended();
   Commands handle_input();
+  void fold_panel();
   void show_keys(const InputFrame& input);
   void aim(const InputFrame& input, Commands& commands);
   void offer_ball(const InputFrame& input);
@@ -185,6 +186,7 @@ class Stage {
   float magnifier_px_ = 0.0F;  // side of its square; 0: not shown
   ViewWishes wishes_;
   ViewSwitches switches_;
+  bool is_panel_folded_ = false;
   Commands commands_;
   SizePx size_;
   float scale_;  // of text and margins, in pixels per layout pixel

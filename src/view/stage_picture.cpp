@@ -27,7 +27,7 @@ OverlayMode Stage::shown_overlay() const {
 }
 
 ViewRegion Stage::free_region() {
-  const double left = switches_.show_panel ? panel_.width_px(scale_) : 0.0;
+  const double left = place_of_overlay().left_px;
   const double bottom = overlay_.used_height_px(shown_overlay(), scale_) + timeline_height_px();
   const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
                            std::max(size_.height - bottom, 1.0)};

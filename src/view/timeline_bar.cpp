@@ -94,8 +94,8 @@ void paint_track(const Track& track) {
   fill(track.begin_s, track.now_s(), track.colors.accent);
 }
 
-// Kept moments below the bar, changes of settings on it, and where the ball left.
-void paint_moments(const Track& track, const FrameView& frame) {
+// Kept checkpoints below the bar, changes of settings on it, and where the ball left.
+void paint_checkpoints(const Track& track, const FrameView& frame) {
   const float half = track.px(0.5F * kTrack_px);
   for (const double kept_s : frame.kept_s) {
     const float x = track.x_of(kept_s);
@@ -216,7 +216,7 @@ TimelineWish TimelineBar::edit(const FrameView& frame, const OverlayPlace& place
   }
   paint_hits(track);
   paint_track(track);
-  paint_moments(track, frame);
+  paint_checkpoints(track, frame);
   if (frame.old_flights != nullptr) paint_compared(track, frame, theme);
   paint_head(track, frame);
   const PxRect time = paint_times(track, frame);

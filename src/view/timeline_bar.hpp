@@ -1,4 +1,4 @@
-// The bar below the scene: the current flight's length, the ball's hits, kept moments and changes of
+// The bar below the scene: the current flight's length, the ball's hits, kept checkpoints and changes of
 // settings. Dragging on it goes back and forth through the flight.
 #pragma once
 

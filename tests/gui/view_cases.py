@@ -136,6 +136,8 @@ def dense_screen(bench):
         for dpi in (96, 192):
             bench.screen.set_dpi(dpi)
             with bench.open("--size", "480x380") as window:
+                window.press_key("h")  # in so narrow a window the panel is hidden
+                window.wait_for_control("Restitution")
                 window.drag_slider("Restitution", 0.9, 0.3)
                 time.sleep(0.3)
                 x0, y0, x1, y1 = window.controls()["Restitution"]  # late, beside the scroll bar that has come
@@ -150,6 +152,28 @@ def dense_screen(bench):
     # Each edge is rounded to a whole pixel, the font's height too: two pixels each way, at most.
     grown = [(before, after) for before, after in zip(*widths)]
     check(all(abs(after - 2.0 * before) <= 4.0 for before, after in grown), f"width and height of a slider: {grown}")
+
+
+def narrow(bench):
+    """A window of which the panel would take more than half shows it by H only, and again when it is wide."""
+    with bench.open("--paused", "--size", "600x400") as window:
+        window.wait_for_control("Restitution", there=False)
+        window.press_key("h")
+        window.wait_for_control("Restitution")
+        window.press_key("h")
+        window.wait_for_control("Restitution", there=False)
+        window.resize(800, 500)
+        window.wait_frames()
+        window.wait_for_control("Restitution", there=False)
+        print("ok: who has hidden it by H finds it hidden in a wide window")
+        window.press_key("h")
+        window.wait_for_control("Restitution")
+        window.resize(500, 400)
+        window.wait_for_control("Restitution", there=False)
+        window.resize(800, 500)
+        window.wait_for_control("Restitution")
+        window.stop()
+    print("ok: it goes and comes with the window's width")
 
 
 def scene_words(bench):

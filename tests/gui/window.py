@@ -111,6 +111,9 @@ class Window:
             self._xdotool(*words)
             self.wait_frames()
 
+    def resize(self, width, height):
+        self._press("windowsize", self.id, str(width), str(height))
+
     def _num_frames(self):
         file = pathlib.Path(f"{self.map_file}.frames")
         text = file.read_text().strip() if file.exists() else ""

@@ -61,7 +61,7 @@ void count(Message& message, DomainGroup& group) {
   group.count(grid, style);
 }
 
-void obey(Order order, Message& message, DomainGroup& group) {
+void execute(Order order, Message& message, DomainGroup& group) {
   switch (order) {
     case Order::reset:
       return reset(message, group);
@@ -112,7 +112,7 @@ Served serve_domains(Carrier& carrier, const FindDomainGpus& find_gpus) {
     if (order == Order::open) {
       open(carrier, message, find_gpus, served);
     } else {
-      obey(order, message, *served.group);
+      execute(order, message, *served.group);
     }
   }
 }

@@ -33,7 +33,7 @@ void ExactTimeline::enter(const Physics& physics, double contact_clock_s, Sorted
   progress_ = {};
   progress_.now = static_cast<std::uint64_t>(std::llround(time_s_ / run_.reference_ticks.tick_s));
   forget_predictions();
-  present_ = trajectories.position;
+  current_positions_ = trajectories.position;
   present_is_valid_ = true;
   position_.resize(trajectories.position.size());
   const auto now = static_cast<std::uint32_t>(progress_.now);
@@ -73,11 +73,11 @@ void ExactTimeline::evaluate(const ExactConstants& c, const SortedParcels& parce
 
 const std::vector<Vec2i>& ExactTimeline::positions(const SortedParcels& parcels) {
   if (!present_is_valid_) {
-    present_.resize(parcels.current.position.size());
-    evaluate(constants_now(run_, progress_), parcels, 0, present_);
+    current_positions_.resize(parcels.current.position.size());
+    evaluate(constants_now(run_, progress_), parcels, 0, current_positions_);
     present_is_valid_ = true;
   }
-  return present_;
+  return current_positions_;
 }
 
 // Returns exactly the largest speed of a parcel that has not retired and whose speed is finite.
@@ -342,7 +342,7 @@ void ExactTimeline::advance(const Physics& physics, const StepRequest& request, 
 }
 
 std::uint64_t ExactTimeline::memory_bytes() const {
-  return sizeof(Vec2i) * (position_.capacity() + present_.capacity()) + stepper_.memory_bytes();
+  return sizeof(Vec2i) * (position_.capacity() + current_positions_.capacity()) + stepper_.memory_bytes();
 }
 
 }  // namespace pf

@@ -112,8 +112,8 @@ class ExactTimeline {
   ExactProgress progress_;
   std::optional<Epoch> epoch_;
   std::optional<Chord> chord_;
-  std::vector<Vec2i> position_;  // n + kSearchPadding; at the epoch's start
-  std::vector<Vec2i> present_;   // n + kSearchPadding
+  std::vector<Vec2i> position_;           // n + kSearchPadding; at the epoch's start
+  std::vector<Vec2i> current_positions_;  // n + kSearchPadding
   bool present_is_valid_ = false;
 };
 

@@ -73,8 +73,10 @@ class WindowLength {
   // A window is too long if its largest cluster has more events than both of these, the second one a share of
   // the window's, or if more than a share kWaste of its events were solved in vain.
   static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0, kWaste = 0.5;
-  // Factors from one window's length to the next: at least, in a crowd at most, and at most.
-  static constexpr double kShortest = 0.125, kSlowGrowth = 1.3, kFastGrowth = 8.0;
+  // Factors from one window's length to the next.
+  static constexpr double kShortest = 0.125;  // at least
+  static constexpr double kSlowGrowth = 1.3;  // at most, in a crowd
+  static constexpr double kFastGrowth = 8.0;  // at most
 
   double wanted_events_ = 1.0;
   double ticks_ = 1.0;

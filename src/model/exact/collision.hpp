@@ -131,7 +131,7 @@ PF_HD inline bool is_in_contact(const StepPlan& plan, std::uint32_t tick, std::u
 // Least normal speed at which two bodies part after an event. overlap: of their stored positions, position
 // units. What roundings may have added up to is undone in a set number of ticks. More than that was there
 // from the start: then it stays.
-PF_HD inline double least_separation_mps(const TickScale& scale, double overlap) {
+PF_HD inline double min_separation_speed_mps(const TickScale& scale, double overlap) {
   constexpr double kRounding = 0.5, kLargest = 8.0;
   const double least = scale.min_separation_speed_mps;
   if (!(overlap > kRounding && overlap <= kLargest)) return least;
@@ -153,7 +153,7 @@ PF_HD inline void collide(const ExactConstants& c, Trajectory& first, Trajectory
   const double b = dot(e, v2 - v1);
   const double restitution = elastic ? 1.0 : c.run.physics.parcels.restitution;
   const double overlap = c.run.contact_distance - distance;
-  const double min_separation = least_separation_mps(c.plan, overlap) * distance;
+  const double min_separation = min_separation_speed_mps(c.plan, overlap) * distance;
   const double separation_b = -restitution * b > min_separation ? -restitution * b : min_separation;
   const double k = (b - separation_b) / (2.0 * e2);
   first.velocity = to_float(v1 + e * k);
@@ -185,8 +185,9 @@ PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallT
   const double recoil =
       c.plan.ball == BallRole::participant ? 1.0 + physics.parcels.mass_kg / physics.ball.mass_kg : 1.0;
   const double separation_mps = dot(relative + impulse.per_mass_mps * recoil, normal);
-  const double least_mps = least_separation_mps(c.plan, c.run.ball_contact - distance);
-  if (separation_mps < least_mps) impulse.per_mass_mps += normal * ((least_mps - separation_mps) / recoil);
+  const double min_speed_mps = min_separation_speed_mps(c.plan, c.run.ball_contact - distance);
+  if (separation_mps < min_speed_mps)
+    impulse.per_mass_mps += normal * ((min_speed_mps - separation_mps) / recoil);
   parcel.velocity = to_float(to_double(parcel.velocity) + impulse.per_mass_mps);
   tally.ball_hit(reaction_counts(impulse, c.run.per_impulse_unit));
   return {-impulse.per_mass_mps, -impulse.tangential_mps};
