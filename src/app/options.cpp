@@ -185,6 +185,21 @@ void check_profile(const Typed& typed, const Options& options) {
         "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
 }
 
+// Settings of the command line that others there, or the scene, leave without effect.
+void check_effects(const Typed& typed, const Options& options) {
+  const std::vector<GivenSetting> given = given_settings(typed);
+  const auto gives = [&](const char* path) {
+    return std::any_of(given.begin(), given.end(), [&](const GivenSetting& g) { return g.path == path; });
+  };
+  if (gives("run.displacement_per_step") && gives("run.dt_s") && options.settings.dt_s > 0.0)
+    throw UserError("run.displacement_per_step: has no effect beside a set time step; leave out one of them");
+  if (options.settings.ball_present || options.cues) return;
+  for (const auto& [path, option] : given)
+    if (path.starts_with("ball.") && path != "ball.present")
+      throw UserError(
+          fmt::format("{}: the scene has no ball; leave it out, or add --set ball.present=true", option));
+}
+
 // What has no effect without a window, or without a file, is not taken in silence.
 void check_without_window(const CLI::App& command, const Typed& typed, const Options& options) {
   if (!options.headless) return;
@@ -243,6 +258,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   if (typed.replay) read_replay(typed, options);
   check_split_run(options);
   check_profile(typed, options);
+  check_effects(typed, options);
   if (!is_bench) check_without_window(command, typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});

@@ -39,7 +39,7 @@ std::string refusal_of(double value, const NumberRange& range) {
   if (range.whole && value != std::round(value))
     return fmt::format("{} is not a whole number; nothing changed", value);
   if (value >= range.low && value <= range.high) return "";
-  return fmt::format("{:g} is not within {} to {}{}{}; nothing changed", value, limit_text(range.low),
+  return fmt::format("{:.12g} is not within {} to {}{}{}; nothing changed", value, limit_text(range.low),
                      limit_text(range.high), *range.unit != '\0' ? " " : "", range.unit);
 }
 

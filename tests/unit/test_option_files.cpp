@@ -205,6 +205,15 @@ TEST(Options, WhatHasNoEffectWithoutAWindowIsRefused) {
       contains(refusal({"--still", "1", "a.png", "--set", "run.seconds=2"}), "leave out one of them"));
 }
 
+TEST(Options, SettingsWithoutEffectAreRefused) {
+  EXPECT_TRUE(
+      contains(refusal({"--scene", "gas", "--ball-spin", "4"}), "--ball-spin: the scene has no ball"));
+  EXPECT_EQ(refusal({"--scene", "gas", "--ball-spin", "4", "--set", "ball.present=true"}), "accepted");
+  EXPECT_TRUE(contains(refusal({"--dt", "0.001", "--set", "run.displacement_per_step=0.1"}),
+                       "has no effect beside a set time step"));
+  EXPECT_EQ(refusal({"--dt", "0", "--set", "run.displacement_per_step=0.1"}), "accepted");
+}
+
 TEST(Options, LogExcludesOtherSettings) {
   TemporaryFolder folder;
   const std::string log = folder

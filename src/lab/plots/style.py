@@ -3,7 +3,10 @@ import json
 import pathlib
 import sys
 
-import matplotlib
+try:
+    import matplotlib
+except ModuleNotFoundError as missing:
+    sys.exit(f"{missing}: apt install python3-matplotlib, and start this with /usr/bin/python3")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
