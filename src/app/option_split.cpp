@@ -61,14 +61,16 @@ void check_split_run(const Options& options) {
   const bool is_in_log =
       options.replay && std::any_of(options.replay->frames.begin(), options.replay->frames.end(), begins);
   if (options.split.empty() && !is_in_log) return;
-  const auto is_next = [](const std::string& edit) { return edit == kNextMethod; };
-  const bool may_be_same = std::none_of(options.split.begin(), options.split.end(), is_next);
-  if (!options.split.empty() && may_be_same && !options.cues &&
-      differing(options.settings, options.split) == options.settings)
-    throw UserError(fmt::format("--split: {} is what the first flight has; give another value",
-                                fmt::join(options.split, ", ")));
   const std::string obstacle = obstacle_to_split(options);
   if (!obstacle.empty()) throw UserError(obstacle);
+  // --accuracy and cues give the first flight other settings later.
+  const auto is_next = [](const std::string& edit) { return edit == kNextMethod; };
+  const bool is_known = !options.cues && options.accuracy.error <= 0.0;
+  if (options.split.empty() || !is_known || std::any_of(options.split.begin(), options.split.end(), is_next))
+    return;
+  if (differing(options.settings, options.split) == options.settings)
+    throw UserError(fmt::format("--split: {} is what the first flight has; give another value",
+                                fmt::join(options.split, ", ")));
 }
 
 void refuse_split(const Typed& typed, const std::string& reason) {

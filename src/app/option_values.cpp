@@ -102,7 +102,7 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
                      const std::vector<std::string>& endings) {
   if (app.get_option_no_throw(flag) == nullptr || app.count(flag) == 0) return {};
   fs::path file = text;
-  if (text == "-")
+  if (text == "-" && endings.empty() && flag != "--checkpoint")
     throw UserError(fmt::format("{}: - is no file; for standard output give /dev/stdout", flag));
   const std::string ending = ending_of(file);
   if (!endings.empty() && std::find(endings.begin(), endings.end(), ending) == endings.end()) {

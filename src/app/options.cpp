@@ -185,15 +185,18 @@ void check_profile(const Typed& typed, const Options& options) {
         "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
 }
 
-// Settings of the command line that others there, or the scene, leave without effect.
+// Settings of the command line that have no effect beside others. A window can still change those, a second
+// flight may differ in them, and a scene file keeps them.
 void check_effects(const Typed& typed, const Options& options) {
+  const bool is_final = (options.headless || options.command == Command::bench) && options.split.empty();
+  if (!is_final || !options.save_scene.empty() || options.cues) return;
   const std::vector<GivenSetting> given = given_settings(typed);
   const auto gives = [&](const char* path) {
     return std::any_of(given.begin(), given.end(), [&](const GivenSetting& g) { return g.path == path; });
   };
   if (gives("run.displacement_per_step") && gives("run.dt_s") && options.settings.dt_s > 0.0)
     throw UserError("run.displacement_per_step: has no effect beside a set time step; leave out one of them");
-  if (options.settings.ball_present || options.cues) return;
+  if (options.settings.ball_present) return;
   for (const auto& [path, option] : given)
     if (path.starts_with("ball.") && path != "ball.present")
       throw UserError(
@@ -213,7 +216,7 @@ void check_without_window(const CLI::App& command, const Typed& typed, const Opt
            "needs --picture FILE or --still T FILE; add one of them");
   if (options.record.empty()) refuse({"--record-size", "--record-time"}, "needs --record FILE; add it");
   if (options.still_s && gives_seconds(typed))
-    throw UserError("--seconds: --still T FILE ends the run at T; leave out one of them");
+    throw UserError("run.seconds: --still T FILE ends the run at T; leave out one of them");
 }
 
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <vector>
 
+#include "app/encoder.hpp"
 #include "app/frame_names.hpp"
 #include "app/input_log.hpp"
 #include "app/option_values.hpp"
@@ -84,7 +85,8 @@ std::vector<NamedFile> logs_of(const Options& options) {
   std::vector<NamedFile> logs = {{"--log", options.log}};
   if (options.record.empty() || options.command != Command::run) return logs;
   logs.push_back({"--record (the film's log)", log_beside(options.record)});
-  if (!is_frame_pattern(options.record))  // without ffmpeg
+  const bool may_be_frames = !is_frame_pattern(options.record) && ending_of(options.record) != ".rgb";
+  if (may_be_frames && !ffmpeg_available())
     logs.push_back({"--record (the log of its frames)", log_beside(frames_instead_of(options.record))});
   return logs;
 }

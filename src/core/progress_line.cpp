@@ -1,5 +1,6 @@
 #include "core/progress_line.hpp"
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -10,7 +11,12 @@ namespace pf {
 namespace {
 
 constexpr double kBetweenLines_s = 10.0;
-constexpr std::size_t kMaxLength = 110;
+// Of the terminal, less one, so that the line does not wrap.
+std::size_t max_length() {
+  winsize size{};
+  const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20;
+  return is_known ? size.ws_col - 1U : 110U;
+}
 
 std::atomic<bool> is_shown = false;  // on the terminal
 
@@ -26,7 +32,7 @@ bool ProgressLine::is_due() const { return spent_s() >= next_s_; }
 void ProgressLine::show(const std::string& line) {
   next_s_ = spent_s() + between_s_;
   clear();
-  std::fputs((line.substr(0, kMaxLength) + (is_terminal_ ? "" : "\n")).c_str(), stderr);
+  std::fputs((line.substr(0, max_length()) + (is_terminal_ ? "" : "\n")).c_str(), stderr);
   std::fflush(stderr);
   is_shown = is_terminal_;
 }

@@ -16,7 +16,7 @@ class ProgressLine {
   ProgressLine& operator=(const ProgressLine&) = delete;
 
   bool is_due() const;
-  void show(const std::string& line);  // cut to the width of a narrow terminal
+  void show(const std::string& line);  // cut to the width of the terminal
   double spent_s() const { return 1e-3 * milliseconds_since(start_); }
 
   // Takes the line off the terminal, if there is one. For whoever else writes to it.

@@ -226,13 +226,16 @@ fs::path H5Dump::next_file() {
   fs::path file = numbered(path_, number_);
   while (is_taken(file) || is_taken(part_of(file)) || is_taken(fs::path(file).replace_extension(".xdmf")))
     file = numbered(path_, ++number_);
-  further_files_.push_back(file);
   return file;
 }
 
 void H5Dump::write(const RunState& state) {
   if (file_ && !file_->continues(state)) finish();
-  if (!file_) file_ = std::make_unique<H5DumpFile>(next_file(), state, format_);
+  if (!file_) {
+    const fs::path file = next_file();
+    file_ = std::make_unique<H5DumpFile>(file, state, format_);
+    if (file != path_) further_files_.push_back(file);
+  }
   file_->add(state);
 }
 

@@ -141,7 +141,8 @@ void RunFiles::finish(Simulation& simulation, const RunClock& clock) {
     for (const std::filesystem::path& file : target.writer->further_files())
       further += (further.empty() ? "" : ", ") + in_quotes(file.string());
     if (!further.empty() && announce_)
-      announce_(fmt::format("--{}: goes on in {}, since the flight began anew", target.name, further));
+      announce_(fmt::format("--{}: goes on in {}, where a state did not continue the one before", target.name,
+                            further));
     const StateWriter::Counts counts = target.writer->counts();
     if (counts.num_dropped > 0 && announce_) {
       announce_(fmt::format("--{}: {} of {} frames were dropped, because writing took longer than drawing",

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // Python's name of the error.
-constexpr const char* kNoModule = "No module named 'matplotlib'";
+constexpr const char* kNoModule = "apt install python3-matplotlib";  // as style.py says it
 
 fs::path plot_folder() {
   const std::vector<fs::path> folders = program_folders("plots");

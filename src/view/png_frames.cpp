@@ -48,6 +48,7 @@ void PngFrames::add_frame(std::span<const std::uint8_t> rgba) {
 }
 
 void PngFrames::finish() {
+  if (num_ == 0) return;  // there is no film instead of the older one
   std::error_code error;
   for (int left_over = num_; is_own_frame(frame_file(pattern_, left_over), size_); ++left_over) {
     if (!std::filesystem::remove(frame_file(pattern_, left_over), error)) return;

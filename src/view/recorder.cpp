@@ -11,8 +11,6 @@
 #include "core/file_ending.hpp"
 #include "core/replace_file.hpp"
 #include "core/text.hpp"
-#include "scene/scene_file.hpp"
-#include "view/path_svg.hpp"
 
 namespace pf {
 namespace {
@@ -96,6 +94,8 @@ void Recorder::begin(Simulation& simulation) {
 void Recorder::start(const fs::path& file, Simulation& simulation) {
   const FilmRequest request = {file, film_size(), simulation.settings().frame_rate_hz,
                                options_.record_real_time};
+  std::error_code ignored;
+  const bool was_there = fs::exists(file, ignored);
   auto film = std::make_unique<Film>(request, announce_);
   // `bench` records to /dev/null, which has no place for a log beside it.
   const fs::path log = film->file() == kNullDevice ? fs::path() : log_beside(film->file());
@@ -104,7 +104,10 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   } catch (const UserError&) {
     const fs::path film_file = film->file();
     film.reset();
-    remove_if_empty(film_file);
+    if (was_there)
+      remove_if_empty(film_file);
+    else if (fs::is_regular_file(film_file, ignored))
+      fs::remove(film_file, ignored);
     throw;
   }
   running_.emplace(Running{std::move(film), log, false});
@@ -168,6 +171,7 @@ void Recorder::follow(Simulation& simulation) {
       tell(fmt::format("film {}: no frame was drawn, so there is none", in_quotes(film.file.string())));
       std::error_code ignored;
       if (fs::is_regular_file(film.file, ignored)) fs::remove(film.file, ignored);
+      if (!it->log.empty()) fs::remove(it->log, ignored);
       it = ending_.erase(it);
       continue;
     }
@@ -210,75 +214,6 @@ void Recorder::take(const SeenPicture& seen, Simulation& simulation, const Pictu
   follow(simulation);
 }
 
-void Recorder::take_requested(const SeenPicture& picture, Simulation& simulation, const PictureScene& scene) {
-  const char* ending = picture_requested_ ? "png" : "svg";
-  const std::string name = fmt::format("{}_t{:.4f}s.{}", file_part(simulation.settings().name),
-                                       simulation.view().simulated_s, ending);
-  const fs::path file = free_name(name);
-  try {
-    if (!picture_requested_) {
-      write_svg(file, path_svg(simulation.view(), scene.look));
-    } else if (draws_pictures()) {
-      write_picture(file, draw_picture(scene), simulation);
-    } else {
-      write_picture(file, {read_pixels(picture.framebuffer, picture.size), picture.size}, simulation);
-    }
-    tell(fmt::format("picture {}", in_quotes(file.string())));
-  } catch (const std::exception& error) {  // a file, memory or GL: the run goes on
-    tell(error.what());
-  }
-}
-
-// Pictures that are not those of the window, or of the film.
-bool Recorder::draws_pictures() const {
-  return options_.picture_width_px > 0 || options_.picture_transparent || options_.picture_tile_px > 0;
-}
-
-Pixels Recorder::draw_picture(const PictureScene& scene) const {
-  LargePictureRequest request = {seen_, options_.picture_tile_px, options_.picture_transparent};
-  if (options_.picture_width_px > 0) request.size = {options_.picture_width_px, options_.picture_height_px};
-  return draw_large_picture(request, scene);
-}
-
-// --picture takes the last frame of the first flight, which shows the whole path, or the last frame of a run
-// without a flight; --still takes the last frame. Pictures of another size are drawn once, when the first
-// flight has ended or else at the end of the run.
-void Recorder::keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& large) {
-  if (simulation.finished_flight() && !options_.picture.empty()) {
-    if (kept_svg_.empty()) kept_svg_ = path_svg(simulation.view(), large.look);
-    const bool is_png = ending_of(options_.picture) != ".svg";
-    if (is_png && draws_pictures() && kept_large_.rgba.empty()) {
-      FrameView flying = *large.frame;  // without the notice of its end
-      flying.flight = Flight::flying;
-      PictureScene scene = large;
-      scene.frame = &flying;
-      kept_large_ = draw_picture(scene);
-    }
-  }
-  if (draws_pictures()) return;
-  const auto copy_to = [&seen](ColorTarget& to) {
-    const auto [width, height] = seen.size;
-    to.resize(width, height);
-    glBlitNamedFramebuffer(seen.framebuffer, to.framebuffer(), 0, 0, width, height, 0, 0, width, height,
-                           GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  };
-  if (options_.still_s) copy_to(last_);
-  const bool has_flown = simulation.finished_flight() && kept_.texture() != 0;
-  if (!options_.picture.empty() && !has_flown) copy_to(kept_);
-}
-
-void Recorder::write_picture(const std::filesystem::path& file, const Pixels& picture,
-                             const Simulation& simulation) const {
-  const FrameView& view = simulation.view();
-  Settings settings = simulation.settings();
-  if (options_.still_s) settings.time_scale = options_.settings.time_scale;  // of the frames before the last
-  const PngTexts texts = {software_text(),
-                          {"Scene", scene_text(settings)},
-                          {"Simulated time", fmt::format("{} s", view.simulated_s)},
-                          {"Backend", view.backend}};
-  write_png(file, picture.rgba, picture.size, texts, picture.alpha);
-}
-
 void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
   if (running_) end(simulation);
   follow(simulation);
@@ -295,19 +230,6 @@ void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
       failed_ = true;
       tell(error.what());
     }
-  }
-}
-
-void Recorder::write_last(const fs::path& file, bool is_first_flight, const Simulation& simulation,
-                          const PictureScene& scene) const {
-  const bool has_kept = is_first_flight && !kept_svg_.empty();
-  if (ending_of(file) == ".svg") {
-    write_svg(file, has_kept ? kept_svg_ : path_svg(simulation.view(), scene.look));
-  } else if (draws_pictures()) {
-    write_picture(file, has_kept ? kept_large_ : draw_picture(scene), simulation);
-  } else if (const ColorTarget& kept = is_first_flight ? kept_ : last_; kept.texture() != 0) {
-    const SizePx size = {kept.width_px(), kept.height_px()};
-    write_picture(file, {read_pixels(kept.framebuffer(), size), size}, simulation);
   }
 }
 

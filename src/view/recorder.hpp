@@ -84,6 +84,7 @@ class Recorder {
   // --picture, of the first flight, or --still.
   void write_last(const std::filesystem::path& file, bool is_first_flight, const Simulation& simulation,
                   const PictureScene& scene) const;
+  PngTexts texts_of(const Simulation& simulation, double simulated_s) const;
   void write_picture(const std::filesystem::path& file, const Pixels& picture,
                      const Simulation& simulation) const;
   std::filesystem::path free_film_name(const Simulation& simulation) const;
@@ -100,9 +101,11 @@ class Recorder {
   bool paths_requested_ = false;
   SizePx seen_;
   std::unique_ptr<FilmScene> scene_;
-  ColorTarget kept_;   // for --picture: of the first flight
-  ColorTarget last_;   // for --still
-  Pixels kept_large_;  // if pictures have a size of their own
+  ColorTarget kept_;     // for --picture: of the first flight
+  PngTexts kept_texts_;  // of what is kept for --picture
+  double kept_s_ = 0.0;  // simulated time of kept_
+  ColorTarget last_;     // for --still
+  Pixels kept_large_;    // if pictures have a size of their own
   std::string kept_svg_;
   std::string last_news_;
   Clock::time_point news_since_;

@@ -193,14 +193,17 @@ std::optional<double> SettingRows::finished(const char* label, double value, boo
 }
 
 void SettingRows::refusal(const char* label) {
-  if (refused_label_ != label || ImGui::GetTime() > refused_until_s_) return;
+  if (refused_label_ != label || ImGui::GetTime() > refused_until_s_ || !ImGui::IsItemVisible()) return;
   const ImGuiStyle& style = ImGui::GetStyle();
   const float left = ImGui::GetWindowPos().x + style.WindowPadding.x;
   const float width = ImGui::GetWindowWidth() - style.ScrollbarSize - 2.0F * style.WindowPadding.x;
   const float wrap = width - 2.0F * style.FramePadding.x;
   const ImVec2 size = ImGui::CalcTextSize(refusal_.c_str(), nullptr, false, wrap);
-  const ImVec2 low(left, ImGui::GetItemRectMax().y + 1.0F);
-  const ImVec2 high(left + width, low.y + size.y + 2.0F * style.FramePadding.y);
+  const float height = size.y + 2.0F * style.FramePadding.y;
+  const float below = ImGui::GetItemRectMax().y + 1.0F;
+  const bool fits = below + height <= ImGui::GetIO().DisplaySize.y;
+  const ImVec2 low(left, fits ? below : ImGui::GetItemRectMin().y - 1.0F - height);
+  const ImVec2 high(left + width, low.y + height);
   ImDrawList* list = ImGui::GetForegroundDrawList();
   ImVec4 ground = ImGui::GetStyleColorVec4(ImGuiCol_PopupBg);
   ground.w = 1.0F;

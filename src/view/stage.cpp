@@ -175,7 +175,8 @@ void Stage::steer() {
 }
 
 bool Stage::ended() {
-  const bool is_stopped = is_interrupted() || context_.close_requested();
+  was_interrupted_ = stop_requested.load(std::memory_order_relaxed);
+  const bool is_stopped = was_interrupted_ || context_.close_requested();
   if (is_stopped && options_.still_s) refuse_still_before_its_time();
   if (is_stopped) return true;
   if (replay_) return replay_->ended();
@@ -285,7 +286,8 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
   request.vsync = options.vsync;
   if (!options.headless && display_available()) return open_window(request);
   if (!options.headless && hooks.announce)
-    hooks.announce(no_display_text() + ": running without a window; for a film give --record FILE.mp4");
+    hooks.announce(no_display_text() + ": running without a window" +
+                   (options.record.empty() ? "; for a film give --record FILE.mp4" : ""));
   return open_offscreen(request);
 }
 

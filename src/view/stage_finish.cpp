@@ -3,15 +3,23 @@
 
 #include <nlohmann/json.hpp>
 
+#include "core/error.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
 
-// A checkpoint is of a whole frame, to which log and report lead, too.
+// A checkpoint is of a whole frame, to which log and report lead, too. Where the device fails, the other
+// outputs come to their end before files_.finish() tells it.
 void Stage::complete_frame() {
   if (options_.data.checkpoint.empty()) return;
+  const int num_fallbacks = simulation_.num_fallbacks();
   while (simulation_.view().unfinished) {
-    simulation_.advance_frame({}, nullptr);
+    try {
+      simulation_.advance_frame({}, nullptr);
+    } catch (const DeviceError&) {
+      return;
+    }
+    if (simulation_.num_fallbacks() != num_fallbacks) return follow_fallback();
     log_.end_frame(simulation_);
     const FrameView& view = simulation_.view();
     record_.add_frame(view.times, view.frame_totals, view.dt_s, {});
@@ -28,7 +36,7 @@ int Stage::finish() {
   const std::string lost_log = log_.take_failure();
   if (!lost_log.empty() && hooks_.announce) hooks_.announce(lost_log);
   files_.finish(simulation_, clock());
-  record_.set_part("interrupted", is_interrupted());
+  record_.set_part("interrupted", was_interrupted_);
   record_.set_part("files", files_.report());
   record_.set_part("split", pair_.report());
   record_.set_part("record", recorder_.report());

@@ -65,7 +65,7 @@ Commands Stage::handle_input() {
 void Stage::fold_panel() {
   const bool had_room = panel_.leaves_room();
   panel_.fit(static_cast<float>(size_.width), context_.content_scale());
-  if (context_.window() == nullptr || panel_.leaves_room() == had_room) return;
+  if (context_.window() == nullptr || options_.record_panel || panel_.leaves_room() == had_room) return;
   if (!had_room) {
     switches_.show_panel = switches_.show_panel || is_panel_folded_;
     is_panel_folded_ = false;

@@ -130,7 +130,6 @@ class Stage {
   double share_done() const;
   void show_progress();
   void say_if_slowed();
-  bool is_interrupted() const { return stop_requested.load(std::memory_order_relaxed); }
   void complete_frame();
   void say_what_flew();
   int finish();
@@ -174,6 +173,7 @@ class Stage {
   std::optional<Replay> replay_;
   std::optional<ProgressLine> progress_;  // of a run without a window
   bool is_slowness_told_ = false;
+  bool was_interrupted_ = false;  // by a signal
   RunFiles files_;
   GpuTimer air_timer_, flight_timer_, panel_timer_;
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/settings.hpp"
 #include "view/overlay_text.hpp"
 #include "view/stage_loop.hpp"
 
@@ -13,7 +14,10 @@ namespace pf {
 double Stage::share_done() const {
   const auto num = static_cast<double>(num_frames_ - first_frame_);
   if (replay_) return num / static_cast<double>(std::max<std::int64_t>(replay_->num_frames(), 1));
-  if (options_.still_s) return simulation_.view().simulated_s / std::max(*options_.still_s, 1e-300);
+  if (options_.still_s) {
+    const double start_s = options_.data.start ? options_.data.start->simulated_s : 0.0;
+    return (simulation_.view().simulated_s - start_s) / std::max(*options_.still_s - start_s, 1e-300);
+  }
   const auto num_frames_of = [](const Settings& s) { return s.seconds * s.frame_rate_hz; };
   double num_last = num_frames_of(simulation_.settings());
   if (options_.cues) {
@@ -40,22 +44,26 @@ void Stage::show_progress() {
 void Stage::say_if_slowed() {
   const FrameView& view = simulation_.view();
   const Settings& settings = simulation_.settings();
-  if (!progress_ || replay_ || is_slowness_told_ || settings.substeps > 0 || !(view.dt_s > 0.0)) return;
-  const double num_needed = std::ceil(settings.time_scale / (settings.frame_rate_hz * view.dt_s));
-  if (view.slow_motion > 0.95 * settings.time_scale || view.steps_per_frame + 1.0 > num_needed) return;
+  const bool may_be_limited = settings.substeps == 0 && view.dt_s > 0.0 &&
+                              static_cast<std::int64_t>(view.steps_per_frame) >= settings.max_substeps;
+  if (!progress_ || replay_ || is_slowness_told_ || !may_be_limited) return;
+  if (view.slow_motion > 0.95 * settings.time_scale) return;
   is_slowness_told_ = true;
+  const double num_needed = std::ceil(settings.time_scale / (settings.frame_rate_hz * view.dt_s));
+  static const double num_allowed = find_field("run.max_substeps", "--set").max;
+  const bool can_raise = !options_.data.start && num_needed <= num_allowed;
   hooks_.announce(fmt::format(
-      "run.time_scale: {:g} needs {} a frame, but run.max_substeps is {}, so that it is {:.2g} here; to "
-      "raise that, --set run.max_substeps={:.0f}",
+      "run.time_scale: {:g} needs {} a frame, but run.max_substeps is {}, so that it is {:.2g} here{}",
       settings.time_scale, counted(static_cast<std::uint64_t>(num_needed), "step"), settings.max_substeps,
-      view.slow_motion, num_needed));
+      view.slow_motion,
+      can_raise ? fmt::format("; to raise that, --set run.max_substeps={:.0f}", num_needed) : ""));
 }
 
 void Stage::say_what_flew() {
   if (!progress_) return;
   ProgressLine::clear();
   if (replay_) return;  // it has a summary of its own
-  if (is_interrupted()) hooks_.announce("stopped before its end; what it has written up to here is whole");
+  if (was_interrupted_) hooks_.announce("stopped by a signal before its end");
   const FrameView& view = simulation_.view();
   std::string line =
       fmt::format("{} to t = {:.4g} s in {:.1f} s: {}, {}",

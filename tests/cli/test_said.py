@@ -42,16 +42,16 @@ def progress(bench):
     check("%" not in short.stderr, "no progress of a run that ends at once")
     shown, rest = on_terminal(bench, *SMALL, "--seconds", "1000")
     check(re.search(rb"frame [\d,]+ \(\d+ %\), t = [\d.]+ s; about \d+ s left", shown), f"progress: {shown[-80:]}")
-    check(b"\r\x1b[K" in rest and b"stopped before its end" in rest, f"the line makes room for the last ones: {rest[:60]}")
+    check(b"\r\x1b[K" in rest and b"stopped by a signal before its end" in rest, f"the line makes room for the last ones: {rest[:60]}")
 
 
 def progress_of_cues(bench):
     """Their lengths together are the whole."""
     cues = bench.write("c.toml", b"".join(b"[[cue]]\ntitle = '%d'\nscene = 'gas'\nrun.seconds = %d\nair.num_parcels = 500\n"
-                                          % (k, seconds) for k, seconds in enumerate((200, 100000))))
+                                          % (k, seconds) for k, seconds in enumerate((60, 100000))))
     shown, _ = on_terminal(bench, "--headless", "--size", "64x64", "--cues", cues)
     share = int(re.search(rb"\((\d+) %\)", shown)[1]) if b"%" in shown else 0
-    check(share == 0, f"{share} % of 100200 s after a moment of the first 200 s")
+    check(share == 0, f"{share} % of 100060 s after a moment of the first 60 s")
 
 
 def hasty(bench):
@@ -80,6 +80,8 @@ def picture_and_still(bench):
     check(done.returncode == 0 and picture.read_bytes() != still.read_bytes(), "two pictures")
     pixels = [file.read_bytes().split(b"IDAT", 1)[1] for file in (picture, alone)]
     check(pixels[0] == pixels[1], "the first flight's is the same as without a still")
+    times = [float(re.search(rb"Simulated time\0([0-9.e-]+) s", file.read_bytes())[1]) for file in (picture, still)]
+    check(times[0] < times[1] == 0.5, f"each says its time: {times}")
 
 
 CASES = {case.__name__: case for case in (progress, progress_of_cues, hasty, no_display, picture_and_still)}

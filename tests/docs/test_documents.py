@@ -72,7 +72,7 @@ class Project:
             f"docs/{file.name}" for file in (self.root / "docs").glob("*.md"))
 
     def run(self, *words, cwd=None, limit_s=LIMIT_S):
-        surroundings = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_CACHE_HOME": str(cwd or self.root)}
+        surroundings = {**os.environ, "DISPLAY": "", "WAYLAND_DISPLAY": "", "LIBGL_ALWAYS_SOFTWARE": "1", "XDG_CACHE_HOME": str(cwd or self.root)}
         return subprocess.run([str(word) for word in words], cwd=cwd, env=surroundings, capture_output=True, text=True,
                               errors="replace", timeout=limit_s)
 

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Jobs of the whole program that write files: the sweep, films without ffmpeg, timing of whole frames.
 
-test_program.py PROGRAM sweep|sweep_stopped|frames|frames_without_ffmpeg|bench_clocks|bench_recording
+test_program.py PROGRAM sweep|sweep_stopped|frames|frames_of_no_film|frames_without_ffmpeg|bench_clocks|bench_recording
 exit code 0: passed, 1: failed, 77: skipped, since nothing can be drawn
 """
 import json
@@ -114,6 +114,15 @@ def frames(folder):
     check_frames([folder / "f" / name for name in names[:5]], 320, 180)
 
 
+def frames_of_no_film(folder):
+    """A run without a frame leaves the frames of an earlier one."""
+    first = run([*FIVE_FRAMES, "--record", "f/%03d.png", "--checkpoint", "c.state"], folder)
+    done = run(["--headless", "--size", "320x180", "--from", "c.state", "--seconds", "0.01", "--record", "f/%03d.png"], folder)
+    names = sorted(file.name for file in (folder / "f").iterdir())
+    require(first.returncode == 0 and len(names) == 5, f"left: {names}: {done.stderr}")
+    require("no frame was drawn" in done.stderr and done.returncode == 1, f"said: {done.stderr}")
+
+
 def frames_without_ffmpeg(folder):
     bare = dict(os.environ, PATH=str(folder))
     done = run([*FIVE_FRAMES, "--record", "flight.mp4"], folder, env=bare)
@@ -169,5 +178,5 @@ def bench_recording(folder):
 
 
 with tempfile.TemporaryDirectory(prefix="pf_test_") as name:
-    {"sweep": sweep, "sweep_stopped": sweep_stopped, "frames": frames, "frames_without_ffmpeg": frames_without_ffmpeg,
+    {"sweep": sweep, "sweep_stopped": sweep_stopped, "frames": frames, "frames_of_no_film": frames_of_no_film, "frames_without_ffmpeg": frames_without_ffmpeg,
      "bench_clocks": bench_clocks, "bench_recording": bench_recording}[sys.argv[2]](pathlib.Path(name))

@@ -4,9 +4,8 @@
 contact-clock.py FOLDER    reads FOLDER/contact-clock.json, writes contact-clock.svg and contact-clock.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
-import numpy as np
 import style
-from style import FAINT, INK, plt
+from style import FAINT, INK, np, plt
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 GAS, FLIGHTS = "#009E73", {0.9: "#0072B2", 0.5: "#D55E00", 0.0: "#CC79A7"}

@@ -7,10 +7,8 @@ Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 import pathlib
 import sys
 
-import numpy as np
+from style import COLOURS, FAINT, INK, METHODS, np, plt, prepare, read_json, save, tidy
 from matplotlib.ticker import LogLocator
-
-from style import COLOURS, FAINT, INK, METHODS, plt, prepare, read_json, save, tidy
 
 SIXTIETH_MS = 1000.0 / 60.0
 NUM_BINS = 150

@@ -4,9 +4,8 @@
 gas-dynamics.py FOLDER    reads FOLDER/gas-dynamics.json, writes gas-dynamics.svg and gas-dynamics.png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
-import numpy as np
 import style
-from style import COLOURS, FAINT, INK, MARKS, plt
+from style import COLOURS, FAINT, INK, MARKS, np, plt
 
 FIGURES = {"density": ("density", "#0072B2", "o"), "temperature": ("temperature", "#D55E00", "s"),
            "pressure": ("pressure", "#009E73", "D"), "front_speed": ("speed of the front", "#CC79A7", "^")}

@@ -5,9 +5,8 @@ stability.py FOLDER    reads FOLDER/stability.json, writes stability, stability-
                     as .svg and .png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
-import numpy as np
 import style
-from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
+from style import COLOURS, FAINT, INK, MARKS, METHODS, np, plt
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 

@@ -5,12 +5,12 @@ import sys
 
 try:
     import matplotlib
-except ModuleNotFoundError as missing:
+    import numpy as np
+except ModuleNotFoundError as missing:  # the other charts import this first
     sys.exit(f"{missing}: apt install python3-matplotlib, and start this with /usr/bin/python3")
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
-import numpy as np
 
 if {"-h", "--help"} & set(sys.argv[1:]):
     print(sys.modules["__main__"].__doc__.strip())

@@ -7,9 +7,8 @@ Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 import re
 import sys
 
-from matplotlib.ticker import FuncFormatter, NullLocator
-
 from style import plt, read_json
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 # Okabe and Ito (2008): distinct for all kinds of colour vision. One colour per device, one dash per search.
 COLOURS = {"1 thread": "#0072B2", "all threads": "#D55E00", "CUDA": "#009E73"}
