@@ -1,5 +1,7 @@
 #include "view/gui.hpp"
 
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
 #include <dlfcn.h>
 #include <fmt/format.h>
 #include <imgui.h>
@@ -12,6 +14,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "core/error.hpp"
 #include "core/program_files.hpp"
@@ -149,6 +153,39 @@ void keep_gl_library() {
     ::dlopen(library, RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
 }
 
+#if IMGUI_VERSION_NUM < 18700
+
+// Dear ImGui before 1.87 sees only which keys are down when a frame begins. So a key that is pressed and
+// released between two frames counts as down in the next one.
+std::vector<int> pressed_keys;  // since the last frame
+GLFWkeyfun key_callback_of_imgui = nullptr;
+
+void note_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
+  if (action == GLFW_PRESS) pressed_keys.push_back(key);
+  if (key_callback_of_imgui != nullptr) key_callback_of_imgui(window, key, scancode, action, mods);
+}
+
+void note_keys(GLFWwindow* window) { key_callback_of_imgui = glfwSetKeyCallback(window, note_key); }
+
+void begin_imgui_frame() {
+  auto& down = ImGui::GetIO().KeysDown;
+  std::vector<int> held;
+  for (const int key : std::exchange(pressed_keys, {})) {
+    if (key < 0 || key >= IM_ARRAYSIZE(down) || down[key]) continue;
+    down[key] = true;
+    held.push_back(key);
+  }
+  ImGui::NewFrame();
+  for (const int key : held) down[key] = false;
+}
+
+#else
+
+void note_keys(GLFWwindow* /*window*/) {}
+void begin_imgui_frame() { ImGui::NewFrame(); }
+
+#endif
+
 }  // namespace
 
 Gui::Gui(GlContext& context) : Gui(context.window(), context.content_scale()) {}
@@ -162,7 +199,10 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   ImGuiIO& io = ImGui::GetIO();
   io.IniFilename = nullptr;  // leaves no file in the current folder
   apply_style(Theme::dark, scale);
-  if (window_ != nullptr) ImGui_ImplGlfw_InitForOpenGL(window_, true);
+  if (window_ != nullptr) {
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    note_keys(window_);
+  }
   keep_gl_library();
   if (!ImGui_ImplOpenGL3_Init("#version 450 core")) {
     if (window_ != nullptr) ImGui_ImplGlfw_Shutdown();
@@ -241,7 +281,7 @@ void Gui::begin_frame(SizePx size, double frame_s) {
     io.DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));
     io.DeltaTime = static_cast<float>(std::max(frame_s, 1e-4));
   }
-  ImGui::NewFrame();
+  begin_imgui_frame();
   if (is_rescaled_) load_letters();
   is_rescaled_ = false;
 }

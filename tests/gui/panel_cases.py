@@ -56,6 +56,16 @@ def typed(bench):
     check(report["num_parcels"] == 777, f"N is that typed: {report['num_parcels']}")
 
 
+def tapped(bench):
+    """Return ends a number also where the key is down for a moment only."""
+    with bench.open("-p", "20000") as window:
+        for label in ("Restitution", "Ball spin", "Friction", "Time scale", "Area fraction"):
+            window.type_value(label, "9999999", tap=True)
+            window.wait_for_control(f"{label} refused")
+        window.stop()
+    print("ok: five were ended at once")
+
+
 def ball_spin(bench):
     """The Magnus term turns the path by k spin / m = 2.7 rad/s; at the scene's 25 rad/s it would be 0.5 rad/s.
 

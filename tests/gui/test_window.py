@@ -15,14 +15,14 @@ from bench import Bench
 from camera_cases import follow_key, follow_option, large_text, magnifier_alone, magnifier_key
 from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, ring, slingshot,
                        slingshot_paused, stays, time_keys)
-from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, terms, typed, unstable,
+from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, tapped, terms, typed, unstable,
                          values)
 from row_cases import chart, knobs, labels, tooltips
 from split_cases import split_key, split_panel
 from view_cases import compared, dense_screen, key_card, looks, narrow, scene_words, view_keys, vsync_key
 from window import Screen, skip_if_missing
 
-CASES = {case.__name__: case for case in (values, typed, ball_spin, magnus, launch, terms, scene_menu, scene_words, keys,
+CASES = {case.__name__: case for case in (values, typed, tapped, ball_spin, magnus, launch, terms, scene_menu, scene_words, keys,
                                           launch_key, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
                                           back_key, compared, time_keys, save, looks, vsync_key, accuracy, unstable,
                                           measured_terms, dense_screen, narrow, key_card, knobs, tooltips, labels, chart, answers,

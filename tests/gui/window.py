@@ -208,14 +208,17 @@ class Window:
         self.click(f"{label}.{item}")
         self.wait_for_control(f"{label}.{item}", there=False)
 
-    def type_value(self, label, text):
-        """Control and click, a number, Return."""
+    def type_value(self, label, text, tap=False):
+        """Control and click, a number, Return. tap: it is pressed and released at once, perhaps between two frames."""
         self._press("keydown", "ctrl")
         self.click(label)
         self._press("keyup", "ctrl")
         for letter in text:  # a letter for each pair of frames
             self._press("key", {".": "period", ",": "comma", "-": "minus"}.get(letter, letter))
-        self.press_key("Return")
+        if tap:
+            self._press("key", "--delay", "0", "Return")
+        else:
+            self.press_key("Return")
         time.sleep(0.3)  # until the text has ended, it takes all keys
 
     def scroll(self, x, y, notches):
