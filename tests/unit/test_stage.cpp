@@ -59,7 +59,9 @@ TEST(Aim, AClickLaunchesNothing) {
 TEST(Refusal, NamesTheRangeAndTheUnit) {
   EXPECT_EQ(refusal_of(7.0, {0.0, 1.0}), "7 is not within 0 to 1; nothing changed");
   EXPECT_EQ(refusal_of(-5.0, {1.0, 200e6}), "-5 is not within 1 to 200 million; nothing changed");
-  EXPECT_EQ(refusal_of(1e9, {0.0, 1e3, "s"}), "1e+09 is not within 0 to 1000 s; nothing changed");
+  EXPECT_EQ(refusal_of(1e9, {0.0, 1e3, "s"}), "1000000000 is not within 0 to 1000 s; nothing changed");
+  EXPECT_EQ(refusal_of(99999999.0, {0.0, 1e3}), "99999999 is not within 0 to 1000; nothing changed")
+      << "as typed";
   EXPECT_EQ(refusal_of(std::nan(""), {0.0, 1.0}), "nan is not within 0 to 1; nothing changed");
   EXPECT_EQ(refusal_of(0.0, {0.0, 1.0}), "");
   EXPECT_EQ(refusal_of(1.0, {0.0, 1.0}), "");
