@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 
@@ -95,6 +96,21 @@ void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> 
   }
   throw UserError(
       fmt::format("{}: the picture cannot be written ({}); choose another file", file.string(), problem));
+}
+
+void blit_fitting(GLuint from, const ViewRegion& source, const ColorTarget& to) {
+  const double scale = std::min(to.width_px() / source.width_px, to.height_px() / source.height_px);
+  const int width = static_cast<int>(std::lround(source.width_px * scale));
+  const int height = static_cast<int>(std::lround(source.height_px * scale));
+  const int left = (to.width_px() - width) / 2;
+  const int bottom = (to.height_px() - height) / 2;
+  const auto x = static_cast<int>(source.left_px);
+  const auto y = static_cast<int>(source.bottom_px);
+  const GLfloat black[4] = {0.0F, 0.0F, 0.0F, 1.0F};
+  glClearNamedFramebufferfv(to.framebuffer(), GL_COLOR, 0, black);
+  glBlitNamedFramebuffer(from, to.framebuffer(), x, y, x + static_cast<int>(source.width_px),
+                         y + static_cast<int>(source.height_px), left, bottom, left + width, bottom + height,
+                         GL_COLOR_BUFFER_BIT, GL_LINEAR);
 }
 
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size) {

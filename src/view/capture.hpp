@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/film_writer.hpp"
+#include "view/camera.hpp"
 #include "view/context.hpp"
 #include "view/gl.hpp"
 
@@ -30,6 +31,9 @@ enum class PngAlpha { left_out, kept };  // kept: the colours are times alpha, w
 // written.
 void write_png(const std::filesystem::path& file, std::span<const std::uint8_t> rgba, SizePx size,
                const PngTexts& texts = {}, PngAlpha alpha = PngAlpha::left_out);
+
+// Copies a region of a framebuffer into `to`, as large as it fits, with black beside it.
+void blit_fitting(GLuint from, const ViewRegion& source, const ColorTarget& to);
 
 // Content of a framebuffer now, RGBA8, bottom row first. Waits for GL.
 std::vector<std::uint8_t> read_pixels(GLuint framebuffer, SizePx size);

@@ -19,20 +19,6 @@ constexpr std::size_t kMaxHeld = 8;  // frames not yet written; 66 MB at 1080p
 // yuv420p halves both sides of the picture.
 SizePx even(SizePx size) { return {size.width & ~1, size.height & ~1}; }
 
-// Copies into `to` with the aspect kept and black beside it.
-void blit_fitting(GLuint from, SizePx from_size, const ColorTarget& to) {
-  const double scale = std::min(static_cast<double>(to.width_px()) / from_size.width,
-                                static_cast<double>(to.height_px()) / from_size.height);
-  const int width = static_cast<int>(from_size.width * scale);
-  const int height = static_cast<int>(from_size.height * scale);
-  const int left = (to.width_px() - width) / 2;
-  const int bottom = (to.height_px() - height) / 2;
-  const GLfloat black[4] = {0.0F, 0.0F, 0.0F, 1.0F};
-  glClearNamedFramebufferfv(to.framebuffer(), GL_COLOR, 0, black);
-  glBlitNamedFramebuffer(from, to.framebuffer(), 0, 0, from_size.width, from_size.height, left, bottom,
-                         left + width, bottom + height, GL_COLOR_BUFFER_BIT, GL_LINEAR);
-}
-
 }  // namespace
 
 Film::Film(const FilmRequest& request, const std::function<void(const std::string&)>& announce)
@@ -86,7 +72,8 @@ void Film::add_frame(GLuint framebuffer, SizePx size) {
     return;
   }
   scaled_.resize(figures_.size.width, figures_.size.height);
-  blit_fitting(framebuffer, size, scaled_);
+  const ViewRegion whole = {0.0, 0.0, static_cast<double>(size.width), static_cast<double>(size.height)};
+  blit_fitting(framebuffer, whole, scaled_);
   reader_->read(scaled_.framebuffer());
 }
 

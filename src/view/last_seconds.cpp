@@ -20,22 +20,6 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
-// The source, as large as it fits, with black beside it.
-void reduce(GLuint from, const ViewRegion& source, const ColorTarget& to) {
-  const double scale = std::min(to.width_px() / source.width_px, to.height_px() / source.height_px);
-  const int width = static_cast<int>(std::lround(source.width_px * scale));
-  const int height = static_cast<int>(std::lround(source.height_px * scale));
-  const int left = (to.width_px() - width) / 2;
-  const int bottom = (to.height_px() - height) / 2;
-  const auto x = static_cast<int>(source.left_px);
-  const auto y = static_cast<int>(source.bottom_px);
-  const GLfloat black[4] = {0.0F, 0.0F, 0.0F, 1.0F};
-  glClearNamedFramebufferfv(to.framebuffer(), GL_COLOR, 0, black);
-  glBlitNamedFramebuffer(from, to.framebuffer(), x, y, x + static_cast<int>(source.width_px),
-                         y + static_cast<int>(source.height_px), left, bottom, left + width, bottom + height,
-                         GL_COLOR_BUFFER_BIT, GL_LINEAR);
-}
-
 }  // namespace
 
 std::vector<int> times_shown(const std::deque<ClipFrame>& frames, double rate_hz) {
@@ -69,7 +53,7 @@ void LastSeconds::take(GLuint framebuffer, const ViewRegion& source) {
     reduced_.resize(size_.width, size_.height);
     reader_.emplace(size_, kMaxHeldPictures, [this](const HeldFrame& frame) { keep(frame); });
   }
-  reduce(framebuffer, source, reduced_);
+  blit_fitting(framebuffer, source, reduced_);
   reading_.push_back(now);
   reader_->read(reduced_.framebuffer());
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfloat>
 #include <cmath>
 #include <span>
 
@@ -126,8 +127,13 @@ void Overlay::paint_plot(const OverlayPlace& place) const {
   if (kBudget_ms >= top_ms_) return;
   const float line = at.top + height - static_cast<float>(kBudget_ms) * per_ms;
   list->AddLine(ImVec2(at.plot, line), ImVec2(right, line), colors_.line, s);
-  list->AddText(ImGui::GetFont(), 0.8F * ImGui::GetFontSize(),
-                ImVec2(at.plot + 4.0F * s, line - 0.85F * ImGui::GetFontSize() - s), colors_.dim, "1/60 s");
+  constexpr const char* kLabel = "1/60 s";
+  const float size = 0.8F * ImGui::GetFontSize();
+  const ImVec2 extent = ImGui::GetFont()->CalcTextSizeA(size, FLT_MAX, 0.0F, kLabel);
+  const ImVec2 low(at.plot + 4.0F * s, line - extent.y - s);
+  list->AddRectFilled(ImVec2(low.x - 2.0F * s, low.y), ImVec2(low.x + extent.x + 2.0F * s, low.y + extent.y),
+                      colors_.plot, 2.0F * s);  // bars may reach there
+  list->AddText(ImGui::GetFont(), size, low, colors_.text, kLabel);
 }
 
 }  // namespace pf
