@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 // Python's name of the error.
-constexpr const char* kNoModule = "apt install python3-matplotlib";  // as style.py says it
+constexpr const char* kNoMatplotlib = "apt install python3-matplotlib";  // a part of what style.py says then
 
 fs::path plot_folder() {
   const std::vector<fs::path> folders = program_folders("plots");
@@ -213,7 +213,7 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
     has_python = false;
     error_text = error.what();
   }
-  if (has_python && error_text.find(kNoModule) == std::string::npos) {
+  if (has_python && error_text.find(kNoMatplotlib) == std::string::npos) {
     return fmt::format("{} failed: {}; CSV and JSON have the figures", script, error_text);
   }
   return fmt::format(

@@ -25,7 +25,7 @@ bool is_free(const fs::path& film) {
   std::error_code ignored;
   if (is_frame_pattern(film)) {
     const fs::path folder = film.parent_path();
-    const bool has_frames = folder.empty() ? fs::exists(frame_file(film, 0))
+    const bool has_frames = folder.empty() ? fs::exists(frame_file(film, 0), ignored)
                                            : fs::exists(folder, ignored) && !fs::is_empty(folder, ignored);
     return !has_frames && !fs::exists(log_beside(film), ignored);
   }

@@ -40,7 +40,7 @@ void Stage::show_progress() {
                               time_left_text(share, progress_->spent_s())));
 }
 
-// The steps of a frame are limited, so that a scene of many parcels need not answer for a hasty time scale.
+// Says once where run.max_substeps keeps the flight slower than run.time_scale asks.
 void Stage::say_if_slowed() {
   const FrameView& view = simulation_.view();
   const Settings& settings = simulation_.settings();
