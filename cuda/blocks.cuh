@@ -1,4 +1,4 @@
-// How many blocks a kernel has.
+// Numbers of blocks of kernels.
 #pragma once
 
 #include <algorithm>

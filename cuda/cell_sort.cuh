@@ -11,7 +11,7 @@ namespace pf {
 // Key of parcels that a sort leaves out.
 constexpr std::uint32_t kNoCell = UINT32_MAX;
 
-// What a sort is told about each parcel, n entries each.
+// Input of a sort, with n entries each.
 struct SortKeys {
   std::uint32_t* key = nullptr;   // its cell, or kNoCell
   std::uint32_t* rank = nullptr;  // how many of that cell were counted before it

@@ -31,7 +31,7 @@ DeviceLimits device_limits();
 // Multiprocessors of the current device within the limits.
 std::uint32_t usable_multiprocessors();
 
-// Whether the code for the current device has begin_in_turn() (cuda/launch.cuh).
+// Returns whether the code for the current device has begin_in_turn() (cuda/launch.cuh).
 bool has_launches_in_turn();
 
 // Free bytes of the current device's memory within the limits.

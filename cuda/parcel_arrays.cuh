@@ -40,7 +40,7 @@ struct DeviceParcels {
         id(capacity),
         heated(num_words(capacity)) {}
 
-  // Of a bit for each of so many parcels.
+  // Number of words with a bit for each parcel.
   static constexpr std::size_t num_words(std::size_t num_parcels) { return (num_parcels + 31) / 32; }
 
   ParcelPointers pointers() const {

@@ -21,8 +21,8 @@ std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t l
                                    constants.physics.parcels.speed_mps);
 }
 
-// Whether a step in parts is faster: of many parcels, few of which touch at a time. Sums of parcels with
-// several contacts are atomics in memory.
+// Returns whether a step in parts is faster, as it is if there are many parcels and few touch at a time: sums
+// of parcels with several contacts are atomics in memory.
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
   return num_parcels >= (physics.ball.exists ? kManyWithBall : kManyParcels) &&
@@ -63,7 +63,7 @@ void CudaBackend::sort(const StepConstants& constants) {
   sorted_ = true;
 }
 
-// Where a step finds displacements since the sort; launch.sort is still that of the step before.
+// The place of the displacements since the sort for a step; launch.sort is still that of the step before.
 // is_just_sorted: after that one.
 DisplacedSinceSort CudaBackend::displaced_since_sort(const StepLaunch& launch, bool is_just_sorted) const {
   const StepState* const state = state_.data();
@@ -125,7 +125,7 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
   return launch;
 }
 
-// What `exact` keeps after it may leave no room; the step of one kernel needs none.
+// The memory that `exact` keeps may leave no room; the step of one kernel needs none.
 bool CudaBackend::make_room_for_contacts() {
   if (contact_memory_.has_room(capacity_)) return true;
   if (ContactMemory::kBytesPerParcel * capacity_ > kUsableShare * static_cast<double>(usable_memory_bytes()))
@@ -134,7 +134,7 @@ bool CudaBackend::make_room_for_contacts() {
   return true;
 }
 
-// Where the next step finds the parcels.
+// Tells the launch where the next step finds the parcels.
 void CudaBackend::set_source(StepLaunch& launch) const {
   launch.space.grid = grid_;
   launch.space.cell_start = cell_sort_.cell_start();

@@ -1,4 +1,4 @@
-// How long the phases of a request took on the device.
+// Measures the phases of a request on the device.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -47,7 +47,7 @@ class RequestTimer {
   // Before the counts, after them, after the scatter. One sort in kSortsPerMarked is marked, since an event
   // between short kernels costs as much as they do.
   void mark_sort(cudaStream_t stream);
-  // Of a sort in a step: before and after counts are summed, in a step of one kernel before the counting.
+  // In a sort in a step: before and after counts are summed, in a step of one kernel before the counting.
   void mark_sums(cudaStream_t stream);
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
@@ -55,14 +55,14 @@ class RequestTimer {
   void mark_stage(cudaStream_t stream);
   void end(cudaStream_t stream);
 
-  // How often a request did what is marked once.
+  // The number of repetitions in a request of a phase that is marked once.
   struct Repeats {
     std::uint32_t num_ends = 0;  // of steps
     std::uint32_t num_sums = 0;  // for sorts in steps
   };
 
   // Each of these waits for the end, and adds up to the time from begin to end. Marked sorts stand for all.
-  // What else a step that sorts does, and a ball that moves beside contacts, counts as collide_integrate.
+  // The rest of a step that sorts, and a ball that moves beside contacts, count as collide_integrate.
   PhaseTimes times(const Repeats& repeats);
   // Method `exact`: the marked steps say how the time beside the marked sorts is shared among the stages.
   // Reconciling is part of the marked solve stage; *reconcile_ns is its whole time, read after the wait.

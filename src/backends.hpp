@@ -17,8 +17,8 @@ int num_gpus();
 // Throws DeviceError if the device cannot be used, or the program has no CUDA backend.
 std::unique_ptr<Backend> cuda_backend_on(int device);
 
-// What the options ask for. cuda_device: for a backend of one domain. Announces a fall back to processors on
-// stderr. Throws UserError and DeviceError.
+// Makes the backend that the options ask for. cuda_device: for a backend of one domain. Announces a fallback
+// to processors on stderr. Throws UserError and DeviceError.
 std::unique_ptr<Backend> choose_backend(const Options& options, int cuda_device, const Ranks& ranks);
 
 // Methods that it will not be able to fly.

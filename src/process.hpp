@@ -9,10 +9,10 @@ namespace pf {
 // Writes a line to standard error. Does nothing where that cannot be written: the run and its files go on.
 void announce(const std::string& line);
 
-// What a system call that failed says to the user, with a remedy where there is one.
+// Message to the user for a failed system call, with a remedy if there is one.
 std::string text_of(const std::system_error& error);
 
-// What is opened next does not become the standard output of a program that was started without one.
+// Opens missing standard streams, so that no file opened later takes their place.
 void reserve_standard_streams();
 
 // Lets a command finish its files on SIGINT, SIGTERM and SIGHUP, as soon as the frame in hand is ready. A

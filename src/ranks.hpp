@@ -23,7 +23,7 @@ class Ranks {
   // True for the one that reads the command line and shows what flies. The others only serve.
   bool leads() const { return carrier_->rank() == 0; }
   const std::shared_ptr<Carrier>& carrier() const { return carrier_; }
-  // What the others do until the first one ends; other_work: when it asks for that. find_gpus: called if it
+  // Serves the first rank until it ends. other_work: called when it asks for that. find_gpus: called if it
   // works on GPUs; may return null. Prints errors, which end all ranks.
   int serve(const std::function<void()>& other_work, const FindDomainGpus& find_gpus);
   // After an error that left the others waiting. Returns the exit code if there are none.

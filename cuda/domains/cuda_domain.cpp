@@ -45,7 +45,7 @@ void CudaDomain::Margin::make_room() {
 
 CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
   PF_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
-  // What NCCL launches goes before the contacts of own parcels.
+  // Launches of NCCL have priority over the contacts of own parcels.
   int lowest = 0, highest = 0;
   PF_CUDA(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
   PF_CUDA(cudaStreamCreateWithPriority(&copy_stream_, cudaStreamNonBlocking, highest));

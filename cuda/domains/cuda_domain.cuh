@@ -95,7 +95,7 @@ class CudaDomain final : public Domain {
   BorderLists border_lists(std::uint32_t* left, std::uint32_t* near) const;
   void find_borders_of_all(std::int64_t margin, const BorderLists& lists);
   void find_near_adopted(const SlabMargins& slabs);
-  // Of all that is here.
+  // Counts all parcels that are here.
   void begin_counting();
   void download_counts();
   // Parcels index[k], in page-locked memory until the next call.

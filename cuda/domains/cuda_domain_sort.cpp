@@ -28,7 +28,7 @@ BorderLists CudaDomain::border_lists(std::uint32_t* left, std::uint32_t* near) c
   return {inside, {left, counts_.data()}, {near, counts_.data() + 1}, counts_.data() + 2};
 }
 
-// Those in the middle of a slab stay so, since they have moved by displacement_ at most.
+// Skips parcels in the middle of a slab: they have moved by at most displacement_, so they are still there.
 void CudaDomain::find_borders_of_all(std::int64_t margin, const BorderLists& lists) {
   const auto column = [&](std::int64_t x) {
     const std::int64_t inside = std::clamp<std::int64_t>(x, INT32_MIN, INT32_MAX);

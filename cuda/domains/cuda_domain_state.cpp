@@ -1,4 +1,4 @@
-// What others read of a slab on a GPU.
+// Access of others to a slab on a GPU.
 #include "cuda/domains/cuda_domain.cuh"
 #include "cuda/domains/transfer.cuh"
 #include "cuda/setup_kernels.cuh"

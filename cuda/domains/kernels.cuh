@@ -16,7 +16,7 @@ struct IndexList {
   std::uint32_t* count = nullptr;
 };
 
-// What lies within a margin of slabs.
+// The margins of slabs.
 struct SlabMargins {
   Slabs::Span slab[kMaxDomains];
   unsigned num, own;    // slabs, and the one that all parcels are in
@@ -44,7 +44,7 @@ void launch_find_borders_in_columns(const ParcelPointers& parcels, const SortedC
 // Drops the parcels of a list.
 void launch_drop(const ParcelPointers& parcels, const std::uint32_t* index, std::uint32_t num,
                  cudaStream_t stream);
-// Of the near ones those within the margin of slab k: each index goes to index[next[k]++].
+// Lists of the near parcels within the margin of each slab k: an index goes to index[next[k]++].
 struct DividedList {
   std::uint32_t* next;
   std::uint32_t* index;

@@ -14,7 +14,7 @@
 namespace pf {
 namespace {
 
-// How long a rank waits for the others when they join, and for the motion of another, which is in the same
+// Longest wait of a rank for the others to join, and for the motion of another one, which is in the same
 // step.
 constexpr double kJoinPatience_ms = 30e3, kPatience_ms = 60e3;
 
@@ -164,7 +164,7 @@ class NcclLink final : public MotionLink {
   Communicator communicator_;
 };
 
-// Of rank 0; empty if it cannot make one.
+// Makes rank 0's identifier; empty if that fails.
 std::vector<std::byte> new_id() {
   ncclUniqueId id;
   if (ncclGetUniqueId(&id) != ncclSuccess) return {};
@@ -173,7 +173,7 @@ std::vector<std::byte> new_id() {
   return bytes;
 }
 
-// What a rank tells the others after it has tried to join.
+// Message of a rank to the others after it has tried to join.
 struct Outcome {
   bool has_failed = false, is_late = false;
   std::array<char, 400> error{};

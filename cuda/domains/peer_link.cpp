@@ -25,8 +25,8 @@ bool enable_access(int device, int other) {
   return result == cudaSuccess || result == cudaErrorPeerAccessAlreadyEnabled;
 }
 
-// Whether what is copied from a device to another arrives. It does not on some machines whose IOMMU
-// translates what GPUs send each other, though these say that they see each other's memory.
+// Returns whether a copy from one device to another arrives. It does not on some machines whose IOMMU
+// translates the traffic between GPUs, although these report access to each other's memory.
 bool does_arrive(int from, int to) {
   std::vector<std::uint32_t> sent(1024), received(sent.size());
   std::iota(sent.begin(), sent.end(), 0x9E3779B9U + static_cast<std::uint32_t>(from));

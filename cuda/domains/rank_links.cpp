@@ -1,4 +1,4 @@
-// Whether the ranks can use NCCL. All ranks see the same facts, so that they decide alike.
+// Decides if the ranks can use NCCL. All ranks see the same facts, so that they decide alike.
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -15,7 +15,7 @@ namespace {
 constexpr int kSharingVersion = 23000;
 constexpr const char* kSharingVariable = "NCCL_MULTI_RANK_GPU_ENABLE";
 
-// What a rank tells the others.
+// Message of a rank to the others.
 struct RankFacts {
   int version = 0;  // of NCCL
   unsigned num_domains = 0;

@@ -29,7 +29,7 @@ __device__ __forceinline__ BallPath assumed_path(const StepContext& step) {
   return {ball_path(step), state.num_ball_segments, state.path_is_straight != 0};
 }
 
-// That of a ball which is a member of a cluster, by its solution.
+// Path of a ball that is a member of a cluster, from the cluster's solution.
 __device__ __forceinline__ BallPath solved_path(const StepContext& step) {
   const ExactState& state = step.state;
   return {step.memory.ball_paths[state.ball_path ^ 1U], state.num_solved_segments,

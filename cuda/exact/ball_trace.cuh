@@ -81,7 +81,7 @@ __device__ __forceinline__ void write_segment(const StepMemory& memory, std::uin
   memory.segment_causes[buffer][k] = cause;
 }
 
-// What a segment adds to what is known of its path.
+// A segment's contribution to the summary of its path.
 struct SegmentSummary {
   bool begins_at_wall;
   bool is_bent;  // leaves less than half of kPathMargin to where the first segment leads

@@ -13,7 +13,7 @@ namespace {
 // Gps of a gas on an H100 at 10^6, 10^7, 10^8, with the first round in solve_kernel, and here with 3 and with
 // 4 blocks on a multiprocessor: 6.4, 9.8, 10.9; 7.1, 10.7, 11.8; 7.0, 11.0, 12.0.
 constexpr unsigned kBlocksPerSm = blocks_per_sm(4, kExactBlock);
-// Of fewer the longest clusters set the time, which more registers shorten: 10^5 1.99, here 1.90.
+// With fewer parcels the longest clusters set the time, which more registers shorten: 10^5 1.99, here 1.90.
 constexpr std::uint32_t kFewestParcels = 300'000;
 
 // A block adds to the slice blockIdx.x.

@@ -24,7 +24,7 @@ struct ExactLaunch {
   std::uint64_t budget_ns = 0;      // of the request; 0: none
   // Ticks of the reference speed at which the step ends, and the one after it; 0: there is none.
   std::uint64_t until = 0, next_until = 0;
-  // Where a ball's chords end at the latest, ascending, up to `until`; and the first one of the step after
+  // Latest ends of a ball's chords, ascending, up to `until`; and the first end of the step after
   // it.
   std::uint64_t chord_ends[kMaxChords] = {}, next_chord_end = 0;
   std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never

@@ -49,7 +49,7 @@ class ExactMemory {
   // The table above, and lists.
   StepMemory lay_out(const DeviceParcels& current, const DeviceParcels& next,
                      const DeviceCellSort& cell_sort) const;
-  // Where positions[buffer] lies.
+  // Memory of positions[buffer].
   static Vec2i* positions(const DeviceParcels& next, std::uint32_t buffer);
 
   std::uint32_t* region_speed2() const { return region_speed2_.data(); }

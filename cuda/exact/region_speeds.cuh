@@ -50,14 +50,14 @@ __device__ void raise_bound_of(const StepContext& step, Vec2i anchor, float fast
   raise_bounds<kBoundary>(step, anchor, step.search_reach(moved + kRoundingMargin), fastest2);
 }
 
-// What a search around a parcel must cover.
+// The area that a search around a parcel must cover.
 struct SearchExtent {
   float radius;        // position units
   std::int32_t reach;  // half side of the search box
 };
 
-// Of a search for all parcels that a parcel of speed own_mps may touch in the step. most_mps: bound on the
-// speed of any other.
+// Extent of a search for all parcels that a parcel of speed own_mps may touch in the step. most_mps: bound on
+// the speed of any other.
 __device__ inline SearchExtent search_extent(const StepContext& step, float own_mps, float most_mps) {
   const float radius = search_radius(step.c, own_mps + most_mps);
   return {radius, step.search_reach(radius)};

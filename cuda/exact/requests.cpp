@@ -25,8 +25,8 @@ constexpr double kMaxSortDisplacement = kMaxReach / 64.0;
 constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
 constexpr double kDisplacementRounding = 3.0;    // position units a step
 
-// Where there is a ball: so many contact distances may the fastest parcel move in steps that are taken
-// together, and since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole)
+// With a ball the fastest parcel may move so many contact distances in steps that are taken together, and
+// since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole)
 // 8.6, 13.9, and 9.5, 15.0 with one step at a time; 8.8, 14.6 with three times the distance since a sort.
 // 10^7 (105 frames) 29.5, 72.8; 38.6, 80.8; 29.3, 74.5.
 constexpr double kFarthestWithBall = 3.0, kUnsortedWithBall = 1.0;
@@ -287,7 +287,7 @@ void CudaBackend::submit_exact(const StepRequest& request) {
   timer_.end(stream_);
 }
 
-// How far the request has come, and the ball of the moment if it ended within a step.
+// Reports the progress of the request, and the present ball if it ended within a step.
 void CudaBackend::finish_exact(StepReport& report) {
   const ExactState& state = *host_exact_;
   report.totals.num_steps = exact_.finish(state.progress.now);

@@ -68,7 +68,7 @@ struct ClustersToSolve {
   __device__ __forceinline__ bool takes_block(std::uint32_t cluster) const {
     return are_few || (is_first ? cluster == ball_owner : cluster_of(step, cluster).needs_block != 0);
   }
-  // Whether it is solved as a part of the ball's cluster. Whole warps call it.
+  // Returns whether it is solved as a part of the ball's cluster. Whole warps call it.
   __device__ __forceinline__ bool is_part(std::uint32_t cluster) const {
     return ball_owner != kInvalidIndex && cluster != ball_owner &&
            __any_sync(kWholeWarp, part_of_ball_owner == cluster) != 0;

@@ -43,7 +43,7 @@ class BlockBallMember {
     __syncthreads();
   }
 
-  // What the ball is compared with. index: kInvalidIndex if there is nothing.
+  // A body that the ball is compared with. index: kInvalidIndex if there is none.
   struct Body {
     std::uint32_t index, id, next_generation;
     Trajectory trajectory;

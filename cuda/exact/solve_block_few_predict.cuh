@@ -24,7 +24,7 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
 
   static constexpr unsigned kNoLane = 32;
 
-  // What an event changes. kNoLane: nobody.
+  // The members that an event changes. kNoLane: none.
   struct Turn {
     unsigned own = kNoLane, other = kNoLane;  // lanes of the members that take part
     unsigned stale = 0;                       // lanes of members whose own event it undoes, as bits
@@ -42,11 +42,11 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
       if (lane == other) return 1;
       return (stale >> lane & 1U) != 0 ? kNumChanged + __popc(stale & ((1U << lane) - 1)) : kInvalidIndex;
     }
-    // Where there are no more than teams, two teams predict a member: one looks for the ball and the edge.
+    // If there are few of them, two teams predict a member: one of them looks for the ball and the edge.
     __device__ __forceinline__ bool has_helpers() const { return num() <= kTeams / 2; }
   };
 
-  // What a team does.
+  // The task of a team.
   struct Task {
     unsigned number = 0, lane = kNoLane;  // of the member that it predicts
     bool with_parcels = false, with_rest = false;

@@ -45,7 +45,7 @@ class BlockLists {
     Vec2i here{};  // position at the step's start
   };
 
-  // What a thread compares the subject with. kNoPartner: nothing.
+  // A body that a thread compares the subject with. kNoPartner: none.
   struct Body {
     std::uint32_t partner = kNoPartner, id = kNoPartner;  // as in Event
     std::uint32_t next_generation = 0;

@@ -18,7 +18,7 @@ struct ToldEvent {
   std::uint32_t tick, generation;
 };
 
-// What the warps of a block find in a turn of predictions, if each has all members.
+// Results of the warps of a block in a turn of predictions, if each has all members.
 struct WarpResults {
   alignas(16) Event told[2][32];  // of each member with one that the event changes
   alignas(16) Event best[kExactBlock / 32], at_ball[kExactBlock / 32];
@@ -63,7 +63,7 @@ struct BlockSpace {
   std::uint32_t partner;  // place of the event's partner, or kInvalidIndex
   unsigned long long event_hash;
   OrderedEvent first_of_warps[kWarps];
-  // Of the teams.
+  // Scratch of the teams.
   std::uint32_t piece[kTeams][kMaxPiece];
   std::uint32_t num_in_piece[kTeams];
   ToldEvent told[2][kTeam];

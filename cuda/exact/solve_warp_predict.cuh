@@ -83,7 +83,7 @@ class WarpPredictions : protected WarpMembers {
     __device__ __forceinline__ ParcelNearBall body() const { return near_ball(member.it); }
   };
 
-  // What a lane compares the subject with. kNoPartner: nothing.
+  // A body that a lane compares the subject with. kNoPartner: none.
   struct Comparison {
     std::uint32_t partner = kNoPartner, id = kNoPartner;  // as in Event
     std::uint32_t next_generation = 0;

@@ -7,7 +7,7 @@
 // conflict, until none do. commit_kernel stores the solution and plans the next step. Plans, retried steps
 // and the ball stay on the device, so that steps follow each other without the host.
 //
-// Where parcels are crowded a step is cut into windows, which solve_kernel works through one after the other.
+// In a crowd a step is cut into windows, which solve_kernel works through one after the other.
 // Each parcel keeps its predicted event from window to window: a window costs what happens in it. The ticks
 // of all windows of a step count from the step's start. A kept event may be stale: predicted on a trajectory
 // that the partner has left. docs/exact.md says why that does no harm.
@@ -70,7 +70,7 @@ struct BallSegment {
   std::uint32_t next_generation;  // see generation_at
 };
 
-// What only the tracing of the path needs to know of a segment.
+// Properties of a segment that only the tracing of the path needs.
 struct SegmentCause {
   Vec2d end_velocity_mps;           // the ball's, as in ExactBall, after the event
   Trajectory before;                // if the event is a hit, of the parcel
@@ -187,7 +187,7 @@ struct StepMemory {
   std::uint32_t ball_hit_capacity = 0;
 };
 
-// What follows a window.
+// The course after a window.
 enum class AfterWindow : std::uint32_t {
   next_window,   // of the same step
   retry_window,  // from the same tick, a shorter one

@@ -67,7 +67,7 @@ __device__ inline void end_chord(const RunConstants& run, std::uint32_t tick, Ex
   state.progress.ball_trajectory_holds = progress.ball_trajectory_holds;
 }
 
-// Where a chord ends at the latest that begins at that tick of the reference speed.
+// Latest end of a chord that begins at that tick of the reference speed.
 __device__ inline std::uint64_t chord_until(const ExactLaunch& launch, std::uint64_t now) {
   for (const std::uint64_t end : launch.chord_ends) {
     if (end > now) return end;

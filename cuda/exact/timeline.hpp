@@ -26,7 +26,7 @@ class ExactTimeline {
   void set_now(std::uint64_t now) { now_ = now; }
   // Stops being active; the caller stores the positions.
   void leave() { is_active_ = false; }
-  // Where the steps of a request end. Steps shorter than a tick may have no end. tick_s: of the reference
+  // Ends of the steps of a request. Steps shorter than a tick may have no end. tick_s: of the reference
   // speed.
   struct End {
     std::uint64_t tick;       // of the reference speed

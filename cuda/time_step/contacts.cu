@@ -21,13 +21,13 @@ __device__ bool is_ghost(const StepLaunch& launch, std::uint32_t i) {
   return (launch.from.id[i] & kGhostBit) != 0;
 }
 
-// How many parcels find_pairs_kernel looks around.
+// Number of parcels that find_pairs_kernel looks around.
 template <bool kBorders>
 __device__ std::uint32_t num_searched(const StepLaunch& launch) {
   return kBorders ? launch.num_near : launch.num;
 }
 
-// How many of them, and at most how many pairs, a list is for.
+// Number of these parcels that a list is for, which is also its largest number of pairs.
 template <bool kBorders>
 __device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list) {
   return min(kPairList, num_searched<kBorders>(launch) - list * kPairList);
@@ -64,7 +64,7 @@ __device__ std::uint32_t mark_touched(const ContactScratch& contacts, std::uint3
   return atomicOr(&contacts.touched[i / 32], bit_of(i));
 }
 
-// Whether it did not touch two before.
+// Returns true if it has not touched two before.
 __device__ bool mark_touched_again(const ContactScratch& contacts, std::uint32_t i) {
   return (atomicOr(&contacts.touched_again[i / 32], bit_of(i)) & bit_of(i)) == 0;
 }
@@ -117,7 +117,7 @@ __device__ DeviceSums device_sums(const ContactSums& sums) {
           static_cast<unsigned long long>(push_x + count), static_cast<unsigned long long>(sums.push_y)};
 }
 
-// Where parcel i has its sums; null: nowhere.
+// The sums of parcel i; null: it has none.
 __device__ DeviceSums* find_sums(const ContactScratch& contacts, std::uint32_t i) {
   if (contacts.few == nullptr) return &sums_of(contacts, i);
   return few_sums_of(contacts, i, words_of_list(contacts.touched, i / kPairList));
@@ -151,7 +151,8 @@ __device__ void add_sums(const ContactScratch& contacts, std::uint32_t i, const 
   add_to(sums->push_y, added.push_y);
 }
 
-// Whether two parcels of a thin periodic world see each other in the same direction, half a period away.
+// Returns whether two parcels of a thin periodic world see each other in the same direction, half a period
+// away.
 template <Boundary kBoundary>
 __device__ bool is_half_around(const World& world, Vec2i offset) {
   return kBoundary == Boundary::periodic && (offset.x == -world.half.x || offset.y == -world.half.y);
@@ -218,7 +219,7 @@ __device__ Pair pair_at(const ContactScratch& contacts, std::uint32_t at) {
   return {contacts.first[at], contacts.second[at]};
 }
 
-// Where the k-th pair of a warp's lists is, if they have so many.
+// The place of the k-th pair of a warp's lists, if they have so many.
 struct PlaceInLists {
   std::uint32_t at;
   std::uint32_t num_all;  // pairs of these lists
@@ -272,7 +273,7 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
   }
 }
 
-// How many blocks of contact_kernel move the ball. They come before the others.
+// Number of blocks of contact_kernel that move the ball. They come before the others.
 template <bool kBorders>
 PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
   return !kBorders && contacts_move_ball(launch) ? 1 : 0;

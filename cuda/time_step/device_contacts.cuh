@@ -1,4 +1,4 @@
-// What the kernels of a step share.
+// Functions that the kernels of a step share.
 #pragma once
 
 #include "cuda/tally.cuh"
@@ -45,7 +45,7 @@ __device__ inline void add_block(const StepLaunch& launch, const DeviceTally& ta
   if (noted < most) atomicMax(&displacement, most);
 }
 
-// Of a sort in a step: counts a parcel in its cell, and once counts are summed says where it goes. Whole
+// For a sort in a step: counts a parcel in its cell, and once counts are summed returns its place. Whole
 // warps call it.
 __device__ inline std::uint32_t place_of(const StepLaunch& launch, Vec2i position, bool is_parcel) {
   return rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
@@ -93,8 +93,8 @@ __device__ inline bool has_bit(const uint4& words, std::uint32_t i) {
   return (word_of(words, i) & bit_of(i)) != 0;
 }
 
-// Where the sums of a parcel that touches another one are, in a step that sorts; null: there is no room for
-// them. touched: the words of its list.
+// The sums of a parcel that touches another one, in a step that sorts; null: there is no room for them.
+// touched: the words of its list.
 __device__ inline DeviceSums* few_sums_of(const ContactScratch& contacts, std::uint32_t i,
                                           const uint4& touched) {
   const unsigned word = i / 32 % 4;

@@ -63,7 +63,7 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
   return sums;
 }
 
-// What is the same for all parcels of a step.
+// Values that are the same for all parcels of a step.
 struct OfStep {
   std::int32_t reach;
   std::uint32_t key;
@@ -119,7 +119,7 @@ __global__ void __launch_bounds__(kBlock) count_for_sort_kernel(const __grid_con
   prepare_sort(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
-// Of the next steps. A thread for each.
+// Plans those of the next steps. A thread for each.
 __device__ void plan_roundings(const StepConstants& c, unsigned long long next_step, StepState& state) {
   const unsigned k = threadIdx.x % 32;
   if (k < kMaxOpenSteps) state.rounding_key[k] = rounding_key(c.physics.seed, next_step + k);
@@ -136,7 +136,7 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   if (c.physics.ball.exists) plan_ball(c, state->ball, *state);
 }
 
-// What open steps are added to.
+// The sums that open steps are added to.
 struct OpenSteps {
   unsigned long long step;
   std::uint32_t displaced_before_last;

@@ -1,15 +1,15 @@
 // The kernels of the time-stepped methods. A step is done in one of two ways, with the same bits.
 //
-// Of few parcels, or where many touch, step_kernel does a whole step in one thread for each, in the order of
+// For few parcels, or where many touch, step_kernel does a whole step with a thread for each, in the order of
 // the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves it, and
 // in the last step of a frame writes what is drawn. It reads from arrays that it does not write. A launch is
 // its main cost where parcels are few. If a sort is due, such a step does it on its way:
 // count_for_sort_kernel counts the parcels by the cells that they are in before the step, CUB sums the
 // counts, and step_kernel puts each parcel, moved, in its place.
 //
-// Of many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
+// For many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
 // each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
-// and draws. Of a sort, the first kernel does what count_for_sort_kernel does, clear_few_kernel and CUB
+// and draws. For a sort, the first kernel does what count_for_sort_kernel does, clear_few_kernel and CUB
 // follow, and sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as
 // many bytes.
 //
@@ -97,8 +97,8 @@ struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
   ParcelPointers from;  // the parcels; moved in place by launch_move, except in a step that sorts
-  // Where they go in a step that sorts, and in launch_step and launch_push_out, which else write no ids. Must
-  // not overlap `from`.
+  // Their destination in a step that sorts, and in launch_step and launch_push_out, which else write no ids.
+  // Must not overlap `from`.
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
   StepSort sort;
@@ -115,7 +115,7 @@ struct StepLaunch {
   std::uint32_t num_near = 0;
 };
 
-// Whether launch_contacts has to move the ball past the step before, which is open.
+// Returns whether launch_contacts has to move the ball past the step before, which is open.
 PF_HD inline bool contacts_move_ball(const StepLaunch& launch) {
   return launch.num_open > 0 && launch.constants.physics.ball.exists;
 }

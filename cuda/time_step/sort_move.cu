@@ -10,7 +10,7 @@
 namespace pf {
 namespace {
 
-// What the threads of a block share; its parcels are those of a list of pairs.
+// Values that the threads of a block share; its parcels are those of a list of pairs.
 struct OfList {
   std::uint32_t key;
   uint4 touched;

@@ -61,8 +61,8 @@ struct StepState {
   RequestTotals totals{};
 };
 
-// Where a step finds a bound on what parcels have moved by since the sort, which may have come after the last
-// step, or in it, or before: the sum of both.
+// Two words whose sum bounds the displacements since the sort, which may have come after the last step, or in
+// it, or before.
 struct DisplacedSinceSort {
   const std::uint32_t* before_last = nullptr;  // before the last step
   const std::uint32_t* in_last = nullptr;

@@ -30,8 +30,8 @@ std::optional<TableEntry> cheapest(const std::vector<TableEntry>& entries) {
                            [](const TableEntry& a, const TableEntry& b) { return a.cost < b.cost; });
 }
 
-// Of the steps up to max_displacement the longest such that it and all shorter ones meet the error. An error
-// that happens to cross zero at a long step is no accuracy.
+// Returns the longest step up to max_displacement that meets the error together with all shorter ones: an
+// error that happens to cross zero at a long step is no accuracy.
 std::optional<TableEntry> longest_within(const std::vector<TableEntry>& entries, double error,
                                          double max_displacement = INFINITY) {
   std::optional<TableEntry> longest;

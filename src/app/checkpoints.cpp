@@ -38,7 +38,7 @@ void Checkpoints::keep(Checkpoint checkpoint) {
   while (kept_.size() > limit) thin_out();
 }
 
-// Of equal gaps the oldest goes, so that what remains is as far apart everywhere.
+// Drops the oldest of equal gaps, so that the remaining checkpoints are evenly spaced.
 void Checkpoints::thin_out() {
   if (kept_.size() <= 2) return kept_.pop_back();
   std::size_t nearest = 1;

@@ -1,4 +1,4 @@
-// What a run cannot do that is divided into domains.
+// Refuses options that a run divided into domains does not support.
 #pragma once
 
 #include "backend/backend.hpp"

@@ -1,4 +1,4 @@
-// What a file is that was dropped on the window, and what becomes of it.
+// Tells the kind of a file that was dropped on the window, and takes it.
 #pragma once
 
 #include <cstdint>

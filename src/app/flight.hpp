@@ -40,7 +40,7 @@ struct FlightRecord {
 
 // The way between two positions, m: in a periodic world the shorter one, through an edge, if there is one.
 Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m);
-// Whether that way crosses no edge.
+// Returns whether that way crosses no edge.
 inline bool is_straight_way(Vec2d from_m, Vec2d to_m, Vec2d way_m) { return way_m == to_m - from_m; }
 
 // The first flight of the current one's launch, which the others are compared with.

@@ -25,7 +25,7 @@ std::filesystem::path frames_instead_of(const std::filesystem::path& film);
 // Log of inputs of a film: flight.mp4.toml, or FOLDER.toml for the frames in FOLDER.
 std::filesystem::path log_beside(const std::filesystem::path& film);
 
-// How many frames took input, beside a map of the panel.
+// Name of the file, beside a map of the panel, that counts the frames which took input.
 std::filesystem::path frames_beside(const std::filesystem::path& panel_map);
 
 // NAME.png, NAME-2.png, ...; for FOLDER/%05d.png the folder is numbered, `frames` where

@@ -17,7 +17,7 @@ namespace pf {
 
 class FlightPair;
 
-// What a frame has of a second flight.
+// The part of a frame's input that concerns a second flight.
 struct SecondInFrame {
   std::optional<std::vector<std::string>> split;  // Commands::split
   std::optional<std::uint32_t> max_steps;         // of its frame, which inputs have ended; none: all

@@ -28,7 +28,7 @@ void check_sweep(const CLI::App& app, const Typed& typed, const Options& options
 
 namespace {
 
-// What is timed knows some options only. The others are refused, not silently ignored.
+// Refuses options that the timed work does not use, instead of ignoring them silently.
 void check_frame_bench(const CLI::App& app, const Typed& typed, const Options& options) {
   const bool has_steps = typed.steps || typed.warmup || typed.repeats;
   if (options.bench_flight && (typed.frames || has_steps))

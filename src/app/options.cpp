@@ -203,7 +203,7 @@ void check_effects(const Typed& typed, const Options& options) {
           fmt::format("{}: the scene has no ball; leave it out, or add --set ball.present=true", option));
 }
 
-// What has no effect without a window, or without a file, is not taken in silence.
+// Refuses options that have no effect without a window, or without a file.
 void check_without_window(const CLI::App& command, const Typed& typed, const Options& options) {
   if (!options.headless) return;
   const auto refuse = [&](std::initializer_list<const char*> flags, const char* why) {

@@ -54,7 +54,7 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--from", options.data.from}};
 }
 
-// Those that are written aside and renamed.
+// Output files that are written under a temporary name and renamed.
 std::vector<NamedFile> outputs_aside(const Options& options) {
   std::vector<NamedFile> files = {{"--checkpoint", options.data.checkpoint},
                                   {"--report", options.report},
@@ -66,8 +66,8 @@ std::vector<NamedFile> outputs_aside(const Options& options) {
   return files;
 }
 
-// What else a dump writes: its index for ParaView, itself while it begins, and with cues one dump for each
-// world, of which there may be as many as cues.
+// Adds the other files of a dump: its index for ParaView, its temporary file, and with cues one dump for each
+// world, at most as many as there are cues.
 void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
   const fs::path& dump = options.data.dump;
   if (ending_of(dump) != ".h5") return;

@@ -26,7 +26,7 @@ std::optional<double> drift(double energy_j, double start_j) {
   return (energy_j - start_j) / start_j;
 }
 
-// Of the nearest images.
+// Distance of the nearest images.
 double periodic_distance_m(const FrameView& a, const FrameView& b) {
   const World& world = a.physics->world;
   const Vec2d side_m = to_metres(world, world.half) * 2.0;

@@ -1,4 +1,4 @@
-// How two flights of the same launch differ: distance of the balls, energy, and cost.
+// The differences between two flights of the same launch: distance of the balls, energy, and cost.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -38,8 +38,8 @@ class PairFigures {
 
   const HalfFigures& first() const { return halves_[0]; }
   const HalfFigures& second() const { return halves_[1]; }
-  // Of the balls at the same time: at the end of the shorter flight, and the largest until then. Without
-  // balls: none.
+  // Distance of the balls at the same time: at the end of the shorter flight, and the largest until then.
+  // None without balls.
   const std::optional<FlightDistance>& distance() const { return distance_; }
 
   // Keys: until_s, distance_m.{final,max}, energy_drift.{first,second,difference},

@@ -32,7 +32,7 @@ struct RunState {
   bool paused = false;
   std::optional<double> scene_dt_s;
   FlightRecord flight;
-  // Of the run around the simulation.
+  // State of the run around the simulation.
   Measures initial;
   std::int64_t num_frames = 0;
   std::int64_t frames_after_flight = 0;

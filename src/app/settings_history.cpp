@@ -73,8 +73,8 @@ SettingsHistory::Change SettingsHistory::change_to(const FrameView& view, std::i
   return change;
 }
 
-// Whether the change is that of an undo or redo on its way, which thereby ends. One that was refused ends,
-// too.
+// Returns whether the change is the one that a pending undo or redo asked for. This ends the pending step; so
+// does a refusal.
 bool SettingsHistory::take_step(const FrameView& view, const Change& now) {
   if (step_ == 0 || (now.before == now.after && view.waits_for_step)) return false;
   const bool is_undo = std::exchange(step_, 0) < 0;

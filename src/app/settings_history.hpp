@@ -11,7 +11,7 @@
 
 namespace pf {
 
-// What a change does besides changing settings, the strongest last.
+// The effect of a change beyond the settings, the strongest last.
 enum class ChangeEffect : std::uint8_t { settings_alone, new_air, new_flight, new_scene };
 
 class SettingsHistory {
@@ -29,7 +29,7 @@ class SettingsHistory {
   // The place of the cue that the last undo or redo led to, once it has taken effect.
   std::optional<int> take_cue() { return std::exchange(arrived_cue_, std::nullopt); }
 
-  // What the scene or cue began with, before any change; null before the first frame.
+  // The settings that the scene or cue began with; null before the first frame.
   const Settings* scene_settings() const { return scene_ ? &*scene_ : nullptr; }
 
   std::size_t num_undoable() const { return num_done_; }

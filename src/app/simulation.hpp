@@ -75,7 +75,7 @@ struct FrameView {
   std::uint64_t memory_bytes = 0;  // of the backend
   double min_bytes_moved = 0.0;    // by the last frame's steps (Backend::min_bytes_moved)
   double simulated_s = 0.0;
-  // Of the frame in hand or the last one; as planned for the next one, where a picture has no step.
+  // Values of the current or the last frame; those planned for the next one if a picture has no step.
   double dt_s = 0.0;
   std::uint32_t steps_per_frame = 0;
   double slow_motion = 0.0;  // simulated over wall time

@@ -35,7 +35,7 @@ void Simulation::State::end_flight() {
     flight.end_energy_j = backend->measure().energy_j();
 }
 
-// Of what can be flown again: from now on.
+// Begins the record that seeks and replays go by; only what follows can be flown again.
 void Simulation::State::begin_history() {
   if (checkpoints) checkpoints->clear();
   history.begin(view.simulated_s - launched_at_s);

@@ -25,7 +25,7 @@ Commands Simulation::State::admit(const Commands& wanted) {
   return std::exchange(waiting, {});
 }
 
-// Whether the waiting commands find what they start with, as far as it can be known without starting it.
+// Returns whether the waiting commands can start, as far as that is known without starting them.
 bool Simulation::State::can_start_anew() const {
   try {
     Settings with = waiting.settings.value_or(settings);
@@ -100,7 +100,7 @@ void Simulation::State::submit_steps(DrawTarget* target) {
 
 void Simulation::State::collect_steps() { take_over(backend->collect()); }
 
-// What has been done of the steps of a frame.
+// Adds the steps that a request has done to those of the frame.
 void Simulation::State::take_over(const StepReport& report) {
   in_flight = false;
   const auto num_steps = static_cast<std::uint32_t>(report.totals.num_steps);

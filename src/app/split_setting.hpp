@@ -30,8 +30,8 @@ Settings differing(Settings first, const Difference& difference);
 // cannot run beside the first.
 Difference resolved(const Difference& difference, const Settings& first);
 
-// What a comparison means beside a flight with `first`: the second one takes the next method, half of its
-// time step, or the scene's step again. dt_s: its step now.
+// Returns the settings in which the second flight differs from the `first`: the next method, half of its time
+// step, or the scene's step again. dt_s: its step now.
 Difference compared(const Difference& difference, Comparison comparison, const Settings& first, double dt_s);
 
 // The names of both flights: the values in which they differ, as "impulse" and "spring".

@@ -75,7 +75,7 @@ class TermCosts {
   // make: null if nothing can be measured.
   explicit TermCosts(MakeBackend make) : make_(std::move(make)) {}
 
-  // Whether the costs are of that frame's work and backend.
+  // Returns whether the costs were measured with that frame's work and backend.
   bool are_of(const FrameView& frame) const;
   // After each frame, while the costs are shown. A change of settings that changes the work starts over. A
   // frame without steps does nothing; others take a tenth of a frame's time, unless request() was called.

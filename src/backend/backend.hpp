@@ -91,7 +91,7 @@ class Backend {
 
   // Number of parts of the world, each with parcels of its own.
   virtual unsigned num_domains() const { return 1; }
-  // How the motion of parcels near borders goes between domains on GPUs, in words; empty for others.
+  // Describes how domains on GPUs exchange the motion of parcels near borders; empty for others.
   virtual std::string domain_link() const { return ""; }
   // Share of its parcels that are in the memory of this machine.
   virtual double share_here() const { return 1.0; }

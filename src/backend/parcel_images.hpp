@@ -17,7 +17,7 @@ struct PixelGrid {
   std::uint32_t width = 0, height = 0;
 };
 
-// How parcels are counted: see shaders/splat_resolve.comp.
+// Parameters of the count of parcels per pixel, which shaders/splat_resolve.comp turns into colours.
 struct CountStyle {
   float per_color_mps = 1.0F;  // speed to place on the colour scale
   std::uint32_t one_in = 1;    // one of this many parcels is counted
@@ -34,7 +34,7 @@ PF_HD inline std::uint32_t pixel_of(const PixelGrid& grid, Vec2f position_m) {
   return static_cast<std::uint32_t>(y) * grid.width + static_cast<std::uint32_t>(x);
 }
 
-// What a parcel adds to its pixel: one to the count in the low 13 bits, its level on the colour scale above.
+// A parcel's addend to its pixel: one to the count in the low 13 bits, its level on the colour scale above.
 PF_HD inline std::uint32_t pixel_share(const CountStyle& style, float speed_mps) {
   const float level = fminf(fmaxf(speed_mps * style.per_color_mps, 0.0F), 1.0F) * 63.0F + 0.5F;
   return (static_cast<std::uint32_t>(level) << 13U) | 1U;

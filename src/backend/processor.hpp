@@ -1,4 +1,4 @@
-// What the backends on a processor say of it.
+// Describes the processor for the backends that run on it.
 #pragma once
 
 #include <cstddef>

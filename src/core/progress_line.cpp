@@ -11,7 +11,7 @@ namespace pf {
 namespace {
 
 constexpr double kBetweenLines_s = 10.0;
-// Of the terminal, less one, so that the line does not wrap.
+// Width of the terminal less one column, so that the line does not wrap.
 std::size_t max_length() {
   winsize size{};
   const bool is_known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 20;

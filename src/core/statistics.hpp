@@ -21,7 +21,7 @@ inline double value_of_rank(std::span<double> values, std::size_t rank) {
   return *place;
 }
 
-// Of an even number the mean of the two in the middle. At least one value; reorders them.
+// Median; of an even number of values the mean of the two in the middle. Needs one value; reorders them.
 inline double median_of(std::span<double> values) {
   const std::size_t num = values.size();
   const double lower = value_of_rank(values, (num - 1) / 2);

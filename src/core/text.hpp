@@ -35,7 +35,7 @@ inline std::size_t utf8_length(std::string_view text) {
   return point >= kLeast[length] && point <= 0x10FFFF && !is_surrogate ? length : 0;
 }
 
-// Whether a text is UTF-8, as TOML and JSON ask for. Names of files need not be.
+// Returns whether a text is UTF-8, which TOML and JSON require and file names need not be.
 inline bool is_utf8(std::string_view text) {
   while (!text.empty()) {
     const std::size_t length = utf8_length(text);
@@ -45,7 +45,7 @@ inline bool is_utf8(std::string_view text) {
   return true;
 }
 
-// Where the text in quotes ends that begins at a place of a TOML text.
+// Returns the end of the quoted text that begins at a place of a TOML text.
 inline std::size_t end_of_quotes(std::string_view toml, std::size_t at) {
   const char mark = toml[at];
   const std::string three(3, mark);

@@ -1,4 +1,4 @@
-// What the program asks of dumps, whether it has HDF5 or not.
+// The interface to dumps, which the program has with or without HDF5.
 #pragma once
 
 #include <cstdint>

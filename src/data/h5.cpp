@@ -22,7 +22,7 @@ std::string last_reason() {
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_reason, &reason);
   H5Eclear2(H5E_DEFAULT);
   if (reason.empty()) return "no reason given";
-  // That of the system, as: ... errno = 28, error message = 'No space left on device', ...
+  // The system's reason stands in: ... errno = 28, error message = 'No space left on device', ...
   const std::string quote = "error message = '";
   if (const std::size_t found = reason.find(quote); found != std::string::npos) {
     const std::size_t begin = found + quote.size();

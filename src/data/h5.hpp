@@ -61,7 +61,7 @@ Handle text_type(std::size_t num_bytes);
 void read_row(hid_t parent, const std::string& path, std::uint64_t row, const std::vector<hsize_t>& extent,
               hid_t type, void* read);
 
-// Of a data set that holds one value.
+// Reads a data set that holds one value.
 std::int64_t number_value(hid_t parent, const std::string& path);
 
 }  // namespace pf::h5

@@ -67,7 +67,7 @@ class H5DumpFile {
  public:
   H5DumpFile(const fs::path& file, const RunState& first, const DumpFormat& format);
 
-  // Whether the state can be a further frame of this file.
+  // Returns whether the state can be a further frame of this file.
   bool continues(const RunState& state) const;
   void add(const RunState& state);
   void finish();

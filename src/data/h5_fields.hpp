@@ -7,7 +7,7 @@ namespace pf::h5 {
 
 class Series {
  public:
-  // How a series lies in the file. row: extent of a frame, empty for a number.
+  // Layout of a series in the file. row: extent of a frame, empty for a number.
   struct Shape {
     hid_t type = -1;
     std::vector<hsize_t> row;

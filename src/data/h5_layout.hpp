@@ -35,7 +35,7 @@ constexpr const char* kFormat = "parameters/format";
 constexpr std::int64_t kDumpFormat = 2;
 constexpr std::size_t kRunTextBytes = 8192;  // of a frame's run_state
 
-// What does not change within a file.
+// Properties that do not change within a file.
 struct DumpLayout {
   DumpFormat format;
   Settings settings;

@@ -13,7 +13,7 @@
 
 namespace pf {
 
-// What a checkpoint keeps of the run around the simulation.
+// The part of a checkpoint that concerns the run around the simulation.
 struct RunClock {
   Measures initial;
   std::int64_t num_frames = 0;

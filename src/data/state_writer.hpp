@@ -53,7 +53,7 @@ class StateWriter {
   Counts counts() const;
   // Reason why the sink failed, one line; empty if it has not.
   std::string failure() const;
-  // Of the sink, so far.
+  // Further files of the sink so far.
   std::vector<std::filesystem::path> further_files() const;
 
  private:

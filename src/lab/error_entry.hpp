@@ -17,7 +17,7 @@ nlohmann::json error_of(double error, double sigma);
 // The entry of a row that the others are measured against.
 nlohmann::json reference_entry();
 
-// What makes rows comparable: device, group, area fraction and restitution.
+// Name of a row's case: device, group, area fraction and restitution. Rows of one case are comparable.
 std::string case_of(const nlohmann::json& row);
 
 // Sets row["errors"][error]["front"] of each row that has this error: true if no other row of its case beats

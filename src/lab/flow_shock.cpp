@@ -110,7 +110,7 @@ class ShockSamples {
     return sum;
   }
 
-  // Where a sharp front with the same number of parcels would stand.
+  // Position of a sharp front with the same number of parcels.
   double front(const Sample& sample, double ratio) const {
     double at = plan_.shock.front_speed * sample.time;
     for (int pass = 0; pass < 3; ++pass) {

@@ -25,7 +25,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of a study's points.
+// Progress through a study's points.
 class Progress {
  public:
   Progress(std::string name, std::size_t num, std::size_t num_known)
@@ -275,7 +275,7 @@ int plot_lab(const std::filesystem::path& folder) {
 int run_lab(const LabOptions& options, const LabMachine& machine, const std::atomic<bool>& stop) {
   const std::vector<Study> wanted = chosen(options.study);
   const LabContext context = context_of(options, machine);
-  // What does not fit is refused before any work, and before there is a folder.
+  // Planning refuses wrong options before any work, and before the folder is made.
   for (const Study& study : wanted) study.plan(context);
   std::error_code unreadable;  // is told by open_results()
   if (options.resume && !std::filesystem::exists(options.out, unreadable) && !unreadable)

@@ -11,7 +11,7 @@
 
 namespace pf {
 
-// What this process measures with.
+// The devices that this process measures with.
 struct LabMachine {
   std::vector<LabDevice> devices;    // the CPU first
   std::shared_ptr<Carrier> carrier;  // to the other ranks

@@ -61,7 +61,7 @@ void write_text(const fs::path& file, const std::string& text) {
                                 in_quotes(file.string()), problem));
 }
 
-// Whether it has the form of a result: its fields are not looked into.
+// Returns whether it has the form of a result; does not check its fields.
 bool is_result_of(const json& result, const Study& study) {
   if (!result.is_object() || !has_text(result, "study") || result["study"] != study.name ||
       !has_text(result, "version") || !result.contains("machine") || !result.contains("points"))

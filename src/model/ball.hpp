@@ -171,7 +171,7 @@ PF_HD inline BallImpulse ball_impulse(const BallConstants& ball, const ParcelCon
   return {normal * normal_mps + perpendicular(normal) * tangential_mps, tangential_mps};
 }
 
-// What the ball gets for an impulse on a parcel. per_impulse_unit: counts per m/s.
+// Reaction of the ball to an impulse on a parcel. per_impulse_unit: counts per m/s.
 PF_HD inline BallSums reaction_counts(const BallImpulse& impulse, double per_impulse_unit) {
   return {round_to_int64(-impulse.per_mass_mps.x * per_impulse_unit),
           round_to_int64(-impulse.per_mass_mps.y * per_impulse_unit),

@@ -54,8 +54,8 @@ struct ContactSums {
   }
 };
 
-// What a contact adds for the other parcel of the pair. The smallest integer, which stands for a change out
-// of range, is its own opposite.
+// Sums of the same contact for the other parcel of the pair. The smallest integer, which stands for a change
+// out of range, is its own opposite.
 PF_HD inline ContactSums operator-(const ContactSums& sums) {
   const auto opposite = [](std::int64_t sum) {
     return static_cast<std::int64_t>(0U - static_cast<std::uint64_t>(sum));

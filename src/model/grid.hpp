@@ -55,7 +55,7 @@ inline GridShape make_grid(const World& world, const GridArea& area, std::int32_
           axis(world.half.y, area.low.y, area.high.y, num_y)};
 }
 
-// How large cells are at least, and how many there are at most, for a parcel.
+// Smallest size of cells, and largest number of cells for a parcel.
 struct CellSize {
   double width_units = 0.0;
   double per_parcel = 2.0;
@@ -67,7 +67,7 @@ inline GridShape choose_grid(const World& world, const GridArea& area, std::uint
                              const CellSize& cells) {
   const double extent_x = static_cast<double>(area.high.x) - area.low.x;
   const double extent_y = static_cast<double>(area.high.y) - area.low.y;
-  // Where cells would be too many, both sides grow by the same factor; in a flat world one of them cannot.
+  // If cells would be too many, both sides grow by the same factor; in a flat world one of them cannot.
   const double max_cells = cells.per_parcel * (num_parcels + 1.0);
   const double min_area = extent_x * extent_y / max_cells;
   const double width = std::max(cells.width_units, 1.0), height = std::max(cells.height_units, 1.0);

@@ -90,7 +90,7 @@ PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation
   return magnitude(separation) <= static_cast<std::uint32_t>(ball.reach) + own + 2;
 }
 
-// Whether the boundary leaves a position after the step as it is, along one axis.
+// Returns whether the boundary leaves a position after the step as it is, along one axis.
 template <Boundary kBoundary>
 PF_HD inline bool is_within(std::int32_t position, std::int32_t half, std::int32_t radius) {
   if constexpr (kBoundary == Boundary::open) return position >= -half && position <= half;
@@ -144,8 +144,8 @@ PF_HD inline Vec2f velocity_after(const StepConstants& c, Vec2f velocity_mps, co
           velocity_mps.y + velocity_change_mps(c, sums.velocity_y)};
 }
 
-// How far all contacts push along an axis, position units; kHalfSide stands for that far and farther, either
-// way.
+// Push of all contacts along an axis, position units; kHalfSide stands for that much and more, in either
+// direction.
 PF_HD inline std::int32_t push_after(std::int64_t sum) {
   const std::int64_t units = (sum + 32768) >> kPushBits;
   return units > -kHalfSide && units < kHalfSide ? static_cast<std::int32_t>(units) : kHalfSide;
@@ -160,7 +160,7 @@ PF_HD inline std::uint32_t is_heated_by(const ContactSums& sums, Vec2f before, V
   return sums.num_contacts >= kCrowd && dot(after, after) > kHeating * dot(before, before) ? 1 : 0;
 }
 
-// What all contacts of a step do to a parcel: its velocity after them, how far they push it, and
+// The effect of all contacts of a step on a parcel: its velocity after them, their push, and
 // Parcel::is_heated.
 struct ContactEffect {
   Vec2f velocity_mps;

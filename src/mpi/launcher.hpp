@@ -1,4 +1,4 @@
-// What a launcher of MPI says to the processes that it starts, by their environment.
+// Reads what a launcher of MPI tells the processes that it starts, in their environment.
 #pragma once
 
 #include <algorithm>

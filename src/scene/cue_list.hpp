@@ -39,7 +39,7 @@ struct CueList {
 // Throws UserError with file, line and remedy.
 CueList load_cue_list(const std::string& name_or_path);
 
-// Whether the file looks like a list of cues, which may have errors: it has a line that begins with [[cue]].
+// Returns whether the file looks like a list of cues, which may have errors: a line begins with [[cue]].
 // Never throws.
 bool is_cue_list(const std::filesystem::path& file);
 

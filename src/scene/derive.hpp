@@ -13,7 +13,7 @@ namespace pf {
 // on. Throws UserError. settings.num_parcels: not 0 if the air is made of parcels.
 Physics derive_physics(const Settings& settings);
 
-// Whether the share of the area that parcels cover follows from their number and radius, and not from
+// Returns whether the area fraction follows from the number and radius of parcels, and not from
 // air.area_fraction.
 bool radius_sets_density(const Settings& settings);
 

@@ -92,7 +92,7 @@ struct Choice {
   void (*set)(Settings&, int);
 };
 
-// What a change of a setting changes in a flight.
+// The effects of a changed setting on a flight.
 struct Effects {
   bool parcels = false;  // new ones are spawned
   bool flight = true;    // the state from then on; false also if it counts from the next launch on
@@ -134,7 +134,7 @@ std::string short_value_text(const Field& field, const Settings& settings);
 bool is_same(const Field& field, const Settings& a, const Settings& b);
 void copy_field(const Field& field, const Settings& from, Settings& to);
 
-// Whether the two differ in a setting with that effect.
+// Returns whether the two differ in a setting with that effect.
 bool differ(const Settings& a, const Settings& b, bool Effects::*effect);
 // The settings with that effect; all others have their defaults.
 Settings only(const Settings& settings, bool Effects::*effect);

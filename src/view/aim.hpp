@@ -8,7 +8,7 @@
 
 namespace pf {
 
-// Of the ring that shows where the ball can be taken. scale: pixels per layout pixel.
+// Radius of the ring that shows where the ball can be grabbed. scale: pixels per layout pixel.
 inline double ring_radius_px(double ball_radius_px, double scale) {
   constexpr double kMinBall_px = 6.0;
   constexpr double kGap_px = 6.0;

@@ -8,11 +8,11 @@
 
 namespace pf {
 
-// Where the ball will be in the picture of the frame whose steps have begun. Exact but for what parcels and
-// Magnus force add to its velocity within the frame.
+// Position of the ball in the picture of the frame whose steps have begun. Exact but for the velocity that
+// parcels and the Magnus force add within the frame.
 Vec2d ball_in_picture(const FrameView& frame);
 
-// What is left of a distance after so many seconds of wall time. It does not depend on their division into
+// The rest of a distance after so many seconds of wall time. It does not depend on their division into
 // frames.
 double eased(double distance, double passed_s);
 

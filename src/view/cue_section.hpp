@@ -9,7 +9,7 @@
 
 namespace pf {
 
-// What a person asks for in the section; the stage does it.
+// A request of the user in the section, which the stage carries out.
 struct CueRequest {
   int go_to = CuePlayer::kNone;
   std::string load;     // this file; empty: none

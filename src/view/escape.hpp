@@ -1,4 +1,4 @@
-// What a press of Esc leaves: the nearest thing first, the program last and only when asked twice.
+// Chooses what a press of Esc leaves: the nearest thing first, the program last and only when pressed twice.
 #pragma once
 
 namespace pf {

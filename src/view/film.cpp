@@ -50,7 +50,7 @@ std::unique_ptr<FrameSink> Film::make_sink(const FilmRequest& request,
   return std::make_unique<PngFrames>(figures_.file, size);
 }
 
-// How many frames of the film the current frame becomes.
+// Number of frames of the film that the current frame becomes.
 int Film::times_due() {
   if (!real_time_) return 1;
   const Clock::time_point now = Clock::now();

@@ -27,7 +27,7 @@ class FilmScene {
 
   // The window's look; to be set before each frame.
   void set_look(const Look& look);
-  // Of two flights; null: there is one. Valid until the frame is drawn.
+  // Sets the scene of two flights; null: there is one flight. Must stay valid until the frame is drawn.
   void set_split(const SplitScene* split) { split_ = split; }
   void set_magnifier(MagnifierMode mode) { magnifier_mode_ = mode; }
   // As Renderer::draw_air, in the window's view. seen: the part of the window that is free for the scene.

@@ -64,7 +64,8 @@ FlightRecord first_part(const FlightRecord& flight, double until_s) {
   return part;
 }
 
-// What the flights of a launch are compared over: as long as the reference and every complete one is.
+// The common span over which flights of a launch are compared: the shortest of the reference and all complete
+// ones.
 struct Compared {
   const FlightRecord* reference = nullptr;
   double until_s = 0.0;

@@ -1,4 +1,4 @@
-// Where a square inset stands in the picture, and where labels stand: clear of what must stay readable.
+// Places a square inset and labels in the picture, clear of what must stay readable.
 #pragma once
 
 #include <optional>

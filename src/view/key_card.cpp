@@ -63,7 +63,7 @@ float legible(float factor) {
 }  // namespace
 
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
-  // Of the usual text; smaller scrolls instead. Where that is large, less of it can be read, too.
+  // Smallest share of the usual text size; below it the card scrolls. Large text may shrink further.
   const float smallest = std::min(0.45F, 0.6F / place.scale);
   constexpr float kLeastBesideThePanel = 0.7F;  // smaller covers the panel instead
   // Beside the panel if there is room, with smaller text where the window is small.

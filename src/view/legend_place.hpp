@@ -1,4 +1,4 @@
-// Where the legend of the flights stands: beside the world, not over it. Pixels count from the lower left
+// Places the legend of the flights beside the world, not over it. Pixels count from the lower left
 // corner.
 #pragma once
 

@@ -20,7 +20,7 @@ struct Look {
   ColorMap color_map = ColorMap::viridis;
   bool paths = true;    // of the ball
   bool ghosts = false;  // its paths in a vacuum and with drag in closed form
-  // Of the current flight; none: a colour of its own, or that of its method.
+  // Colour of the current flight; none: one of its own, or that of its method.
   std::optional<std::array<float, 3>> flight = std::nullopt;
 };
 

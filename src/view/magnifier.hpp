@@ -8,7 +8,7 @@
 
 namespace pf {
 
-// How near it is: a part of its square for the ball, times what the wheel asks for.
+// The magnification: the ball fills a fixed part of the square, times the factor of the wheel.
 class MagnifierZoom {
  public:
   // factor > 1 goes nearer.
@@ -23,10 +23,10 @@ class MagnifierZoom {
 
 class Magnifier {
  public:
-  // Whether it is shown over the picture of that camera. with_marks: legend and overlay are shown.
+  // Returns whether it is shown over the picture of that camera. with_marks: legend and overlay are shown.
   static bool is_wanted(MagnifierMode mode, const FrameView& frame, const Camera& camera, float scale,
                         bool with_marks);
-  // Of its square, in the free part of a picture.
+  // Side of its square in the free part of a picture.
   static float side_px(float free_width_px, float free_height_px, float scale);
 
   void set_look(const Look& look);

@@ -28,7 +28,7 @@ std::string pace_text(const FrameView& frame, double frames_per_s);
 
 // Largest cluster and repetitions of method `exact`.
 std::string cluster_text(const StepTotals& totals);
-// Of a line: the least important goes first where there is no room.
+// A part of a line. The least important part goes first if there is no room.
 struct LinePart {
   std::string text;
   int importance;

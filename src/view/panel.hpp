@@ -55,7 +55,7 @@ class Panel {
   // The settings that the scene, or the cue, began with: what a control goes back to. Null: not known yet.
   void set_scene_settings(const Settings* settings) { scene_settings_ = settings; }
   void set_cues(const CuePlayer* cues) { cues_ = cues; }
-  // What the section of cues was asked for since the last call.
+  // Requests in the section of cues since the last call.
   CueRequest take_cue_request() { return std::exchange(cue_request_, {}); }
 
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }

@@ -15,8 +15,8 @@
 namespace pf {
 namespace {
 
-// Whether a file is a frame of that size by this program: a PNG whose header, IHDR, is followed by the text
-// that add_frame gives it.
+// Returns whether a file is a frame of that size by this program: a PNG whose header, IHDR, is followed by
+// the text that add_frame writes.
 bool is_own_frame(const std::filesystem::path& file, SizePx size) {
   constexpr std::string_view kSoftware("tEXtSoftware\0pickleflight ", 26);
   std::array<unsigned char, 37 + kSoftware.size()> head{};

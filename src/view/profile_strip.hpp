@@ -6,7 +6,7 @@
 
 namespace pf {
 
-// What the strip at its bottom leaves of a region: half of it at least, all of it without a profile.
+// The part of a region above the strip at its bottom: at least half of it, all of it without a profile.
 ViewRegion above_profile_strip(const ViewRegion& all, const FrameView& frame, float scale);
 OverlayPlace above_profile_strip(const OverlayPlace& all, const FrameView& frame);
 

@@ -41,7 +41,7 @@ class Recorder {
   void request_picture();
   void request_paths() { paths_requested_ = true; }
 
-  // How the current frame must be drawn: wants_seen() if the seen picture must be in memory; scene() if the
+  // Tells how to draw the current frame: wants_seen() if the seen picture must be in memory; scene() if the
   // film has a picture of its own.
   bool wants_seen() const;
   FilmScene* scene();  // null: none

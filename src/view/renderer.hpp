@@ -29,7 +29,7 @@ struct Viewport {
   int whole_height() const { return picture_height > 0 ? picture_height : size.height; }
 };
 
-// How parcels are drawn.
+// Appearance of parcels.
 struct ParcelLook {
   bool true_size = false;   // without the scene's drawn_area_fraction
   double min_px = 0.0;      // layout pixels; smaller ones are drawn as wide as this; 0: they are counted

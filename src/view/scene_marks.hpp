@@ -18,7 +18,7 @@
 
 namespace pf {
 
-// Where the scene is drawn, and how.
+// Place and style of the drawn scene.
 struct ScenePlace {
   const Camera& camera;
   OverlayPlace place;      // of the scene, above the overlay

@@ -9,7 +9,7 @@ namespace pf {
 
 // The knob's place on a slider, from 0 to 1. nearly_zero: what a low end of 0 counts as on a logarithmic one.
 double knob_share(double value, double low, double high, bool logarithmic, double nearly_zero = 1e-5);
-// That of ImGui: a unit of the last decimal of the format, as 0.001 of "%.3f s".
+// Unit of the last decimal of an ImGui format, as 0.001 for "%.3f s".
 double last_decimal(const char* format);
 
 // The room beside a knob, from x0 to x1: of the two sides the larger. low, high: edges of the slider.

@@ -18,7 +18,7 @@ struct SplatStyle {
   double per_pixel = 1.0;      // parcels, on average over the world; the count of a pixel is bounded
 };
 
-// Where the colours of the counts go. Both textures are RGBA8 and have this size.
+// The target for the colours of the counts. Both textures are RGBA8 and have this size.
 struct SplatPicture {
   GLuint texture = 0;  // every pixel is written
   GLuint ground = 0;   // lies below the parcels; may be the same texture

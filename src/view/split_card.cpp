@@ -30,7 +30,7 @@ SplitRow row_of(std::string name, const HalfFigures& half) {
   return row;
 }
 
-// Of the second flight to the first.
+// The row of differences between the second flight and the first.
 SplitRow difference_row(const PairFigures& figures) {
   const auto& [first, second] = std::pair(figures.first(), figures.second());
   SplitRow row;

@@ -1,4 +1,4 @@
-// Where two flights stand in a picture: two halves with a divider, or one picture, with figures beside them.
+// Layout of two flights in a picture: two halves with a divider, or one picture, with figures beside them.
 // Pixels count from the lower left corner.
 #pragma once
 

@@ -12,7 +12,7 @@
 
 namespace pf {
 
-// What every picture of two flights shows.
+// The contents of every picture of two flights.
 struct SplitScene {
   const FlightPair* pair = nullptr;
   SplitMode mode = SplitMode::halves;

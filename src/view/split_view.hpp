@@ -28,8 +28,8 @@ class SplitView {
   void follow(const InputFrame& input, SplitSwitches& switches, Commands& commands);
   // After admit() of the pair: the switches show what flies now.
   void adopt(SplitSwitches& switches);
-  // Where a drag of the divider is taken out of the input, and where input over the second half becomes that
-  // at the same place in the first one.
+  // Takes drags of the divider out of the input, and moves input over the second half to the same place in
+  // the first one.
   void take_mouse(InputFrame& input, const Camera& camera, Gui& gui, float scale);
 
   // The second flight's draw target; null: there is none.
@@ -45,7 +45,7 @@ class SplitView {
   void air_is_drawn();
   void draw_flight(const Camera& camera, const Viewport& viewport);
   void describe(const Camera& camera, float height_px, float scale);
-  // What the card of figures and the halves' names cover in the middle of the window's top; 0: nothing.
+  // Height that the card of figures and the halves' names cover in the middle of the window's top; 0: none.
   float covered_at_top_px(const OverlayPlace& place, float height_px) const;
   // Rectangles of divider, card and halves for tests.
   void note(ControlMap& controls, float height_px) const;

@@ -38,7 +38,7 @@
 
 namespace pf {
 
-// What a scene asks of the view.
+// The view that a scene asks for.
 struct ViewWishes {
   std::int64_t num_scenes = 0;
   bool follow_ball = false;

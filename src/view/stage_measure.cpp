@@ -1,4 +1,4 @@
-// What the stage measures beside the steps: copy bandwidth, accuracy, costs of terms.
+// The stage's measurements beside the steps: copy bandwidth, accuracy, costs of terms.
 #include <new>
 #include <utility>
 

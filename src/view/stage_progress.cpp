@@ -1,4 +1,4 @@
-// What a run without a window says of itself.
+// Messages of a run without a window.
 #include <fmt/format.h>
 
 #include <algorithm>

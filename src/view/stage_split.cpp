@@ -1,4 +1,4 @@
-// What two flights at once mean for the stage.
+// The stage's part in two flights at once.
 #include "core/error.hpp"
 #include "view/stage_loop.hpp"
 

@@ -114,7 +114,7 @@ void paint_checkpoints(const Track& track, const FrameView& frame) {
                             ImVec2(x + track.px(1.0F), track.middle + half), track.colors.text);
 }
 
-// Where the flights ended that this one is compared with.
+// Marks the ends of the flights that this one is compared with.
 void paint_compared(const Track& track, const FrameView& frame, Theme theme) {
   for (const FlightRecord& old : *frame.old_flights) {
     if (old.launch != frame.flight_record->launch || old.time_s() > track.begin_s + track.span_s) continue;

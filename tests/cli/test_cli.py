@@ -283,7 +283,7 @@ def lost_streams(bench):
         process.kill()
 
 
-# What bash-completion has: the words of the command line so far, and a sign of names of files.
+# The input of bash-completion: the words of the command line so far, and a sign of names of files.
 COMPLETE = """_init_completion() { words=($LINE '') cword=$((${#words[@]} - 1)) cur='' prev=${words[cword-1]}; }
 _filedir() { COMPREPLY+=("files${1:+ in }$1"); }
 source "$SCRIPT" && words=($LINE) && _pickleflight "${words[0]}" && printf '%s\\n' "${COMPREPLY[@]}"

@@ -514,7 +514,7 @@ def refuses_broken(project):
                 shutil.copy2(project.root / file, copy / file)
             broken = Project(copy, project.program)
             plant(broken, name, old, new)
-            # What is not broken has a test of its own.
+            # Unbroken documents have a test of their own.
             for document in project.documents():
                 broken.known_good |= set(shown_commands(project.text(document)))
             try:

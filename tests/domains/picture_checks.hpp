@@ -49,7 +49,7 @@ inline void expect_same_pictures(Backend& plain, Backend& divided, std::uint32_t
     EXPECT_EQ(gathered[k].speed_mps, seen[k].speed_mps);
   }
 
-  // Of the parcels one in three, chosen by id.
+  // One parcel in three, chosen by id.
   const auto num_in = [](const std::vector<std::uint32_t>& pixels) {
     std::uint32_t num = 0;
     for (const std::uint32_t pixel : pixels) num += pixel & 8191U;

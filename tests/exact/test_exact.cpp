@@ -239,7 +239,7 @@ TEST(Exact, StalePredictionsAreDiscarded) {
   EXPECT_EQ(num_differ, 0) << "of 300 gases";
 }
 
-// Where ids equal indices in memory, a collision is hard to tell from a later event with a wall that it
+// If ids equal indices in memory, a collision is hard to tell from a later event with a wall that it
 // replaces.
 TEST(Exact, ThreadsAgreeWhereIdsEqualIndices) {
   constexpr int kSide = 20;

@@ -134,7 +134,7 @@ TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
   }
 }
 
-// What a step leaves is scratch of the next one, and what the order of the last sort is good for changes.
+// The output of a step is scratch of the next one, and the uses of the last sort's order change.
 TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
   Settings in_court = court(kNumParcels, Boundary::walls);
   in_court.area_fraction = 0.4;
@@ -163,7 +163,7 @@ TEST_F(Kernels, StepsSortOnTheirWayUnlessTheirSearchWouldBeWide) {
   }
 }
 
-// How far parcels move in a step is expected from the step before, which may have been shorter.
+// The displacement of a step is estimated from the step before, which may have been shorter.
 TEST_F(Kernels, StepsSortAsOftenAsTheirLengthWants) {
   for (const char* limits : kBothWays) {
     limit(limits);

@@ -35,7 +35,7 @@ json whole_result() {
           {"points", json::array({{{"key", "court/vacuum"}}})}};
 }
 
-// What resume_study says to this file; empty if it takes it.
+// Error of resume_study for this file; empty if it accepts it.
 std::string refusal(const std::string& text) {
   const TemporaryFolder folder;
   write(folder.path() / "terms.json", text);

@@ -72,7 +72,7 @@ TEST(Theory, ShearWavesGrowBeyondTheOnsetOfClusters) {
   EXPECT_LT(shear_wave_excess(0.2, 0.9, 200.0, 100.0, 1.0), 0.02);
 }
 
-// Where shear waves hold little energy, cooling follows Haff's law.
+// Cooling follows Haff's law while shear waves hold little energy.
 TEST(Theory, CoolingInABoxFollowsHaffsLawWithoutShearWaves) {
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.9, 200.0, 0.1) / cooled_fraction(0.9, 1.0, 0.1), 1.0, 1e-5);
   EXPECT_NEAR(cooled_fraction_in_box(0.2, 0.99, 200.0, 14.0) / cooled_fraction(0.99, 1.0, 14.0), 1.0, 3e-4);

@@ -1,4 +1,4 @@
-// What a backend leaves when method `exact` cannot go on.
+// The state that a backend leaves when method `exact` cannot go on.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -153,7 +153,7 @@ TEST(Magnifier, ComesByItselfWhereTheBallIsSmall) {
   EXPECT_FALSE(is_wanted(MagnifierMode::on, 1.0F, true));
 }
 
-// Of a ball as wide as the picture it would show less than that does.
+// With a ball as wide as the picture it would show less than the picture does.
 TEST(Magnifier, NeverMakesSmaller) {
   MagnifierZoom zoom;
   const double usual = zoom.metres_per_px(kRadius_m, 190.0, 1.0);

@@ -1,4 +1,4 @@
-// What the table of settings says that a change changes in a flight.
+// The effects of changed settings on a flight, as the table of settings states them.
 #include <gtest/gtest.h>
 
 #include <algorithm>

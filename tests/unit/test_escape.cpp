@@ -1,4 +1,4 @@
-// What Esc leaves, and for how long its question stands.
+// The order in which Esc leaves things, and the time for which its question stands.
 #include <gtest/gtest.h>
 
 #include "view/escape.hpp"

@@ -1,4 +1,4 @@
-// What stands over the scene stands beside each other and within the picture, at every size.
+// Everything drawn over the scene lies within the picture at every size, and nothing overlaps.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <imgui.h>

@@ -228,7 +228,7 @@ void expect_planned(const FrameView& view) {
   EXPECT_EQ(view.slow_motion, plan.slow_motion);
 }
 
-// Those of an earlier scene would be wrong, as would be none: half of the time step is taken from them.
+// Halving the time step needs this scene's derived values; those of an earlier scene would be wrong.
 TEST(Simulation, BeforeAStepFiguresAreThoseOfTheNextFrame) {
   Simulation simulation(court(500), make_cpu_backend(1));
   expect_planned(simulation.view());

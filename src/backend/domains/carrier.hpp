@@ -1,4 +1,4 @@
-// What carries bytes between the processes (ranks) that share the domains of a world.
+// Carries bytes between the processes (ranks) that share the domains of a world.
 #pragma once
 
 #include <cstddef>
@@ -39,7 +39,7 @@ class Carrier {
   // Ranks on this machine, this one included.
   virtual unsigned num_ranks_here() const = 0;
   virtual unsigned rank_here() const = 0;  // among them
-  // Those that may run on the same CPUs as this one, which is included: launchers bind several to a socket.
+  // Number of ranks, with this one, that may run on the same CPUs: launchers bind several to a socket.
   virtual unsigned num_ranks_on_cpus() const = 0;
   // Every rank gets the bytes of rank 0.
   virtual void broadcast(std::vector<std::byte>& bytes) = 0;

@@ -25,7 +25,7 @@
 namespace pf {
 
 // Ghosts are copies of parcels near a border, in the domain across it. (The ghosts of src/view are paths.)
-// What a ghost follows.
+// The motion that a ghost copies.
 struct ParcelMotion {
   Vec2i position;
   Vec2f velocity;
@@ -84,7 +84,7 @@ class Domain {
   Slabs slabs_;  // of the last clear()
 };
 
-// How many domains there are in the world, and on this machine.
+// Number of domains in the world, and on this machine.
 struct Placement {
   unsigned num_domains, num_here;
 };

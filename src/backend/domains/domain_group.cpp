@@ -15,7 +15,7 @@ namespace {
 // the next sort; the margin of processors cuts that short by a seventh at most, that of GPUs does not.
 constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.75, kDiluteMarginWidth = 0.75;
 
-// What a rank knows after a step. All ranks learn it from all.
+// The result of a step on a rank. Every rank gets those of all.
 struct StepOutcome {
   CpuTally tally;
   bool is_time_up = false;

@@ -17,8 +17,8 @@ class DomainGroup {
   // num_domains: in all; a multiple of the number of ranks. num_threads: of this rank. gpus: null if domains
   // are on processors. carrier and gpus must outlive it.
   DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_threads, DomainGpus* gpus);
-  // Of domains on GPUs: chooses how motion goes between them. Before anything else. Throws UserError on rank
-  // 0 if `choice` cannot be had.
+  // Chooses how domains on GPUs exchange motion. Must be called before anything else. Throws UserError on
+  // rank 0 if `choice` is not possible.
   void link(LinkChoice choice);
 
   void reset(const Physics& physics, const SpawnPlan& plan, const BallState& ball);
@@ -41,12 +41,12 @@ class DomainGroup {
   Measures measure();
   Profile profile(const ProfileShape& shape);
   std::uint64_t state_hash();
-  // Of all ranks.
+  // Memory of all ranks.
   std::uint64_t memory_bytes() const { return memory_bytes_; }
   // 0: a rank has no memory for it.
   double measure_copy_bandwidth(std::size_t num_bytes);
 
-  // How motion goes between domains on GPUs, and why not directly; empty on processors.
+  // Describes how domains on GPUs exchange motion, and why not directly; empty on processors.
   const std::string& link_name() const { return link_name_; }
   const BallState& ball() const { return ball_; }
   unsigned num_threads() const { return team_.size(); }

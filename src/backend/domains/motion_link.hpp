@@ -7,7 +7,7 @@
 
 namespace pf {
 
-// What --domain-link asks for.
+// The choice of --domain-link.
 enum class LinkChoice : std::uint8_t { automatic, host, direct };
 
 class MotionLink {

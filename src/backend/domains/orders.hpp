@@ -1,4 +1,4 @@
-// What rank 0 tells the other ranks to do: an order, and its arguments as bytes.
+// Orders of rank 0 to the other ranks, with their arguments as bytes.
 #pragma once
 
 #include <cstddef>

@@ -51,7 +51,7 @@ class Calendar {
     return {tick_of(key), partner, id_of(partner)};
   }
 
-  // Whether a collision with `partner` would replace a parcel's event.
+  // Returns whether a collision with `partner` comes before parcel i's kept event.
   bool would_lower(std::uint32_t i, std::uint32_t tick, std::uint32_t partner) const {
     return comes_before(key_of(tick, partner), key_[i]);
   }

@@ -1,5 +1,5 @@
-// How long epochs are, as a multiple of the length that suits a gas. Any length is right: results do not
-// depend on it. It depends on events alone and not on the clock, and so does the order of parcels in memory.
+// Chooses the length of epochs, as a multiple of the length that suits a gas. Any length is right: results do
+// not depend on it. The choice, and so the order of parcels in memory, depends on events, never on the clock.
 #pragma once
 
 #include <algorithm>

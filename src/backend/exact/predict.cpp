@@ -37,7 +37,7 @@ Chunk chunk_of(const WindowContext& window, std::uint32_t k) {
   return {window.input.position, static_cast<std::uint32_t>(window.num_parcels()), k, kChunkSize};
 }
 
-// Whether a parcel of the chunk may reach the edge in the epoch.
+// Returns whether a parcel of the chunk may reach the edge in the epoch.
 template <Boundary kBoundary>
 bool may_reach_edge(const WindowContext& window, const Chunk& chunk) {
   return pf::may_reach_edge<kBoundary>(window.c, chunk.low) ||

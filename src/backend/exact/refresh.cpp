@@ -35,7 +35,7 @@ void list_due(WindowContext& window) {
   }
 }
 
-// Whether the two parcels of a due event still are on the trajectories that it was predicted on.
+// Returns whether both parcels of a due event are still on the trajectories that it was predicted on.
 template <Boundary kBoundary>
 bool is_valid(const WindowContext& window, std::uint32_t i) {
   const Calendar& calendar = window.memory.calendar;

@@ -1,4 +1,4 @@
-// How long windows are. Any length is right: results do not depend on it.
+// Chooses the length of windows. Any length is right: results do not depend on it.
 #pragma once
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class WindowLength {
  private:
   // Events that a window should have.
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
-  // Of a cluster, at least, before its window is cut.
+  // A window is cut only if a cluster has at least as many events.
   static constexpr std::uint32_t kMostClusterEvents = 128;
   // A window is too long if its largest cluster has more events than both of these, the second one a share of
   // the window's, or if more than a share kWaste of its events were solved in vain.

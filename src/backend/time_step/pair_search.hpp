@@ -43,8 +43,8 @@ class PairSearch {
   std::uint64_t memory_bytes() const { return sizeof(Ranges) * ranges_.capacity(); }
 
  private:
-  // What a parcel is compared with: those that follow it, and those from next_first in the row of cells
-  // above.
+  // The candidates of a parcel: those that follow it in its row of cells, and those from next_first on in the
+  // row above.
   struct Ranges {
     std::uint32_t next_first;
     ParcelCount own, next;

@@ -18,7 +18,7 @@ namespace pf {
 
 class RoughScale {
  public:
-  // Of no positions.
+  // A scale without positions.
   RoughScale() = default;
   explicit RoughScale(const StepConstants& constants) : shift_(0) {
     constexpr double kMaxContactDistance = 4096.0;  // units
@@ -44,7 +44,7 @@ class RoughScale {
   std::int32_t limit_ = 0;
 };
 
-// Those of all parcels, in memory order.
+// Rough positions of all parcels, in memory order.
 class RoughPositions {
  public:
   const RoughScale& scale() const { return scale_; }

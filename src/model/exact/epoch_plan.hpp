@@ -47,7 +47,7 @@ PF_HD inline StepPlan plan_epoch(const RunConstants& run, const ExactProgress& p
   return c.plan;
 }
 
-// Whether the ball flies straight whatever hits it.
+// Returns whether the ball flies straight whatever hits it.
 PF_HD inline bool always_flies_straight(const BallConstants& ball) { return flies_straight(ball, 1.0); }
 
 // Length of the chord that starts now, ticks. It ends at the latest in the tick of `until` and where

@@ -1,5 +1,5 @@
-// What precedes method `exact`: overlaps that another method, or a larger radius, has left are pushed apart,
-// in sweeps of PushOutContact (model/contact.hpp) over all parcels.
+// Pushes overlaps apart before method `exact` begins, which another method or a larger radius has left, in
+// sweeps of PushOutContact (model/contact.hpp) over all parcels.
 #pragma once
 
 #include "model/exact/trajectory.hpp"

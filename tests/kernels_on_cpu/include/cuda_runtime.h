@@ -1,5 +1,5 @@
-// What the sources of cuda/ use of CUDA, for a CPU. Device memory is memory of the host; streams do their
-// work at once. The device is called "CPU" and has two multiprocessors.
+// The part of CUDA that the sources of cuda/ use, on a CPU. Device memory is memory of the host; streams do
+// their work at once. The device is called "CPU" and has two multiprocessors.
 #pragma once
 
 #include <algorithm>
