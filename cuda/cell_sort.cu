@@ -87,8 +87,8 @@ void DeviceCellSort::sum_counts(const GridShape& grid, cudaStream_t stream) {
   sum_counts_to(cell_start_.data(), grid.num_cells() + kExtraStarts, stream);
 }
 
-// The count of a cell is kept one entry later. Summed, that entry is where the cell's parcels begin; raised
-// once for each of them, it is where those of the next cell do.
+// The count of a cell is kept one entry later. Summed, that entry is where the cell's parcels begin; after
+// one increment per parcel it is the start of the next cell.
 std::uint32_t* DeviceCellSort::begin_places(const GridShape& grid, cudaStream_t stream) {
   const std::size_t num = grid.num_cells() + kExtraStarts;
   PF_CUDA(cudaMemsetAsync(counts_.data(), 0, num * sizeof(std::uint32_t), stream));

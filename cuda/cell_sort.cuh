@@ -80,8 +80,8 @@ class DeviceCellSort {
   // Copies parcels to their places, retired ones last. from and to must not overlap.
   void scatter(const ParcelPointers& from, const ParcelPointers& to, std::uint32_t num_parcels,
                cudaStream_t stream);
-  // Turns indices of before the scatter, `num` in device memory, into those after it. Before the next
-  // begin().
+  // Maps `num` indices in device memory from the order before the scatter to the one after it. Before the
+  // next begin().
   void update_indices(std::uint32_t* index, std::uint32_t num, cudaStream_t stream) const;
 
   const std::uint32_t* cell_start() const { return cell_start_.data(); }

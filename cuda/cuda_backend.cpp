@@ -36,6 +36,7 @@ std::unique_ptr<Backend> make_cuda_backend(int device) {
 
 CudaBackend::CudaBackend(int device) {
   cudaDeviceProp properties{};
+  PF_CUDA(cudaSetDevice(device));
   PF_CUDA(cudaGetDeviceProperties(&properties, device));
   device_name_ = properties.name;
   const std::uint32_t num_used = usable_multiprocessors();
@@ -249,17 +250,7 @@ double CudaBackend::min_bytes_moved(const StepTotals& totals) const {
 }
 
 double CudaBackend::measure_copy_bandwidth(std::size_t num_bytes) {
-  constexpr int kRepeats = 10;
-  const DeviceBuffer<std::byte> from(num_bytes), to(num_bytes);
-  const auto copy = [&] {
-    PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), num_bytes, cudaMemcpyDeviceToDevice, stream_));
-  };
-  PF_CUDA(cudaMemsetAsync(from.data(), 0, num_bytes, stream_));
-  copy();
-  timer_.begin(stream_);
-  for (int repeat = 0; repeat < kRepeats; ++repeat) copy();
-  timer_.end(stream_);
-  return 2e3 * static_cast<double>(num_bytes) * kRepeats / timer_.times({}).total();
+  return measure_device_copy(num_bytes, stream_);
 }
 
 }  // namespace pf

@@ -8,7 +8,6 @@
 #include <charconv>
 #include <cstdlib>
 #include <sstream>
-#include <vector>
 
 #include "core/text.hpp"
 #include "cuda/check.cuh"
@@ -38,13 +37,13 @@ std::string built_for() {
   return text;
 }
 
-std::size_t number_of(const std::string& limit, std::size_t start, std::size_t most = UINT32_MAX) {
+std::size_t number_of(const std::string& limit, std::size_t start, std::size_t max = UINT32_MAX) {
   std::size_t value = 0;
   const char* end = limit.data() + limit.size();
   const auto [parsed, error] = std::from_chars(limit.data() + start, end, value);
-  if (error == std::errc() && parsed == end && value > 0 && value <= most) return value;
+  if (error == std::errc() && parsed == end && value > 0 && value <= max) return value;
   throw UserError(
-      fmt::format("{}: {} takes a whole number from 1 to {}", kLimitsVariable, in_quotes(limit), most));
+      fmt::format("{}: {} takes a whole number from 1 to {}", kLimitsVariable, in_quotes(limit), max));
 }
 
 // A CUDA version, as 12040 for "12.4".

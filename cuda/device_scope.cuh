@@ -5,7 +5,7 @@
 
 namespace pf {
 
-// Makes a device the current one until the end of the scope, then the one of before again.
+// Makes a device the current one until the end of the scope, and then restores the previous one.
 class DeviceScope {
  public:
   explicit DeviceScope(int device) {

@@ -1,6 +1,5 @@
 // Requests of the time-stepped methods, and the reports of all methods.
 #include <algorithm>
-#include <cmath>
 
 #include "backend/exact/limits.hpp"
 #include "cuda/cuda_backend.cuh"
@@ -26,7 +25,7 @@ std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t l
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
   return num_parcels >= (physics.ball.exists ? kManyWithBall : kManyParcels) &&
-         area_fraction_of(physics) <= kMostDense && !row_of(method).contacts_last;
+         area_fraction_of(physics) <= kMaxAreaFraction && !row_of(method).contacts_last;
 }
 
 }  // namespace
@@ -223,7 +222,7 @@ StepTotals CudaBackend::collected_totals() const {
   totals.num_ball_hits = sum.num_hits;
   totals.num_retired = sum.num_retired;
   totals.num_invalid = sum.num_invalid;
-  totals.first_invalid_step = sum.first_invalid_step;
+  totals.first_invalid_step = submitted_.exact ? 0 : sum.first_invalid_step;
   totals.first_invalid_id = sum.num_invalid > 0 ? sum.first_invalid_id : UINT32_MAX;
   totals.impulse_sum_mps = static_cast<double>(sum.impulse_sum) / submitted_.per_impulse_count;
   totals.max_overlap_diameters = static_cast<double>(sum.max_overlap);

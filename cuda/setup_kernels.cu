@@ -2,10 +2,10 @@
 
 #include <vector>
 
+#include "backend/draw_buffers.hpp"
 #include "cuda/blocks.cuh"
 #include "cuda/check.cuh"
 #include "cuda/device_buffer.cuh"
-#include "cuda/draw_parcel.cuh"
 
 namespace pf {
 namespace {

@@ -119,10 +119,10 @@ __device__ inline void add_to_totals(const TallySlot& sum, unsigned long long st
   totals.num_hits += sum.num_hits;
   totals.num_retired += sum.num_retired;
   if (totals.num_invalid == 0 && sum.num_invalid != 0) {
+    totals.num_invalid = sum.num_invalid;
     totals.first_invalid_step = step;
     totals.first_invalid_id = ~sum.first_invalid_id;
   }
-  totals.num_invalid += sum.num_invalid;
 }
 
 }  // namespace pf

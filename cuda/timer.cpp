@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cuda/check.cuh"
+#include "cuda/device_buffer.cuh"
 
 namespace pf {
 
@@ -24,6 +25,22 @@ double EventMarks::elapsed_ms(std::size_t from, std::size_t to) const {
   float ms = 0.0F;
   PF_CUDA(cudaEventElapsedTime(&ms, events_[from], events_[to]));
   return static_cast<double>(ms);
+}
+
+double measure_device_copy(std::size_t num_bytes, cudaStream_t stream) {
+  constexpr int kRepeats = 10;
+  const DeviceBuffer<std::byte> from(num_bytes), to(num_bytes);
+  const auto copy = [&] {
+    PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), num_bytes, cudaMemcpyDeviceToDevice, stream));
+  };
+  PF_CUDA(cudaMemsetAsync(from.data(), 0, num_bytes, stream));
+  copy();
+  EventMarks marks(2);
+  marks.record(stream);
+  for (int repeat = 0; repeat < kRepeats; ++repeat) copy();
+  marks.record(stream);
+  marks.wait(1);
+  return 2e3 * static_cast<double>(num_bytes) * kRepeats / marks.elapsed_ms(0, 1);
 }
 
 void RequestTimer::begin(cudaStream_t stream) {

@@ -41,6 +41,9 @@ class EventMarks {
   std::size_t num_ = 0;
 };
 
+// Bytes per second of a plain copy on the current device, read plus written.
+double measure_device_copy(std::size_t num_bytes, cudaStream_t stream);
+
 class RequestTimer {
  public:
   void begin(cudaStream_t stream);

@@ -47,7 +47,7 @@ float posts(vec2 p) { return cover(length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.
 
 vec3 with_net(vec3 c, vec2 p) {
   float shadow = mix(0.42, 0.16, view.light) * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
-  c *= 1.0 - shadow * step(0.0, p.x);
+  if (view.transparent < 0.5) c *= 1.0 - shadow * step(0.0, p.x);
   c = mix(c, mix(vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), view.light), 0.92 * net(p));
   return mix(c, mix(vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), view.light), posts(p));
 }

@@ -7,7 +7,7 @@ layout(std430, binding = 2) buffer Pixels { uint pixel[]; };  // see splat_resol
 uniform uint num_parcels;
 uniform uint one_in;  // one of this many parcels is counted
 uniform uint per_thread;  // parcels that a thread counts
-uniform float per_color_mps;
+uniform float color_per_mps;
 
 void main() {
   uint at = 0u, sums = 0u;  // of the pixel that the run is in
@@ -22,7 +22,7 @@ void main() {
       at = here;
       sums = 0u;
     }
-    uint level = uint(clamp(speed_mps[i] * per_color_mps, 0.0, 1.0) * 63.0 + 0.5);
+    uint level = uint(clamp(speed_mps[i] * color_per_mps, 0.0, 1.0) * 63.0 + 0.5);
     sums += (level << 13) | 1u;
   }
   if (sums != 0u) atomicAdd(pixel[at], sums);

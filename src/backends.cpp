@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "backend/domains/domain_backend.hpp"
 #include "core/error.hpp"

@@ -12,7 +12,7 @@ namespace pf {
 
 // Reason why there is no CUDA device, or "".
 std::string cuda_obstacle();
-// At least 1.
+// Number of GPUs, or 1 if there is none.
 int num_gpus();
 // Throws DeviceError if the device cannot be used, or the program has no CUDA backend.
 std::unique_ptr<Backend> cuda_backend_on(int device);

@@ -1,5 +1,5 @@
-// Main program: joins command line, backend, simulation and stage. Only this file turns errors into exit
-// codes.
+// Main program: joins command line, backend, simulation and stage. Turns errors that end the program into
+// exit codes; Ranks::serve does so on the other ranks.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -101,7 +101,7 @@ void say_if_over(const Options& options, bool has_window) {
 
 // Before anything flies.
 void check_room_for_cues(const Options& options, const Simulation& simulation) {
-  for (const Cue& cue : options.cues ? options.cues->cues : std::vector<Cue>()) {
+  for (const Cue& cue : cues_of(options)) {
     try {
       simulation.check_room(cue.settings);
     } catch (const UserError& error) {

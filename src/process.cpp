@@ -20,7 +20,7 @@ extern "C" void request_stop(int number) {
 
 }  // namespace
 
-// Not fmt::print, which throws.
+// Uses fputs because fmt::print throws on a failed write.
 void announce(const std::string& line) {
   ProgressLine::clear();
   std::fputs((line + '\n').c_str(), stderr);

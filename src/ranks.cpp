@@ -28,8 +28,7 @@ std::shared_ptr<Carrier> join() {
   if (num_ranks_by_launcher() == 1) return std::make_shared<LocalCarrier>();
   throw UserError(
       "mpirun: this program was built without MPI; install libopenmpi-dev and build it again, or give "
-      "--domains "
-      "without mpirun");
+      "--domains without mpirun");
 #endif
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "cuda/cell_sort.cuh"
@@ -49,7 +48,7 @@ class CudaDomain final : public Domain {
   void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const override;
   std::uint64_t memory_bytes() const override;
 
-  // For a MotionLink. Lists are those of the last sort, and what they hold that of the last step's end.
+  // For a MotionLink. The lists are from the last sort; their contents are from the end of the last step.
   using Motion = std::span<ParcelMotion>;  // on the device
   // From now on motion goes by a link, not by pack() and unpack().
   void link() { is_linked_ = true; }

@@ -61,7 +61,7 @@ void CudaDomain::release(const StepConstants& constants, std::int64_t margin,
   copy_on_device(near_.data(), near, num_near_, stream_);
   PF_CUDA(cudaEventRecord(copied_, stream_));
   PF_CUDA(cudaStreamWaitEvent(copy_stream_, copied_, 0));
-  // There will be about as many ghosts as before.
+  // Assumes about as many ghosts as before.
   grid_ = choose_grid(slabs_.world, slabs_.area(index_, margin), num_ - num_left, step_cells(constants));
   begin_counting();
   for (std::uint32_t k = 0; k < num_left; ++k) out[slabs_.owner(parcels[k].position.x)].push_back(parcels[k]);

@@ -2,37 +2,15 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <set>
 
 #include "cuda/cuda_devices.hpp"
 #include "cuda/domains/cuda_domain.cuh"
 #include "cuda/domains/links.cuh"
+#include "cuda/timer.cuh"
 
 namespace pf {
 namespace {
-
-// Bytes per second of a plain copy on the current device, read plus written.
-double copy_bandwidth(std::size_t num_bytes) {
-  constexpr int kRepeats = 10;
-  const DeviceBuffer<std::byte> from(num_bytes), to(num_bytes);
-  cudaEvent_t begin{}, end{};
-  PF_CUDA(cudaEventCreate(&begin));
-  PF_CUDA(cudaEventCreate(&end));
-  const auto copy = [&] {
-    PF_CUDA(cudaMemcpyAsync(to.data(), from.data(), num_bytes, cudaMemcpyDeviceToDevice, nullptr));
-  };
-  copy();
-  PF_CUDA(cudaEventRecord(begin, nullptr));
-  for (int repeat = 0; repeat < kRepeats; ++repeat) copy();
-  PF_CUDA(cudaEventRecord(end, nullptr));
-  PF_CUDA(cudaEventSynchronize(end));
-  float ms = 0.0F;
-  PF_CUDA(cudaEventElapsedTime(&ms, begin, end));
-  PF_CUDA(cudaEventDestroy(begin));
-  PF_CUDA(cudaEventDestroy(end));
-  return 2e3 * static_cast<double>(num_bytes) * kRepeats / static_cast<double>(ms);
-}
 
 class CudaDomainGpus final : public DomainGpus {
  public:
@@ -57,8 +35,7 @@ class CudaDomainGpus final : public DomainGpus {
       if (needed <= available) continue;
       throw UserError(
           fmt::format("air.num_parcels: {} of the {} domains share a GPU, and their parcels need {:.2f} GB "
-                      "of its memory, "
-                      "{:.2f} GB are free; at most about {:.0f} parcels fit",
+                      "of its memory, {:.2f} GB are free; at most about {:.0f} parcels fit",
                       here, all.num_domains, needed * 1e-9, available * 1e-9,
                       static_cast<double>(num_parcels) * available / needed));
     }
@@ -87,7 +64,7 @@ class CudaDomainGpus final : public DomainGpus {
     double total = 0.0;
     for (const int device : used_) {
       const DeviceScope scope(device);
-      total += copy_bandwidth(num_bytes);
+      total += measure_device_copy(num_bytes, nullptr);
     }
     return total;
   }

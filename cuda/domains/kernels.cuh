@@ -7,7 +7,7 @@
 
 namespace pf {
 
-// Id of a parcel that the next sort drops: it has left the slab, or is a ghost of before.
+// Id of a parcel that the next sort drops: it has left the slab, or is a ghost of the last sort.
 constexpr std::uint32_t kDroppedId = UINT32_MAX;
 
 // Indices of parcels; count: how many so far.

@@ -109,8 +109,8 @@ __device__ __forceinline__ bool begins_with_hit_of(const StepContext& step, cons
          segment.next_generation == parcel.next_generation;
 }
 
-// Returns whether a parcel meets a path that stays within kPathMargin of its first segment. tick: before that
-// it does not.
+// Returns whether a parcel meets a path that stays within kPathMargin of its first segment. tick: it cannot
+// be hit earlier.
 template <Boundary kBoundary>
 __device__ bool meets_straight_path(const StepContext& step, const BallTrajectory& first,
                                     const ParcelNearBall& parcel, std::uint32_t& tick) {

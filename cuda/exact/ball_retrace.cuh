@@ -69,10 +69,10 @@ static_assert(PathHits::kMax % kExactBlock == 0);
 
 // ---- All threads of the block call these functions.
 
-// Lists the hits for which belongs(hit) is true, and finds how many leading segments are kept, most_kept at
+// Lists the hits for which belongs(hit) is true, and finds how many leading segments are kept, max_kept at
 // the most.
 template <class Belongs>
-__device__ __forceinline__ void list_hits(const StepContext& step, PathHits& space, std::uint32_t most_kept,
+__device__ __forceinline__ void list_hits(const StepContext& step, PathHits& space, std::uint32_t max_kept,
                                           Belongs belongs) {
   ExactState& state = step.state;
   const BallHit* hits = step.memory.ball_hits;
@@ -81,7 +81,7 @@ __device__ __forceinline__ void list_hits(const StepContext& step, PathHits& spa
   for (unsigned w = threadIdx.x; w < kMaxBallSegments / 32; w += kExactBlock) space.is_begun[w] = 0;
   if (threadIdx.x == 0) {
     space.num = 0;
-    space.num_kept = most_kept;
+    space.num_kept = max_kept;
   }
   __syncthreads();
   for (std::uint32_t k = threadIdx.x; k < num_logged; k += kExactBlock) {
@@ -89,7 +89,7 @@ __device__ __forceinline__ void list_hits(const StepContext& step, PathHits& spa
     if (!belongs(hit)) continue;
     const std::uint32_t place = atomicAdd(&space.num, 1U);
     if (place >= PathHits::kMax) continue;
-    const std::uint32_t begun = has_hit(step, most_kept, hit) ? hit.segment + 1 : 0U;
+    const std::uint32_t begun = has_hit(step, max_kept, hit) ? hit.segment + 1 : 0U;
     space.hit[place] = k;
     space.segment[place] = static_cast<std::uint16_t>(begun);
     if (begun != 0)
@@ -98,7 +98,7 @@ __device__ __forceinline__ void list_hits(const StepContext& step, PathHits& spa
       atomicMin(&space.num_kept, hit.segment + 1);
   }
   __syncthreads();
-  for (std::uint32_t k = threadIdx.x + 1; k < most_kept; k += kExactBlock) {
+  for (std::uint32_t k = threadIdx.x + 1; k < max_kept; k += kExactBlock) {
     if (is_parcel(path[k].partner) && (space.is_begun[k / 32] >> k % 32 & 1U) == 0)
       atomicMin(&space.num_kept, k);
   }
@@ -274,10 +274,10 @@ __device__ __forceinline__ void trace_hits(const StepContext& step, PathHits& sp
 
 // ----
 
-// Traces the path through the hits for which belongs(hit) is true. most_kept: leading segments of the present
+// Traces the path through the hits for which belongs(hit) is true. max_kept: leading segments of the present
 // path that may be kept. Called by all threads of one block.
 template <Boundary kBoundary, class Belongs>
-__device__ void trace_ball_path(const StepContext& step, PathHits& space, std::uint32_t most_kept,
+__device__ void trace_ball_path(const StepContext& step, PathHits& space, std::uint32_t max_kept,
                                 Belongs belongs) {
   ExactState& state = step.state;
   if (threadIdx.x == 0) {
@@ -286,7 +286,7 @@ __device__ void trace_ball_path(const StepContext& step, PathHits& space, std::u
     space.num_walls = 0;
     space.wall_event_hash = 0;
   }
-  list_hits(step, space, most_kept, belongs);
+  list_hits(step, space, max_kept, belongs);
   drop_kept_hits(space);
   if (space.num == 0 && space.num_kept == state.num_ball_segments) {
     if (threadIdx.x == 0) state.path_has_changed = 0;
@@ -330,7 +330,7 @@ __device__ inline void make_ball_a_member(const StepContext& step) {
 template <Boundary kBoundary>
 __device__ void expect_hits(const StepContext& step, PathHits& space) {
   if (!step.has_participant()) return;
-  if (step.state.num_ball_hits <= kMostHitsOfMember) {
+  if (step.state.num_ball_hits <= kMaxHitsOfMember) {
     make_ball_a_member(step);
     return;
   }

@@ -95,8 +95,8 @@ __device__ __forceinline__ SegmentSummary summary_of(const ExactConstants& c, Ex
   if (surface_mps > c.plan.max_speed_mps)
     atomicMax(&state.too_fast_bits, __float_as_uint(static_cast<float>(surface_mps) * (1.0F + 1e-6F)));
   const Vec2d bend = segment.trajectory.velocity_mps - state.ball.trajectory.velocity_mps;
-  const double most = bend_units(c.plan, bend, state.window_begin);
-  if (is_parcel(segment.partner)) return {false, !(most < 0.5 * kPathMargin), 0};
+  const double bound = bend_units(c.plan, bend, state.window_begin);
+  if (is_parcel(segment.partner)) return {false, !(bound < 0.5 * kPathMargin), 0};
   const std::uint64_t at =
       state.progress.now + (static_cast<std::uint64_t>(segment.begin) << state.progress.tick_exponent);
   return {true, true, event_hash(at, segment.partner, kBallPartner)};

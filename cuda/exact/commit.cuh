@@ -88,8 +88,7 @@ __device__ void commit(const StepContext& step, const SlicePart& part, std::uint
 // ---- kept events, if the step goes on
 
 __device__ inline bool comes_before(const StepContext& step, EventKey a, EventKey b) {
-  if (tick_of(a) != tick_of(b)) return a < b;
-  return a != b && step.id_of_partner(partner_of(a)) < step.id_of_partner(partner_of(b));
+  return pf::comes_before(a, b, [&](std::uint32_t partner) { return step.id_of_partner(partner); });
 }
 
 // Parcel i keeps the event if it comes before the one that it has.
@@ -108,10 +107,10 @@ __device__ inline void keep_if_earlier(const StepContext& step, std::uint32_t i,
 
 // So many shares of some members each has the slice with the most of them. Whole warps call it.
 __device__ inline std::uint32_t num_shares_of_members(const StepMemory& memory, std::uint32_t members) {
-  std::uint32_t most = 0;
+  std::uint32_t largest = 0;
   for (std::uint32_t s = threadIdx.x % 32; s < memory.num_slices; s += 32)
-    most = max(most, memory.counts[s].members);
-  return (warp_max(most) + members - 1) / members;
+    largest = max(largest, memory.counts[s].members);
+  return (warp_max(largest) + members - 1) / members;
 }
 
 // Predicts the marked members, after all trajectories are committed, each by a team. Each parcel that a

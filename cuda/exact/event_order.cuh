@@ -6,16 +6,14 @@
 namespace pf::cuda {
 
 // The event that a thread holds, for the order of events. place: where the thread has it.
-struct OrderedEvent {
-  std::uint32_t tick = kNoTick, generation = kNoTick, low_id = kNoPartner, high_id = kNoPartner;
+struct OrderedEvent : EventOrder {
   std::uint32_t place = kInvalidIndex;
 };
 
 __device__ __forceinline__ bool comes_before(const OrderedEvent& p, const OrderedEvent& q) {
-  if (p.tick != q.tick) return p.tick < q.tick;
-  if (p.generation != q.generation) return p.generation < q.generation;
-  if (p.low_id != q.low_id) return p.low_id < q.low_id;
-  return p.high_id != q.high_id ? p.high_id < q.high_id : p.place < q.place;
+  const EventOrder &first = p, &second = q;
+  if (pf::comes_before(first, second)) return true;
+  return !pf::comes_before(second, first) && p.place < q.place;
 }
 
 // The lane of a warp whose event comes first, or 32. Mostly one has it, or the two partners of one event.
@@ -47,7 +45,7 @@ __device__ __forceinline__ OrderedEvent first_of_warp(const OrderedEvent& event)
   const unsigned lane = first_lane(event);
   if (lane == 32) return {};
   const auto of_lane = [&](std::uint32_t value) { return __shfl_sync(kWholeWarp, value, lane); };
-  return {of_lane(event.tick), of_lane(event.generation), of_lane(event.low_id), of_lane(event.high_id),
+  return {{of_lane(event.tick), of_lane(event.generation), of_lane(event.low_id), of_lane(event.high_id)},
           of_lane(event.place)};
 }
 

@@ -6,7 +6,7 @@
 namespace pf::cuda {
 namespace {
 
-// Room in each slice: for one in so many of its parcels, and more where parcels are few.
+// Room in each slice: for one in this many of its parcels, and a margin for small scenes.
 constexpr std::uint32_t kActiveShare = 4;         // have an event in the step
 constexpr std::uint32_t kJoinedShare = 48;        // have none at first, but are hit
 constexpr std::uint32_t kSegmentShare = 16;       // segments, between two events of a parcel in one step

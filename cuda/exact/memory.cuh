@@ -32,8 +32,8 @@ namespace pf::cuda {
 
 class ExactMemory {
  public:
-  // Makes room for the lists of num_parcels; keeps what it has if that is for the same. The run's state is
-  // kept. has_ball: now; a ball that is switched on or off while `exact` flies changes nothing here.
+  // Makes room for the lists of num_parcels; keeps existing lists if the arguments are unchanged. The run's
+  // state is kept. has_ball: now; a ball that is switched on or off while `exact` flies changes nothing here.
   void reserve(std::uint32_t num_parcels, bool has_ball);
   bool is_for(std::uint32_t num_parcels, bool has_ball) const {
     return num_parcels == reserved_ && has_ball == has_ball_ && num_slices_ > 0;

@@ -1,7 +1,7 @@
 // Method `exact` on the device: parcels' positions at the step's ends.
 #pragma once
 
-#include "cuda/draw_parcel.cuh"
+#include "backend/draw_buffers.hpp"
 #include "cuda/exact/step_context.cuh"
 
 namespace pf::cuda {

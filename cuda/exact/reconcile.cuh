@@ -28,16 +28,11 @@ __device__ bool any_segment(const StepContext& step, std::uint32_t i, Visit visi
   return false;
 }
 
-// Returns whether a collision happens while both bodies are on their trajectories.
-__device__ inline bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
-  return tick != kNoTick && tick <= (first_end < second_end ? first_end : second_end);
-}
-
 template <Boundary kBoundary>
 __device__ bool trajectories_collide(const StepContext& step, std::uint32_t i, std::uint32_t j) {
   return any_segment(step, i, [&](const Trajectory& p, std::uint32_t p_end) {
     return any_segment(step, j, [&](const Trajectory& q, std::uint32_t q_end) {
-      return happens_before(collision_tick<kBoundary>(step.c, p, q), p_end, q_end);
+      return happens_on_both(collision_tick<kBoundary>(step.c, p, q), p_end, q_end);
     });
   });
 }

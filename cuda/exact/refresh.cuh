@@ -45,8 +45,8 @@ __device__ Event predict_share(const StepContext& step, bool is_there, std::uint
 // Predicts the parcels of a tile anew whose lanes have is_wanted. Returns the event of the lane's parcel, or
 // kNoEventKey. A whole warp calls it.
 template <Boundary kBoundary>
-__device__ EventKey predict_anew(const StepContext& step, std::uint32_t tile, bool is_wanted,
-                                 NearList<kExactBlock>::Space& near_space) {
+__device__ EventKey repredict(const StepContext& step, std::uint32_t tile, bool is_wanted,
+                              NearList<kExactBlock>::Space& near_space) {
   constexpr unsigned kNumTeams = 32 / kLanesOfParcel;
   const unsigned lane = threadIdx.x % 32;
   unsigned wanted = __ballot_sync(kWholeWarp, is_wanted);
@@ -77,7 +77,7 @@ __device__ void refresh_tile(const StepContext& step, std::uint32_t tile, std::u
   EventKey event = i < step.launch.space.num_parcels ? memory.events[i] : kNoEventKey;
   const bool is_wanted = tick_of(event) < window_end && is_stale<kBoundary>(step, i, event);
   if (__any_sync(kWholeWarp, is_wanted)) {
-    const EventKey anew = predict_anew<kBoundary>(step, tile, is_wanted, near_space);
+    const EventKey anew = repredict<kBoundary>(step, tile, is_wanted, near_space);
     if (is_wanted) memory.events[i] = event = anew;
   }
   const bool is_active = hits_participant_now<kBoundary>(step, i) || tick_of(event) < window_end;
@@ -93,8 +93,8 @@ struct DueTiles {
   std::uint32_t num, num_taken;
 };
 
-// Tiles that lie side by side, as those before the ball do, go to different blocks, but for so many, which
-// one sector of memory holds.
+// Tiles that lie side by side, as those before the ball do, go to different blocks, except groups of this
+// size, which one sector of memory holds.
 constexpr std::uint32_t kTilesTogether = 8;
 
 // Lists tiles of the block's share with due events: the first kPerThread of each thread from `first` on. All

@@ -56,10 +56,10 @@ struct SearchExtent {
   std::int32_t reach;  // half side of the search box
 };
 
-// Extent of a search for all parcels that a parcel of speed own_mps may touch in the step. most_mps: bound on
-// the speed of any other.
-__device__ inline SearchExtent search_extent(const StepContext& step, float own_mps, float most_mps) {
-  const float radius = search_radius(step.c, own_mps + most_mps);
+// Extent of a search for all parcels that a parcel of speed own_mps may touch in the step. other_max_mps:
+// bound on the speed of any other.
+__device__ inline SearchExtent search_extent(const StepContext& step, float own_mps, float other_max_mps) {
+  const float radius = search_radius(step.c, own_mps + other_max_mps);
   return {radius, step.search_reach(radius)};
 }
 
@@ -67,14 +67,14 @@ __device__ inline SearchExtent search_extent(const StepContext& step, float own_
 // kernel has changed them.
 template <Boundary kBoundary, bool kReadOnly>
 __device__ SearchExtent search_extent_here(const StepContext& step, std::uint32_t i, float own_mps,
-                                           float most_mps) {
-  const SearchExtent anywhere = search_extent(step, own_mps, most_mps);
+                                           float other_max_mps) {
+  const SearchExtent anywhere = search_extent(step, own_mps, other_max_mps);
   if (step.memory.region_speed2 == nullptr || anywhere.reach >= kHalfSide) return anywhere;
   std::uint32_t fastest2 = 0;
   visit_regions<kBoundary>(step, step.start_positions()[i], anywhere.reach, [&](std::uint32_t& bound) {
     fastest2 = max(fastest2, kReadOnly ? bound : load_fresh(&bound));
   });
-  const float near_mps = fminf(sqrtf(__uint_as_float(fastest2)) * (1.0F + 1e-6F), most_mps);
+  const float near_mps = fminf(sqrtf(__uint_as_float(fastest2)) * (1.0F + 1e-6F), other_max_mps);
   const float radius = search_radius(step.c, own_mps + near_mps);
   return {radius, min(step.search_reach(radius, near_mps), anywhere.reach)};
 }

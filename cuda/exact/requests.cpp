@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
@@ -25,10 +24,10 @@ constexpr double kMaxSortDisplacement = kMaxReach / 64.0;
 constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
 constexpr double kDisplacementRounding = 3.0;    // position units a step
 
-// With a ball the fastest parcel may move so many contact distances in steps that are taken together, and
-// since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole)
-// 8.6, 13.9, and 9.5, 15.0 with one step at a time; 8.8, 14.6 with three times the distance since a sort.
-// 10^7 (105 frames) 29.5, 72.8; 38.6, 80.8; 29.3, 74.5.
+// With a ball the fastest parcel may move this many contact distances in steps that are taken together, and
+// since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole) 8.6, 13.9, and
+// 9.5, 15.0 with one step at a time; 8.8, 14.6 with three times the distance since a sort. 10^7 (105 frames)
+// 29.5, 72.8; 38.6, 80.8; 29.3, 74.5.
 constexpr double kFarthestWithBall = 3.0, kUnsortedWithBall = 1.0;
 
 // Steps taken together may move the fastest parcel by so much of what search circles may grow by. Gps of a
@@ -174,15 +173,15 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
 std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
                                           double displacement) const {
   const ExactProgress& progress = host_exact_->progress;
-  const auto limited = [](double num, double most) {  // `most` if num is not a number: nothing moves
-    return static_cast<std::uint32_t>(num < most ? std::max(num, 1.0) : most);
+  const auto limited = [](double num, double max) {  // `most` if num is not a number: nothing moves
+    return static_cast<std::uint32_t>(num < max ? std::max(num, 1.0) : max);
   };
   if (physics_.ball.exists)
     return limited(kFarthestWithBall * run.contact_distance / displacement, cuda::kMaxChords);
   if (progress.preferred_ticks == 0.0) return 1;
-  const double most = share_of_reach(num_parcels_) * (kWidestReach - 1.0) * run.contact_distance;
+  const double max = share_of_reach(num_parcels_) * (kWidestReach - 1.0) * run.contact_distance;
   const double ticks_of_step = request.dt_s / scaled(run.reference_ticks, progress.tick_exponent).tick_s;
-  return limited(std::min(progress.preferred_ticks / ticks_of_step, most / displacement), 1e6);
+  return limited(std::min(progress.preferred_ticks / ticks_of_step, max / displacement), 1e6);
 }
 
 CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const StepRequest& request) {

@@ -1,5 +1,5 @@
 // Method `exact` on the device: lists of the parcels outside a block's cluster that its members may meet in
-// the window. Each is made once.
+// the window. Each list is built once.
 #pragma once
 
 #include "cuda/exact/solve_block_ball.cuh"

@@ -6,7 +6,7 @@
 //              solved up to `until`, where no anchoring is due: to_commit is set, return
 //              otherwise: COMMIT
 //   COMMIT   store the solution, unless the window failed => (predict what changed, if the step goes on =>)
-//   END END      plan the next window, or a shorter one => START
+//   END      plan the next window, or a shorter one => START
 //              or the step ends: time moves on => (anchor all =>) plan the next step
 //                `until` is reached, or the window is unresolvable: return
 //                a sort is due on the way: => return, the host launches the step again

@@ -21,6 +21,7 @@
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
 #include "model/exact/epoch_plan.hpp"
+#include "model/exact/event_key.hpp"
 #include "model/tally.hpp"
 
 namespace pf::cuda {
@@ -35,8 +36,8 @@ constexpr double kLongestWindow = 4294967296.0;   // ticks: longer than any step
 constexpr std::uint32_t kMaxBallSegments = 1024;  // in a window
 constexpr double kPathMargin = 64.0;              // position units
 // With at most so many expected in a window the ball is a member of a cluster; with more its path is assumed.
-constexpr std::uint32_t kMostHitsOfMember = 3;
-static_assert(kMostHitsOfMember <= 32);  // a lane for each
+constexpr std::uint32_t kMaxHitsOfMember = 3;
+static_assert(kMaxHitsOfMember <= 32);  // a lane for each
 
 // A parcel of a cluster.
 struct Member {
@@ -143,23 +144,13 @@ struct CommonList {
   std::uint32_t capacity = 0;
 };
 
-// An event that a parcel keeps: its tick in the upper half, the partner's index or code in the lower one.
-using EventKey = unsigned long long;
-constexpr EventKey kNoEventKey = ~0ULL;
-
-PF_HD inline EventKey event_key(std::uint32_t tick, std::uint32_t partner) {
-  return static_cast<EventKey>(tick) << 32U | partner;
-}
-PF_HD inline std::uint32_t tick_of(EventKey event) { return static_cast<std::uint32_t>(event >> 32U); }
-PF_HD inline std::uint32_t partner_of(EventKey event) { return static_cast<std::uint32_t>(event); }
-
 constexpr std::uint32_t kTile = 32;  // parcels
 
 // Memory of a step, n entries each unless noted; exact/memory.cuh says where it lies.
 struct StepMemory {
   ParcelPointers trajectories;  // sorted; positions are anchors
-  // At the step's start, by tracing the present trajectory back, and at its end. ExactState::current_buffer:
-  // start.
+  // At the step's start, traced back along the current trajectory, and at its end.
+  // ExactState::current_buffer: start.
   Vec2i* positions[2] = {};
   EventKey* events = nullptr;         // kept ones
   std::uint32_t* earliest = nullptr;  // of each tile: none but active parcels keep an earlier event

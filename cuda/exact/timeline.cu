@@ -110,9 +110,11 @@ __global__ void copy_positions_kernel(const __grid_constant__ ExactLaunch launch
 
 void launch_enter(const ExactLaunch& launch, std::uint64_t now, cudaStream_t stream) {
   reset_state_kernel<<<1, 1, 0, stream>>>(launch.state, now);
+  PF_LAUNCHED("reset_state_kernel");
   anchor_kernel<<<blocks_for(launch.space.num_parcels, kBlock), kBlock, 0, stream>>>(launch, now);
-  set_speed_kernel<<<1, 1, 0, stream>>>(launch.state);
   PF_LAUNCHED("anchor_kernel");
+  set_speed_kernel<<<1, 1, 0, stream>>>(launch.state);
+  PF_LAUNCHED("set_speed_kernel");
 }
 
 void launch_begin_exact_request(const ExactLaunch& launch, cudaStream_t stream) {

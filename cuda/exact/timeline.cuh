@@ -327,16 +327,16 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads) {
     parcels.position[i] = launch.memory.positions[state.current_buffer][i];
     parcels.tick[i] = static_cast<std::uint32_t>(now >> exponent);
-    if (parcels.last_contact_tick)
-      parcels.last_contact_tick[i] =
-          rescaled_contact_tick(parcels.last_contact_tick[i], now, before, exponent);
+    std::uint32_t* const contact = parcels.last_contact_tick;
+    if (contact) contact[i] = rescaled_contact_tick(contact[i], now, before, exponent);
   }
   synchronize();
   if (rank != 0) return;
   state.progress.tick_exponent = exponent;
   const int shorter = static_cast<int>(before) - static_cast<int>(exponent);
-  state.progress.preferred_ticks = ldexp(state.progress.preferred_ticks, shorter);
-  state.window_ticks = ldexp(state.window_ticks, shorter);
+  double& preferred = state.progress.preferred_ticks;
+  if (preferred > 0.0) preferred = fmax(ldexp(preferred, shorter), 1.0);
+  state.window_ticks = fmax(ldexp(state.window_ticks, shorter), 1.0);
 }
 
 // Prepares the retry of a window: no parcel belongs to a cluster, and any may have a due event.

@@ -25,7 +25,7 @@ class ExactTimeline {
   // Goes on from a saved tick of the reference speed, after enter().
   void set_now(std::uint64_t now) { now_ = now; }
   // Stops being active; the caller stores the positions.
-  void leave() { is_active_ = false; }
+  void leave() { is_active_ = is_mid_step_ = false; }
   // Ends of the steps of a request. Steps shorter than a tick may have no end. tick_s: of the reference
   // speed.
   struct End {

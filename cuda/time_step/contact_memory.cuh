@@ -14,7 +14,7 @@ class ContactMemory {
   static constexpr double kBytesPerParcel =
       static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.3;
 
-  // For so many parcels.
+  // Returns whether it has room for `capacity` parcels.
   bool has_room(std::size_t capacity) const { return capacity_ >= capacity && capacity_ > 0; }
   // Does nothing if it has room for `capacity` parcels.
   void reserve(std::size_t capacity, cudaStream_t stream);

@@ -219,7 +219,7 @@ __device__ Pair pair_at(const ContactScratch& contacts, std::uint32_t at) {
   return {contacts.first[at], contacts.second[at]};
 }
 
-// The place of the k-th pair of a warp's lists, if they have so many.
+// Index of the k-th pair in a warp's lists, if it exists.
 struct PlaceInLists {
   std::uint32_t at;
   std::uint32_t num_all;  // pairs of these lists

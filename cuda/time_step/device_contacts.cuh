@@ -41,8 +41,8 @@ __device__ inline void add_block(const StepLaunch& launch, const DeviceTally& ta
   __syncthreads();
   if (threadIdx.x != 0) return;
   add_slot(launch.slots[launch.num_open * kNumSlots + blockIdx.x % kNumSlots], block);
-  const std::uint32_t most = min(block.max_displacement, static_cast<std::uint32_t>(kHalfSide));
-  if (noted < most) atomicMax(&displacement, most);
+  const std::uint32_t displaced = min(block.max_displacement, static_cast<std::uint32_t>(kHalfSide));
+  if (noted < displaced) atomicMax(&displacement, displaced);
 }
 
 // For a sort in a step: counts a parcel in its cell, and once counts are summed returns its place. Whole

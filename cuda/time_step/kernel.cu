@@ -1,8 +1,8 @@
 #include "cuda/time_step/kernel.cuh"
 
+#include "backend/draw_buffers.hpp"
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
-#include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_ball.cuh"
@@ -119,7 +119,7 @@ __global__ void __launch_bounds__(kBlock) count_for_sort_kernel(const __grid_con
   prepare_sort(launch, blockIdx.x * kBlock + threadIdx.x);
 }
 
-// Plans those of the next steps. A thread for each.
+// Computes the rounding keys of the next steps, one thread each.
 __device__ void plan_roundings(const StepConstants& c, unsigned long long next_step, StepState& state) {
   const unsigned k = threadIdx.x % 32;
   if (k < kMaxOpenSteps) state.rounding_key[k] = rounding_key(c.physics.seed, next_step + k);
@@ -146,14 +146,14 @@ struct OpenSteps {
 // Adds the sums of the open steps. has_sorted: the last one of them has.
 __device__ void end_open_steps(const TallySlot* sums, unsigned num_open, bool has_sorted,
                                const OpenSteps& begun, StepState& state) {
-  constexpr std::uint32_t kMost = kHalfSide;
+  constexpr std::uint32_t kMax = kHalfSide;
   RequestTotals totals = begun.totals;
   for (unsigned k = 0; k < num_open; ++k) add_to_totals(sums[k], begun.step + k, totals);
   state.totals = totals;
   state.step = begun.step + num_open;
-  const std::uint32_t last = min(sums[num_open - 1].max_displacement, kMost);
+  const std::uint32_t last = min(sums[num_open - 1].max_displacement, kMax);
   state.last_displacement = static_cast<std::int32_t>(last);
-  state.displaced = min((has_sorted ? 0 : begun.displaced_before_last) + last, kMost);
+  state.displaced = min((has_sorted ? 0 : begun.displaced_before_last) + last, kMax);
 }
 
 // A warp sums the slots of each open step. One more moves the ball meanwhile, if there is one.

@@ -54,7 +54,7 @@ constexpr double kWidestReachToSort = 4.0;
 // take, in ms a frame of the court on an H200: 2 10^5 0.55 and 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and
 // 0.72.
 constexpr std::uint32_t kManyParcels = 450'000, kManyWithBall = 250'000;
-constexpr double kMostDense = 0.45;
+constexpr double kMaxAreaFraction = 0.45;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
 // counted_push_x from kCountShift on count the contacts; those below hold the pushes of up to 255 contacts,
@@ -97,8 +97,8 @@ struct StepLaunch {
   StepConstants constants;
   DeviceSearch space;
   ParcelPointers from;  // the parcels; moved in place by launch_move, except in a step that sorts
-  // Their destination in a step that sorts, and in launch_step and launch_push_out, which else write no ids.
-  // Must not overlap `from`.
+  // Their destination in a step that sorts, and in launch_step and launch_push_out, which otherwise write no
+  // ids. Must not overlap `from`.
   ParcelPointers to;
   ContactScratch contacts;  // of steps in parts
   StepSort sort;

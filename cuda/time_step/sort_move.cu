@@ -1,7 +1,7 @@
 // The move of parcels whose contacts are summed, each to its place in the order of a new sort.
+#include "backend/draw_buffers.hpp"
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
-#include "cuda/draw_parcel.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_contacts.cuh"

@@ -42,7 +42,7 @@ struct RequestTotals {
   unsigned int first_invalid_id;
 };
 
-// So many steps may follow one another before launch_end_steps. They are open until then.
+// Largest number of open steps before launch_end_steps. They are open until then.
 constexpr unsigned kMaxOpenSteps = 16;
 
 // As of the last launch_end_steps, except what is of open steps. The ball is where the last of these begins.

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Errors of method and number of parcels are independent: 0.8^2 + 0.6^2 = 1.
+// The errors due to the method and to the number of parcels are independent: 0.8^2 + 0.6^2 = 1.
 constexpr double kMethodShare = 0.8, kParcelsShare = 0.6;
 constexpr double kMaxParcels = 1e6;
 

@@ -1,7 +1,6 @@
 #include "app/checkpoints.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace pf {
 namespace {

@@ -3,27 +3,14 @@
 
 #include <cstdint>
 #include <deque>
-#include <optional>
 
-#include "app/flight.hpp"
-#include "backend/backend.hpp"
+#include "app/run_state.hpp"
 
 namespace pf {
 
-struct Checkpoint {
+struct Checkpoint : FlightState {
   std::int64_t frame = 0;       // of FlightHistory
   std::size_t num_changes = 0;  // of the settings, made until then
-  double shown_s = 0.0;         // frames with a step since the launch, at the frame rate
-  Settings settings;
-  Physics physics;                   // its seed is that of the air
-  std::optional<double> scene_dt_s;  // before a comparison halved it
-  BackendState backend;
-  StepTotals totals;
-  double simulated_s = 0.0;
-  double ball_distance_m = 0.0;
-  double collision_rate_per_s = 0.0;
-  bool landed = false;
-  FlightRecord flight;
 };
 
 class Checkpoints {
@@ -40,7 +27,7 @@ class Checkpoints {
   void keep(Checkpoint checkpoint);
   // The newest one at or before a frame; null: none.
   const Checkpoint* newest_until(std::int64_t frame) const;
-  // Forgets those after a frame, and one at it with later changes of the settings.
+  // Drops checkpoints after a frame, and one at that frame taken after later changes of settings.
   void drop_after(std::int64_t frame, std::size_t num_changes);
   void clear() { kept_.clear(); }
   std::size_t size() const { return kept_.size(); }

@@ -9,10 +9,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration): POSIX leaves it to the program
 
@@ -92,6 +94,8 @@ std::string ChildProcess::last_errors() const {
   std::string text(static_cast<std::size_t>(end - start), '\0');
   const ssize_t got = ::pread(errors_.get(), text.data(), text.size(), start);
   text.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+  const auto cut = std::find_if_not(text.begin(), text.end(), is_continuation);
+  if (start > 0) text.erase(text.begin(), cut);  // no part of a character
   while (!text.empty() && text.back() == '\n') text.pop_back();
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");
   return text;

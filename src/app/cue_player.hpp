@@ -16,7 +16,7 @@ class CuePlayer {
   // attended: there is somebody to go on from a paused cue. Without, no cue is paused.
   explicit CuePlayer(bool attended) : attended_(attended) {}
 
-  // Replaces the list. current: the cue whose settings run already, or kNone.
+  // Replaces the list. current: the cue that is already running, or kNone.
   void load(CueList list, int current);
   // The same list with other cues; nothing begins.
   void replace(CueList list, int current);

@@ -14,7 +14,7 @@ constexpr double kMinSlabWidth = 6.0;  // parcel diameters
 
 void check_slabs(const Physics& physics, unsigned num_domains) {
   if (num_domains == 1 || !physics.parcels.contacts || physics.parcels.num == 0) return;
-  const double width_m = 2.0 * physics.world.half.x * physics.world.unit_m;
+  const double width_m = size_m(physics.world).x;
   const double min_m = kMinSlabWidth * 2.0 * physics.parcels.radius_m;
   if (width_m / num_domains >= min_m) return;
   const auto max_domains = std::max(1U, static_cast<unsigned>(width_m / min_m));

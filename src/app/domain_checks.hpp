@@ -1,4 +1,4 @@
-// Refuses options that a run divided into domains does not support.
+// Refuses settings that a run divided into domains does not support.
 #pragma once
 
 #include "backend/backend.hpp"

@@ -68,7 +68,7 @@ constexpr const char* kSoftware = "libx264";
 const std::string kToVideoColors = "scale=out_color_matrix=bt709:out_range=tv";
 const Arguments kColors = {"-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709"};
 
-// Without -xerror ffmpeg ends well also where the disk is full.
+// Without -xerror ffmpeg reports success even if the disk is full.
 const Arguments kQuiet = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-xerror", "-nostdin", "-y"};
 
 // Constant quality, at which no loss is visible in moving parcels.

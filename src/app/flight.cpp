@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/methods.hpp"
 #include "scene/derive.hpp"
 
 namespace pf {
@@ -25,6 +26,14 @@ constexpr double kTurnPerPoint_rad = 0.05;
 constexpr std::size_t kMaxPoints = 600;
 
 }  // namespace
+
+const char* air_name(Air air) {
+  return air == Air::vacuum ? "vacuum" : air == Air::drag ? "drag in closed form" : "";
+}
+
+const char* name_of_flight(const FlightRecord& flight) {
+  return flight.air == Air::parcels ? method_name(flight.method) : air_name(flight.air);
+}
 
 std::optional<double> FlightRecord::energy_drift() const {
   if (!end_energy_j || disturbed || !(start_energy_j > 0.0)) return std::nullopt;
@@ -94,9 +103,7 @@ std::vector<Vec2f> ghost_path(const Settings& settings, Air air) {
     if (!is_straight_way(before, state.position_m, nearest_way(physics.world, before, state.position_m)))
       break;
     points.push_back(to_float(state.position_m));
-    const bool is_out = std::fabs(state.position_m.x) > half_m.x + ball.radius_m ||
-                        std::fabs(state.position_m.y) > half_m.y + ball.radius_m;
-    if (is_out) break;
+    if (has_left(physics, state)) break;
   }
   return points;
 }

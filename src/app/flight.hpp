@@ -38,6 +38,11 @@ struct FlightRecord {
   std::optional<double> energy_drift() const;
 };
 
+// "vacuum" or "drag in closed form"; empty: parcels.
+const char* air_name(Air air);
+// The kind of air; with parcels the method.
+const char* name_of_flight(const FlightRecord& flight);
+
 // The way between two positions, m: in a periodic world the shorter one, through an edge, if there is one.
 Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m);
 // Returns whether that way crosses no edge.
@@ -46,8 +51,8 @@ inline bool is_straight_way(Vec2d from_m, Vec2d to_m, Vec2d way_m) { return way_
 // The first flight of the current one's launch, which the others are compared with.
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);
 
-// The settings in which two flights of a launch differ beside method and step, kind of air and spin, which
-// are told for each flight.
+// The settings in which two flights of a launch differ, apart from method, step, kind of air and spin, which
+// every row shows.
 std::vector<const Field*> other_differences(const FlightRecord& a, const FlightRecord& b);
 
 // Distance of two flights at equal times, up to the end of the shorter one.

@@ -25,7 +25,7 @@ struct SettingsChange {
 
 class FlightHistory {
  public:
-  // A launch, or new air around the ball: frames count from here. time_s: since the launch.
+  // Starts the history at a launch, or when the air is spawned anew. time_s: since the launch.
   void begin(double time_s);
   // Goes on by a frame. In the past it is one that is known.
   void pass_frame(const FlownFrame& frame);

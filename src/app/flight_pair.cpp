@@ -136,20 +136,24 @@ void FlightPair::change(const Difference& wanted, Commands& commands) {
     auto backend = make_(first_.backend().name(), settings.threads);
     second_ = std::make_unique<Simulation>(differing(settings, difference), std::move(backend));
     difference_ = difference;
-    commands.split = difference;
-    commands.reset = true;
-    commands.hold = first_.view().totals.num_steps > 0;  // the start is measured
-    commands.fly.reset();
-    commands.compare = Comparison::none;
-    commands.launch = commands.back = false;
-    commands.seek_s.reset();
-    ++num_begun_;
+    measure_second();
   } catch (const std::exception& error) {  // settings, memory or a device: the first flight goes on
     drop(error.what());
     commands.split.reset();
     return;
   }
   if (has_budget_) first_.keep_to_budget(kShareOfBudget);
+  commands.split = difference_;
+  commands.reset = true;
+  commands.hold = first_.view().totals.num_steps > 0;  // the start is measured
+  commands.fly.reset();
+  commands.compare = Comparison::none;
+  commands.launch = commands.back = false;
+  commands.seek_s.reset();
+  ++num_begun_;
+}
+
+void FlightPair::measure_second() {
   if (has_budget_) second_->keep_to_budget(kShareOfBudget);
   if (has_checkpoints_) second_->keep_checkpoints();
   Backend& backend = second_->backend();

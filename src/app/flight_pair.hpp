@@ -2,7 +2,6 @@
 // the same commands, and a half whose flight is ahead waits for the other.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
@@ -65,6 +64,7 @@ class FlightPair {
  private:
   Commands admit_two(const Commands& wanted);
   void change(const Difference& wanted, Commands& commands);
+  void measure_second();
   void cut(Simulation& flight);
   bool waits(const Simulation& flight, const Simulation& other) const;
   void refuse_bad_edits(Commands& commands);

@@ -40,7 +40,7 @@ struct LoggedFrame {
   SecondInFrame second;
 };
 
-// False where another file is than a log, which a log would destroy.
+// Returns false if the file exists and is not a log: writing one would destroy it.
 bool may_become_log(const std::filesystem::path& file);
 
 struct RunLog {
@@ -81,7 +81,7 @@ std::string hash_of(Simulation& simulation);
 // In the order of Comparison.
 const std::vector<std::string>& comparison_names();
 
-// Writes logs of the run, to any number of files, each opened and closed at any frame. A file is complete
+// Writes the log to any number of files, which may be opened and closed at any frame. A file is complete
 // after each frame, so that it is usable if the program dies.
 class InputLog {
  public:
@@ -94,8 +94,8 @@ class InputLog {
   // The pair whose first flight the log is of; initially null: there is no second one.
   void set_pair(FlightPair* pair) { pair_ = pair; }
 
-  // Around each picture of the simulation, with the commands that it admits. Pictures that go on with the
-  // steps of a frame belong to that frame.
+  // Call before and after each picture, with the commands that the simulation admitted. Pictures that go on
+  // with the steps of a frame belong to that frame.
   void begin_frame(const Commands& commands, Simulation& simulation);
   void end_frame(Simulation& simulation);
 

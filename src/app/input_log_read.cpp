@@ -33,7 +33,7 @@ class Reader {
   std::vector<std::string> texts(const toml::table& table, const char* key) const;
   Settings settings(const toml::table& table) const;
   double number(const toml::node& node, const char* key) const;
-  std::int64_t whole_number(const toml::node& node, const char* key, double most) const;
+  std::int64_t whole_number(const toml::node& node, const char* key, double max) const;
   std::optional<std::uint32_t> steps(const toml::table& table, const char* key) const;
   SecondInFrame second(const toml::table& table) const;
   void read_launch(const toml::table& table, LoggedFrame& frame) const;
@@ -120,10 +120,10 @@ void Reader::read_launch(const toml::table& table, LoggedFrame& frame) const {
   if (const toml::node* seek = table.get("seek")) frame.seek_s = number(*seek, "seek");
 }
 
-std::int64_t Reader::whole_number(const toml::node& node, const char* key, double most) const {
+std::int64_t Reader::whole_number(const toml::node& node, const char* key, double max) const {
   const double value = number(node, key);
-  if (value < 0.0 || value > most || value != std::floor(value))
-    refuse(node, fmt::format("{} takes a whole number from 0 to {:.0f}", key, most));
+  if (value < 0.0 || value > max || value != std::floor(value))
+    refuse(node, fmt::format("{} takes a whole number from 0 to {:.0f}", key, max));
   return static_cast<std::int64_t>(value);
 }
 

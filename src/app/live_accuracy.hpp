@@ -26,7 +26,7 @@ struct AccuracyReadout {
   std::uint64_t num_retried_steps = 0;  // of method exact
 };
 
-// A flight in which nothing was changed that affects state or error. Another one restarts figures.
+// Identifies a flight with unchanged settings. The figures restart when it changes.
 struct FlightKey {
   Settings settings;  // those that affect the flight
   std::int64_t num_flights = 0;

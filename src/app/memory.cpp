@@ -49,7 +49,7 @@ std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threa
   constexpr std::uint64_t kWindow = 100;  // 10 to 95 measured at area fractions of 0.01 to 0.65
   const std::uint64_t of_method = method == Method::exact ? 2 * 8 + 3 * 4 + 4 * 4 + kWindow : 0;
   return n * (2 * 21 + 4 + 12 + 4 + of_method) +
-         num_cells * 4 * (1 + std::min<std::uint64_t>(threads, CellSort::kMostCounts));
+         num_cells * 4 * (1 + std::min<std::uint64_t>(threads, CellSort::kMaxCounts));
 }
 
 std::uint64_t host_bytes_here(const Backend& backend, const Settings& settings) {

@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 
 #include "backend/backend.hpp"
 #include "scene/settings.hpp"
@@ -18,7 +17,7 @@ namespace pf {
 // collide in it, if the threads share them. num_threads: 0 means all of the machine.
 std::uint64_t cpu_backend_bytes(std::int64_t num_parcels, std::int64_t num_threads, Method method);
 
-// The same for what a backend that is on processors or divided into domains holds in this machine's memory.
+// Upper bound on the bytes that any backend holds in this machine's memory.
 std::uint64_t host_bytes_here(const Backend& backend, const Settings& settings);
 
 // Bytes of the draw memory that the CPU backend writes to: three regions, each 1.5 N entries of a position

@@ -5,6 +5,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 
 #include "app/option_values.hpp"
 #include "core/error.hpp"
@@ -43,7 +44,9 @@ void read_dump(const CLI::App& command, const Typed& typed, DataOptions& data) {
                                        std::pair("--dump-fields", typed.dump_fields.has_value()),
                                        std::pair("--dump-compression", typed.dump_compression.has_value())}) {
     if (is_given && typed.dump.empty())
-      throw UserError(fmt::format("{}: needs --dump FILE.h5; add it", flag));
+      throw UserError(
+          fmt::format("{}: needs --dump {}; add it", flag,
+                      std::string_view(flag) == "--dump-every" ? "FILE.h5 or FILE.xyz" : "FILE.h5"));
   }
   data.dump = output_file(command, "--dump", typed.dump, {".h5", ".xyz"});
   const bool is_text = ending_of(data.dump) == ".xyz";
@@ -67,8 +70,7 @@ void read_checkpoint(const CLI::App& command, const Typed& typed, DataOptions& d
   if (!data.checkpoint.empty() && command.count("--still") > 0)
     throw UserError(
         "--checkpoint: the last frame before a --still may be shorter than others, and no flight goes on "
-        "from "
-        "there as it would have; leave out one of them");
+        "from there as it would have; leave out one of them");
   std::error_code ignored;
   if (std::filesystem::exists(data.checkpoint, ignored) &&
       !std::filesystem::is_regular_file(data.checkpoint, ignored)) {
@@ -82,19 +84,14 @@ void read_checkpoint(const CLI::App& command, const Typed& typed, DataOptions& d
 }
 
 // Settings that say how long and on how much of the machine a run goes on; they change no state.
-bool may_change(const std::string& path) {
-  return path == "run.seconds" || path == "run.threads" || path == "run.frame_budget_ms";
-}
+constexpr std::array<std::string_view, 3> kBesideFrom = {"run.seconds", "run.threads", "run.frame_budget_ms"};
 
 // Notes "section.key = value" for a setting of the command line.
 void note_edit(const std::string& given, const std::string& path, const Settings& settings,
                DataOptions& data) {
-  if (!may_change(path)) {
-    throw UserError(
-        fmt::format("--from: the file has its own scene and settings; leave out {}; it allows run.seconds, "
-                    "run.threads and "
-                    "run.frame_budget_ms",
-                    given));
+  if (std::find(kBesideFrom.begin(), kBesideFrom.end(), path) == kBesideFrom.end()) {
+    throw UserError(fmt::format("--from: the file has its own scene and settings; leave out {}; it allows {}",
+                                given, fmt::join(kBesideFrom, ", ")));
   }
   data.from_edits.push_back(edit_text(find_field(path, "--from"), settings));
 }

@@ -57,7 +57,7 @@ Field field_of(const SettingFlag& flag);
 // Flags of the commands. Their values go to `typed`, or to `options` if they need no check. Both must outlive
 // the parse.
 void add_setting_flags(CLI::App& app, Typed& typed, Options& options, const char* default_scene);
-// For the text of one flag, also an empty one.
+// Adds a flag whose text may be empty.
 CLI::Option* add_text(CLI::App& app, const char* flag, std::optional<std::string>& target, const char* value,
                       const std::string& help);
 // Add the options of pictures, and read their values.

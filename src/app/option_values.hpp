@@ -12,7 +12,7 @@ class App;
 
 namespace pf {
 
-// The number that all of the text is, which may be infinite or NaN; none: it is not a number.
+// Parses the whole text as a number, which may be infinite or NaN. Returns none if it is not a number.
 std::optional<double> number_in(const std::string& text);
 
 // All functions below throw UserError with place, allowed values and remedy.
@@ -27,7 +27,7 @@ void check_name(const char* flag, const std::string& name, const std::vector<std
 // The same; returns the name.
 std::string name_of(const char* flag, const std::string& text, const std::vector<std::string>& names);
 
-// Opens the file in append mode, so that it is kept. Removes a file that did not exist before.
+// Tries to open the file for appending, which keeps its content. Removes it again if it is new.
 void check_writable(const std::string& place, const std::filesystem::path& file);
 
 // The file given by a flag, or an empty path. endings: allowed ones; empty: any.

@@ -9,6 +9,7 @@
 
 #include "app/option_bench.hpp"
 #include "app/option_data.hpp"
+#include "app/option_effects.hpp"
 #include "app/option_flags.hpp"
 #include "app/option_settings.hpp"
 #include "app/option_split.hpp"
@@ -34,9 +35,6 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   if (typed.clip_format) options.clip_format = name_of("--clip-format", *typed.clip_format, kClipFormats);
   if (typed.magnifier) options.magnifier = name_of("--magnifier", *typed.magnifier, kMagnifierNames);
   if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
-  if (options.paused && options.headless)
-    throw UserError(
-        "--paused: only the space bar of a window starts a paused run; leave out --paused or --headless");
   options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
   options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
   std::error_code ignored;
@@ -45,27 +43,6 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
                                 in_quotes(typed.save_scene)));
   }
   options.save_scene = output_file(command, "--save-scene", typed.save_scene, {".toml"});
-}
-
-// A setting on the command line: its path, and the option that gives it, as a user would leave it out.
-struct GivenSetting {
-  std::string path, option;
-};
-
-std::vector<GivenSetting> given_settings(const Typed& typed) {
-  std::vector<GivenSetting> given;
-  for (const std::string& set : typed.sets) {
-    const std::string path = CLI::detail::trim_copy(set.substr(0, set.find('=')));
-    given.push_back({path, "--set " + path});
-  }
-  for (const auto& [flag, text] : typed.flags) given.push_back({flag->path, flag->flag});
-  return given;
-}
-
-bool gives_seconds(const Typed& typed) {
-  const std::vector<GivenSetting> given = given_settings(typed);
-  return std::any_of(given.begin(), given.end(),
-                     [](const GivenSetting& setting) { return setting.path == "run.seconds"; });
 }
 
 // True for settings of the method that --accuracy chooses.
@@ -120,8 +97,7 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   if (is_validate && options.cuda)
     throw UserError(
         "lab validate: has no CUDA series, since tests/gpu compare the device with the CPU bit for bit; "
-        "leave "
-        "out --cuda");
+        "leave out --cuda");
   if (is_validate && lab.out.empty() && (lab.resume || lab.force))
     throw UserError("lab validate: prints its table and writes no folder; give --out DIR as well");
   if (!typed.json.empty() && (!is_validate || !lab.out.empty()))
@@ -174,51 +150,6 @@ void read_replay(const Typed& typed, Options& options) {
   options.data.from_frame = options.replay->from_frame;
 }
 
-// Without a window nobody can turn the profile on. A log or a state has settings of its own.
-void check_profile(const Typed& typed, const Options& options) {
-  if (options.profile_csv.empty() || !options.headless || typed.replay || typed.from) return;
-  bool is_on = options.settings.profile != ProfileAxis::off;
-  for (const Cue& cue : options.cues ? options.cues->cues : std::vector<Cue>())
-    is_on = is_on || cue.settings.profile != ProfileAxis::off;
-  if (!is_on)
-    throw UserError(
-        "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
-}
-
-// Settings of the command line that have no effect beside others. A window can still change those, a second
-// flight may differ in them, and a scene file keeps them.
-void check_effects(const Typed& typed, const Options& options) {
-  const bool is_final = (options.headless || options.command == Command::bench) && options.split.empty();
-  if (!is_final || !options.save_scene.empty() || options.cues) return;
-  const std::vector<GivenSetting> given = given_settings(typed);
-  const auto gives = [&](const char* path) {
-    return std::any_of(given.begin(), given.end(), [&](const GivenSetting& g) { return g.path == path; });
-  };
-  if (gives("run.displacement_per_step") && gives("run.dt_s") && options.settings.dt_s > 0.0)
-    throw UserError("run.displacement_per_step: has no effect beside a set time step; leave out one of them");
-  if (options.settings.ball_present) return;
-  for (const auto& [path, option] : given)
-    if (path.starts_with("ball.") && path != "ball.present")
-      throw UserError(
-          fmt::format("{}: the scene has no ball; leave it out, or add --set ball.present=true", option));
-}
-
-// Refuses options that have no effect without a window, or without a file.
-void check_without_window(const CLI::App& command, const Typed& typed, const Options& options) {
-  if (!options.headless) return;
-  const auto refuse = [&](std::initializer_list<const char*> flags, const char* why) {
-    for (const char* flag : flags)
-      if (command.count(flag) > 0) throw UserError(fmt::format("{}: {}", flag, why));
-  };
-  refuse({"--full-screen", "--clip", "--clip-format"}, "needs a window, and this run has none; leave it out");
-  if (options.picture.empty() && !options.still_s)
-    refuse({"--picture-size", "--picture-tile", "--picture-transparent"},
-           "needs --picture FILE or --still T FILE; add one of them");
-  if (options.record.empty()) refuse({"--record-size", "--record-time"}, "needs --record FILE; add it");
-  if (options.still_s && gives_seconds(typed))
-    throw UserError("run.seconds: --still T FILE ends the run at T; leave out one of them");
-}
-
 Options checked_options(const CLI::App& command, const Typed& typed, Options options) {
   const std::vector<std::string> extras = command.remaining();
   if (!extras.empty()) refuse_extra(command, extras.front());
@@ -249,7 +180,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
     read_cues(typed, options);
   else
     options.settings = read_settings(typed, is_bench ? kBenchScene : kDefaultScene);
-  options.seconds_given = gives_seconds(typed);
+  options.seconds_given = gives(typed, "run.seconds");
   read_stage_options(command, typed, options);
   if (is_bench)
     read_frame_bench(command, typed, options);
@@ -260,9 +191,7 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   read_split(typed, options);
   if (typed.replay) read_replay(typed, options);
   check_split_run(options);
-  check_profile(typed, options);
-  check_effects(typed, options);
-  if (!is_bench) check_without_window(command, typed, options);
+  check_effects(command, typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
   options.report = output_file(command, "--report", typed.report, {});
   options.bench_json = output_file(command, "--json", typed.json, {});
@@ -304,6 +233,10 @@ std::vector<std::string> arguments_of(int argc, const char* const* argv) {
 }
 
 }  // namespace
+
+std::span<const Cue> cues_of(const Options& options) {
+  return options.cues ? std::span<const Cue>(options.cues->cues) : std::span<const Cue>();
+}
 
 ParseResult parse_options(int argc, const char* const* argv) {
   Typed typed;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,7 +25,6 @@ inline const std::vector<std::string> kOverlayNames = {"full", "compact", "off"}
 inline const std::vector<std::string> kSplitViewNames = {"off", "two halves", "one picture"};
 inline const std::vector<std::string> kClipFormats = {"gif", "webp"};
 constexpr int kMaxClip_s = 15;
-inline const std::vector<std::string> kMagnifierNames = {"auto", "on", "off"};
 constexpr double kMinUiScale = 0.75;
 constexpr double kMaxUiScale = 3.0;
 
@@ -119,6 +119,9 @@ struct Options {
   LabOptions lab;
   DataOptions data;
 };
+
+// The cues of --cues; empty: there is none.
+std::span<const Cue> cues_of(const Options& options);
 
 // Why a run with these options cannot have a second flight; empty: it can.
 std::string obstacle_to_split(const Options& options);

@@ -24,7 +24,7 @@ struct HalfFigures {
 class PairFigures {
  public:
   PairFigures() = default;
-  // start: of either flight, which have the same parcels then.
+  // start: measures of either flight; both start with the same parcels.
   explicit PairFigures(const Measures& start) : start_energy_j_(start.energy_j()) {}
 
   // A setting was changed in a flight without a ball: no energy drift until the next start.

@@ -73,8 +73,9 @@ std::string Replay::summary() const {
                        found_, expected_, before);
   }
   if (num_checks_ == 0) return fmt::format("replay: {} frames, no state in the log to compare", num_frames_);
-  return fmt::format("replay: the same flight{}: {} states of {} frames compared, the last of frame {}",
-                     version, num_checks_, num_frames_, last_same_);
+  return fmt::format("replay: the same flight{}: {} state{} of {} frame{} compared, the last of frame {}",
+                     version, num_checks_, num_checks_ == 1 ? "" : "s", num_frames_,
+                     num_frames_ == 1 ? "" : "s", last_same_);
 }
 
 nlohmann::json Replay::report() const {

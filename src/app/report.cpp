@@ -19,6 +19,8 @@ namespace {
 
 using nlohmann::json;
 
+constexpr std::size_t kMaxFrames = 1U << 20U;  // kept, some 150 bytes each
+
 // null where the ratio has no meaning.
 json ratio(double numerator, double denominator) {
   return denominator > 0.0 ? number_or_null(numerator / denominator) : json(nullptr);
@@ -33,34 +35,33 @@ json statistics_of(std::vector<double> values) {
   return {{"median", number_or_null(median)}, {"p99", number_or_null(p99)}};
 }
 
-json phase_report(const std::vector<PhaseTimes>& frames) {
+json phase_report(const std::vector<RecordedFrame>& frames) {
   json report = json::object();
   for (std::size_t phase = 0; phase < kNumPhases; ++phase) {
     std::vector<double> values;
     values.reserve(frames.size());
-    for (const PhaseTimes& times : frames) values.push_back(times.ms[phase]);
+    for (const RecordedFrame& frame : frames) values.push_back(frame.times.ms[phase]);
     report[kPhaseNames[phase]] = statistics_of(std::move(values));
   }
   return report;
 }
 
-// Over the frames in which the time is known.
-json known_statistics(const std::vector<DrawTimes>& frames, double DrawTimes::*member) {
+// Statistics over the frames whose value is known, that is not NaN.
+template <class Value>
+json known_statistics(const std::vector<RecordedFrame>& frames, const Value& value_of) {
   std::vector<double> values;
-  for (const DrawTimes& frame : frames) {
-    if (std::isfinite(frame.*member)) values.push_back(frame.*member);
+  for (const RecordedFrame& frame : frames) {
+    if (const double value = value_of(frame); std::isfinite(value)) values.push_back(value);
   }
   return statistics_of(std::move(values));
 }
 
-double render_ms(const PhaseTimes& times) {
-  return times[Phase::map] + times[Phase::unmap] + times[Phase::draw] + times[Phase::present];
+json known_statistics(const std::vector<RecordedFrame>& frames, double DrawTimes::*member) {
+  return known_statistics(frames, [member](const RecordedFrame& frame) { return frame.drawing.*member; });
 }
 
-double step_seconds(const std::vector<PhaseTimes>& frames) {
-  double ms = 0.0;
-  for (const PhaseTimes& times : frames) ms += times.step_ms();
-  return 1e-3 * ms;
+double render_ms(const PhaseTimes& times) {
+  return times[Phase::map] + times[Phase::unmap] + times[Phase::draw] + times[Phase::present];
 }
 
 // c = sqrt(kT/m), the speed per component: in two dimensions K = N m c^2. NaN without parcels.
@@ -131,10 +132,6 @@ json exact_report(const Settings& settings, const Physics& physics, const StepTo
           {"event_hash", fmt::format("{:016x}", totals.event_hash)}};
 }
 
-std::string name_of(const char* path, const Settings& settings) {
-  return value_text(find_field(path, "report"), settings);
-}
-
 }  // namespace
 
 // The settings are not kept: finish() takes those at the end.
@@ -149,16 +146,25 @@ RunRecord::RunRecord(const Physics& physics, const Measures& initial, std::strin
 void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s,
                           const DrawTimes& drawing) {
   const Clock::time_point now = Clock::now();
-  if (!frames_.empty()) {
-    intervals_ms_.push_back(std::chrono::duration<double, std::milli>(now - last_frame_).count());
-  }
+  const double interval_ms = std::chrono::duration<double, std::milli>(now - last_frame_).count();
   last_frame_ = now;
-  frames_.push_back(times);
-  drawings_.push_back(drawing);
-  if (frames_.size() == num_warmup_) timed_from_ = last_frame_;
+  if (num_frames_ % stride_ == 0)
+    frames_.push_back({times, drawing, num_frames_ == 0 ? DrawTimes::kUnknown : interval_ms});
+  ++num_frames_;
+  if (frames_.size() > kMaxFrames) thin_out();
+  compute_ms_ += times.step_ms();
+  if (num_frames_ > num_warmup_) sum_ += times;
+  if (num_frames_ == num_warmup_) timed_from_ = last_frame_;
   totals_ += totals;
   simulated_s_ += static_cast<double>(totals.num_steps) * dt_s;
   dt_s_ = dt_s;
+}
+
+// Keeps every other frame.
+void RunRecord::thin_out() {
+  for (std::size_t k = 0; 2 * k < frames_.size(); ++k) frames_[k] = frames_[2 * k];
+  frames_.resize((frames_.size() + 1) / 2);
+  stride_ *= 2;
 }
 
 void RunRecord::continue_from(const StepTotals& totals, double simulated_s) {
@@ -179,16 +185,14 @@ json RunRecord::frame_report() const {
                  {"physics_ms", nullptr},
                  {"render_ms", nullptr},
                  {"overhead_ms", nullptr}};
-  if (frames_.size() <= num_warmup_) return report;
-  PhaseTimes sum;
-  for (std::size_t i = num_warmup_; i < frames_.size(); ++i) sum += frames_[i];
-  const double num = static_cast<double>(frames_.size() - num_warmup_);
+  if (num_frames_ <= num_warmup_) return report;
+  const double num = static_cast<double>(num_frames_ - num_warmup_);
   const double frame_ms = std::chrono::duration<double, std::milli>(last_frame_ - timed_from_).count() / num;
-  report["num"] = frames_.size() - num_warmup_;
+  report["num"] = num_frames_ - num_warmup_;
   report["frame_ms"] = number_or_null(frame_ms);
-  report["physics_ms"] = number_or_null(sum.step_ms() / num);
-  report["render_ms"] = number_or_null(render_ms(sum) / num);
-  report["overhead_ms"] = number_or_null(std::max(0.0, frame_ms - (sum.step_ms() + render_ms(sum)) / num));
+  report["physics_ms"] = number_or_null(sum_.step_ms() / num);
+  report["render_ms"] = number_or_null(render_ms(sum_) / num);
+  report["overhead_ms"] = number_or_null(std::max(0.0, frame_ms - (sum_.step_ms() + render_ms(sum_)) / num));
   return report;
 }
 
@@ -203,15 +207,15 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   const double final_speed_mps = thermal_speed_mps(physics, final.parcel_energy_j);
   // The thermal speed that belongs to the mean of the initial and the final energy.
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
-  const double compute_s = step_seconds(frames_);
+  const double compute_s = 1e-3 * compute_ms_;
   const double parcel_steps = static_cast<double>(parcels.num) * static_cast<double>(totals_.num_steps);
   json report = {
       {"version", PF_VERSION},
       {"device", device_},
       {"domain_link", backend.domain_link().empty() ? json(nullptr) : json(backend.domain_link())},
       {"scene", settings.name},
-      {"method", name_of("run.method", settings)},
-      {"neighbors", name_of("run.neighbors", settings)},
+      {"method", value_text("run.method", settings)},
+      {"neighbors", value_text("run.neighbors", settings)},
       {"num_parcels", parcels.num},
       {"area_fraction", has_parcels ? number_or_null(area_fraction_of(physics)) : json(nullptr)},
       {"restitution", number_or_null(parcels.restitution)},
@@ -219,14 +223,14 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
       {"steps", all.num_steps},
       {"simulated_s", number_or_null(simulated_s_)},
       {"wall_s", number_or_null(wall_s)},
-      {"frame_ms", statistics_of(intervals_ms_)},
+      {"frame_ms", known_statistics(frames_, [](const RecordedFrame& frame) { return frame.interval_ms; })},
       {"phase_ms", phase_report(frames_)},
       {"host_ms",
-       {{"draw", known_statistics(drawings_, &DrawTimes::host_draw_ms)},
-        {"panel", known_statistics(drawings_, &DrawTimes::host_panel_ms)}}},
+       {{"draw", known_statistics(frames_, &DrawTimes::host_draw_ms)},
+        {"panel", known_statistics(frames_, &DrawTimes::host_panel_ms)}}},
       {"gpu_ms",
-       {{"draw", known_statistics(drawings_, &DrawTimes::gpu_draw_ms)},
-        {"panel", known_statistics(drawings_, &DrawTimes::gpu_panel_ms)}}},
+       {{"draw", known_statistics(frames_, &DrawTimes::gpu_draw_ms)},
+        {"panel", known_statistics(frames_, &DrawTimes::gpu_panel_ms)}}},
       {"ns_per_parcel_step", ratio(1e9 * compute_s, parcel_steps)},
       {"parcel_steps_per_s", has_parcels ? ratio(parcel_steps, compute_s) : json(nullptr)},
       {"energy", energy_report(initial_, final)},

@@ -12,6 +12,12 @@
 
 namespace pf {
 
+struct RecordedFrame {
+  PhaseTimes times;
+  DrawTimes drawing;
+  double interval_ms;  // from the end of the frame before; NaN for the first
+};
+
 // Collects one run, frame by frame.
 class RunRecord {
  public:
@@ -24,10 +30,10 @@ class RunRecord {
   void start_clock();  // wall_s counts from here
   // For a run that ends on another device than it started on (other threads of the CPU backend).
   void set_device(std::string device) { device_ = std::move(device); }
-  // To be called before the first frame.
+  // Must be called before the first frame.
   void set_warmup(int num_frames) { num_warmup_ = static_cast<std::size_t>(num_frames); }
 
-  // The steps that the run had made when it was saved to a file. They count in all figures but speeds.
+  // The steps that the run had made when it was saved to a file. They count in all figures except speeds.
   void continue_from(const StepTotals& totals, double simulated_s);
   const Measures& initial() const { return initial_; }
 
@@ -60,12 +66,15 @@ class RunRecord {
   nlohmann::json frame_report() const;
 
  private:
+  void thin_out();
+
   std::vector<std::pair<std::string, std::string>> parts_;  // key, JSON text
   Measures initial_;
   std::string device_;
-  std::vector<PhaseTimes> frames_;
-  std::vector<DrawTimes> drawings_;   // of the same frames
-  std::vector<double> intervals_ms_;  // between the ends of successive frames
+  std::vector<RecordedFrame> frames_;  // every stride_-th frame, so that a window may stay open for days
+  std::size_t num_frames_ = 0, stride_ = 1;
+  double compute_ms_ = 0.0;
+  PhaseTimes sum_;  // over the frames after the warm-up
   StepTotals totals_;
   StepTotals earlier_;  // of the run before it was saved
   double simulated_s_ = 0.0;

@@ -11,27 +11,31 @@
 
 namespace pf {
 
-struct RunState {
+// The part that a jump within the flight restores, too.
+struct FlightState {
   Settings settings;           // with the number of parcels for the backend
   std::uint64_t air_seed = 0;  // of the spawned air, and of the random roundings
-  std::int64_t flight_seed = 0;
   BackendState backend;
   StepTotals totals;
   double simulated_s = 0.0;
-  double shown_s = 0.0;
-  double launched_at_s = 0.0;
-  double landed_for_s = 0.0;
+  double shown_s = 0.0;  // frames with a step since the launch, at the frame rate
   double ball_distance_m = 0.0;
   double collision_rate_per_s = 0.0;
+  bool landed = false;
+  std::optional<double> scene_dt_s;  // before a comparison halved it
+  FlightRecord flight;
+};
+
+struct RunState : FlightState {
+  std::int64_t flight_seed = 0;
+  double launched_at_s = 0.0;
+  double landed_for_s = 0.0;
   std::int64_t num_launches = 0;
   std::int64_t num_flights = 0;
   std::int64_t last_number = 0;
-  bool landed = false;
   bool left_once = false;
   bool by_hand = false;
   bool paused = false;
-  std::optional<double> scene_dt_s;
-  FlightRecord flight;
   // State of the run around the simulation.
   Measures initial;
   std::int64_t num_frames = 0;

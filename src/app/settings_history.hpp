@@ -1,4 +1,4 @@
-// The changes of the settings during a run, whoever made them, to take back and to make again.
+// All changes of settings during a run, for undo and redo.
 #pragma once
 
 #include <cstdint>
@@ -22,8 +22,8 @@ class SettingsHistory {
   // one gesture are one. cue: the current cue's place, which a change of scene comes back to.
   void follow(const FrameView& view, int num_fallbacks, std::int64_t gesture, int cue);
 
-  // Adds to the commands what takes back the last change, or makes it again. Returns a line that says so, or
-  // that there is nothing; the line is the notice for the person.
+  // Adds the commands that undo or redo the last change. Returns a line that says so, or that there is
+  // nothing; the line is the notice for the person.
   std::string undo(Commands& commands, const FrameView& view);
   std::string redo(Commands& commands, const FrameView& view);
   // The place of the cue that the last undo or redo led to, once it has taken effect.

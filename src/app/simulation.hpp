@@ -114,9 +114,9 @@ class Simulation {
   // Stores the state into `to`, whose memory is used again. Only after a whole frame (FrameView::unfinished).
   void save(RunState& to) const;
 
-  // From now on the steps of a frame end, after the time of run.frame_budget_ms, with the current step or
-  // within it. The next call of begin_frame goes on with them. Initially off: for a window, which must answer
-  // its user. The states after whole frames are the same. share: of that time.
+  // Interrupts the steps of a frame once run.frame_budget_ms has passed, after or within the current step.
+  // The next call of begin_frame goes on with them. Initially off: for a window, which must answer its user.
+  // The states after whole frames are the same. share: of that time.
   void keep_to_budget(double share = 1.0);
   // Commands that begin_frame can apply now. They end an unfinished frame after its last whole step. Those
   // that cannot be applied within a step wait for its end. To be called before begin_frame.

@@ -2,8 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "app/command_queue.hpp"
 #include "app/domain_checks.hpp"
@@ -46,7 +48,9 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   }
   if (!keeps_half_step) scene_dt_s.reset();
   const bool flies = view.flight == Flight::flying && flight.points_m.size() > 1;
-  flight.disturbed = flight.disturbed || (flies && differ(settings, with, &Effects::flight));
+  Settings same_pace = with;  // steps of a set length are the same, however many there are in a frame
+  if (paces_by_substeps(settings) && paces_by_substeps(with)) same_pace.substeps = settings.substeps;
+  flight.disturbed = flight.disturbed || (flies && differ(settings, same_pace, &Effects::flight));
   settings = with;
   profile_is_due = true;
   ghosts = std::move(ghosts_with);
@@ -84,11 +88,27 @@ void Simulation::State::change_threads(const Settings& with) {
   backend->restore(parcels);
 }
 
+// Makes the flight faster or slower: by run.substeps where these set the pace, else by run.time_scale.
 void Simulation::State::scale_time(double factor) {
-  const double max = find_field("run.time_scale", "keys").max;
-  const double min = std::min(kMinKeyTimeScale, settings.time_scale);
-  const Settings before = settings;
-  settings.time_scale = std::clamp(settings.time_scale * factor, min, max);
+  const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
+  Settings wanted = settings;
+  if (paces_by_substeps(settings)) {
+    const auto max = static_cast<std::int64_t>(find_field("run.substeps", "keys").max);
+    const auto num = std::llround(static_cast<double>(settings.substeps) * factor);
+    wanted.substeps = std::clamp<std::int64_t>(num, 1, max);
+  } else {
+    // Steps may be too short for the pace that is asked for: then slower is slower than what is seen.
+    const bool is_slower = plan.slow_motion < 0.95 * settings.time_scale;
+    const double now = is_slower && factor < 1.0 ? plan.slow_motion : settings.time_scale;
+    const double min = std::min(kMinKeyTimeScale, settings.time_scale);
+    wanted.time_scale = std::clamp(now * factor, min, find_field("run.time_scale", "keys").max);
+  }
+  const bool is_slowest = settings.dt_s > 0.0 && plan.num_steps == 1 && factor < 1.0;
+  if (is_slowest) {
+    view.notice = fmt::format("One step of {:g} s a frame is the slowest; shorten run.dt_s", settings.dt_s);
+    return;
+  }
+  const Settings before = std::exchange(settings, wanted);
   note_change(before);
 }
 
@@ -98,7 +118,7 @@ void Simulation::State::save_scene(const std::string& name) {
   view.notice = fmt::format("Saved: {}", file.string());
 }
 
-// A refused edit leaves the other commands of the picture alone, since a log names those without it.
+// A refused edit does not stop the other commands: the log records them without it.
 void Simulation::State::edit_settings(const Settings& wanted) {
   try {
     change_settings(wanted);

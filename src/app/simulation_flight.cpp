@@ -53,7 +53,7 @@ void Simulation::State::keep_old_flight() {
   flight = {};
 }
 
-// The oldest first, but for the one that the flights of this launch are compared with.
+// Drops the oldest flights, but keeps the reference of this launch.
 void Simulation::State::drop_old_flights() {
   const std::int64_t kept = reference_of(flight, old_flights).number;
   while (old_flights.size() > kMaxOldFlights)
@@ -161,7 +161,7 @@ double Simulation::State::half_step_of(const Settings& with) const {
   return 0.5 * (with.dt_s > 0.0 ? with.dt_s : plan_frame(with, derive_physics(with), ball).dt_s);
 }
 
-// With half of the step, or with the scene's again.
+// Repeats the launch with half of the step, or with the scene's.
 void Simulation::State::compare_steps(bool half) {
   if (!half && !scene_dt_s) return;
   const std::optional<double> before_s = scene_dt_s;
@@ -176,7 +176,7 @@ void Simulation::State::compare_steps(bool half) {
   if (!repeat_flight(with)) scene_dt_s = before_s;
 }
 
-// logged: the one that a flight took, perhaps on a backend that cannot fly all methods.
+// logged: the method in the log, which may come from a backend that lacks some methods.
 void Simulation::State::compare_methods(std::optional<Method> logged) {
   Settings with = settings;
   for (const Method next : methods_after(settings.method)) {

@@ -161,9 +161,9 @@ void Simulation::State::pause_if_invalid(const StepTotals& totals) {
                                ? ""
                                : fmt::format(" in step {}", totals.first_invalid_step);
   view.message = fmt::format(
-      "Paused: {} parcels left the range of numbers{}, the first with id {}. Shorten the step (run.dt_s, "
+      "Paused: {} parcel{} left the range of numbers{}, the first with id {}. Shorten the step (run.dt_s, "
       "run.displacement_per_step) or slow the ball, then reset.",
-      totals.num_invalid, when, totals.first_invalid_id);
+      totals.num_invalid, totals.num_invalid == 1 ? "" : "s", when, totals.first_invalid_id);
 }
 
 void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
@@ -172,8 +172,7 @@ void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
   view.paused = true;
   view.message = fmt::format(
       "Paused: the energy has grown {:.0f}-fold, which only the steps of method {} do here. Take method "
-      "exact, "
-      "a shorter run.dt_s, air.impulse_scale = 1 or a lower air.area_fraction, then reset.",
+      "exact, a shorter run.dt_s, air.impulse_scale = 1 or a lower air.area_fraction, then reset.",
       growth, method_name(settings.method));
 }
 

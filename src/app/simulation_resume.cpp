@@ -13,58 +13,67 @@ std::uint64_t state_hash(const RunState& state) {
   return hash;
 }
 
-void Simulation::State::save(RunState& to) const {
+void Simulation::State::save(FlightState& to) const {
   backend->save(to.backend);
   to.settings = settings;
   to.air_seed = physics.seed;
-  to.flight_seed = flight_seed;
   to.totals = view.totals;
   to.simulated_s = view.simulated_s;
   to.shown_s = shown_s;
-  to.launched_at_s = launched_at_s;
-  to.landed_for_s = landed_for_s;
   to.ball_distance_m = view.ball_distance_m;
   to.collision_rate_per_s = collision_rate_per_s;
-  to.num_launches = num_launches;
-  to.num_flights = view.num_flights;
-  to.last_number = last_number;
   to.landed = view.flight == Flight::landed;
-  to.left_once = left_once;
-  to.by_hand = by_hand;
-  to.paused = view.paused;
   to.scene_dt_s = scene_dt_s;
   to.flight = flight;
 }
 
-void Simulation::State::resume(const RunState& from) {
-  check_room(from.settings, 0);
-  const Physics derived = derive_physics(from.settings);
-  check_backend(from.settings, derived, *backend);
+// derived: physics of the settings.
+void Simulation::State::resume(const FlightState& from, const Physics& derived) {
   settings = from.settings;
   physics = derived;
   physics.seed = from.air_seed;
   backend->resume(physics, from.backend);
   ball = from.backend.ball;
-  flight_seed = from.flight_seed;
   view.totals = from.totals;
   view.simulated_s = from.simulated_s;
   shown_s = from.shown_s;
-  launched_at_s = from.launched_at_s;
-  landed_for_s = from.landed_for_s;
   view.ball_distance_m = from.ball_distance_m;
   collision_rate_per_s = from.collision_rate_per_s;
+  view.flight = from.landed ? Flight::landed : Flight::flying;
+  scene_dt_s = from.scene_dt_s;
+  flight = from.flight;
+  ghosts = ghosts_of(settings);
+  profile_is_due = true;
+}
+
+void Simulation::State::save_run(RunState& to) const {
+  save(to);
+  to.flight_seed = flight_seed;
+  to.launched_at_s = launched_at_s;
+  to.landed_for_s = landed_for_s;
+  to.num_launches = num_launches;
+  to.num_flights = view.num_flights;
+  to.last_number = last_number;
+  to.left_once = left_once;
+  to.by_hand = by_hand;
+  to.paused = view.paused;
+}
+
+void Simulation::State::resume_run(const RunState& from) {
+  check_room(from.settings, 0);
+  const Physics derived = derive_physics(from.settings);
+  check_backend(from.settings, derived, *backend);
+  resume(from, derived);
+  flight.settings = settings;
+  flight_seed = from.flight_seed;
+  launched_at_s = from.launched_at_s;
+  landed_for_s = from.landed_for_s;
   num_launches = from.num_launches;
   view.num_flights = from.num_flights;
   last_number = from.last_number;
-  view.flight = from.landed ? Flight::landed : Flight::flying;
   left_once = from.left_once;
   by_hand = from.by_hand;
   view.paused = from.paused;
-  scene_dt_s = from.scene_dt_s;
-  flight = from.flight;
-  flight.settings = settings;
-  ghosts = ghosts_of(settings);
-  profile_is_due = true;
   begin_history();
   show_plan();
 }
@@ -72,10 +81,10 @@ void Simulation::State::resume(const RunState& from) {
 Simulation::Simulation(const RunState& from, std::unique_ptr<Backend> backend)
     : state_(std::make_unique<State>()) {
   state_->backend = std::move(backend);
-  state_->resume(from);
+  state_->resume_run(from);
   state_->update_view();
 }
 
-void Simulation::save(RunState& to) const { state_->save(to); }
+void Simulation::save(RunState& to) const { state_->save_run(to); }
 
 }  // namespace pf

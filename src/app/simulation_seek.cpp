@@ -20,17 +20,7 @@ void Simulation::State::keep_checkpoint_when_due() {
   Checkpoint now;
   now.frame = history.position();
   now.num_changes = history.num_changes();
-  now.shown_s = shown_s;
-  now.settings = settings;
-  now.physics = physics;
-  now.scene_dt_s = scene_dt_s;
-  backend->save(now.backend);
-  now.totals = view.totals;
-  now.simulated_s = view.simulated_s;
-  now.ball_distance_m = view.ball_distance_m;
-  now.collision_rate_per_s = collision_rate_per_s;
-  now.landed = view.flight == Flight::landed;
-  now.flight = flight;
+  save(now);
   checkpoints->keep(std::move(now));
 }
 
@@ -38,26 +28,13 @@ void Simulation::State::restore(const Checkpoint& then) {
   frame.reset();
   view.mid_step = false;
   if (then.settings.threads != settings.threads) change_threads(then.settings);
-  settings = then.settings;
-  scene_dt_s = then.scene_dt_s;
-  physics = then.physics;
-  ghosts = ghosts_of(settings);
-  ball = then.backend.ball;
-  backend->resume(physics, then.backend);
-  view.totals = then.totals;
-  view.simulated_s = then.simulated_s;
-  view.ball_distance_m = then.ball_distance_m;
-  view.flight = then.landed ? Flight::landed : Flight::flying;
-  collision_rate_per_s = then.collision_rate_per_s;
+  resume(then, derive_physics(then.settings));
   landed_for_s = 0.0;
-  shown_s = then.shown_s;
-  flight = then.flight;
-  profile_is_due = true;
   history.go_to(then.frame, then.num_changes);
 }
 
-// Back by a second of display. Keeps the current settings, those of the frame sought if it is not reached
-// yet: with others than its own the flight goes on anew from there.
+// Goes back by a second of display. Keeps the current settings; during a seek, those of its target. If they
+// differ from the flight's own there, the flight continues with them.
 void Simulation::State::go_back() {
   const auto frames = static_cast<std::int64_t>(std::llround(kBack_s * settings.frame_rate_hz));
   const std::int64_t from = sought.value_or(history.position());
@@ -90,7 +67,7 @@ void Simulation::State::start_seek(std::int64_t target) {
   sought = target;
 }
 
-// The settings that were changed here, as they were changed.
+// Repeats the changes of settings that were made at this frame.
 void Simulation::State::repeat_changes() {
   while (const SettingsChange* change = history.next_change()) {
     const Settings to = change->settings;

@@ -73,8 +73,10 @@ struct Simulation::State {
 
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
-  void save(RunState& to) const;
-  void resume(const RunState& from);
+  void save(FlightState& to) const;
+  void resume(const FlightState& from, const Physics& derived);
+  void save_run(RunState& to) const;
+  void resume_run(const RunState& from);
   void reset(const Settings& with);
   NewAir new_air(const Settings& with, const BallState& around) const;
   void respawn(const NewAir& air);
@@ -97,18 +99,18 @@ struct Simulation::State {
   void begin_history();
   void go_back();
   void seek(double time_s);
-  void start_seek(std::int64_t frame);
-  void restore(const Checkpoint& checkpoint);
+  void start_seek(std::int64_t target);
+  void restore(const Checkpoint& then);
   void fly_to_sought(DrawTarget* target);
   void end_seek();
   void repeat_changes();
-  void change_settings(const Settings& edited);
+  void change_settings(const Settings& wanted);
   void edit_settings(const Settings& wanted);
   void note_change(const Settings& before);
   void drop_future();
   Commands admit_while_seeking();
   void apply_commands(const Commands& commands);
-  void apply_settings(const Settings& edited);
+  void apply_settings(const Settings& wanted);
   void change_scene(const std::string& name);
   void restart(Settings with);
   void change_threads(const Settings& with);

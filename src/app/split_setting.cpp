@@ -32,14 +32,11 @@ std::string full_path(const std::string& name) {
   const std::string found = find_field(name, "--split").path();
   throw UserError(
       fmt::format("--split: {} cannot differ, since both halves have the same parcels at the start, launch "
-                  "and clock; one "
-                  "of {}",
+                  "and clock; one of {}",
                   found, fmt::join(settings_that_may_differ(), ", ")));
 }
 
-std::string method_edit(Method method) {
-  return std::string("run.method = ") + kMethods[static_cast<std::size_t>(method)].name;
-}
+std::string method_edit(Method method) { return std::string("run.method = ") + method_name(method); }
 
 void put(Difference& difference, const std::string& edit) {
   std::erase_if(difference, [&](const std::string& old) { return path_of(old) == path_of(edit); });
@@ -72,7 +69,8 @@ SplitNames names_of(const Field& field, const Settings& first, const Settings& s
                       name_of(field, second, text_of(field, second))};
   };
   const SplitNames names = both(short_value_text);
-  return names.first != names.second ? names : both(value_text);
+  if (names.first != names.second) return names;
+  return both([](const Field& of, const Settings& settings) { return value_text(of, settings); });
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ Difference split_settings(const std::vector<std::string>& assignments);
 // The settings of the second flight beside one with `first`. difference: without "next".
 Settings differing(Settings first, const Difference& difference);
 
-// With the method in place of "next". Throws UserError, with the reason, if settings of the second flight
-// cannot run beside the first.
+// Replaces "next" by the method that it means. Throws UserError, with the reason, if settings of the second
+// flight cannot run beside the first.
 Difference resolved(const Difference& difference, const Settings& first);
 
 // Returns the settings in which the second flight differs from the `first`: the next method, half of its time

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 #include <signal.h>
-#include <unistd.h>
+#include <stdlib.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -14,6 +16,7 @@
 #include "app/report.hpp"
 #include "app/sweep_plan.hpp"
 #include "core/error.hpp"
+#include "core/text.hpp"
 
 namespace pf {
 namespace {
@@ -54,11 +57,21 @@ struct Outcome {
   std::uint64_t peak_host_bytes = 0;
 };
 
-// Temporary file for the report of a run.
+// File for the report of a run, in a temporary folder of its own.
 class ReportFile {
  public:
-  ReportFile() : path_(fs::temp_directory_path() / fmt::format("pickleflight-sweep-{}.json", ::getpid())) {}
-  ~ReportFile() { clear(); }
+  ReportFile() {
+    std::string folder = (fs::temp_directory_path() / "pickleflight-sweep-XXXXXX").string();
+    if (::mkdtemp(folder.data()) == nullptr) {
+      throw OutputError(fmt::format("{}: no temporary folder can be made ({}); set TMPDIR to another folder",
+                                    in_quotes(folder), std::strerror(errno)));
+    }
+    path_ = fs::path(folder) / "report.json";
+  }
+  ~ReportFile() {
+    std::error_code ignored;
+    fs::remove_all(path_.parent_path(), ignored);
+  }
   ReportFile(const ReportFile&) = delete;
   ReportFile& operator=(const ReportFile&) = delete;
   const fs::path& path() const { return path_; }
@@ -212,10 +225,10 @@ class Sweep {
     std::fflush(stdout);
   }
   void add(json& series, json point) {
-    print_point(point);
-    series["points"].push_back(std::move(point));
+    series["points"].push_back(point);
     result_["series"].back() = series;
     save();
+    print_point(point);
   }
 
   const Options& options_;

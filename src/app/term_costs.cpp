@@ -8,7 +8,6 @@
 
 #include "app/memory.hpp"
 #include "app/step_request.hpp"
-#include "core/error.hpp"
 #include "core/round_up.hpp"
 #include "core/statistics.hpp"
 #include "scene/derive.hpp"
@@ -251,7 +250,7 @@ void TermCosts::finish(Term term) {
   cost.is_known = true;
 }
 
-// The median, and the middle half of the frames where they differ by more than a tenth.
+// Formats the median, and the quartiles if they differ by more than a tenth.
 std::string TermCosts::step_text() const {
   std::vector<double> values_ms = step_ms_;
   const double median_ms = median_of(values_ms);

@@ -1,5 +1,5 @@
-// AVX2 helpers that handle eight parcels at a time. AVX2 stands for the fused multiply-add as well:
-// processors have both or neither, but for a few of VIA.
+// AVX2 helpers that handle eight parcels at a time. AVX2 stands for the fused multiply-add as well: all
+// processors have both or neither, except a few by VIA.
 #pragma once
 
 #if defined(__x86_64__)

@@ -98,8 +98,8 @@ class Backend {
   // Why this backend cannot make steps of a method, with a remedy; "": it can. submit() throws UserError
   // then.
   virtual std::string refusal_of(Method) const { return ""; }
-  // A backend of this kind, without parcels, that works with so many threads (0: all of the machine). Null:
-  // it makes no difference.
+  // A backend of this kind, without parcels, with num_threads threads (0: all of the machine). Null if the
+  // backend does not depend on threads.
   virtual std::unique_ptr<Backend> with_threads(unsigned) const { return nullptr; }
 
   // Spawns the parcels of plan and adopts physics and ball. Throws UserError if a device's memory does not
@@ -112,8 +112,8 @@ class Backend {
   virtual void restore(const ParcelSnapshot& snapshot) = 0;
 
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in
-  // use until collect(); those in host memory are complete when submit() returns. Until collect() nothing
-  // else may be called but images()->count().
+  // use until collect(); those in host memory are complete when submit() returns. Until collect(), only
+  // images()->count() may be called.
   //
   // A budget may end a request after any step, and method `exact` within a step (mid_step), where state and
   // drawing are those of the moment. The next request then goes on: num_done counts the steps that the series

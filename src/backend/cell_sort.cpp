@@ -11,7 +11,7 @@ namespace pf {
 void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
   num_cells_ = in.grid.num_cells();
   resize_tightly(keys_, in.parcels.id.size());
-  resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMostCounts) + team.size());
+  resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMaxCounts) + team.size());
   resize_tightly(out.cell_start, num_cells_ + 2);
   {
     ScopedPhase timing(times, Phase::sort);
@@ -65,7 +65,7 @@ void CellSort::lay_out_counts(unsigned num_threads) {
     num_counts += slice.num_counts();
   }
   if (num_counts <= offsets_.size()) return;
-  slices_.resize(std::min(num_threads, kMostCounts));
+  slices_.resize(std::min(num_threads, kMaxCounts));
   for (std::size_t s = 0; s < slices_.size(); ++s) {
     const std::size_t num = keys_.size(), num_slices = slices_.size();
     slices_[s] = {num * s / num_slices, num * (s + 1) / num_slices, 0, num_cells_, s * (num_cells_ + 1)};
@@ -130,7 +130,7 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   team.run([&](unsigned thread) {
     if (thread >= slices_.size()) return;
     const Slice slice = slices_[thread];
-    // Pointers, since a byte that is written might be a part of any vector to the compiler.
+    // Pointers, because the compiler must assume that a written byte may alias any vector.
     const std::uint32_t *keys = keys_.data(), *from_id = from.id.data();
     const Vec2i* from_position = from.position.data();
     const Vec2f* from_velocity = from.velocity.data();

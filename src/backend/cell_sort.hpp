@@ -30,7 +30,7 @@ class CellSort {
 
   std::uint64_t memory_bytes() const { return 4 * (keys_.capacity() + offsets_.capacity()); }
 
-  static constexpr unsigned kMostCounts = 4;  // of a cell; more would cost memory
+  static constexpr unsigned kMaxCounts = 4;  // of a cell; more would cost memory
   // Slices of parcels that the last sort has sorted side by side.
   std::size_t num_slices() const { return slices_.size(); }
 

@@ -1,7 +1,7 @@
 #include "backend/cpu_backend.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <numeric>
 
 #include "backend/exact/limits.hpp"
 #include "backend/processor.hpp"
@@ -41,6 +41,8 @@ void CpuBackend::reset(const Physics& physics, const SpawnPlan& plan, const Ball
 void CpuBackend::set_physics(const Physics& physics) {
   if (!keeps_trajectories(physics_, physics)) stop_exact();
   exact_.forget_predictions();
+  // Walls are a radius away: a parcel that is now beyond its limit moves farther than any step would.
+  if (physics.parcels.radius_m != physics_.parcels.radius_m) parcels_.sorted = false;
   physics_ = physics;
 }
 
@@ -196,12 +198,14 @@ Profile CpuBackend::profile(const ProfileShape& shape) {
 }
 
 std::uint64_t CpuBackend::state_hash() {
-  std::uint64_t hash = physics_.ball.exists ? ball_hash(ball_) : 0;
   const std::vector<Vec2i>& position = positions();
-  for (std::size_t i = 0; i < size(); ++i) {
-    hash += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
-  }
-  return hash;
+  std::vector<std::uint64_t> parts(team_.size());
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, size());
+    for (std::size_t i = begin; i < end; ++i)
+      parts[thread] += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
+  });
+  return std::accumulate(parts.begin(), parts.end(), physics_.ball.exists ? ball_hash(ball_) : 0ULL);
 }
 
 std::uint64_t CpuBackend::memory_bytes() const {

@@ -31,6 +31,14 @@ PF_HD inline DrawnParcel drawn_parcel(const World& world, Vec2i position, Vec2f 
           sqrtf(velocity.x * velocity.x + velocity.y * velocity.y)};
 }
 
+// Writes a parcel's entries.
+PF_HD inline void draw_parcel(const DrawBuffers& buffers, const World& world, std::size_t i, Vec2i position,
+                              Vec2f velocity) {
+  const DrawnParcel drawn = drawn_parcel(world, position, velocity);
+  buffers.position_m[i] = drawn.position_m;
+  buffers.speed_mps[i] = drawn.speed_mps;
+}
+
 enum class DrawTargetKind { interop, staged, host, images };
 
 constexpr const char* kDrawTargetNames[] = {"interop", "staged", "host", "images"};

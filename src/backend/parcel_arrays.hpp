@@ -50,7 +50,7 @@ struct SortedParcels {
   GridShape grid;
   std::vector<std::uint32_t> cell_start;
   bool sorted = false;
-  // Parcels of larger slots are ghosts, copies of those of other slabs: they touch, but do not move.
+  // Parcels with larger slots are ghosts, copies of another slab's parcels: they touch, but do not move.
   std::uint32_t last_own_slot = 0;
 
   std::size_t size() const { return current.id.size(); }

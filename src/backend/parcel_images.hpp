@@ -19,7 +19,7 @@ struct PixelGrid {
 
 // Parameters of the count of parcels per pixel, which shaders/splat_resolve.comp turns into colours.
 struct CountStyle {
-  float per_color_mps = 1.0F;  // speed to place on the colour scale
+  float color_per_mps = 1.0F;  // speed to place on the colour scale
   std::uint32_t one_in = 1;    // one of this many parcels is counted
 };
 
@@ -36,7 +36,7 @@ PF_HD inline std::uint32_t pixel_of(const PixelGrid& grid, Vec2f position_m) {
 
 // A parcel's addend to its pixel: one to the count in the low 13 bits, its level on the colour scale above.
 PF_HD inline std::uint32_t pixel_share(const CountStyle& style, float speed_mps) {
-  const float level = fminf(fmaxf(speed_mps * style.per_color_mps, 0.0F), 1.0F) * 63.0F + 0.5F;
+  const float level = fminf(fmaxf(speed_mps * style.color_per_mps, 0.0F), 1.0F) * 63.0F + 0.5F;
   return (static_cast<std::uint32_t>(level) << 13U) | 1U;
 }
 

@@ -1,5 +1,5 @@
-// Errors by responsibility. Libraries throw. main turns what nobody else has taken into a line and an exit
-// code; a run that can go on without what failed (an output, a device, a command) takes it and says so.
+// Errors by responsibility. Libraries throw. main turns uncaught errors into one line and an exit code. A run
+// that can go on without the failed part (an output, a device, a command) catches the error and reports it.
 #pragma once
 
 #include <stdexcept>
@@ -13,7 +13,7 @@ class UserError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Results that cannot be written. Exit code 1, as for those that broke off.
+// Results that cannot be written. Exit code 1, as for interrupted runs.
 class OutputError : public UserError {
  public:
   using UserError::UserError;

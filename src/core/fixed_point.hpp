@@ -1,5 +1,5 @@
-// Floats as fixed-point numbers and back. The GPU takes 32-bit conversions for it: those of 64-bit numbers
-// are many times as slow on graphics cards.
+// Floats as fixed-point numbers and back. The GPU uses 32-bit conversions: 64-bit ones are many times slower
+// on graphics cards.
 #pragma once
 
 #include <cmath>
@@ -22,7 +22,7 @@ PF_HD inline std::int32_t round_to_int32(double value) {
   return static_cast<std::int32_t>(round_to_int64(value));
 }
 
-// a b - product, rounded once. product: a * b in float, so that this is what it lost.
+// a b - product, rounded once. product: a * b rounded to float, so that the result is its rounding error.
 PF_HD inline float lost_in_product(float a, float b, float product) {
 #if defined(__CUDA_ARCH__)
   return __fmaf_rn(a, b, -product);

@@ -6,8 +6,8 @@
 
 namespace pf {
 
-// The file that a name stands for, whether or not it exists: a rename to a link would replace the link, and
-// leave its file as it was. Links in a ring stand for themselves.
+// Returns the file that a name refers to, even if it does not exist: a rename to a link would replace the
+// link, and leave its file as it was. Returns `file` itself if links form a cycle.
 inline std::filesystem::path link_target(const std::filesystem::path& file) {
   constexpr int kMaxLinks = 40;  // as many as Linux follows
   std::filesystem::path target = file;

@@ -19,7 +19,7 @@ class ProgressLine {
   void show(const std::string& line);  // cut to the width of the terminal
   double spent_s() const { return 1e-3 * milliseconds_since(start_); }
 
-  // Takes the line off the terminal, if there is one. For whoever else writes to it.
+  // Clears the line from the terminal. Call it before anything else is written there.
   static void clear();
 
  private:

@@ -7,17 +7,17 @@
 
 namespace pf {
 
-// The file aside.
+// Temporary name under which a file is written.
 inline std::filesystem::path part_of(const std::filesystem::path& file) { return file.string() + ".part"; }
 
-// False for a device, a pipe, and what is open already, as /dev/stdout: they are written directly.
+// Returns false for devices, pipes and open files such as /dev/stdout: these are written directly.
 bool is_written_aside(const std::filesystem::path& file);
 
 // Writes a file, so that a full disk leaves what was there. A link stays one. Returns "", or the reason why
 // it failed.
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes);
 
-// Removes a file without a byte, as a full disk leaves it.
+// Removes an empty file, which a full disk leaves behind.
 void remove_if_empty(const std::filesystem::path& file);
 
 }  // namespace pf

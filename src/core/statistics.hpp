@@ -1,5 +1,5 @@
-// Median and percentiles of measured values. Every report takes them here, so that all agree on what they are
-// of an even number of values, or of few.
+// Median and percentiles of measured values. Every report takes them here, so that all treat even and small
+// numbers of values alike.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ struct MedianP99 {
   double p99 = 0.0;  // smallest value that 99 % do not exceed
 };
 
-// The value that `rank` others come before, if they are sorted. rank < values.size(). Reorders values.
+// Returns the value at index `rank` of the sorted values. rank < values.size(). Reorders values.
 inline double value_of_rank(std::span<double> values, std::size_t rank) {
   const auto place = values.begin() + static_cast<std::ptrdiff_t>(rank);
   std::nth_element(values.begin(), place, values.end());
@@ -34,7 +34,7 @@ inline double value_of_share(std::span<double> values, double share) {
   return value_of_rank(values, static_cast<std::size_t>(num) - 1);
 }
 
-// Zeros of no values. Reorders them.
+// Returns zeros if there are no values. Reorders them.
 inline MedianP99 median_and_p99(std::span<double> values) {
   if (values.empty()) return {};
   return {median_of(values), value_of_rank(values, (99 * values.size() + 99) / 100 - 1)};

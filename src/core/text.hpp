@@ -8,10 +8,16 @@
 
 namespace pf {
 
+// Returns whether a byte of UTF-8 goes on with the character of the one before.
+inline bool is_continuation(char byte) { return (static_cast<unsigned char>(byte) & 0xC0U) == 0x80U; }
+
 // Quotes text for a message. Control characters become '?', and long text is cut.
 inline std::string in_quotes(const std::string& text) {
   constexpr std::size_t kMaxBytes = 80;
-  std::string shown = text.substr(0, kMaxBytes);
+  std::size_t end = std::min(text.size(), kMaxBytes);
+  if (end < text.size())
+    while (end > kMaxBytes - 3 && is_continuation(text[end])) --end;  // no part of a character
+  std::string shown = text.substr(0, end);
   for (char& c : shown) {
     const auto byte = static_cast<unsigned char>(c);
     if (byte < 0x20 || byte == 0x7F) c = '?';
@@ -21,18 +27,18 @@ inline std::string in_quotes(const std::string& text) {
 
 // Number of bytes of the first character of a text in UTF-8; 0 if the text does not begin with one.
 inline std::size_t utf8_length(std::string_view text) {
-  constexpr char32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // of a character of so many bytes
+  constexpr char32_t kMin[] = {0, 0, 0x80, 0x800, 0x10000};  // of a character of so many bytes
   const auto first = static_cast<unsigned char>(text.empty() ? 0xFF : text[0]);
   if (first < 0x80) return 1;
   const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
   if (first < 0xC0 || first >= 0xF8 || text.size() < length) return 0;
   char32_t point = first & (0xFFU >> (length + 1));
   for (const char c : text.substr(1, length - 1)) {
-    if ((c & 0xC0) != 0x80) return 0;
+    if (!is_continuation(c)) return 0;
     point = point << 6 | (c & 0x3FU);
   }
   const bool is_surrogate = point >= 0xD800 && point < 0xE000;
-  return point >= kLeast[length] && point <= 0x10FFFF && !is_surrogate ? length : 0;
+  return point >= kMin[length] && point <= 0x10FFFF && !is_surrogate ? length : 0;
 }
 
 // Returns whether a text is UTF-8, which TOML and JSON require and file names need not be.
@@ -43,6 +49,29 @@ inline bool is_utf8(std::string_view text) {
     text.remove_prefix(length);
   }
   return true;
+}
+
+// Escapes text for XML. Bytes that are not UTF-8 become U+FFFD.
+inline std::string xml_text(std::string_view text) {
+  std::string escaped;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const char c = text[0];
+    if (length == 0)
+      escaped += "\xEF\xBF\xBD";
+    else if (c == '&')
+      escaped += "&amp;";
+    else if (c == '<')
+      escaped += "&lt;";
+    else if (c == '>')
+      escaped += "&gt;";
+    else if (c == '"')
+      escaped += "&quot;";
+    else if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t')  // XML has no others
+      escaped += text.substr(0, length);
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return escaped;
 }
 
 // Returns the end of the quoted text that begins at a place of a TOML text.
@@ -62,10 +91,9 @@ inline std::size_t end_of_quotes(std::string_view toml, std::size_t at) {
   return toml.size();
 }
 
-// True if a key of a TOML text has so many parts that its tables, nested in each other, would overflow the
-// stack of a parser that calls itself.
+// Returns whether a key of a TOML text has so many parts that a recursive parser would overflow its stack.
 inline bool has_deep_keys(std::string_view toml) {
-  constexpr std::size_t kMostDots = 1000;
+  constexpr std::size_t kMaxDots = 1000;
   std::size_t num_dots = 0;  // since anything else than a key's parts
   for (std::size_t at = 0; at < toml.size();) {
     const char c = toml[at];
@@ -75,7 +103,7 @@ inline bool has_deep_keys(std::string_view toml) {
     }
     if (c == '#') at = std::min(toml.find('\n', at), toml.size() - 1);
     if (std::string_view("\n=,{}[]").find(toml[at]) != std::string_view::npos) num_dots = 0;
-    if (toml[at] == '.' && ++num_dots > kMostDots) return true;
+    if (toml[at] == '.' && ++num_dots > kMaxDots) return true;
     ++at;
   }
   return false;

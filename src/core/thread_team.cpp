@@ -45,7 +45,7 @@ ThreadTeam::ThreadTeam(unsigned num_threads)
 
 ThreadTeam::~ThreadTeam() { stop(); }
 
-// The threads end; those of threads_ are joined when it is destroyed.
+// Ends the threads. The destructor of threads_ joins them.
 void ThreadTeam::stop() {
   stopping_ = true;
   started_.fetch_add(1, std::memory_order_release);

@@ -56,7 +56,7 @@ void for_each_array(State& state, const Do& apply) {
 class Output {
  public:
   explicit Output(const fs::path& file)
-      : file_(file), stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
+      : file_(file), stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
     if (!stream_.is_open()) fail();
   }
 
@@ -121,7 +121,7 @@ class Input {
     std::error_code error;
     size_ = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
     if (!stream_ || error || size_ == 0)
-      refuse("cannot be read", "give a file that --checkpoint has written");
+      refuse("cannot be read", "give a file that --checkpoint or --dump FILE.h5 has written");
   }
 
   [[noreturn]] void refuse(const std::string& reason, const std::string& remedy) const {
@@ -157,7 +157,7 @@ class Input {
 void check_format(Input& input) {
   const std::string line = input.line();
   if (!line.starts_with(kMagic))
-    input.refuse("is no checkpoint", "give a file that --checkpoint has written");
+    input.refuse("is no checkpoint", "give a file that --checkpoint or --dump FILE.h5 has written");
   if (line != kMagic + std::to_string(kFormat)) {
     input.refuse(fmt::format("has format {}, and this program reads {}",
                              in_quotes(line.substr(std::strlen(kMagic))), kFormat),

@@ -188,8 +188,8 @@ void H5DumpFile::put_observables(const RunState& state) {
 }
 
 std::uint64_t H5DumpFile::frame_bytes() const {
-  constexpr std::uint64_t kMostPerParcel = 12 + 12 + 1 + 8 + 1 + 8 + 4 + 4;
-  return layout_.num_parcels * kMostPerParcel * 11 / 10 + (1U << 18);
+  constexpr std::uint64_t kMaxBytesPerParcel = 12 + 12 + 1 + 8 + 1 + 8 + 4 + 4;
+  return layout_.num_parcels * kMaxBytesPerParcel * 11 / 10 + (1U << 18);
 }
 
 // The positions come last: a frame is complete when they are there.
@@ -216,7 +216,7 @@ void H5DumpFile::finish() {
 H5Dump::H5Dump(fs::path file, DumpFormat format) : path_(std::move(file)), format_(format) {}
 H5Dump::~H5Dump() = default;
 
-// Only the first name is the user's choice, and may be that of a file to write over.
+// The user chose only the first name; only that file may be overwritten.
 fs::path H5Dump::next_file() {
   if (++number_ == 1) return path_;
   const auto is_taken = [](const fs::path& file) {

@@ -15,7 +15,6 @@ class Series {
     bool has_nan_fill = false;  // of float32
   };
 
-  Series() = default;
   // Makes an empty data set.
   static void make(hid_t parent, const std::string& path, const Shape& shape);
   // Opens it for appending. type: of the rows in memory.
@@ -23,7 +22,6 @@ class Series {
 
   // Adds a frame and hands all of it to the system.
   void append(const void* row);
-  std::uint64_t num_rows() const { return extent_.empty() ? 0 : extent_[0]; }
 
  private:
   Handle dataset_, in_memory_;

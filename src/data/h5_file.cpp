@@ -100,7 +100,7 @@ void GrowingFile::make(const fs::path& file, const std::function<void(hid_t)>& f
   }
   file_ = Handle(H5Fopen(file.c_str(), H5F_ACC_RDWR | H5F_ACC_SWMR_WRITE, access_list().id()), H5Fclose,
                  path_.c_str());
-  superblock_ = Descriptor(::open(file.c_str(), O_RDWR));
+  superblock_ = Descriptor(::open(file.c_str(), O_RDWR | O_CLOEXEC));
   if (!superblock_.is_open()) fail(path_);
   reserve(0);
 }

@@ -19,13 +19,13 @@ namespace pf::h5 {
 
 class GrowingFile {
  public:
-  // Makes the file aside, has `fill` create all groups and data sets, and renames it when it may be read.
-  // Throws DeviceError.
+  // Creates the file under a temporary name, calls `fill` to create groups and data sets, and renames it once
+  // it is readable. Throws DeviceError.
   GrowingFile(const std::filesystem::path& file, const std::function<void(hid_t)>& fill);
 
   hid_t id() const { return file_.id(); }
-  // Extends the file so that num_bytes more can be written. To be called before they are.
-  void reserve(std::uint64_t num_bytes);
+  // Extends the file so that num_bytes_more can be written. Must be called before they are.
+  void reserve(std::uint64_t num_bytes_more);
   // Closes the file, with its exact size. All data sets must be closed.
   void finish();
   std::uint64_t num_bytes() const;  // used so far

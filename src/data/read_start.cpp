@@ -25,8 +25,8 @@ RunState read_state(const DataOptions& data) {
   return read_checkpoint(data.from);
 }
 
-// Ticks of method `exact` suit the speeds: in one, everything moves by a part of a position unit. Settings
-// may have changed the speeds since, so the margin is large; but nothing crosses the world in a tick.
+// A tick of method `exact` is so short that everything moves by a fraction of a position unit. Settings may
+// have changed the speeds since, so the margin is large; but nothing crosses the world in a tick.
 void check_ticks(const RunState& state, const std::filesystem::path& file) {
   const BackendState& backend = state.backend;
   if (!backend.exact.active || backend.exact.tick_exponent == 0) return;

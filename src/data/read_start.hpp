@@ -5,7 +5,7 @@
 
 namespace pf {
 
-// Reads it, and has options.settings and options.data.start follow. Throws UserError.
+// Reads it, and sets options.settings and options.data.start. Throws UserError.
 void read_start(Options& options);
 
 }  // namespace pf

@@ -102,7 +102,7 @@ void RunFiles::tell_failure(Target& target) {
   if (announce_) announce_(fmt::format("--{}: {}; the run continues without it", target.name, failure));
 }
 
-// The first state of another scene, or after a reset or a jump back, is due in any case: it begins a file.
+// The first state after a new scene, a reset or a jump back is always due: it begins a file.
 void RunFiles::note_beginning(const FrameView& view) {
   const bool begins = view.num_scenes != seen_scenes_ || view.totals.num_steps < seen_steps_;
   seen_scenes_ = view.num_scenes;

@@ -61,17 +61,17 @@ class Reading {
   template <class T>
   void operator()(const char* key, T& value) const {
     // Counts are not negative. The ball's tick counts from now.
-    constexpr std::int64_t kLeast = std::is_same_v<T, std::int32_t> ? INT32_MIN : 0;
+    constexpr std::int64_t kMin = std::is_same_v<T, std::int32_t> ? INT32_MIN : 0;
     if constexpr (std::is_same_v<T, bool>) {
       if (!at(key).is_boolean()) refuse(key, "true or false");
       value = at(key).template get<bool>();
     } else if constexpr (std::is_enum_v<T>) {
-      value = static_cast<T>(whole(key, kLeast, last_of(T{})));
+      value = static_cast<T>(whole(key, kMin, last_of(T{})));
     } else {
-      value = static_cast<T>(whole(key, kLeast, std::numeric_limits<T>::max()));
+      value = static_cast<T>(whole(key, kMin, std::numeric_limits<T>::max()));
     }
   }
-  // A time, or a length of one.
+  // Reads a time or a duration, which must not be negative.
   void time(const char* key, double& value) const {
     (*this)(key, value);
     if (!(value >= 0.0)) refuse(key, "a number that is not negative");
@@ -106,12 +106,12 @@ class Reading {
     return stored.get<double>();
   }
   // A number from least, at most 0, to most. A negative one comes back modulo 2^64.
-  std::uint64_t whole(const char* key, std::int64_t least, std::uint64_t most) const {
+  std::uint64_t whole(const char* key, std::int64_t min, std::uint64_t max) const {
     const json& stored = at(key);
     const bool fits = stored.is_number_unsigned()
-                          ? stored.get<std::uint64_t>() <= most
-                          : stored.is_number_integer() && stored.get<std::int64_t>() >= least;
-    if (!fits) refuse(key, fmt::format("a whole number from {} to {}", least, most));
+                          ? stored.get<std::uint64_t>() <= max
+                          : stored.is_number_integer() && stored.get<std::int64_t>() >= min;
+    if (!fits) refuse(key, fmt::format("a whole number from {} to {}", min, max));
     return stored.get<std::uint64_t>();
   }
 

@@ -37,8 +37,8 @@ class StateWriter {
   StateWriter(const StateWriter&) = delete;
   StateWriter& operator=(const StateWriter&) = delete;
 
-  // Returns whether there is room for a state; with `wait` once there is. A state without room counts as
-  // dropped. Without a sink that works there is none.
+  // Returns whether there is room for a state; `wait` waits for it. Counts a drop if there is none. Returns
+  // false if the sink has failed.
   bool has_room(WhenFull when_full);
   void add(std::shared_ptr<const RunState> state);
   // Writes what is held and ends the file.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -18,14 +19,6 @@ constexpr const char* kHead =
     "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\">\n<Domain>\n"
     "<Grid Name=\"parcels\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
 constexpr const char* kTail = "</Grid>\n</Domain>\n</Xdmf>\n";
-
-// '&' and the like in a file's name.
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text)
-    out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  return out;
-}
 
 struct Slab {
   const char* path;
@@ -47,7 +40,7 @@ std::string slab_text(const XdmfFile::Layout& layout, const Slab& slab, std::uin
       "Format=\"HDF\">{file}:{path}</DataItem></DataItem>",
       fmt::arg("n", layout.num_parcels), fmt::arg("parts", parts), fmt::arg("rank", is_vector ? 3 : 2),
       fmt::arg("frame", frame), fmt::arg("zeros", zeros), fmt::arg("ones", ones),
-      fmt::arg("frames", num_frames), fmt::arg("type", slab.type), fmt::arg("file", escaped(layout.h5_name)),
+      fmt::arg("frames", num_frames), fmt::arg("type", slab.type), fmt::arg("file", xml_text(layout.h5_name)),
       fmt::arg("path", slab.path));
 }
 
@@ -55,18 +48,24 @@ constexpr const char* kFloat = "NumberType=\"Float\" Precision=\"4\"";
 
 }  // namespace
 
+// The file is whole from its first moment on, whenever the program is killed.
 XdmfFile::XdmfFile(const std::filesystem::path& file, Layout layout)
-    : name_(file.string()),
-      layout_(std::move(layout)),
-      stream_(::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
-  put(std::string(kHead) + kTail);
+    : name_(file.string()), layout_(std::move(layout)) {
+  const std::string problem = replace_file(file, std::string(kHead) + kTail);
+  if (!problem.empty()) fail(problem);
+  stream_ = Descriptor(::open(file.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!stream_.is_open()) fail(std::strerror(errno));
   end_ = static_cast<std::int64_t>(std::strlen(kHead));
+}
+
+void XdmfFile::fail(const std::string& reason) const {
+  throw UserError(fmt::format("{}: cannot be written: {}", in_quotes(name_), reason));
 }
 
 void XdmfFile::put(const std::string& text) {
   const bool is_there = stream_.is_open() && ::lseek(stream_.get(), end_, SEEK_SET) == end_;
   if (is_there && stream_.write(text.data(), text.size())) return;
-  throw UserError(fmt::format("{}: cannot be written: {}", in_quotes(name_), std::strerror(errno)));
+  fail(std::strerror(errno));
 }
 
 void XdmfFile::add_frame(double time_s, std::uint64_t num_frames) {

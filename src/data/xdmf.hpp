@@ -25,6 +25,7 @@ class XdmfFile {
 
  private:
   void put(const std::string& text);
+  [[noreturn]] void fail(const std::string& reason) const;
 
   std::string name_;
   Layout layout_;

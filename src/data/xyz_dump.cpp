@@ -17,10 +17,13 @@
 namespace pf {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& file) {
-  throw UserError(fmt::format("{}: the dump cannot be written: {}; its frames up to here are complete",
-                              in_quotes(file.string()), std::strerror(errno)));
+// error: of errno. remark: after the reason.
+[[noreturn]] void fail(const std::filesystem::path& file, int error, const char* remark = "") {
+  throw UserError(fmt::format("{}: the dump cannot be written: {}{}", in_quotes(file.string()),
+                              std::strerror(error), remark));
 }
+
+constexpr const char* kFramesAreComplete = "; its frames up to here are complete";
 
 std::string comment_line(const RunState& state, const Physics& physics) {
   const World& world = physics.world;
@@ -60,24 +63,23 @@ std::string xyz_frame(const RunState& state) {
 }
 
 XyzDump::XyzDump(std::filesystem::path file)
-    : file_(std::move(file)), stream_(::open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666)) {
-  if (!stream_.is_open()) fail(file_);
+    : file_(std::move(file)), stream_(::open(file_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+  if (!stream_.is_open()) fail(file_, errno);
 }
 
 // A frame that could not be written whole is taken back.
 void XyzDump::write(const RunState& state) {
   const std::string text = xyz_frame(state);
   if (!stream_.write(text.data(), text.size())) {
-    const int reason = errno;
-    if (::ftruncate(stream_.get(), static_cast<off_t>(num_bytes_)) != 0) errno = reason;
-    errno = reason;
-    fail(file_);
+    const int error = errno;
+    const bool is_taken_back = ::ftruncate(stream_.get(), static_cast<off_t>(num_bytes_)) == 0;
+    fail(file_, error, is_taken_back ? kFramesAreComplete : "");
   }
   num_bytes_ += text.size();
 }
 
 void XyzDump::finish() {
-  if (!stream_.close()) fail(file_);
+  if (!stream_.close()) fail(file_, errno);
 }
 
 }  // namespace pf

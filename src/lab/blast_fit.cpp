@@ -16,11 +16,11 @@ constexpr std::size_t kTime = 0, kFront = 2;
 // Slope of y over x.
 template <class X, class Y>
 double slope_of(const json& samples, const X& x_of, const Y& y_of) {
-  const double least = kFirstShare * samples.back()[kFront].get<double>();
+  const double min_radius = kFirstShare * samples.back()[kFront].get<double>();
   LineFit fit;
   for (const json& sample : samples) {
     const double radius = sample[kFront].get<double>();
-    if (radius >= least) fit.add(x_of(sample[kTime].get<double>()), y_of(radius));
+    if (radius >= min_radius) fit.add(x_of(sample[kTime].get<double>()), y_of(radius));
   }
   return fit.slope();
 }

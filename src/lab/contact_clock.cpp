@@ -15,8 +15,8 @@ namespace {
 
 using nlohmann::json;
 
-// Contact durations, mean free times of parcels as fast as the fastest body. The first is the measure of all
-// others.
+// Contact durations, mean free times of parcels as fast as the fastest body. The others are compared with the
+// first.
 constexpr double kClocks[] = {0.0, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1};
 constexpr double kFlightRestitutions[] = {0.9, 0.5, 0.0};
 

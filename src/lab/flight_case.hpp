@@ -1,8 +1,6 @@
 // Flights of the ball for the studies. With every method, a seed has the same start.
 #pragma once
 
-#include <functional>
-#include <memory>
 #include <vector>
 
 #include "backend/backend.hpp"

@@ -12,7 +12,7 @@ struct FlowScales {
   double reference = 1.0;     // of the fixed-point units
 };
 
-// The parcels of `settings` by `exact`, until each has collided a few times at temperature 1.
+// Runs the parcels of `settings` with `exact` until each has collided a few times at temperature 1.
 class FlowRun {
  public:
   FlowRun(const Settings& settings, const FlowSteps& steps, Backend& backend);

@@ -28,8 +28,8 @@ std::vector<FrameCase> frame_cases(Method method, bool quick) {
   for (const double eta : {0.05, 0.1, 0.2, 0.4, 0.6}) add("area fraction", eta).area_fraction = eta;
   for (const double speed : {5.0, 15.0, 30.0, 60.0, 120.0, 300.0})
     add("ball speed", speed).ball_vx_mps = speed;
-  const double most = quick ? 20000.0 : 100000.0;
-  for (double num = 1000.0; num <= most; num *= num == 1000.0 ? 4.0 : 5.0)
+  const double max_parcels = quick ? 20000.0 : 100000.0;
+  for (double num = 1000.0; num <= max_parcels; num *= num == 1000.0 ? 4.0 : 5.0)
     add("number of parcels", num).num_parcels = static_cast<std::int64_t>(num);
   return cases;
 }

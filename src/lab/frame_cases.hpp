@@ -21,10 +21,10 @@ struct FrameCase {
 // those of restitution below 1 twice, the second time without a contact duration.
 std::vector<FrameCase> frame_cases(Method method, bool quick);
 
-// Flies the case on two threads until the ball has left or a limit of time is reached. The same flight 4 to 8
-// times, and of each frame the shortest time, since other programs may have had the machine meanwhile. Keys:
-// axis, value, method, contact_clock, flights, frames, mean_ms, median_ms, worst_ms, worst_over_mean,
-// flown_s, refused, max_overlap.
+// Flies the case on two threads until the ball has left or a limit of time is reached. Repeats the flight 4
+// to 8 times and keeps each frame's shortest time, to exclude the load of other programs. Keys: axis, value,
+// method, contact_clock, flights, frames, mean_ms, median_ms, worst_ms, worst_over_mean, flown_s, refused,
+// max_overlap.
 nlohmann::json measure_frames(const FrameCase& flight, bool quick);
 
 }  // namespace pf

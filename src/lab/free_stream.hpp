@@ -10,7 +10,8 @@ struct FreeStream {
   double thermal_mps = 1.0;  // standard deviation per component
   double restitution = 1.0;
   double friction = 0.0;
-  double spin_radps = 0.0;  // of the ball
+  double spin_radps = 0.0;       // of the ball
+  std::uint64_t first_seed = 1;  // of the runs
 };
 
 // A periodic square with the ball in the middle and parcels of mass 1. The caller sets the parcels' size and

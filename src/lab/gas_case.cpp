@@ -16,8 +16,6 @@
 namespace pf {
 namespace {
 
-constexpr int kGasBlocks = 16;  // of a measurement; the statistical error follows from their scatter
-
 // A block is a whole number of steps. Its duration does not depend on the step, so that runs of any step
 // cover the same time.
 struct BlockPlan {

@@ -18,6 +18,8 @@ struct GasCase {
   Boundary boundary = Boundary::periodic;
 };
 
+constexpr int kGasBlocks = 16;  // of a measurement; the statistical error follows from their scatter
+
 // Steps of a run. Times in d/c.
 struct GasSteps {
   Method method = Method::impulse;
@@ -53,6 +55,6 @@ double theory_rate(double area_fraction);
 // collisions (per parcel), duration, ns_per_disc_time (best block), rate (per parcel, time and c),
 // rate_sigma, compressibility, compressibility_sigma (standard errors), energy_ratio (end over start),
 // max_overlap, num_invalid. JSON writes NaN as null.
-nlohmann::json measure_gas(const GasCase& gas, const GasSteps& with, std::unique_ptr<Backend> empty);
+nlohmann::json measure_gas(const GasCase& gas, const GasSteps& wanted, std::unique_ptr<Backend> backend);
 
 }  // namespace pf

@@ -232,6 +232,7 @@ Study gas_dynamics_study() {
       "Rottner. exact is judged, the other methods are shown beside it.",
       plan_gas_dynamics,
       conclude_gas_dynamics,
+      true,
       true};
 }
 

@@ -50,9 +50,9 @@ struct Runs {
 
 // Cost of the quickest run: other work of the machine only adds to it.
 double min_cost(const Runs& runs) {
-  double least = INFINITY;
-  for (const json& row : runs.rows) least = std::min(least, row.at("ns_per_disc_time").get<double>());
-  return least;
+  double lowest = INFINITY;
+  for (const json& row : runs.rows) lowest = std::min(lowest, row.at("ns_per_disc_time").get<double>());
+  return lowest;
 }
 
 std::vector<Runs> grouped(const json& points) {

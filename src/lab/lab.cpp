@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -25,6 +24,12 @@ namespace {
 
 using nlohmann::json;
 
+// Prints a line to stderr. Never throws: fmt::print does where stderr cannot be written.
+void print_note(const std::string& note) {
+  ProgressLine::clear();
+  if (!note.empty()) std::fputs((note + '\n').c_str(), stderr);
+}
+
 // Progress through a study's points.
 class Progress {
  public:
@@ -37,10 +42,7 @@ class Progress {
     line_.show(fmt::format("{}: {} of {} points{}  {}", name_, done, num_,
                            time_left_text(share, line_.spent_s()), next));
   }
-  void end(const std::string& line) const {
-    ProgressLine::clear();
-    fmt::print(stderr, "{}: {}\n", name_, line);
-  }
+  void end(const std::string& line) const { print_note(fmt::format("{}: {}", name_, line)); }
 
  private:
   std::string name_;
@@ -64,7 +66,6 @@ void note_load(const MachineLoad& load, json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context) {
-  const bool has_cuda_series = study.name == "work-precision" || study.name == "gas-dynamics";
   const std::string scene =
       study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},
@@ -75,7 +76,8 @@ json start_result(const Study& study, const LabContext& context) {
           {"quick", context.quick},
           {"command",
            fmt::format("pickleflight lab {}{}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
-                       context.devices.size() > 1 && has_cuda_series ? " --cuda" : "", scene, study.name)},
+                       context.devices.size() > 1 && study.has_device_series ? " --cuda" : "", scene,
+                       study.name)},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
@@ -161,18 +163,15 @@ void measure_points(const Study& study, const std::vector<LabPoint>& points, con
   measure_all(missing, study.runs_in_parallel);
   measure_all(alone, false);
   result["points"] = rows.all();
+  save_study(options.out, result);
   progress.end(fmt::format("{} of {} points, {}", rows.num_done(), points.size(),
                            (options.out / (study.name + ".*")).string()));
 }
 
 void print_texts(std::FILE* file, const json& result, const char* key, const std::string& before) {
   for (const json& text : result.value(key, json::array()))
-    fmt::print(file, "{}{}\n", before, text.get<std::string>());
+    std::fputs(fmt::format("{}{}\n", before, text.get<std::string>()).c_str(), file);
   std::fflush(file);
-}
-
-void print_note(const std::string& note) {
-  if (!note.empty()) fmt::print(stderr, "{}\n", note);
 }
 
 // Runs a plot script; prints what went wrong and returns false if it failed.
@@ -279,8 +278,8 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   for (const Study& study : wanted) study.plan(context);
   std::error_code unreadable;  // is told by open_results()
   if (options.resume && !std::filesystem::exists(options.out, unreadable) && !unreadable)
-    fmt::print(stderr, "--resume: {} does not exist; all points are measured\n",
-               in_quotes(options.out.string()));
+    print_note(
+        fmt::format("--resume: {} does not exist; all points are measured", in_quotes(options.out.string())));
   open_results(options.out, options.resume  ? Existing::resume
                             : options.force ? Existing::overwrite
                                             : Existing::refuse);
@@ -295,8 +294,8 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   }
   draw("report.py", options.out);
   if (stop) {
-    fmt::print(stderr, "stopped; the finished points are in {}; continue with --resume\n",
-               options.out.string());
+    print_note(
+        fmt::format("stopped; the finished points are in {}; continue with --resume", options.out.string()));
   }
   return complete && !stop ? 0 : 1;
 }

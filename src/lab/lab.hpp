@@ -23,7 +23,7 @@ struct LabMachine {
 // stopped or disagrees with a reference. Throws UserError for an unknown study or a folder that cannot be
 // used.
 int run_lab(const LabOptions& options, const LabMachine& machine, const std::atomic<bool>& stop);
-// The part of a rank other than the first: what it is handed, until the first one is done.
+// Runs on the other ranks: measures the points that rank 0 hands out, until rank 0 is done.
 void help_run_lab(const LabOptions& options, const LabMachine& machine);
 
 // Draws the results in a folder, of this or another machine, and the report. Returns the exit code: 1 if a

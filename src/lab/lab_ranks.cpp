@@ -64,10 +64,10 @@ class LabRanks::Queue {
   Queue(std::size_t num, const std::atomic<bool>& stop) : num_(num), stop_(stop) {}
 
   // The next ones, at most so many.
-  std::vector<std::size_t> take(unsigned most) {
+  std::vector<std::size_t> take(unsigned max_num) {
     const std::lock_guard lock(guard_);
     std::vector<std::size_t> taken;
-    while (taken.size() < most && next_ < num_ && !stop_ && !error_) taken.push_back(next_++);
+    while (taken.size() < max_num && next_ < num_ && !stop_ && !error_) taken.push_back(next_++);
     return taken;
   }
   void fail(std::exception_ptr error) {

@@ -42,6 +42,7 @@ struct Study {
   // Points use one thread each and, but for those that say so, are no timings: the machine measures several
   // at a time.
   bool runs_in_parallel = false;
+  bool has_device_series = false;  // measures each device of the context, not the CPU alone
 };
 
 Study work_precision_study();

@@ -22,8 +22,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-// Python's name of the error.
-constexpr const char* kNoMatplotlib = "apt install python3-matplotlib";  // a part of what style.py says then
+// A part of the message of style.py if matplotlib is missing.
+constexpr const char* kMatplotlibHint = "apt install python3-matplotlib";
 
 fs::path plot_folder() {
   const std::vector<fs::path> folders = program_folders("plots");
@@ -213,7 +213,7 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
     has_python = false;
     error_text = error.what();
   }
-  if (has_python && error_text.find(kNoMatplotlib) == std::string::npos) {
+  if (has_python && error_text.find(kMatplotlibHint) == std::string::npos) {
     return fmt::format("{} failed: {}; CSV and JSON have the figures", script, error_text);
   }
   return fmt::format(

@@ -62,7 +62,7 @@ Force measure_force(const FreeStream& stream, Method method, const ValidationPla
   std::vector<StepTotals> totals(static_cast<std::size_t>(runs));
   parallel_for(runs, plan.threads, [&](int k) {
     SceneRun run(stream_settings(stream, method, num), 1);
-    start_stream(run, stream, static_cast<std::uint64_t>(k) + 1);
+    start_stream(run, stream, stream.first_seed + static_cast<std::uint64_t>(k));
     totals[static_cast<std::size_t>(k)] = run.advance(steps, end_s / steps).totals;
   });
   Force force;
@@ -114,7 +114,9 @@ void add_smooth(const ValidationPlan& plan, Method method, double speed_ratio, c
 }
 
 void add_restitution(const ValidationPlan& plan, const RowSink& add) {
-  const FreeStream stream = {.speed_mps = 2.0 * std::sqrt(2.0), .restitution = 0.6};
+  const FreeStream stream = {.speed_mps = 2.0 * std::sqrt(2.0),
+                             .restitution = 0.6,
+                             .first_seed = 1001};  // others than those of the elastic drag
   const Force force = measure_force(stream, Method::exact, plan);
   add_measured(stream_row(plan, "drag over elastic drag, (1 + e) / 2, e 0.6, S 2", Method::exact, force), 0.8,
                force.drag_n, drag_scale(force, stream) * theory::drag_specular(2.0), add);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "lab/flight_case.hpp"
 #include "lab/parallel_for.hpp"
@@ -236,11 +235,15 @@ std::vector<LabPoint> plan_work_precision(const LabContext& context) {
 
 Study work_precision_study() {
   return {
-      "work-precision", "Error against cost",
+      "work-precision",
+      "Error against cost",
       "Each dot is one method with one time step: lower is more accurate, further left is cheaper, and the "
       "line joins the dots that no other beats. A hollow dot with an arrow is an upper bound: the run "
       "cannot resolve the error.",
-      plan_work_precision, conclude_work_precision};
+      plan_work_precision,
+      conclude_work_precision,
+      false,
+      true};
 }
 
 }  // namespace pf

@@ -21,10 +21,10 @@ namespace {
 
 using nlohmann::json;
 
-// The row of `exact` with the shortest step, by case.
 // Throws json::exception if it is missing: a file of results may be edited.
 double figure(const json& row, const char* key) { return row.at(key).get<double>(); }
 
+// The row of `exact` with the shortest step, by case.
 std::map<std::string, const json*> exact_rows(const json& points) {
   std::map<std::string, const json*> rows;
   for (const json& row : points) {

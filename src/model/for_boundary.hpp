@@ -1,4 +1,4 @@
-// Turns a boundary into a template argument. Host text.
+// Turns a boundary into a template argument. Host only.
 #pragma once
 
 #include "model/world.hpp"

@@ -10,9 +10,8 @@ namespace pf {
 
 // Area fraction N pi r^2 / area.
 inline double area_fraction_of(const Physics& physics) {
-  const World& world = physics.world;
-  const double area = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
-  return physics.parcels.num * kPi * physics.parcels.radius_m * physics.parcels.radius_m / area;
+  const ParcelConstants& parcels = physics.parcels;
+  return parcels.num * kPi * parcels.radius_m * parcels.radius_m / area_m2(physics.world);
 }
 
 // Contact value of the pair distribution of hard discs, Henderson 1975: within 0.03 % at area fraction 0.3.

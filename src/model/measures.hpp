@@ -15,8 +15,9 @@ struct StepTotals {
   std::uint64_t num_collisions = 0;  // pair collisions
   std::uint64_t num_ball_hits = 0;
   std::uint64_t num_retired = 0;
-  std::uint64_t num_invalid = 0;  // parcels whose state is not a number or out of range
-  std::uint64_t first_invalid_step = 0;
+  // Parcels whose state is not a number or out of range, in the first step that has any.
+  std::uint64_t num_invalid = 0;
+  std::uint64_t first_invalid_step = 0;  // 0 with `exact`, which does not divide time into steps
   std::uint32_t first_invalid_id = UINT32_MAX;
   double impulse_sum_mps = 0.0;        // sum over pair collisions of |impulse| / parcel mass
   double max_overlap_diameters = 0.0;  // largest overlap at a contact
@@ -33,6 +34,7 @@ struct StepTotals {
 
   StepTotals& operator+=(const StepTotals& o) {
     if (num_invalid == 0 && o.num_invalid > 0) {
+      num_invalid = o.num_invalid;
       first_invalid_step = o.first_invalid_step;
       first_invalid_id = o.first_invalid_id;
     }
@@ -40,7 +42,6 @@ struct StepTotals {
     num_collisions += o.num_collisions;
     num_ball_hits += o.num_ball_hits;
     num_retired += o.num_retired;
-    num_invalid += o.num_invalid;
     impulse_sum_mps += o.impulse_sum_mps;
     max_overlap_diameters = std::fmax(max_overlap_diameters, o.max_overlap_diameters);
     num_sorts += o.num_sorts;

@@ -19,7 +19,7 @@ struct Parcel {
   Vec2f velocity;
   std::uint32_t id = 0;
   // 1: in its last step, of `impulse`, it touched kCrowd others or more, and these contacts raised its energy
-  // to more than kHeating times; else 0. (A retired parcel's does not matter.)
+  // to more than kHeating times; else 0. (Unused for retired parcels.)
   std::uint32_t is_heated = 0;
 };
 

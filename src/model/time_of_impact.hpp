@@ -1,4 +1,4 @@
-// When two discs in straight motion touch. Text for host and device.
+// When two discs in straight motion touch. Host and device code.
 #pragma once
 
 #include "core/vec2.hpp"

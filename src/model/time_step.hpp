@@ -45,19 +45,34 @@ struct RandomBits {
   std::uint32_t x, y;
 };
 
-// A parcel's step, but for its start.
+// Velocity and displacement of a parcel's step.
 struct Movement {
   Vec2f velocity;  // m/s, after the step
   Vec2i moved;     // position units
 };
 
-// Replaces the movement if the parcel hits the ball within the step. Returns false if the displacement is NaN
-// or not below 2^30 units. In double: few parcels are near a ball.
+// A square below the limit of finite speeds, and a displacement below 2^30 units.
+PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
+  const Vec2f moved = velocity_mps * c.advance;
+  const float x = std::fabs(moved.x), y = std::fabs(moved.y);
+  return dot(velocity_mps, velocity_mps) < kMaxFiniteSpeed2 && (x > y ? x : y) < 0x1p30F;
+}
+
+// Start of a step near the ball. max_moved: bound on the displacement along an axis, position units.
+struct NearBall {
+  Vec2i position;
+  RandomBits random;
+  std::int64_t max_moved;
+};
+
+// Replaces the movement if the parcel hits the ball within the step. Returns false, and the ball is not hit,
+// if the velocity would be out of range or the displacement not below its bound. In double: few parcels are
+// near a ball.
 template <Boundary kBoundary, EventTally Tally>
-PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i position, RandomBits random,
+PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, const NearBall& start,
                            Movement& movement, Tally& tally) {
   const World& world = c.physics.world;
-  const Vec2i near = separation<kBoundary>(world, ball.centre, position);
+  const Vec2i near = separation<kBoundary>(world, ball.centre, start.position);
   const Vec2d offset = to_double(near) * world.unit_m + (to_metres(world, ball.centre) - ball.position_m);
   const Vec2d velocity = to_double(movement.velocity);
   const Vec2d relative = velocity - ball.velocity_mps;
@@ -70,15 +85,20 @@ PF_HD inline bool hit_ball(const StepConstants& c, const BallMotion& ball, Vec2i
       ball_impulse(c.physics.ball, c.physics.parcels, normal, relative, ball.spin_radps);
   const double before = t / c.dt_s;
   const Vec2d after_hit = velocity + impulse.per_mass_mps;
+  if (!is_in_range(c, to_float(after_hit))) return false;
   const FineDisplacement first = displacement(c, velocity, before);
   const FineDisplacement second = displacement(c, after_hit, 1.0 - before);
   const double overlap_units = (c.ball_contact_m - distance) / world.unit_m;
   const double push = overlap_units > 1.0 ? overlap_units * 4294967296.0 : 0.0;
-  const std::int64_t x = round_at_random(first.x + second.x + round_to_int64(push * normal.x), random.x);
-  const std::int64_t y = round_at_random(first.y + second.y + round_to_int64(push * normal.y), random.y);
-  tally.ball_hit(reaction_counts(impulse, c.per_impulse_unit));
+  const std::int64_t x =
+      round_at_random(first.x + second.x + round_to_int64(push * normal.x), start.random.x);
+  const std::int64_t y =
+      round_at_random(first.y + second.y + round_to_int64(push * normal.y), start.random.y);
+  if (!(x < start.max_moved && x > -start.max_moved && y < start.max_moved && y > -start.max_moved))
+    return false;
   movement = {to_float(after_hit), {static_cast<std::int32_t>(x), static_cast<std::int32_t>(y)}};
-  return x < kHalfSide && x > -kHalfSide && y < kHalfSide && y > -kHalfSide;
+  tally.ball_hit(reaction_counts(impulse, c.per_impulse_unit));
+  return true;
 }
 
 PF_HD inline std::uint32_t magnitude(std::int32_t value) {
@@ -173,15 +193,8 @@ PF_HD inline ContactEffect effect_of(const StepConstants& c, Vec2f velocity_mps,
   return {after, push_after(sums), is_heated_by(sums, velocity_mps, after)};
 }
 
-// The same of no contacts, to the bit: a zero of either sign becomes a positive one.
+// The effect of no contacts, bit for bit as above: a zero of either sign becomes a positive one.
 PF_HD inline ContactEffect effect_of_none(Vec2f velocity_mps) { return {velocity_mps + Vec2f{}, {}, 0}; }
-
-// A square below the limit of finite speeds, and a displacement below 2^30 units.
-PF_HD inline bool is_in_range(const StepConstants& c, Vec2f velocity_mps) {
-  const Vec2f moved = velocity_mps * c.advance;
-  const float x = std::fabs(moved.x), y = std::fabs(moved.y);
-  return dot(velocity_mps, velocity_mps) < kMaxFiniteSpeed2 && (x > y ? x : y) < 0x1p30F;
-}
 
 // Returns self after the step. kBall: true if a ball exists. step_key: see rounding_key(). A parcel whose
 // displacement is NaN or beyond the world's integer range is reported and stays in place.
@@ -204,7 +217,9 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     const Vec2i near = separation<kBoundary>(world, ball.centre, start);
     if (is_valid && may_reach_ball(ball, near.x, movement.moved.x) &&
         may_reach_ball(ball, near.y, movement.moved.y)) {
-      is_valid = hit_ball<kBoundary>(c, ball, start, random, movement, tally);
+      const std::uint32_t push_x = magnitude(push.x), push_y = magnitude(push.y);
+      const std::int64_t max_moved = std::int64_t{kHalfSide} - (push_x > push_y ? push_x : push_y);
+      is_valid = hit_ball<kBoundary>(c, ball, {start, random, max_moved}, movement, tally);
     }
   }
   const std::uint32_t displaced_x = magnitude(movement.moved.x) + magnitude(push.x);

@@ -40,6 +40,12 @@ PF_HD inline Vec2d to_metres(const World& world, Vec2i position) {
   return {position.x * world.unit_m, position.y * world.unit_m};
 }
 
+PF_HD inline Vec2d size_m(const World& world) { return to_metres(world, world.half) * 2.0; }
+PF_HD inline double area_m2(const World& world) {
+  const Vec2d size = size_m(world);
+  return size.x * size.y;
+}
+
 // metres: within the world's integer range, |coordinate| < larger side.
 PF_HD inline Vec2i to_units(const World& world, Vec2d metres) {
   return {static_cast<std::int32_t>(round_to_int64(metres.x / world.unit_m)),
@@ -71,7 +77,7 @@ PF_HD inline Vec2i separation(const World& world, Vec2i from, Vec2i to) {
           axis_separation<kBoundary>(from.y, to.y, world.half.y)};
 }
 
-// Not inlined: few offsets need it.
+// Not inlined, because it is rarely needed.
 PF_HD_RARE inline double far_image(double offset, double half) {
   const double period = 2.0 * half;
   return offset - period * static_cast<double>(round_to_int64(offset / period));

@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <sstream>
 
@@ -164,16 +166,9 @@ Cue CueReader::read() {
   return cue;
 }
 
-// The lists in the assets, sorted.
 std::vector<std::string> known_lists() {
   std::vector<std::string> names;
-  for (const fs::path& folder : asset_folders()) {
-    std::error_code missing;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "cues", missing))
-      names.push_back(entry.path().stem().string());
-  }
-  std::sort(names.begin(), names.end());
-  names.erase(std::unique(names.begin(), names.end()), names.end());
+  for (const SceneEntry& list : list_assets("cues")) names.push_back(list.name);
   return names;
 }
 
@@ -196,7 +191,7 @@ Settings base_of(const Settings& settings) {
   return load_scene(kBaseScene);
 }
 
-// The number of parcels that a backend has chosen is no choice of the cue.
+// A number of parcels that the backend chose is not written.
 bool is_written(const Field& field, const Settings& settings, const Settings& base) {
   if (field.section == "scene" || holds_for_the_run(field)) return false;
   const bool is_chosen_by_backend =
@@ -287,19 +282,20 @@ void append_cue(const fs::path& file, const Cue& cue) {
   const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
   if (!is_new) load_cue_list(file.string());
   const std::uintmax_t bytes_before = is_new ? 0 : fs::file_size(file, ignored);
+  errno = 0;
   std::ofstream stream(file, std::ios::binary | std::ios::app);
   if (is_new) stream << "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
   stream << cue_text(cue);
   stream.close();
   if (!stream) {  // half a cue would make the list unreadable
+    const std::string problem = std::strerror(errno);
     if (is_new)
       fs::remove(file, ignored);
     else
       fs::resize_file(file, bytes_before, ignored);
-    throw UserError(
-        fmt::format("{}: the cue cannot be written; choose a file in a folder that exists and is "
-                    "writable",
-                    in_quotes(file.string())));
+    throw OutputError(fmt::format(
+        "{}: the cue cannot be written ({}); choose a file in a folder that exists, is writable and has room",
+        in_quotes(file.string()), problem));
   }
 }
 

@@ -46,8 +46,8 @@ bool is_cue_list(const std::filesystem::path& file);
 // Throws UserError, with the cue's place, if its settings cannot run. For settings that came on top of it.
 void check_cue(const Cue& cue);
 
-// The cue as text of a list. Only what differs from the scene of the same name is written, or from the court
-// if no scene has the name. Settings that hold for the whole run are left out.
+// The cue as text of a list. Writes only the differences from the scene of that name, or from the court if
+// there is none. Settings that hold for the whole run are left out.
 std::string cue_text(const Cue& cue);
 
 // Appends the cue to a list, or begins one. Throws UserError, without any change, if the file is no list of

@@ -80,10 +80,6 @@ Vec2d world_size_m(const Settings& s) {
   return {s.width_m * scale, s.height_m * scale};
 }
 
-Vec2d size_of(const World& world) {
-  return {2.0 * world.half.x * world.unit_m, 2.0 * world.half.y * world.unit_m};
-}
-
 void check_world_size(Vec2d size) {
   if (std::min(size.x, size.y) >= 1e-4 * std::max(size.x, size.y)) return;
   throw UserError(fmt::format(
@@ -95,13 +91,13 @@ void check_parcel_size(const Settings& s, const Physics& physics, Vec2d size) {
   const double diameter = 2.0 * physics.parcels.radius_m;
   const double smaller = std::min(size.x, size.y);
   if (diameter > 0.5 * smaller) {
+    const bool by_radius = s.parcel_radius_m > 0.0;
     throw UserError(fmt::format(
-        "air: {} at area fraction {} {:g} m wide, more than half the world's smaller side "
-        "({:g} m); {}",
+        "air: {}{} {} {:g} m wide, more than half the world's smaller side ({:g} m); {}",
         physics.parcels.num == 1 ? "1 parcel" : fmt::format("{} parcels", physics.parcels.num),
-        fmt::format("{:g} {}", s.area_fraction, physics.parcels.num == 1 ? "is" : "are"), diameter, smaller,
-        s.parcel_radius_m > 0.0 ? "lower air.parcel_radius_m"
-                                : "raise air.num_parcels or lower air.area_fraction"));
+        by_radius ? "" : fmt::format(" at area fraction {:g}", s.area_fraction),
+        physics.parcels.num == 1 ? "is" : "are", diameter, smaller,
+        by_radius ? "lower air.parcel_radius_m" : "raise air.num_parcels or lower air.area_fraction"));
   }
   if (diameter < physics.world.unit_m) {  // a contact's position would not be resolved
     throw UserError(
@@ -165,12 +161,12 @@ void check_exact(const Settings& s, const Physics& physics) {
   const double radius_m = physics.parcels.radius_m;
   const double contact_m =
       (physics.ball.exists ? std::max(physics.ball.radius_m, radius_m) : radius_m) + radius_m;
-  const double smaller_m = 2.0 * std::min(physics.world.half.x, physics.world.half.y) * physics.world.unit_m;
+  const Vec2d size = size_m(physics.world);
+  const double smaller_m = std::min(size.x, size.y);
   if (smaller_m > 2.05 * contact_m) return;
   throw UserError(
       fmt::format("run.method: exact needs a periodic world wider than 2.05 contact distances, {:.3g} m; it "
-                  "is {:.3g} m wide; "
-                  "use more or smaller parcels, or world.boundary = walls",
+                  "is {:.3g} m wide; use more or smaller parcels, or world.boundary = walls",
                   2.05 * contact_m, smaller_m));
 }
 
@@ -194,7 +190,7 @@ Physics derive_physics(const Settings& s) {
   physics.reference_speed_mps = std::max({air_speed_mps(s), ball_mps, 1e-6});
   check_spring(s);
   check_exact(s, physics);
-  const Vec2d rounded_size = size_of(physics.world);
+  const Vec2d rounded_size = size_m(physics.world);
   check_world_size(rounded_size);
   check_parcel_size(s, physics, rounded_size);
   check_ball_size(s, physics, rounded_size);

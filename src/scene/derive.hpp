@@ -22,12 +22,17 @@ BallState initial_ball(const Settings& settings);
 // Returns whether the ball is beyond the edge of an open world with all of its disc.
 bool has_left(const Physics& physics, const BallState& ball);
 
-// Division of a frame into steps. slow_motion: resulting simulated over wall time, at most time_scale.
+// Division of a frame into steps. slow_motion: resulting simulated over wall time, at most time_scale unless
+// dt_s or substeps are set.
 struct FramePlan {
   std::uint32_t num_steps = 1;
   double dt_s = 0.0;
   double slow_motion = 0.0;
 };
+// Returns whether run.time_scale has no effect: time step and steps per frame are set.
+inline bool paces_by_substeps(const Settings& settings) {
+  return settings.dt_s > 0.0 && settings.substeps > 0;
+}
 // collision_rate_per_s: last known rate of a parcel; 0: unknown, then Enskog's. Steps of method `exact` have
 // at most 0.1 collisions per parcel. That affects speed alone: its events do not depend on the step.
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,

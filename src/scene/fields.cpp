@@ -124,8 +124,7 @@ std::vector<Field> run_fields() {
        &Settings::frame_rate_hz},
       {"run", "frame_budget_ms", "ms",
        "time for the steps of a frame in a window, which then goes on in the next one and slows the flight; "
-       "0: "
-       "no limit",
+       "0: no limit",
        0, 1e6, &Settings::frame_budget_ms, kNothing},
       {"run", "seconds", "s", "length of a headless run's film; 0: until the ball leaves, but at most 60 s",
        0, 1e6, &Settings::seconds, kNothing},
@@ -156,7 +155,7 @@ std::vector<Field> view_fields() {
       {"view", "follow", "", "the camera keeps the ball in the middle", 0, 0, &Settings::follow_ball,
        kNothing},
       {"view", "magnifier", "", "a picture of the ball, magnified; auto: while the ball is small", 0, 0,
-       choice<&Settings::magnifier>({"auto", "on", "off"}), kNothing},
+       choice<&Settings::magnifier>(kMagnifierNames), kNothing},
   };
 }
 

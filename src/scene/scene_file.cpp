@@ -5,13 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <fstream>
 #include <map>
 #include <string_view>
 
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/program_files.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "scene/toml_document.hpp"
 
@@ -115,13 +115,11 @@ std::string scene_text(const Settings& settings) {
 }
 
 void save_scene_file(const fs::path& file, const Settings& settings) {
-  std::ofstream stream(file, std::ios::binary | std::ios::trunc);
-  stream << scene_text(settings);
-  stream.close();
-  if (!stream) {
-    throw UserError(fmt::format(
-        "{}: the scene cannot be written; choose a folder that exists and is writable", file.string()));
-  }
+  const std::string problem = replace_file(file, scene_text(settings));
+  if (problem.empty()) return;
+  throw OutputError(fmt::format(
+      "{}: the scene cannot be written ({}); choose a folder that exists, is writable and has room",
+      in_quotes(file.string()), problem));
 }
 
 void save_new_scene_file(const fs::path& file, Settings settings) {
@@ -135,12 +133,7 @@ void save_new_scene_file(const fs::path& file, Settings settings) {
     throw UserError(fmt::format("{}: already exists and is not overwritten; choose another name",
                                 in_quotes(file.string())));
   }
-  try {
-    save_scene_file(file, settings);
-  } catch (const UserError&) {
-    fs::remove(file, error);  // half a scene would be in the way of the next attempt
-    throw;
-  }
+  save_scene_file(file, settings);
 }
 
 std::vector<fs::path> asset_folders() { return program_folders("assets", "PICKLEFLIGHT_ASSETS"); }
@@ -156,18 +149,18 @@ fs::path find_asset(const fs::path& relative) {
                               relative.string(), fmt::join(tried, ", ")));
 }
 
-std::vector<SceneEntry> list_scenes() {
+std::vector<SceneEntry> list_assets(const fs::path& folder) {
   std::map<std::string, fs::path> found;  // emplace keeps the first of a name
-  for (const fs::path& folder : asset_folders()) {
+  for (const fs::path& assets : asset_folders()) {
     std::error_code missing;
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder / "scenes", missing)) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(assets / folder, missing)) {
       if (ending_of(entry.path()) == kSceneEnding) found.emplace(entry.path().stem().string(), entry.path());
     }
   }
-  std::vector<SceneEntry> scenes;
-  scenes.reserve(found.size());
-  for (const auto& [name, file] : found) scenes.push_back({name, file});
-  return scenes;
+  std::vector<SceneEntry> entries;
+  entries.reserve(found.size());
+  for (const auto& [name, file] : found) entries.push_back({name, file});
+  return entries;
 }
 
 Settings load_scene(const std::string& name_or_path) {

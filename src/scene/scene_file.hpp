@@ -30,12 +30,14 @@ std::vector<std::filesystem::path> asset_folders();
 // Path of assets/<relative>. Throws UserError with the searched folders if it does not exist.
 std::filesystem::path find_asset(const std::filesystem::path& relative);
 
-// A scene that ships with the program. list_scenes() sorts by name.
+// A file of the assets that ends in .toml.
 struct SceneEntry {
   std::string name;
   std::filesystem::path file;
 };
-std::vector<SceneEntry> list_scenes();
+// The files of a folder of the assets, sorted by name; of those with the same name the first.
+std::vector<SceneEntry> list_assets(const std::filesystem::path& folder);
+inline std::vector<SceneEntry> list_scenes() { return list_assets("scenes"); }
 
 // Loads a scene by name, or by path if it ends in .toml. Throws UserError with the known scenes.
 Settings load_scene(const std::string& name_or_path);

@@ -163,6 +163,10 @@ std::string value_text(const Field& field, const Settings& settings) {
       field.member);
 }
 
+std::string value_text(const std::string& path, const Settings& settings) {
+  return value_text(find_field(path, "settings"), settings);
+}
+
 std::string short_value_text(const Field& field, const Settings& settings) {
   if (const auto* number = std::get_if<double Settings::*>(&field.member))
     return fmt::format("{:.5g}", settings.**number);

@@ -15,6 +15,7 @@ namespace pf {
 
 // automatic: while the ball is small in the picture.
 enum class MagnifierMode : std::uint8_t { automatic, on, off };
+inline const std::vector<std::string> kMagnifierNames = {"auto", "on", "off"};
 enum class Inertia : std::uint8_t { ring, sphere, disk };  // I = m R^2, 2/3 m R^2, 1/2 m R^2
 
 struct Settings {
@@ -117,20 +118,22 @@ struct Field {
 
 const std::vector<Field>& fields();
 
-// Up to here a double holds every whole number: the ends of a field's range are doubles.
+// A double represents every whole number up to this one: the ends of a field's range are doubles.
 constexpr double kMaxExactInteger = 0x1p53;
 
-// A limit as people say it: 0.7, 20 million, 1 billion, 2^53.
+// Formats a limit for people: 0.7, 20 million, 1 billion, 2^53.
 std::string limit_text(double limit);
 // The allowed range of a number without its unit, as "0 to 1 billion".
 std::string range_text(const Field& field);
 
 // A field's value as text, as in a scene file (strings without quotes).
 std::string value_text(const Field& field, const Settings& settings);
-// The same with five digits, for people.
+// path: "section.key" of a field.
+std::string value_text(const std::string& path, const Settings& settings);
+// Formats the value with five digits, for people.
 std::string short_value_text(const Field& field, const Settings& settings);
 
-// Without text in between: whether both have the same value of a field, and the value of one for the other.
+// Compares and copies a field without going through text.
 bool is_same(const Field& field, const Settings& a, const Settings& b);
 void copy_field(const Field& field, const Settings& from, Settings& to);
 

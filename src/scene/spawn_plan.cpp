@@ -149,8 +149,9 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
 
   const double unit = physics.world.unit_m;
   const double rounding = 4.0 * unit;  // positions are later rounded to units
-  const Request q{2.0 * physics.world.half.x * unit,
-                  2.0 * physics.world.half.y * unit,
+  const Vec2d size = size_m(physics.world);
+  const Request q{size.x,
+                  size.y,
                   2.0 * physics.parcels.radius_m + rounding,
                   physics.ball.exists ? physics.ball.radius_m + physics.parcels.radius_m + rounding : 0.0,
                   ball.position_m,
@@ -158,12 +159,14 @@ Spawner::Spawner(const Settings& settings, const Physics& physics, const BallSta
                   plan_.num_parcels};
   const Lattice l = best_lattice(q);
   if (l.num_rows == 0) {
-    throw UserError(
-        fmt::format("air.area_fraction: {} parcels of diameter {:g} m do not fit into {:g} m x {:g} m{} "
-                    "without overlap; lower "
-                    "air.area_fraction (now {:.3f}) or raise air.num_parcels",
-                    plan_.num_parcels, 2.0 * physics.parcels.radius_m, q.width, q.height,
-                    physics.ball.exists ? " beside the ball" : "", area_fraction_of(physics)));
+    const bool by_radius = radius_sets_density(settings);
+    throw UserError(fmt::format(
+        "{}: {} parcels of diameter {:g} m do not fit into {:g} m x {:g} m{} without overlap; lower {}",
+        by_radius ? "air.parcel_radius_m" : "air.area_fraction", plan_.num_parcels,
+        2.0 * physics.parcels.radius_m, q.width, q.height, physics.ball.exists ? " beside the ball" : "",
+        by_radius ? "air.parcel_radius_m or air.num_parcels"
+                  : fmt::format("air.area_fraction (now {:.3f}) or raise air.num_parcels",
+                                area_fraction_of(physics))));
   }
   plan_.num_rows = l.num_rows;
   plan_.num_columns = l.num_columns;

@@ -79,6 +79,8 @@ toml::table parse_document(const fs::path& file, const char* kind, std::uintmax_
   } catch (const toml::parse_error& error) {
     std::string reason(error.description());
     std::replace(reason.begin(), reason.end(), '\n', ' ');
+    if (reason.find("could not determine value type") != std::string::npos)
+      reason += "; names stand in quotes, as method = \"exact\"";
     throw UserError(fmt::format("{}: not valid TOML: {}", place_of(file, error.source()), reason));
   }
 }

@@ -40,21 +40,17 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
   const bool loses = frame.physics->parcels.restitution < 1.0;
   row(rows, "Energy drift", signed_text(r.energy_drift) + (loses ? " (e < 1 loses some)" : ""),
       "relative, of parcels and ball together, since the last launch or change of a setting; with a "
-      "restitution "
-      "below 1 a loss is physics");
+      "restitution below 1 a loss is physics");
   row(rows, "Momentum drift", plain_text(r.momentum_drift),
-      "relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, "
-      "and "
-      "that is physics");
+      "relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, and that "
+      "is physics");
   std::string rate = "-";
   if (std::isfinite(r.rate_over_enskog))
     rate = fmt::format("{:.3f} \xC2\xB1 {:.2g}", r.rate_over_enskog, r.rate_error);
   row(rows, "Rate / Enskog", rate,
       "collisions counted over those of a gas in equilibrium, with their statistical error; fewer in the "
-      "first "
-      "mean free times, since parcels start evenly spaced, and near open edges; a gas that cools in "
-      "clusters, or "
-      "one that a ball stirs, is not in equilibrium either");
+      "first mean free times, since parcels start evenly spaced, and near open edges; a gas that cools in "
+      "clusters, or one that a ball stirs, is not in equilibrium either");
   row(rows, "Missed hits",
       std::isfinite(r.missed_fraction) ? fmt::format("{:.2g} %", 100.0 * r.missed_fraction) : "-",
       "share of collisions that steps so long do not see, by theory; exact sees all");
@@ -76,8 +72,8 @@ struct Axes {
   double min_cost, max_cost, min_error, max_error;
 
   ImVec2 place(const WorkPrecisionPoint& point) const {
-    const auto share = [](double value, double least, double most) {
-      return static_cast<float>(std::clamp(std::log(value / least) / std::log(most / least), 0.0, 1.0));
+    const auto share = [](double value, double first, double last) {
+      return static_cast<float>(std::clamp(std::log(value / first) / std::log(last / first), 0.0, 1.0));
     };
     return {low.x + (high.x - low.x) * share(point.ns_per_disc_time, min_cost, max_cost),
             high.y - (high.y - low.y) * share(point.error, min_error, max_error)};
@@ -197,16 +193,15 @@ void AccuracySection::edit(SettingRows& rows, const FrameView& frame, const Accu
   of_ = rows.menu("Error of", of_help, "##accuracy of", names, of_);
   const std::string help =
       "--accuracy: the cheapest method and time step with at most this error, by the table of 'pickleflight "
-      "lab "
-      "work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
+      "lab work-precision'; the number of parcels stays. Takes effect when you let go, or with Enter.";
   rows.begin_row("Accuracy", help);
-  double percent = rows.in_hand("Accuracy", percent_);
+  double percent = rows.held_or("Accuracy", percent_);
   const bool moved = slide<double>("##accuracy", percent, {0.1, 50.0}, "%.2f %%",
                                    ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat);
-  const auto number = rows.finished("Accuracy", percent, moved, true, {1e-3, 99.0, "%"});
+  const auto number = rows.take_finished("Accuracy", percent, moved, true, {1e-3, 99.0, "%"});
   rows.end_row("Accuracy", help);
   ImGui::EndDisabled();
-  rows.refusal("Accuracy");
+  rows.show_refusal("Accuracy");
   percent_ = number.value_or(percent_);
   if (number) choose(rows, frame);
   if (!note_.empty()) ImGui::TextWrapped("%s", note_.c_str());

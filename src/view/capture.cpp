@@ -5,10 +5,8 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 
 #include "core/error.hpp"
 #include "core/replace_file.hpp"

@@ -25,7 +25,7 @@ using PngTexts = std::vector<std::pair<std::string, std::string>>;
 std::pair<std::string, std::string> software_text();
 
 // Colours of the pixels, as GL leaves them.
-enum class PngAlpha { left_out, kept };  // kept: the colours are times alpha, which the PNG's are not
+enum class PngAlpha { left_out, kept };  // kept: GL's colours are premultiplied by alpha, the PNG's are not
 
 // rgba: height * width * 4 bytes, bottom row first. texts: UTF-8. Throws UserError if the file cannot be
 // written.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <memory>
 
 #include "core/error.hpp"
 
@@ -46,54 +47,51 @@ class WindowContext final : public GlContext {
     glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
     glfwWindowHint(GLFW_DEPTH_BITS, 0);
     glfwWindowHint(GLFW_STENCIL_BITS, 0);
-    window_ = glfwCreateWindow(request.width_px, request.height_px, request.title.c_str(), nullptr, nullptr);
-    if (window_ == nullptr) {
+    owner_.reset(
+        glfwCreateWindow(request.width_px, request.height_px, request.title.c_str(), nullptr, nullptr));
+    if (owner_ == nullptr) {
       const std::string reason = glfw_error();
       throw DeviceError(fmt::format(
           "no window with OpenGL 4.5: {}; found: {}; update the graphics driver or use --headless", reason,
           gl_of_any_window()));
     }
-    glfwMakeContextCurrent(window_);
+    glfwMakeContextCurrent(owner_.get());
     glfwSwapInterval(request.vsync ? 1 : 0);
     if (gladLoadGL(glfwGetProcAddress) == 0) throw DeviceError("the window's GL functions cannot be loaded");
     read_info("window");
     info_.window = true;
-    glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+    glfwSetWindowSizeLimits(owner_.get(), 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
   }
-  ~WindowContext() override {
-    if (window_ != nullptr) glfwDestroyWindow(window_);
-  }
-  WindowContext(const WindowContext&) = delete;
-  WindowContext& operator=(const WindowContext&) = delete;
 
   SizePx size_px() const override {
     SizePx size;
-    glfwGetFramebufferSize(window_, &size.width, &size.height);
+    glfwGetFramebufferSize(window(), &size.width, &size.height);
     return size;
   }
   float content_scale() const override {
     float x = 1.0F;
     float y = 1.0F;
-    glfwGetWindowContentScale(window_, &x, &y);
+    glfwGetWindowContentScale(window(), &x, &y);
     return std::clamp(std::max(x, y), 1.0F, 4.0F);
   }
-  void present() override { glfwSwapBuffers(window_); }
+  void present() override { glfwSwapBuffers(window()); }
   void poll_events() override { glfwPollEvents(); }
-  bool close_requested() const override { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
-  GLFWwindow* window() const override { return window_; }
+  bool close_requested() const override { return glfwWindowShouldClose(window()) == GLFW_TRUE; }
+  GLFWwindow* window() const override { return owner_.get(); }
   void set_vsync(bool on) override { glfwSwapInterval(on ? 1 : 0); }
   void set_full_screen(bool on) override {
-    if (on == (glfwGetWindowMonitor(window_) != nullptr)) return;
+    if (on == (glfwGetWindowMonitor(window()) != nullptr)) return;
     if (!on) {
-      glfwSetWindowMonitor(window_, nullptr, place_.x, place_.y, place_.width, place_.height, GLFW_DONT_CARE);
+      glfwSetWindowMonitor(window(), nullptr, place_.x, place_.y, place_.width, place_.height,
+                           GLFW_DONT_CARE);
       return;
     }
-    glfwGetWindowPos(window_, &place_.x, &place_.y);
-    glfwGetWindowSize(window_, &place_.width, &place_.height);
+    glfwGetWindowPos(window(), &place_.x, &place_.y);
+    glfwGetWindowSize(window(), &place_.width, &place_.height);
     GLFWmonitor* monitor = monitor_of_window();
     const GLFWvidmode* mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
     if (mode != nullptr)
-      glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+      glfwSetWindowMonitor(window(), monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
   }
 
  private:
@@ -119,7 +117,7 @@ class WindowContext final : public GlContext {
   }
 
   Place place_;  // before full screen
-  GLFWwindow* window_ = nullptr;
+  std::unique_ptr<GLFWwindow, decltype(&glfwDestroyWindow)> owner_{nullptr, glfwDestroyWindow};
 };
 
 // GLFW 3.4 and later try Wayland first if the kind of session is not named, and libwayland complains if there

@@ -14,7 +14,7 @@ class CueTitle {
  public:
   void begin(const Cue& cue);
   void clear() { title_.clear(), subtitle_.clear(); }
-  // By the time that has been shown: that of the window, or that of a film.
+  // Advances the time shown, by the window's clock or by a film's.
   void advance(double seconds) { shown_s_ += seconds; }
 
   // 0 to 1. 0: there is nothing to show.

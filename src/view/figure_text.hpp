@@ -18,11 +18,14 @@ inline std::string digits(double value) {
 }
 
 inline std::string length_text(double m) {
+  if (m < 1e-12) return "0 m";  // a rounding
   if (m >= 1.0) return digits(m) + " m";
   return m >= 1e-4 ? digits(1e3 * m) + " mm" : digits(1e6 * m) + " \xC2\xB5m";
 }
 
-inline std::string cost_text(double ms) { return ms < 999.5 ? digits(ms) + " ms" : digits(1e-3 * ms) + " s"; }
+inline std::string duration_text(double ms) {
+  return ms < 999.5 ? digits(ms) + " ms" : digits(1e-3 * ms) + " s";
+}
 
 // A relative change in per cent, with its sign.
 inline std::string drift_text(double drift) {

@@ -22,20 +22,6 @@ constexpr float kLegendGap_px = 14.0F;     // between columns
 
 float text_size() { return reduced(0.92F); }
 
-std::string air_name(const FlightRecord& flight) {
-  switch (flight.air) {
-    case Air::vacuum:
-      return "vacuum";
-    case Air::drag:
-      return "drag, closed form";
-    default:
-      return std::get<Choice>(find_field("run.method", "legend").member)
-          .names[static_cast<std::size_t>(flight.method)];
-  }
-}
-
-std::string ghost_name(Air air) { return air == Air::vacuum ? "vacuum" : "drag, closed form"; }
-
 std::string step_text(double dt_s) {
   return dt_s >= 1e-3 ? fmt::format("{:.3g} ms", 1e3 * dt_s) : fmt::format("{:.3g} \xC2\xB5s", 1e6 * dt_s);
 }
@@ -89,7 +75,7 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   FlightRow row;
   row.is_current = is_current;
   row.number = fmt::format("{}{}", flight.number, is_current ? ", now" : "");
-  row.name = air_name(flight);
+  row.name = name_of_flight(flight);
   row.method = row.name;
   if (step_of(flight) > 0.0) row.method += ", " + step_text(step_of(flight));
   if (flight.disturbed) row.method += ", changed in flight";
@@ -102,12 +88,12 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
 // Names settings that the user has changed between two flights, so that nobody takes them for a method's
 // error.
 std::string other_settings(const FlightRecord& flight, const FlightRecord& reference) {
-  constexpr std::size_t kMostNamed = 2;
+  constexpr std::size_t kMaxNamed = 2;
   const std::vector<const Field*> different = other_differences(flight, reference);
   std::string text;
-  for (std::size_t k = 0; k < std::min(kMostNamed, different.size()); ++k)
+  for (std::size_t k = 0; k < std::min(kMaxNamed, different.size()); ++k)
     text += fmt::format(", {} {}", different[k]->key, short_value_text(*different[k], flight.settings));
-  if (different.size() > kMostNamed) text += fmt::format(" and {} more", different.size() - kMostNamed);
+  if (different.size() > kMaxNamed) text += fmt::format(" and {} more", different.size() - kMaxNamed);
   return text;
 }
 
@@ -118,7 +104,7 @@ void compare_row(const FlightRecord& flight, const Compared& compared, bool comp
   row.method += other_settings(flight, *compared.reference);
   row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
   if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
-    row.cost = cost_text(flight.compute_ms / flight.time_s());
+    row.cost = duration_text(flight.compute_ms / flight.time_s());
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
   if (drift) row.energy = drift_text(*drift);
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
@@ -194,7 +180,10 @@ std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
     const bool is_current = flight == current;
     rows.push_back(plain_row(*flight, is_current));
     rows.back().color = is_current ? current_flight_color(theme, frame) : flight_color(theme, *flight);
-    if (compared.reference == nullptr || flight->launch != first->launch) continue;
+    if (compared.reference == nullptr || flight->launch != first->launch) {
+      if (!is_current) rows.back().method += other_settings(*flight, *frame.flight_record);
+      continue;
+    }
     compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
   }
   return rows;
@@ -312,7 +301,7 @@ void FlightLegend::paint_ghosts(ImVec2 at, const std::vector<Ghost>& ghosts, con
     paint_sample(ImVec2(at.x, y + 0.5F * kLegendRow_px * scale), packed(theme_colors(look.theme).ghost),
                  ghost_dash_px(ghost.air) * scale, scale);
     write_text(ImVec2(at.x + (kLegendSample_px + kLegendGap_px) * scale, y), overlay_colors(look.theme).dim,
-               ghost_name(ghost.air));
+               air_name(ghost.air));
     y += kLegendRow_px * scale;
   }
 }

@@ -133,11 +133,13 @@ void ColorTarget::resize(int width_px, int height_px) {
   glCreateFramebuffers(1, &name);
   framebuffer_ = GlFramebuffer(name);
   glNamedFramebufferTexture(name, GL_COLOR_ATTACHMENT0, texture_.get(), 0);
-  width_px_ = width_px;
-  height_px_ = height_px;
   if (glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+    texture_ = GlTexture();
+    framebuffer_ = GlFramebuffer();
     throw DeviceError(fmt::format("no drawable image of {} x {} px on this GL device", width_px, height_px));
   }
+  width_px_ = width_px;
+  height_px_ = height_px;
 }
 
 }  // namespace pf

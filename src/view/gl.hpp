@@ -4,7 +4,6 @@
 #include <glad/gl.h>
 
 #include <cstdint>
-#include <initializer_list>
 #include <string>
 #include <utility>
 

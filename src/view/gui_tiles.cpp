@@ -59,13 +59,12 @@ void GuiTiles::draw(ImDrawData& data, const Viewport& viewport) {
   glEnable(GL_SCISSOR_TEST);
   glUseProgram(program_.get());
   glBindVertexArray(empty_array_.get());
-  const auto place = [this](const char* name) { return glGetUniformLocation(program_.get(), name); };
-  glProgramUniform2f(program_.get(), place("origin_px"), static_cast<float>(viewport.origin_px.x),
-                     static_cast<float>(viewport.origin_px.y));
-  glProgramUniform2f(program_.get(), place("size_px"), static_cast<float>(viewport.size.width),
-                     static_cast<float>(viewport.size.height));
-  glProgramUniform1f(program_.get(), place("picture_height_px"), static_cast<float>(viewport.picture_height));
-  glProgramUniform1i(program_.get(), place("font"), 0);
+  set_uniform(program_, "origin_px",
+              Vec2f{static_cast<float>(viewport.origin_px.x), static_cast<float>(viewport.origin_px.y)});
+  set_uniform(program_, "size_px",
+              Vec2f{static_cast<float>(viewport.size.width), static_cast<float>(viewport.size.height)});
+  set_uniform(program_, "picture_height_px", static_cast<float>(viewport.picture_height));
+  set_uniform(program_, "font", 0);
   upload(data);
   GLint first = 0;
   for (int i = 0; i < data.CmdListsCount; ++i) {

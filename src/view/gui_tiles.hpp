@@ -15,7 +15,7 @@ class GuiTiles {
  public:
   GuiTiles();  // throws DeviceError if a shader is missing or does not compile
 
-  // picture: whose height the viewport's picture_height is. The description stays as it is.
+  // viewport: picture_height is the height of the whole picture. Leaves the description unchanged.
   void draw(ImDrawData& data, const Viewport& viewport);
 
  private:

@@ -45,8 +45,8 @@ ImVec2 natural_size() {
           row * static_cast<float>(kNumRows) + 2.0F * style.WindowPadding.y + kScrollbarRoom};
 }
 
-// At most the wanted factor of the usual text, at which no dash falls between two rows of pixels. Its rows in
-// the font are enlarged or reduced as they are; where letters are made for each size, none is lost.
+// Returns the largest text size up to `factor` at which dashes stay visible. Its rows in the font are
+// enlarged or reduced as they are; where letters are made for each size, none is lost.
 float legible(float factor) {
 #if IMGUI_VERSION_NUM < 19200
   const ImFontGlyph* dash = ImGui::GetFont()->FindGlyph('-');
@@ -65,11 +65,11 @@ float legible(float factor) {
 void show_key_card(const OverlayPlace& place, ControlMap& controls) {
   // Smallest share of the usual text size; below it the card scrolls. Large text may shrink further.
   const float smallest = std::min(0.45F, 0.6F / place.scale);
-  constexpr float kLeastBesideThePanel = 0.7F;  // smaller covers the panel instead
+  constexpr float kMinBesideThePanel = 0.7F;  // smaller covers the panel instead
   // Beside the panel if there is room, with smaller text where the window is small.
   const ImVec2 natural = natural_size();
   const float right = place.left_px + place.width_px;
-  const float left = place.width_px > kLeastBesideThePanel * natural.x ? place.left_px : 0.0F;
+  const float left = place.width_px > kMinBesideThePanel * natural.x ? place.left_px : 0.0F;
   const float fitting = std::min((right - left) / natural.x, place.bottom_px / natural.y);
   const SmallerText text(legible(std::clamp(fitting, smallest, 1.0F)));
   ImGui::SetNextWindowPos(ImVec2(0.5F * (left + right), 0.5F * place.bottom_px), ImGuiCond_Always,

@@ -85,10 +85,10 @@ std::string LastSeconds::take_news() {
   const double length_s = static_cast<double>(writer_->num_written()) / kRate_hz;
   writer_.reset();
   if (!failure.empty()) return failure;
-  std::error_code ignored;
-  const auto bytes = static_cast<double>(std::filesystem::file_size(file_, ignored));
-  return fmt::format("the last {:.1f} s: {} ({}x{}, {:.1f} MB)", length_s, in_quotes(file_.string()),
-                     size_.width, size_.height, 1e-6 * bytes);
+  std::error_code error;
+  const auto bytes = static_cast<double>(std::filesystem::file_size(file_, error));
+  return fmt::format("the last {:.1f} s: {} ({}x{}{})", length_s, in_quotes(file_.string()), size_.width,
+                     size_.height, error ? "" : fmt::format(", {:.1f} MB", 1e-6 * bytes));
 }
 
 void LastSeconds::finish() {

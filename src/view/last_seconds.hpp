@@ -3,7 +3,6 @@
 
 #include <deque>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,7 +15,7 @@
 
 namespace pf {
 
-// A frame as often as it is shown at the clip's rate, so that the clip keeps the clock's pace.
+// Number of times that each frame is repeated at the clip's rate, so that the clip runs in real time.
 struct ClipFrame {
   Clock::time_point shown_at;
   std::shared_ptr<const std::vector<std::uint8_t>> rgba;
@@ -35,7 +34,7 @@ class LastSeconds {
   // seconds: at most kMaxClip_s, which are 370 MB.
   explicit LastSeconds(int seconds) : seconds_(seconds) {}
 
-  // From now on frames are kept. Before that nothing is done and held.
+  // Starts to keep frames. Until then no work is done and no memory held.
   void switch_on() { is_on_ = true; }
   bool is_on() const { return is_on_; }
 

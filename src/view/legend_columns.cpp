@@ -3,7 +3,7 @@
 namespace pf {
 namespace {
 
-// A column, the level from which it is gone, and the level from which another stands in its place.
+// A column and the range of levels that show it.
 struct Leaving {
   LegendColumn column;
   int gone_from;
@@ -35,8 +35,8 @@ std::vector<LegendColumn> legend_columns(int level) {
   return columns;
 }
 
-int fitting_legend_level(int least, float max_width_px, const std::function<float(int level)>& width_of) {
-  int level = least;
+int fitting_legend_level(int min_level, float max_width_px, const std::function<float(int level)>& width_of) {
+  int level = min_level;
   while (level < kMaxLegendLevel && width_of(level) > max_width_px) ++level;
   return level;
 }

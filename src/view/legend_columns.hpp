@@ -24,11 +24,11 @@ struct LegendColumn {
   bool is_number;  // aligned at the right
 };
 
-// From 0, all columns, to kMaxLegendLevel, number and method alone. What the comparison is about goes last.
+// Level 0 has all columns, kMaxLegendLevel only number and method. The compared figures are dropped last.
 constexpr int kMaxLegendLevel = 8;
 std::vector<LegendColumn> legend_columns(int level);
 
-// The first level from `least` on whose width is at most max_width_px, else the last.
-int fitting_legend_level(int least, float max_width_px, const std::function<float(int level)>& width_of);
+// The first level from min_level on whose width is at most max_width_px, else the last.
+int fitting_legend_level(int min_level, float max_width_px, const std::function<float(int level)>& width_of);
 
 }  // namespace pf

@@ -38,7 +38,7 @@ class Magnifier {
   // Adds paths and ball.
   void draw_flight(const FrameView& frame);
   // Copies it to its place in a picture.
-  void copy(const PxRect& place, const Viewport& viewport) const;
+  void copy(const PxRect& place, const Viewport& to) const;
 
   const Camera& camera() const { return camera_; }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -116,8 +115,8 @@ void Overlay::write_compact(const FrameView& frame, const OverlayPlace& place) {
   const std::vector<LinePart> parts = {{rate_text(frame_ms) + " frames/s", 3},
                                        {fmt::format("{:.1f} ms", frame_ms), 1},
                                        {air_text(frame), 2},
-                                       {choice_text("run.method", *frame.settings), 5},
-                                       {fmt::format("t = {:.3f} s", frame.simulated_s), 6},
+                                       {value_text("run.method", *frame.settings), 5},
+                                       {clock_text(frame), 6},
                                        {pace(frame), 4}};
   const float padding = kPadding_px * place.scale;
   const float width = place.width_px - 2.0F * padding;
@@ -146,11 +145,13 @@ void Overlay::write_status(const FrameView& frame, float x, float y, float scale
   texts_.add(x, y + 1.3F * row, colors_.text, air_text(frame));
   texts_.add_right(
       right, y + 1.3F * row, colors_.dim,
-      choice_text("run.method", *frame.settings) + ", " + choice_text("run.neighbors", *frame.settings));
-  texts_.add(x, y + 2.25F * row, colors_.text, fmt::format("t = {:.3f} s", frame.simulated_s));
-  texts_.add_right(right, y + 2.25F * row, colors_.dim,
-                   fmt::format("{} {} of {}", frame.steps_per_frame,
-                               frame.steps_per_frame == 1 ? "step" : "steps", time_text(frame.dt_s)));
+      value_text("run.method", *frame.settings) + ", " + value_text("run.neighbors", *frame.settings));
+  const std::string clock = clock_text(frame);
+  const std::string steps = fmt::format("{} {} of {}", frame.steps_per_frame,
+                                        frame.steps_per_frame == 1 ? "step" : "steps", time_text(frame.dt_s));
+  texts_.add(x, y + 2.25F * row, colors_.text, clock);
+  if (text_width(clock) + text_width(steps) + 8.0F * scale < right - x)
+    texts_.add_right(right, y + 2.25F * row, colors_.dim, steps);
   texts_.add(x, y + 3.2F * row, frame.num_pictures > 1 ? colors_.accent : colors_.text,
              fitting(pace(frame), kStatusWidth_px * scale));
 }

@@ -80,9 +80,7 @@ OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::i
 
 void OverlayCsv::add_line(const PhaseTimes& times, const DrawTimes& drawing, double frame_ms,
                           const FrameView& frame, const OverlayFigures& figures, const OverlayInfo& info) {
-  const auto name = [&](const char* path) {
-    return value_text(find_field(path, "overlay"), *frame.settings);
-  };
+  const auto name = [&](const char* path) { return value_text(path, *frame.settings); };
   fmt::memory_buffer line;
   const auto out = std::back_inserter(line);
   fmt::format_to(out, "{},{},{},{:.2f}", num_lines_++, frame.simulated_s, frame.slow_motion,

@@ -49,7 +49,7 @@ std::string rate_text(double frame_ms) {
 
 namespace {
 
-// Past this a flight is said to be in real time or faster.
+// Above this a flight counts as real time or faster.
 constexpr double kRealTime = 0.95;
 
 std::string factor_text(double slow_motion) {
@@ -74,7 +74,14 @@ std::string pace_text(const FrameView& frame, double frames_per_s) {
   const double faster = frames_per_s / frame.settings->frame_rate_hz;
   if (frame.slow_motion > 0.0 && faster > 0.0 && (faster > kNoticed || faster < 1.0 / kNoticed))
     speed += fmt::format(", {} on screen", factor_text(faster * frame.slow_motion));
-  return frame.num_pictures > 1 ? fmt::format("{}, {} pictures a frame", speed, frame.num_pictures) : speed;
+  return frame.num_pictures > 1 ? fmt::format("{} pictures a frame, {}", frame.num_pictures, speed) : speed;
+}
+
+std::string clock_text(const FrameView& frame) {
+  const std::string text = fmt::format("t = {:.3f} s", frame.simulated_s);
+  const FlightRecord* flight = frame.flight_record;
+  if (flight == nullptr || flight->number <= 1) return text;
+  return fmt::format("{}, flight {}: {:.3f} s", text, flight->number, flight->time_s());
 }
 
 std::string cluster_text(const StepTotals& totals) {
@@ -96,18 +103,9 @@ std::string fitting_parts(std::vector<LinePart> parts, float width,
 }
 
 std::string air_text(const FrameView& frame) {
-  switch (frame.physics->air) {
-    case Air::vacuum:
-      return "vacuum";
-    case Air::drag:
-      return "drag in closed form, no parcels";
-    default:
-      return counted(frame.num_parcels, "parcel");
-  }
-}
-
-std::string choice_text(const char* path, const Settings& settings) {
-  return value_text(find_field(path, "overlay"), settings);
+  const Air air = frame.physics->air;
+  if (air == Air::parcels) return counted(frame.num_parcels, "parcel");
+  return std::string(air_name(air)) + (air == Air::drag ? ", no parcels" : "");
 }
 
 }  // namespace pf

@@ -26,6 +26,9 @@ std::string rate_text(double frame_ms);  // frames a second; "-" before the firs
 // rate is not that of the scene. frames_per_s: of the screen, 0 for a picture or a film.
 std::string pace_text(const FrameView& frame, double frames_per_s);
 
+// Simulated time since the start; after the first flight also that of the current one.
+std::string clock_text(const FrameView& frame);
+
 // Largest cluster and repetitions of method `exact`.
 std::string cluster_text(const StepTotals& totals);
 // A part of a line. The least important part goes first if there is no room.
@@ -38,7 +41,5 @@ std::string fitting_parts(std::vector<LinePart> parts, float width,
                           const std::function<float(const std::string&)>& width_of);
 // The kind of air, with the number of parcels.
 std::string air_text(const FrameView& frame);
-// The chosen name of a setting, path as in scene files.
-std::string choice_text(const char* path, const Settings& settings);
 
 }  // namespace pf

@@ -8,6 +8,8 @@
 #include <thread>
 
 #include "app/options.hpp"
+#include "model/kinetic_theory.hpp"
+#include "scene/derive.hpp"
 #include "view/slide.hpp"
 #include "view/smaller_text.hpp"
 
@@ -41,6 +43,7 @@ Panel::Panel(std::int64_t max_parcels, std::string draw_target)
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
   Commands commands;
   rows_.begin_frame(frame.asked ? *frame.asked : *frame.settings, scene_settings_);
+  rows_.hush(switches.show_keys);
   shows_accuracy_ = false;
   if (!switches.show_panel) return commands;
   ImGui::SetNextWindowPos(ImVec2(0.0F, 0.0F));
@@ -57,7 +60,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (cues_ != nullptr && cues_->size() > 0 && rows_.header("Cues", true))
     cue_section_.edit(rows_, *cues_, cue_request_);
   if (rows_.header("Ball", true)) edit_ball(frame);
-  if (rows_.header("Air", true)) edit_air();
+  if (rows_.header("Air", true)) edit_air(frame);
   if (rows_.header("Method", true)) edit_method(frame);
   shows_accuracy_ = rows_.header("Accuracy", false);
   if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
@@ -98,15 +101,17 @@ void Panel::edit_main(const FrameView& frame) {
   ImGui::BeginDisabled(!frame.settings->ball_present);
   edit_launch();
   ImGui::EndDisabled();
+  ImGui::BeginDisabled(paces_by_substeps(rows_.edited()));
   rows_.slider("Time scale", "run.time_scale", {.low = 0.001, .logarithmic = true});
+  ImGui::EndDisabled();
 }
 
 // A field to type the number, and a logarithmic slider.
 void Panel::edit_num_parcels() {
   Settings& edited = rows_.edited();
   const NumberRange range = {1.0, find_field("air.num_parcels", "panel").max, "", true};
-  auto num = static_cast<std::int64_t>(rows_.in_hand("Parcels N", static_cast<double>(edited.num_parcels)));
-  double typed = rows_.in_hand("Parcels N typed", static_cast<double>(num));
+  auto num = static_cast<std::int64_t>(rows_.held_or("Parcels N", static_cast<double>(edited.num_parcels)));
+  double typed = rows_.held_or("Parcels N typed", static_cast<double>(num));
   ImGui::BeginDisabled(edited.air != Air::parcels);
   const std::string help = fmt::format(
       "number of parcels\nAllowed: 1 to {}\nair.num_parcels\nTakes effect when you let go, or with Enter.",
@@ -114,7 +119,7 @@ void Panel::edit_num_parcels() {
   rows_.begin_row("Parcels N", help, {"air.num_parcels"});
   ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6.2F);
   bool moved = ImGui::InputDouble("##N typed", &typed, 0.0, 0.0, "%.0f", ImGuiInputTextFlags_CharsScientific);
-  auto number = rows_.finished("Parcels N typed", typed, moved, true, range);
+  auto number = rows_.take_finished("Parcels N typed", typed, moved, true, range);
   rows_.end_row("Parcels N typed", help, {"air.num_parcels"});
   ImGui::SameLine();
   ImGui::SetNextItemWidth(-1.0F);
@@ -122,11 +127,11 @@ void Panel::edit_num_parcels() {
   moved = ImGui::SliderScalar(
       "##N", ImGuiDataType_S64, &num, &low, &max_parcels_, "",
       ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_NoRoundToFormat | ImGuiSliderFlags_NoInput);
-  if (const auto slid = rows_.finished("Parcels N", static_cast<double>(num), moved, true, range))
+  if (const auto slid = rows_.take_finished("Parcels N", static_cast<double>(num), moved, true, range))
     number = slid;
   rows_.end_row("Parcels N", help, {"air.num_parcels"});
   ImGui::EndDisabled();
-  rows_.refusal("Parcels N typed");
+  rows_.show_refusal("Parcels N typed");
   if (!number || static_cast<std::int64_t>(*number) == edited.num_parcels) return;
   edited.num_parcels = static_cast<std::int64_t>(*number);
   rows_.mark_changed();
@@ -156,12 +161,12 @@ void Panel::edit_launch() {
 std::optional<double> Panel::launch_row(const char* label, const std::string& help, double value,
                                         const SliderLook& look, const NumberRange& range) {
   rows_.begin_row(label, help, {"ball.vx_mps", "ball.vy_mps"});
-  value = rows_.in_hand(label, value);
+  value = rows_.held_or(label, value);
   const std::string id = std::string("##") + label;
   const bool moved = slide<double>(id.c_str(), value, {look.low, look.high}, look.format);
-  const auto number = rows_.finished(label, value, moved, false, range);
+  const auto number = rows_.take_finished(label, value, moved, false, range);
   rows_.end_row(label, help, {"ball.vx_mps", "ball.vy_mps"});
-  rows_.refusal(label);
+  rows_.show_refusal(label);
   return number;
 }
 
@@ -173,7 +178,7 @@ void Panel::edit_ball(const FrameView& frame) {
   ImGui::EndDisabled();
 }
 
-void Panel::edit_air() {
+void Panel::edit_air(const FrameView& frame) {
   rows_.combo("Air", "air.kind");
   rows_.combo("Boundary", "world.boundary");
   const Settings& edited = rows_.edited();
@@ -184,7 +189,9 @@ void Panel::edit_air() {
   // With a given radius the area fraction has no effect, unless the box is made from both.
   const bool is_free = edited.parcel_radius_m == 0.0 || edited.box_follows_parcels;
   ImGui::BeginDisabled(!is_free);
-  rows_.slider("Area fraction", "air.area_fraction", {.low = 0.001, .high = 0.7, .on_release = true});
+  const std::string derived = is_free ? "" : fmt::format("{:.3g}", area_fraction_of(*frame.physics));
+  rows_.slider("Area fraction", "air.area_fraction",
+               {.low = 0.001, .high = 0.7, .format = is_free ? "%.3f" : derived.c_str(), .on_release = true});
   ImGui::EndDisabled();
   ImGui::EndDisabled();
 }
@@ -264,8 +271,8 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
       "Back", width, "B: back by a second of this flight, with the present settings; again: further");
   if (rows_.button("Measure terms", -1.0F,
                    "E: the cost of parcels, contacts, friction and Magnus per step, in the line above the "
-                   "overlay. Small "
-                   "scenes measure it by themselves; in large ones the picture stops for a moment."))
+                   "overlay. Small scenes measure it by themselves; in large ones the picture stops for a "
+                   "moment."))
     switches.measure_terms = true;
   edit_look(switches);
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4.5F);
@@ -294,12 +301,12 @@ void Panel::edit_look(ViewSwitches& switches) {
                   "of the parcels' speed; lightness rises in each, also for colour-blind eyes");
   choose("##colours", kColorMapNames, switches.look.color_map, "Colours", rows_.controls());
   rows_.begin_row("Text size", "+ and -: text, panel and overlay. Takes effect when you let go.");
-  double scale = rows_.in_hand("Text size", switches.ui_scale);
+  double scale = rows_.held_or("Text size", switches.ui_scale);
   const bool moved = slide<double>("##scale", scale, {kMinUiScale, kMaxUiScale}, "%.2f");
-  const auto number = rows_.finished("Text size", scale, moved, true, {kMinUiScale, kMaxUiScale});
+  const auto number = rows_.take_finished("Text size", scale, moved, true, {kMinUiScale, kMaxUiScale});
   if (number) switches.ui_scale = *number;
   rows_.end_row("Text size", "+ and -");
-  rows_.refusal("Text size");
+  rows_.show_refusal("Text size");
 }
 
 // Every setting of the table, by its name in a scene file.
@@ -310,7 +317,7 @@ void Panel::edit_all() {
   for (const Field& field : fields()) {
     if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());
     section = field.section;
-    rows_.any(field);
+    rows_.edit_field(field);
   }
   ImGui::PopID();
 }

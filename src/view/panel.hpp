@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "app/simulation.hpp"
 #include "view/accuracy_section.hpp"
@@ -81,7 +80,7 @@ class Panel {
   std::optional<double> launch_row(const char* label, const std::string& help, double value,
                                    const SliderLook& look, const NumberRange& range);
   void edit_ball(const FrameView& frame);
-  void edit_air();
+  void edit_air(const FrameView& frame);
   void edit_method(const FrameView& frame);
   void edit_view(ViewSwitches& switches);
   void edit_show(const FrameView& frame, ViewSwitches& switches, Commands& commands);

@@ -1,7 +1,6 @@
 // The GL buffers that the renderer draws the parcels from.
 #pragma once
 
-#include <memory>
 #include <string>
 
 #include "backend/draw_buffers.hpp"

@@ -14,29 +14,6 @@
 namespace pf {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        if (static_cast<unsigned char>(c) >= 0x20 || c == '\n' || c == '\t') out += c;  // XML has no others
-    }
-  }
-  return out;
-}
-
 std::string hex(const Rgb& color) {
   const auto byte = [](float part) { return static_cast<int>(std::lround(255.0F * part)); };
   return fmt::format("#{:02x}{:02x}{:02x}", byte(color[0]), byte(color[1]), byte(color[2]));
@@ -90,16 +67,12 @@ std::string polyline(const std::vector<Vec2f>& points_m, const Stroke& stroke) {
   return fmt::format(
       "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:.4f}\" stroke-linejoin=\"round\"{} "
       "points=\"{}\"><title>{}</title></polyline>\n",
-      stroke.color, stroke.width_m, dash, points, escaped(stroke.title));
+      stroke.color, stroke.width_m, dash, points, xml_text(stroke.title));
 }
 
 std::string flight_title(const FlightRecord& flight) {
-  const Choice& methods = std::get<Choice>(find_field("run.method", "SVG").member);
-  const std::string air = flight.air == Air::vacuum ? "vacuum"
-                          : flight.air == Air::drag ? "drag in closed form"
-                                                    : methods.names[static_cast<std::size_t>(flight.method)];
-  return fmt::format("flight {}: {}, {:.4g} m/s, {:.4g} rad/s, {:.4g} s", flight.number, air,
-                     flight.speed_mps, flight.spin_radps, flight.time_s());
+  return fmt::format("flight {}: {}, {:.4g} m/s, {:.4g} rad/s, {:.4g} s", flight.number,
+                     name_of_flight(flight), flight.speed_mps, flight.spin_radps, flight.time_s());
 }
 
 // For white paper, as in the light theme.
@@ -112,7 +85,7 @@ std::string paths(const FrameView& frame, const Look& look, double line_m) {
   }
   if (look.ghosts && frame.ghosts != nullptr) {
     for (const Ghost& ghost : *frame.ghosts) {
-      const std::string title = ghost.air == Air::vacuum ? "ghost: vacuum" : "ghost: drag in closed form";
+      const std::string title = std::string("ghost: ") + air_name(ghost.air);
       text += polyline(ghost.points_m, {hex(theme_colors(Theme::light).ghost), 0.7 * line_m,
                                         ghost_dash_px(ghost.air) * 0.6 * line_m, title});
     }
@@ -134,8 +107,9 @@ std::string path_svg(const FrameView& frame, const Look& look) {
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
       "viewBox=\"{:.4f} {:.4f} {:.4f} {:.4f}\" width=\"1280\" height=\"{:.0f}\">\n",
       -0.5 * size_m.x, -0.5 * size_m.y, size_m.x, size_m.y, std::ceil(1280.0 * size_m.y / size_m.x));
-  svg += fmt::format("<title>{}</title>\n<desc>{}\nLengths are in metres; t = {:.6g} s</desc>\n",
-                     escaped(frame.settings->name), escaped(frame.settings->description), frame.simulated_s);
+  svg +=
+      fmt::format("<title>{}</title>\n<desc>{}\nLengths are in metres; t = {:.6g} s</desc>\n",
+                  xml_text(frame.settings->name), xml_text(frame.settings->description), frame.simulated_s);
   svg += ground(half_m, world.boundary) + paths(frame, look, line_m);
   if (frame.physics->ball.exists) {
     svg += fmt::format(

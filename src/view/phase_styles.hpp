@@ -15,9 +15,8 @@ struct PhaseStyle {
   std::array<std::uint8_t, 3> color;  // sRGB
 };
 
-// In the order of Phase. Any two that are shown together are told apart also by colour-blind eyes: they are
-// at least 20 apart in CIELAB under protanopia, deuteranopia and tritanopia (Machado, Oliveira and Fernandes
-// 2009).
+// In the order of Phase. Colour-blind eyes can tell apart any two that are shown together: they are at least
+// 20 apart in CIELAB under protanopia, deuteranopia and tritanopia (Machado, Oliveira and Fernandes 2009).
 constexpr std::array<PhaseStyle, kNumPhases> kPhaseStyles = {
     {{Phase::sort, "sort", {74, 72, 180}},
      {Phase::grid, "grid", {119, 202, 250}},

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <thread>
+#include <utility>
 
 #include "app/frame_names.hpp"
 #include "core/error.hpp"
-#include "core/file_ending.hpp"
 #include "core/replace_file.hpp"
 #include "core/text.hpp"
 
@@ -208,8 +208,8 @@ void Recorder::take(const SeenPicture& seen, Simulation& simulation, const Pictu
   // In simulated time a film has a frame for each of the simulation, not for each picture of one.
   const bool is_due = options_.record_real_time || is_whole;
   if (running_ && is_due) running_->film->add_frame(picture.framebuffer, picture.size);
-  if (picture_requested_ || paths_requested_) take_requested(picture, simulation, large);
-  picture_requested_ = paths_requested_ = false;
+  if (std::exchange(picture_requested_, false)) take_requested("png", picture, simulation, large);
+  if (std::exchange(paths_requested_, false)) take_requested("svg", picture, simulation, large);
   if (!options_.picture.empty() || options_.still_s) keep(seen, simulation, large);
   follow(simulation);
 }

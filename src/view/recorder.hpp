@@ -48,9 +48,9 @@ class Recorder {
   bool has_overlay() const { return options_.record_overlay; }
   bool is_recording() const { return running_.has_value(); }
 
-  // Takes the frame. seen: in memory if wants_seen(). scene: for a picture larger than that. is_whole: it
+  // Takes the frame. seen: in memory if wants_seen(). large: for a picture larger than that. is_whole: it
   // ends a frame of every flight.
-  void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& scene, bool is_whole);
+  void take(const SeenPicture& seen, Simulation& simulation, const PictureScene& large, bool is_whole);
   // Ends the film and waits until all films are written; writes the picture of --picture or --still. A
   // picture that cannot be written is told.
   void finish(Simulation& simulation, const PictureScene& scene);
@@ -77,8 +77,10 @@ class Recorder {
   void end(Simulation& simulation);
   void follow(Simulation& simulation);
   void tell(const std::string& line);
-  void take_requested(const SeenPicture& picture, Simulation& simulation, const PictureScene& scene);
-  void keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& scene);
+  // ending: png or svg.
+  void take_requested(std::string_view ending, const SeenPicture& picture, const Simulation& simulation,
+                      const PictureScene& scene);
+  void keep(const SeenPicture& seen, const Simulation& simulation, const PictureScene& large);
   bool draws_pictures() const;
   Pixels draw_picture(const PictureScene& scene) const;
   // --picture, of the first flight, or --still.

@@ -12,13 +12,13 @@ namespace pf {
 
 namespace fs = std::filesystem;
 
-void Recorder::take_requested(const SeenPicture& picture, Simulation& simulation, const PictureScene& scene) {
-  const char* ending = picture_requested_ ? "png" : "svg";
+void Recorder::take_requested(std::string_view ending, const SeenPicture& picture,
+                              const Simulation& simulation, const PictureScene& scene) {
   const std::string name = fmt::format("{}_t{:.4f}s.{}", file_part(simulation.settings().name),
                                        simulation.view().simulated_s, ending);
   const fs::path file = free_name(name);
   try {
-    if (!picture_requested_) {
+    if (ending == "svg") {
       write_svg(file, path_svg(simulation.view(), scene.look));
     } else if (draws_pictures()) {
       write_picture(file, draw_picture(scene), simulation);

@@ -39,7 +39,7 @@ double drawn_radius_m(const Settings& settings, const Physics& physics) {
 }
 
 // Speed to place on the colour scale.
-float per_color_mps(const Settings& settings) {
+float color_per_mps(const Settings& settings) {
   return static_cast<float>(1.0 / top_color_speed_mps(settings));
 }
 
@@ -187,7 +187,7 @@ void Renderer::draw_counted(const FrameView& frame, const ParcelBuffers& parcels
   for (const Camera& image : images) {
     set_view(image, viewport);
     if (parcels.images != nullptr) {
-      const CountStyle counted = {style.per_color_mps, Splat::one_in(style)};
+      const CountStyle counted = {style.color_per_mps, Splat::one_in(style)};
       const PixelGrid grid = pixel_grid(image, viewport, 0.0);
       splat_.draw(parcels.images->count(grid, counted), counted.one_in, style, picture);
     } else {
@@ -202,7 +202,7 @@ SplatStyle Renderer::splat_style(const FrameView& frame, const Camera& camera, d
   const Vec2d half_px =
       to_metres(frame.physics->world, frame.physics->world.half) * (1.0 / camera.metres_per_px);
   const double per_pixel = frame.num_parcels / (4.0 * half_px.x * half_px.y);
-  return {per_color_mps(*frame.settings), counted_alpha(diameter_px), per_pixel};
+  return {color_per_mps(*frame.settings), counted_alpha(diameter_px), per_pixel};
 }
 
 void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, const Camera& camera,
@@ -219,7 +219,7 @@ void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, 
   const bool squares = parcel_look_.as_squares;
   set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);
   set_uniform(discs_, "radius_px", static_cast<float>(0.5 * diameter_px));
-  set_uniform(discs_, "per_color_mps", per_color_mps(*frame.settings));
+  set_uniform(discs_, "color_per_mps", color_per_mps(*frame.settings));
   set_uniform(discs_, "alpha", kDiscAlpha);
   set_uniform(discs_, "squares", squares ? 1.0F : 0.0F);
   glVertexArrayVertexBuffer(parcel_array_.get(), 0, parcels.position_buffer, parcels.position_offset,

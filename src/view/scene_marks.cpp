@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "view/aim.hpp"
 #include "view/magnifier.hpp"
@@ -34,7 +33,7 @@ PxRect ball_rect(const FrameView& frame, const ScenePlace& scene) {
   return square_around(at.x, at.y, std::max(ball_px, 3.0F) + 14.0F * scene.place.scale);
 }
 
-// Points of the paths on the screen, of the current launch's as it would be in a vacuum or with drag, too.
+// Points on the screen of all paths, ghosts included.
 std::vector<Vec2f> path_points(const FrameView& frame, const ScenePlace& scene) {
   std::vector<Vec2f> points;
   const auto add = [&](const std::vector<Vec2f>& points_m) {

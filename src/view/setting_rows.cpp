@@ -88,7 +88,7 @@ void SettingRows::begin_frame(const Settings& shown, const Settings* scene) {
 void SettingRows::begin_row(const char* label, const std::string& help, Paths paths) {
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(label);
-  tell(help, paths);
+  show_help(help, paths);
   offer_scene_value(label, paths, true);
   ImGui::SameLine(label_room_ * ImGui::GetFontSize());
   ImGui::SetNextItemWidth(-1.0F);
@@ -96,7 +96,7 @@ void SettingRows::begin_row(const char* label, const std::string& help, Paths pa
 
 void SettingRows::end_row(const char* label, const std::string& help, Paths paths) {
   controls_.note(label);
-  tell(help, paths);
+  show_help(help, paths);
 }
 
 bool SettingRows::differs(Paths paths) const {
@@ -105,7 +105,8 @@ bool SettingRows::differs(Paths paths) const {
          });
 }
 
-void SettingRows::tell(const std::string& help, Paths paths) const {
+void SettingRows::show_help(const std::string& help, Paths paths) const {
+  if (is_quiet_) return;
   if (scene_ == nullptr || paths.size() == 0 || !ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
     return tooltip(help);
   std::vector<std::string> values;
@@ -157,19 +158,19 @@ bool SettingRows::move(const Field& field, const SliderLook& look, double& value
 void SettingRows::slider(const char* label, const char* path, const SliderLook& look) {
   const Field& field = field_of(path);
   const std::string help = help_of(path) + (look.on_release ? "\nTakes effect when you let go." : "");
-  double value = in_hand(label, number_of(field, edited_));
+  double value = held_or(label, number_of(field, edited_));
   begin_row(label, help, {path});
   const bool moved = move(field, look, value);
-  const auto number = finished(label, value, moved, look.on_release, range_of(field));
+  const auto number = take_finished(label, value, moved, look.on_release, range_of(field));
   end_row(label, help, {path});
-  refusal(label);
+  show_refusal(label);
   if (!number) return;
   set_number(field, *number, edited_);
   changed_ = true;
 }
 
-std::optional<double> SettingRows::finished(const char* label, double value, bool moved, bool on_release,
-                                            const NumberRange& range) {
+std::optional<double> SettingRows::take_finished(const char* label, double value, bool moved, bool on_release,
+                                                 const NumberRange& range) {
   // A typed number counts when it is finished: 1e9 on the way to 1e-9 must not.
   const bool waits = on_release || ImGui::GetIO().WantTextInput;
   const bool done = held_label_ == label || waits ? ImGui::IsItemDeactivatedAfterEdit() : moved;
@@ -192,7 +193,7 @@ std::optional<double> SettingRows::finished(const char* label, double value, boo
   return refusal_.empty() ? std::optional(value) : std::nullopt;
 }
 
-void SettingRows::refusal(const char* label) {
+void SettingRows::show_refusal(const char* label) {
   if (refused_label_ != label || ImGui::GetTime() > refused_until_s_ || !ImGui::IsItemVisible()) return;
   const ImGuiStyle& style = ImGui::GetStyle();
   const float left = ImGui::GetWindowPos().x + style.WindowPadding.x;
@@ -255,7 +256,7 @@ void SettingRows::combo(const char* label, const char* path) {
   changed_ = true;
 }
 
-void SettingRows::any(const Field& field) {
+void SettingRows::edit_field(const Field& field) {
   if (std::holds_alternative<std::string Settings::*>(field.member)) return;
   const std::string path = field.path();
   if (std::holds_alternative<Choice>(field.member)) return combo(path.c_str(), path.c_str());
@@ -263,14 +264,14 @@ void SettingRows::any(const Field& field) {
     return checkboxes({{path.c_str(), path.c_str()}});
   begin_row(field.key.c_str(), help_of(path.c_str()), {path.c_str()});
   const std::string id = "##all " + path;
-  double value = in_hand(path.c_str(), number_of(field, edited_));
+  double value = held_or(path.c_str(), number_of(field, edited_));
   NumberRange range = range_of(field);
   range.whole = std::holds_alternative<std::int64_t Settings::*>(field.member);
   const bool moved = ImGui::InputDouble(id.c_str(), &value, 0.0, 0.0, range.whole ? "%.0f" : "%.8g",
                                         ImGuiInputTextFlags_CharsScientific);
-  const auto number = finished(path.c_str(), value, moved, true, range);
+  const auto number = take_finished(path.c_str(), value, moved, true, range);
   end_row(path.c_str(), help_of(path.c_str()), {path.c_str()});
-  refusal(path.c_str());
+  show_refusal(path.c_str());
   if (!number) return;
   set_number(field, *number, edited_);
   changed_ = true;

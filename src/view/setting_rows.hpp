@@ -57,8 +57,10 @@ class SettingRows {
            int current, Paths paths = {});
 
   // Any setting but a text, by its key; a number is typed and counts when finished.
-  void any(const Field& field);
+  void edit_field(const Field& field);
 
+  // Shows no tooltips: something else lies over the picture.
+  void hush(bool is_quiet) { is_quiet_ = is_quiet; }
   // Room for labels, in heights of the font.
   void set_label_room(float heights) { label_room_ = heights; }
   // For rows of another kind: label at the left with its tooltip, the next widget takes the rest. paths: the
@@ -66,14 +68,14 @@ class SettingRows {
   // or a double or right click on the label goes back.
   void begin_row(const char* label, const std::string& help, Paths paths = {});
   void end_row(const char* label, const std::string& help, Paths paths = {});
-  // For the last widget, which shows value: the number to apply. None while it is held, typed or unchanged. A
-  // number out of range is refused: refusal(label) shows why below the row, over what comes there, for some
-  // seconds, so that no row moves under the pointer.
-  std::optional<double> finished(const char* label, double value, bool moved, bool on_release,
-                                 const NumberRange& range);
-  // The value in hand, else the given one.
-  double in_hand(const char* label, double value) const { return held_label_ == label ? held_value_ : value; }
-  void refusal(const char* label);
+  // Returns the number to apply from the last widget, which shows value; none while it is held, typed in or
+  // unchanged. A number out of range is refused: show_refusal(label) shows why below the row, over what comes
+  // there, for some seconds, so that no row moves under the pointer.
+  std::optional<double> take_finished(const char* label, double value, bool moved, bool on_release,
+                                      const NumberRange& range);
+  // Returns the value being edited, else the given one.
+  double held_or(const char* label, double value) const { return held_label_ == label ? held_value_ : value; }
+  void show_refusal(const char* label);
   bool button(const char* label, float width_px, const char* help);
   bool header(const char* label, bool open);
 
@@ -81,7 +83,7 @@ class SettingRows {
   // A slider of a whole or of a floating-point number. True if the value moved.
   static bool move(const Field& field, const SliderLook& look, double& value);
   bool differs(Paths paths) const;
-  void tell(const std::string& help, Paths paths) const;
+  void show_help(const std::string& help, Paths paths) const;
   void offer_scene_value(const char* label, Paths paths, bool is_label);
 
   static constexpr float kLabelRoom = 9.8F;
@@ -90,6 +92,7 @@ class SettingRows {
   Settings edited_;
   const Settings* scene_ = nullptr;
   bool changed_ = false;
+  bool is_quiet_ = false;
   std::string held_label_;  // of a control whose value is not applied yet
   double held_value_ = 0.0;
   bool types_comma_ = false;   // in this frame
@@ -103,7 +106,8 @@ class SettingRows {
 // Meaning, unit and allowed values of a setting.
 const std::string& help_of(const char* path);
 
-// For the last widget, at the right of its window, where it covers no other control; not while one is in use.
+// Shows a tooltip of the last widget to the right of its window, so that it covers no control; not while a
+// control is in use.
 void tooltip(const std::string& text);
 
 }  // namespace pf

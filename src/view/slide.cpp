@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
 #include <string>
 
 namespace pf {
@@ -13,11 +15,11 @@ namespace {
 // As ImGui draws it: at least as wide as the style says, and as wide as a value of a whole number.
 template <class Number>
 float knob_width(float slider_px, const std::array<Number, 2>& ends) {
-  const float least = ImGui::GetStyle().GrabMinSize;
+  const float min_px = ImGui::GetStyle().GrabMinSize;
   if constexpr (std::is_same_v<Number, double>) {
-    return least;
+    return min_px;
   } else {
-    return std::max(least, slider_px / static_cast<float>(ends[1] - ends[0] + 1));
+    return std::max(min_px, slider_px / static_cast<float>(ends[1] - ends[0] + 1));
   }
 }
 
@@ -63,6 +65,17 @@ double last_decimal(const char* format) {
   return std::pow(0.1, is_given ? text[point + 2] - '0' : 3);
 }
 
+std::string number_text(const char* format, double value) {
+  const std::string text = fmt::sprintf(format, value);
+  if (std::strchr(format, '%') == nullptr) return text;
+  constexpr double kRounded = 0.005;
+  const std::size_t digit = text.find_first_of("-0123456789");
+  const std::size_t end = text.find(' ', digit);
+  if (digit != 0 || std::fabs(std::strtod(text.c_str(), nullptr) - value) <= kRounded * std::fabs(value))
+    return text;
+  return fmt::format("{:.3g}{}", value, end == std::string::npos ? "" : text.substr(end));
+}
+
 double knob_share(double value, double low, double high, bool logarithmic, double nearly_zero) {
   if (logarithmic) {
     low = std::max(low, nearly_zero);
@@ -86,7 +99,12 @@ bool slide(const char* id, Number& value, const std::array<Number, 2>& ends, con
   if (!is_typed && was_typed) typed.clear();
   if (is_typed || was_typed) return moved;
   const bool logarithmic = (flags & ImGuiSliderFlags_Logarithmic) != 0;
-  write_beside(fmt::sprintf(format, value),
+  std::string text;
+  if constexpr (std::is_same_v<Number, double>)
+    text = number_text(format, value);
+  else
+    text = fmt::sprintf(format, value);
+  write_beside(std::move(text),
                knob_share(static_cast<double>(value), static_cast<double>(ends[0]),
                           static_cast<double>(ends[1]), logarithmic, last_decimal(format)),
                knob_width(ImGui::GetItemRectSize().x, ends));

@@ -49,7 +49,7 @@ void Splat::draw(const ParcelBuffers& parcels, std::uint32_t num_parcels, const 
   const std::uint32_t per_thread = style.per_pixel / one_in >= kRunPerPixel ? kRun : 1;
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 2, pixels_.get());
   glUseProgram(count_.get());
-  set_uniform(count_, "per_color_mps", style.per_color_mps);
+  set_uniform(count_, "color_per_mps", style.color_per_mps);
   set_uniform(count_, "one_in", one_in);
   set_uniform(count_, "per_thread", per_thread);
   for (std::uint32_t first = 0; first < num_parcels; first += kChunk) {
@@ -79,11 +79,11 @@ void Splat::resolve(const SplatStyle& style, std::uint32_t one_in, const SplatPi
   glUseProgram(resolve_.get());
   glBindImageTexture(0, picture.texture, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
   glBindImageTexture(1, picture.ground, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
-  // It waits for the counts, for an image below, and for what still reads the texture.
+  // Waits for the counts, for the image below, and for earlier reads of the texture.
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
   const auto groups = [](int pixels, int side) { return static_cast<GLuint>((pixels + side - 1) / side); };
   glDispatchCompute(groups(size_.width, kGroupWidth), groups(size_.height, kGroupHeight), 1);
-  // For it wait drawing on top, copies of the picture, and the next counts, which start at zero.
+  // Later drawing, copies and the next counts, which start at zero, wait for this pass.
   glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 

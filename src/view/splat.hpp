@@ -13,7 +13,7 @@
 namespace pf {
 
 struct SplatStyle {
-  float per_color_mps = 1.0F;  // speed to place on the colour scale
+  float color_per_mps = 1.0F;  // speed to place on the colour scale
   float alpha = 1.0F;          // of one parcel, in [0, 1)
   double per_pixel = 1.0;      // parcels, on average over the world; the count of a pixel is bounded
 };

@@ -26,7 +26,7 @@ SplitRow row_of(std::string name, const HalfFigures& half) {
   SplitRow row;
   row.name = std::move(name);
   row.energy = half.energy_drift ? drift_text(*half.energy_drift) : "-";
-  row.cost = half.cost_ms_per_s ? cost_text(*half.cost_ms_per_s) : "-";
+  row.cost = half.cost_ms_per_s ? duration_text(*half.cost_ms_per_s) : "-";
   return row;
 }
 
@@ -40,7 +40,7 @@ SplitRow difference_row(const PairFigures& figures) {
   if (first.energy_drift && second.energy_drift)
     row.energy = drift_text(*second.energy_drift - *first.energy_drift);
   if (first.cost_ms_per_s && second.cost_ms_per_s && *first.cost_ms_per_s > 0.0)
-    row.cost = digits(*second.cost_ms_per_s / *first.cost_ms_per_s) + " times";
+    row.cost = fmt::format("{:.2g} times", *second.cost_ms_per_s / *first.cost_ms_per_s);
   return row;
 }
 
@@ -63,8 +63,8 @@ SplitColors split_colors(Theme theme, const FlightPair& pair) {
   return {method_color(theme, first), other};
 }
 
-LegendSize SplitCard::fit(double most_px, float scale) {
-  reduced_ = static_cast<float>(std::min(1.0, most_px / (layout_width_ * scale)));
+LegendSize SplitCard::fit(double max_px, float scale) {
+  reduced_ = static_cast<float>(std::min(1.0, max_px / (layout_width_ * scale)));
   return size(scale);
 }
 
@@ -80,7 +80,7 @@ void SplitCard::write(const FlightPair& pair, float scale) {
     const auto name = [](const std::vector<SplitRow>& of, std::size_t half) {
       return half < of.size() ? of[half].name : std::string();
     };
-    if (name(rows, 1) != name(rows_, 1) || name(rows, 2) != name(rows_, 2)) layout_width_ = kLeastWidth;
+    if (name(rows, 1) != name(rows_, 1) || name(rows, 2) != name(rows_, 2)) layout_width_ = kMinWidth;
     rows_ = std::move(rows);
     written_for_ = pair.num_begun();
     frames_since_ = 0;

@@ -28,9 +28,9 @@ SplitColors split_colors(Theme theme, const FlightPair& pair);
 
 class SplitCard {
  public:
-  // In pixels, margins included, of the last write(); smaller letters where it would be wider than most_px.
+  // In pixels, margins included, of the last write(); smaller letters where it would be wider than max_px.
   // scale: pixels per layout pixel.
-  LegendSize fit(double most_px, float scale);
+  LegendSize fit(double max_px, float scale);
   // Takes the figures of the frame; every few frames, so that they can be read.
   void write(const FlightPair& pair, float scale);
   // Describes it to ImGui. at: upper left corner on the screen, margins included.
@@ -38,14 +38,14 @@ class SplitCard {
 
  private:
   static constexpr std::size_t kNumColumns = 4;
-  static constexpr double kLeastWidth = 340.0;
+  static constexpr double kMinWidth = 340.0;
 
   LegendSize size(float scale) const;
 
   std::vector<SplitRow> rows_;
   std::array<float, kNumColumns> widths_px_{};
-  float reduced_ = 1.0F;               // size of its letters, of the usual one
-  double layout_width_ = kLeastWidth;  // with margins, in layout pixels, rounded up
+  float reduced_ = 1.0F;             // size of its letters, of the usual one
+  double layout_width_ = kMinWidth;  // with margins, in layout pixels, rounded up
   std::int64_t written_for_ = -1;
   int frames_since_ = 0;
 };

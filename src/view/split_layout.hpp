@@ -22,8 +22,8 @@ struct SplitLayout {
 constexpr double kMinShare = 0.15;
 constexpr double kMaxShare = 0.85;
 
-// Whichever way round, and with the card at whichever side, the world becomes larger in equal halves. free:
-// what neither panel nor overlay covers; scale: pixels per layout pixel.
+// Chooses the direction of the split and the side of the card for which equal halves show the world largest.
+// free: what neither panel nor overlay covers; scale: pixels per layout pixel.
 SplitLayout lay_out_halves(const ViewRegion& free, const LegendSize& card, const World& world, double share,
                            float scale);
 // Both flights in one region.

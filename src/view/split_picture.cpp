@@ -1,7 +1,5 @@
 #include "view/split_picture.hpp"
 
-#include <algorithm>
-
 #include "view/aim.hpp"
 #include "view/film_scene.hpp"
 #include "view/overlay_paint.hpp"

@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "app/options.hpp"
+
 namespace pf {
 
 void SplitView::follow(const InputFrame& input, SplitSwitches& switches, Commands& commands) {
-  if (input.next_split) switches.mode = static_cast<SplitMode>((static_cast<int>(switches.mode) + 1) % 3);
+  if (input.next_split)
+    switches.mode =
+        static_cast<SplitMode>((static_cast<std::size_t>(switches.mode) + 1) % kSplitViewNames.size());
   scene_.mode = switches.mode;
   scene_.is_grabbed = scene_.is_grabbed && switches.mode == SplitMode::halves;
   const bool was_on = asked_.mode != SplitMode::off;

@@ -17,13 +17,13 @@
 
 namespace pf {
 
-// Set by main's handler of SIGINT and SIGTERM: the run ends after the current frame and finishes film and
-// report.
+// Set by main's handler of SIGINT, SIGTERM and SIGHUP: the run ends after the current frame and finishes film
+// and report.
 inline std::atomic<bool> stop_requested{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may set it");
 
 struct StageHooks {
-  // Makes the draw target for the backend of that name; null: the host target. Called with the context
+  // Makes the draw target for the backend; null: the host target. Called with the context
   // current, at the start and again after a change of backend.
   std::function<std::unique_ptr<GlDrawTarget>(Backend& backend)> make_draw_target;
   // Makes a backend beside the run's, of that name, on the same device: the terms of the model are timed on

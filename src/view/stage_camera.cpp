@@ -1,6 +1,5 @@
 // The cameras of the stage: the one that follows the ball, and that of the magnifier.
 #include <algorithm>
-#include <cmath>
 
 #include "view/stage_loop.hpp"
 

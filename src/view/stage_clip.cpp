@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include "app/frame_names.hpp"
-#include "core/error.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {

@@ -50,11 +50,11 @@ int Stage::finish() {
   record_.set_part("terms", to_json(term_costs_));
   record_.set_part("replay", replay_ ? replay_->report() : nlohmann::json(nullptr));
   if (replay_ && hooks_.announce) hooks_.announce(replay_->summary());
-  const bool unresolvable =
+  const bool stands_still =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
-  if ((unresolvable || cue_failed_) && hooks_.announce) hooks_.announce(reason_of_stop());
+  if ((stands_still || cue_failed_) && hooks_.announce) hooks_.announce(reason_of_stop());
   const bool file_failed = recorder_.failed() || log_.failed() || files_.failed();
-  const bool failed = tables_broke_off() || unresolvable || cue_failed_ || file_failed;
+  const bool failed = tables_broke_off() || stands_still || cue_failed_ || file_failed;
   return failed || (replay_ && replay_->diverged()) ? 1 : 0;
 }
 

@@ -144,7 +144,7 @@ std::optional<Vec2d> Stage::ball_near(Vec2d pointer_px, double radii) const {
   return std::nullopt;
 }
 
-// Ring and cursor say that the ball can be pulled.
+// Shows by ring and cursor that the ball can be pulled.
 void Stage::offer_ball(const InputFrame& input) {
   constexpr double kShownRadii = 5.0;
   ring_m_.reset();

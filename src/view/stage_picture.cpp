@@ -1,6 +1,5 @@
 // A frame of the stage: drawing it, taking it for the film, showing it.
 #include <algorithm>
-#include <cmath>
 
 #include "view/profile_strip.hpp"
 #include "view/stage_loop.hpp"

@@ -66,10 +66,11 @@ void Stage::say_what_flew() {
   if (was_interrupted_) hooks_.announce("stopped by a signal before its end");
   const FrameView& view = simulation_.view();
   std::string line =
-      fmt::format("{} to t = {:.4g} s in {:.1f} s: {}, {}",
+      fmt::format("{} to t = {:.4g} s in {:.1f} s: {}, {}{}",
                   counted(static_cast<std::uint64_t>(num_frames_ - first_frame_), "frame"), view.simulated_s,
                   progress_->spent_s(), counted(view.totals.num_steps, "step"),
-                  counted(view.totals.num_collisions, "collision"));
+                  counted(view.totals.num_collisions, "collision"),
+                  first_frame_ > 0 ? " since the start of the run" : "");
   if (view.physics->ball.exists)
     line += fmt::format("; the ball has flown {:.2f} m, now at {:.2f} m/s and {:.1f} rad/s",
                         view.ball_distance_m, length(view.ball.velocity_mps), view.ball.spin_radps);

@@ -72,12 +72,12 @@ void paint_hits(const Track& track) {
     hits[std::min(static_cast<std::size_t>(share * static_cast<float>(num)), num - 1)] +=
         static_cast<double>(frames[i].num_ball_hits);
   }
-  const double most = *std::max_element(hits.begin(), hits.end());
+  const double largest = *std::max_element(hits.begin(), hits.end());
   const float foot = track.middle - track.px(0.5F * kTrack_px + 1.0F);
-  for (std::size_t i = 0; i < num && most > 0.0; ++i) {
+  for (std::size_t i = 0; i < num && largest > 0.0; ++i) {
     if (hits[i] == 0.0) continue;
     const float x = track.left + static_cast<float>(i) * width;
-    const auto height = static_cast<float>(hits[i] / most) * track.px(kHits_px);
+    const auto height = static_cast<float>(hits[i] / largest) * track.px(kHits_px);
     track.list->AddRectFilled(ImVec2(x, foot - std::max(height, 1.0F)), ImVec2(x + width - 1.0F, foot),
                               track.colors.dim);
   }

@@ -12,7 +12,7 @@ namespace {
 
 WindowInput& self(GLFWwindow* window) { return *static_cast<WindowInput*>(glfwGetWindowUserPointer(window)); }
 
-// A switch pressed twice between two frames is as it was.
+// Two presses between two frames cancel each other.
 void flip(bool& value) { value = !value; }
 
 template <int Number>
@@ -82,7 +82,7 @@ void apply_key(int key, int mods, InputFrame& input) {
   if (action != nullptr) action->apply(input);
 }
 
-// With Ctrl, the key is the one that bears the letter, whatever the keyboard's layout.
+// With Ctrl, uses the key that bears the letter, whatever the keyboard's layout.
 int key_of(int key, int scancode, int mods) {
   const char* name = (mods & GLFW_MOD_CONTROL) != 0 ? glfwGetKeyName(key, scancode) : nullptr;
   const bool is_letter = name != nullptr && name[0] >= 'a' && name[0] <= 'z' && name[1] == '\0';

@@ -176,7 +176,7 @@ TEST_F(Domains, NameTheFirstInvalidParcelAndStep) {
     run->backend->restore(state);
   }
   const StepTotals totals = pair.expect_same_steps(3, 1e-4);
-  EXPECT_EQ(totals.num_invalid, 6U);
+  EXPECT_EQ(totals.num_invalid, 2U);
   EXPECT_EQ(totals.first_invalid_step, 5U);
   EXPECT_EQ(totals.first_invalid_id, 77U);
 }

@@ -67,7 +67,7 @@ Settings of_method(Settings s, Method method) {
   return s;
 }
 
-constexpr double kLeast_ms = 1e-6;  // spent at once
+constexpr double kMin_ms = 1e-6;  // spent at once
 
 class Budget : public testing::TestWithParam<BudgetCase> {};
 
@@ -79,7 +79,7 @@ TEST_P(Budget, DoesNotChangeTheResult) {
   for (int seed = 1; seed <= 4 * test_scale(); ++seed) {
     std::mt19937_64 random(static_cast<std::uint64_t>(seed));
     const auto drawn_ms = [&random] {
-      return kLeast_ms * std::pow(10.0, std::uniform_real_distribution<double>(0.0, 6.5)(random));
+      return kMin_ms * std::pow(10.0, std::uniform_real_distribution<double>(0.0, 6.5)(random));
     };
     const SlicedRun sliced = run_in_slices(c, 1 + static_cast<unsigned>(seed) % 3, drawn_ms);
     EXPECT_EQ(sliced.state, whole.state) << "seed " << seed;
@@ -92,7 +92,7 @@ TEST_P(Budget, DoesNotChangeTheResult) {
 // Every request gets further by a step, or by a window of one.
 TEST_P(Budget, CutsARequest) {
   const BudgetCase& c = GetParam();
-  const SlicedRun least = run_in_slices(c, 1, [] { return kLeast_ms; });
+  const SlicedRun least = run_in_slices(c, 1, [] { return kMin_ms; });
   EXPECT_GE(least.num_requests, static_cast<int>(c.num_steps));
   if (c.settings.method != Method::exact) {
     EXPECT_EQ(least.num_requests, static_cast<int>(c.num_steps));

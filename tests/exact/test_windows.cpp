@@ -153,7 +153,7 @@ TEST_P(Windows, DoNotChangeTheResult) {
   for (int seed = 1; seed <= 6 * test_scale(); ++seed) {
     TimelineRun run(c.settings, 1 + static_cast<unsigned>(seed) % 3);
     run.draw_lengths(static_cast<std::uint64_t>(seed));
-    if (seed % 2 == 0) run.timeline.window_length().most_events = static_cast<std::uint32_t>(seed) - 1;
+    if (seed % 2 == 0) run.timeline.window_length().event_limit = static_cast<std::uint32_t>(seed) - 1;
     run.advance(c.num_steps, c.dt_s);
     EXPECT_EQ(run.result(), expected) << "seed " << seed;
   }

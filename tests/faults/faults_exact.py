@@ -47,7 +47,7 @@ EXACT = [
           "0.5 * c.run.physics.ball.radius_m", "walls of `exact` let the ball pass by half its radius"),
     Fault("edge_room", "exact/events.hpp", "c.plan.max_speed_mps * c.plan.units_per_tick * c.plan.length",
           "c.plan.max_speed_mps", "0.1 * c.plan.max_speed_mps", "parcels that reach the edge may be missed"),
-    Fault("min_separation", "exact/collision.hpp", "const double least = scale.min_separation_speed_mps",
+    Fault("min_separation", "exact/collision.hpp", "const double min_mps = scale.min_separation_speed_mps",
           "scale.min_separation_speed_mps", "0.0",
           "without restitution a pair stays together and collides again at once"),
     Fault("undo_parcels", "exact/collision.hpp", "min_separation_speed_mps(c.plan, overlap) * distance", "overlap", "0.0",

@@ -42,7 +42,7 @@ TEST_P(PushOut, LeavesAPairJustTouching) {
     place_pair(run, direction(k) * (0.05 + 0.059 * k));
     run.advance(1, 1e-6);
     const std::vector<Vec2i> at = run.backend->snapshot().position;
-    const double distance = speed_of(to_double(at[1]) - to_double(at[0]));
+    const double distance = length(to_double(at[1]) - to_double(at[0]));
     const double diameter = 1.0 / run.physics.world.unit_m;
     EXPECT_NEAR(distance, diameter, 2.0 + 4.0 * 0x1p-24 * diameter) << k;
   }
@@ -76,6 +76,43 @@ TEST(Contact, ThatChangesVelocitiesTooMuchIsReported) {
   }
 }
 
+// A parcel that the ball makes too fast is reported and stays in place, so the ball must not feel the hit.
+TEST(Contact, WithTheBallThatMakesAParcelTooFastDoesNotHappen) {
+  for (const double speed_mps : {300.0, 1000.0}) {
+    Settings s = two_discs(Method::impulse, 1.0);
+    s.ball_present = true;
+    s.ball_radius_m = 0.5;
+    s.ball_mass_kg = 1e3;  // the parcel leaves at twice its speed
+    s.ball_x_m = -3.0;
+    s.ball_y_m = s.ball_spin_radps = s.k_magnus = s.friction = 0.0;
+    s.ball_vx_mps = speed_mps;
+    SceneRun run(s, 1);
+    const World& world = run.physics.world;
+    run.backend->restore({{to_units(world, {-1.5, 0.0}), to_units(world, {0.0, 3.0})}, {{}, {}}});
+    const StepReport report = run.advance(1, 0.0025);  // half of the world is 4 m
+    const bool is_beyond = speed_mps > 500.0;
+    EXPECT_EQ(report.totals.num_invalid, is_beyond ? 1U : 0U) << speed_mps;
+    EXPECT_EQ(report.totals.num_ball_hits, is_beyond ? 0U : 1U) << speed_mps;
+    if (is_beyond) {
+      EXPECT_EQ(report.ball.velocity_mps.x, speed_mps);
+      EXPECT_EQ(run.backend->snapshot().velocity[0].x, 0.0F);
+    }
+    EXPECT_EQ(run.advance(3, 1e-9).totals.num_invalid, 0U) << "the parcel goes on";
+  }
+}
+
+// The count is of parcels, not of parcels times steps.
+TEST(Contact, ParcelsThatAreNotFiniteCountOnce) {
+  SceneRun run(gas(100, 0.1), 1);
+  ParcelSnapshot broken = run.backend->snapshot();
+  broken.velocity[17].x = broken.velocity[42].y = std::nanf("");
+  run.backend->restore(broken);
+  const StepTotals totals = run.advance(5, 0.01).totals;
+  EXPECT_EQ(totals.num_invalid, 2U);
+  EXPECT_EQ(totals.first_invalid_id, 17U);
+  EXPECT_EQ(totals.first_invalid_step, 0U);
+}
+
 // The contact distance is 1.5 m. The parcel starts inside it and approaches. Bounds as above, and 1e-9 of a
 // unit for the ball's position.
 TEST(PushOut, LeavesAParcelJustTouchingTheBall) {
@@ -91,7 +128,7 @@ TEST(PushOut, LeavesAParcelJustTouchingTheBall) {
     run.backend->restore(
         {{to_units(world, e * (0.5 + 0.06 * k)), to_units(world, e * -3.0)}, {to_float(e * -1e-6), {}}});
     run.advance(1, 1e-6);
-    EXPECT_NEAR(speed_of(to_double(run.backend->snapshot().position[0])) * world.unit_m, 1.5,
+    EXPECT_NEAR(length(to_double(run.backend->snapshot().position[0])) * world.unit_m, 1.5,
                 2.0 * world.unit_m);
   }
 }

@@ -7,7 +7,7 @@
 namespace pf::test {
 
 // A frame's budget that is spent at once: a picture has a step, or a window of one.
-constexpr double kLeastBudget_ms = 1e-6;
+constexpr double kMinBudget_ms = 1e-6;
 
 // The `gas` scene: unit diameter and mass, box by N.
 inline Settings gas(std::int64_t n, double area_fraction = 0.2, Boundary boundary = Boundary::walls) {

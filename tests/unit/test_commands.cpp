@@ -80,6 +80,58 @@ TEST_F(SimulationCommands, RejectsParcelsThatDoNotFit) {
   EXPECT_EQ(simulation_.settings().num_parcels, 500);
 }
 
+TEST_F(SimulationCommands, RejectsARadiusThatDoesNotFit) {
+  advance(2);
+  edit([](Settings& s) {  // a third of the court for the ball, and two thirds for the parcels
+    s.ball_radius_m = 2.9;
+    s.parcel_radius_m = 0.185;
+  });
+  EXPECT_TRUE(contains(view().message, "air.parcel_radius_m: 500 parcels of diameter 0.37 m"))
+      << view().message;
+  EXPECT_TRUE(contains(view().message, "lower air.parcel_radius_m or air.num_parcels")) << view().message;
+  edit([](Settings& s) { s.parcel_radius_m = 2.0; });
+  EXPECT_TRUE(contains(view().message, "air: 500 parcels are 4 m wide")) << view().message;
+}
+
+// Where time step and steps per frame are set, the keys change the steps per frame, and say where that ends.
+TEST_F(SimulationCommands, KeysOfThePaceSetStepsPerFrameWhereTheseSetThePace) {
+  load("regulation");
+  edit([](Settings& s) { s.num_parcels = 500; });
+  advance(1);
+  Commands slower, faster;
+  slower.time_scale_factor = 0.5;
+  faster.time_scale_factor = 2.0;
+  const double pace = view().slow_motion;
+  for (const std::int64_t expected : {4, 2, 1}) {
+    simulation_.advance_frame(slower, nullptr);
+    EXPECT_EQ(simulation_.settings().substeps, expected);
+    EXPECT_DOUBLE_EQ(view().slow_motion, pace * static_cast<double>(expected) / 8.0);
+  }
+  EXPECT_EQ(view().notice, "");
+  simulation_.advance_frame(slower, nullptr);
+  EXPECT_EQ(simulation_.settings().substeps, 1);
+  EXPECT_TRUE(contains(view().notice, "One step of 0.000520833 s a frame is the slowest")) << view().notice;
+  simulation_.advance_frame(faster, nullptr);
+  EXPECT_EQ(simulation_.settings().substeps, 2);
+  EXPECT_EQ(simulation_.settings().time_scale, 0.25);
+  EXPECT_FALSE(view().flight_record->disturbed) << "the steps are the same";
+}
+
+// Where a frame has as many steps as it may, slower is slower than what is seen.
+TEST_F(SimulationCommands, KeysOfThePaceSlowAFlightThatIsSlowerThanAsked) {
+  edit([](Settings& s) {
+    s.time_scale = 10.0;
+    s.max_substeps = 2;
+  });
+  advance(1);
+  const double pace = view().slow_motion;
+  ASSERT_LT(pace, 1.0);
+  Commands slower;
+  slower.time_scale_factor = 0.5;
+  simulation_.advance_frame(slower, nullptr);
+  EXPECT_DOUBLE_EQ(simulation_.settings().time_scale, 0.5 * pace);
+}
+
 // A change of threads keeps the parcels bit for bit.
 TEST_F(SimulationCommands, ThreadsKeepTheParcels) {
   advance(20);

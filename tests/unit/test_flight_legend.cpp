@@ -85,6 +85,21 @@ TEST(FlightLegend, NamesSettingsThatDiffer) {
   EXPECT_EQ(flight_rows(frames.view)[0].method, "impulse, 100 ms");
 }
 
+// Also of flights that are not compared, as after a slider was moved between two launches.
+TEST(FlightLegend, NamesWhatDiffersFromTheCurrentFlight) {
+  Frames frames;
+  frames.flight.settings.restitution = 0.2;
+  FlightRecord earlier = frames.flight;
+  frames.flight.launch = 2;
+  earlier.launch = 1;
+  earlier.settings.restitution = 0.9;
+  frames.old_flights = {earlier};
+  const auto rows = flight_rows(frames.view);
+  ASSERT_EQ(rows.size(), 2U);
+  for (const FlightRow& row : rows)
+    EXPECT_EQ(row.method, row.is_current ? "impulse" : "impulse, restitution 0.9");
+}
+
 TEST(FlightLegend, ColourIsOfTheMethodWhereverTheRowStands) {
   FlightRecord flight;
   std::vector<Rgb> colors;

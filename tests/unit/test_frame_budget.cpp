@@ -22,12 +22,12 @@ class CutFrames : public testing::TestWithParam<Method> {};
 
 TEST_P(CutFrames, AreTheSame) {
   constexpr int kNumFrames = 12;
-  Simulation whole(court_with(GetParam(), kLeastBudget_ms), make_cpu_backend(1));
+  Simulation whole(court_with(GetParam(), kMinBudget_ms), make_cpu_backend(1));
   for (int frame = 0; frame < kNumFrames; ++frame) {
     whole.advance_frame({}, nullptr);
     EXPECT_FALSE(whole.view().unfinished) << "a headless run has no budget";
   }
-  Simulation cut(court_with(GetParam(), kLeastBudget_ms), make_cpu_backend(2));
+  Simulation cut(court_with(GetParam(), kMinBudget_ms), make_cpu_backend(2));
   cut.keep_to_budget();
   int num_pictures = 0;
   int num_slowed = 0;
@@ -71,7 +71,7 @@ void enter_step(Simulation& simulation) {
 }
 
 TEST(FrameBudget, ResetDoesNotWaitForTheStep) {
-  Simulation simulation(court_with(Method::exact, kLeastBudget_ms), make_cpu_backend(1));
+  Simulation simulation(court_with(Method::exact, kMinBudget_ms), make_cpu_backend(1));
   const std::uint64_t start = simulation.backend().state_hash();
   simulation.keep_to_budget();
   enter_step(simulation);
@@ -84,7 +84,7 @@ TEST(FrameBudget, ResetDoesNotWaitForTheStep) {
 }
 
 TEST(FrameBudget, SettingsWaitForTheEndOfTheStepAndNoLonger) {
-  Simulation simulation(court_with(Method::exact, kLeastBudget_ms), make_cpu_backend(1));
+  Simulation simulation(court_with(Method::exact, kMinBudget_ms), make_cpu_backend(1));
   simulation.keep_to_budget();
   enter_step(simulation);
   const std::uint64_t steps_before = simulation.view().totals.num_steps;
@@ -188,7 +188,7 @@ TEST(FrameBudget, LogsOfCutFlightsReplay) {
     TemporaryFolder folder;
     const auto file = folder.path() / "a.toml";
     std::mt19937_64 random(seed);
-    Settings settings = court_with(Method::exact, kLeastBudget_ms);
+    Settings settings = court_with(Method::exact, kMinBudget_ms);
     settings.num_parcels = 1200;
     Simulation simulation(settings, make_cpu_backend(2));
     simulation.keep_checkpoints();

@@ -84,6 +84,14 @@ TEST(Sliders, TheNumberStandsWhereTheKnobIsNot) {
   }
   EXPECT_DOUBLE_EQ(last_decimal("%.5f free times"), 1e-5);
   EXPECT_NEAR(knob_share(5.2e-4, 0.0, 0.1, true, last_decimal("%.6f s")), 0.543, 1e-3) << "as ImGui draws it";
+  EXPECT_EQ(number_text("%.3f", 0.1), "0.100");
+  EXPECT_EQ(number_text("%.3f", 0.0005), "0.0005") << "not 0.001";
+  EXPECT_EQ(number_text("%.5f kg", 1.87e-5), "1.87e-05 kg");
+  EXPECT_EQ(number_text("%.6f s", 2e-7), "2e-07 s");
+  EXPECT_EQ(number_text("%.1f rad/s", -0.04), "-0.04 rad/s");
+  EXPECT_EQ(number_text("%.1f rad/s", 0.0), "0.0 rad/s");
+  EXPECT_EQ(number_text("automatic", 0.0), "automatic");
+  EXPECT_EQ(number_text("1.15e-14", 0.1), "1.15e-14");
   EXPECT_EQ(without_unit("0.00100 free times"), "0.00100");
   EXPECT_EQ(without_unit("-12.5 rad/s"), "-12.5");
   EXPECT_EQ(without_unit("as time scale asks"), "as time scale asks");

@@ -34,15 +34,15 @@ TEST(Options, NoFallbackMeansCuda) {
 
 TEST(Options, FlagsReachTheirOptions) {
   const Options options = options_of(
-      {"run",   "--method",   "spring",     "--neighbors",   "all-pairs", "--threads", "3",      "--dt",
-       "0.001", "--substeps", "4",          "--time-scale",  "0.5",       "--seed",    "9",      "--seconds",
-       "2.5",   "--headless", "--no-panel", "--draw-target", "staged",    "--size",    "800x601"});
+      {"run",        "--method",      "spring", "--neighbors", "all-pairs", "--threads", "3",   "--dt",
+       "0.001",      "--substeps",    "4",      "--seed",      "9",         "--seconds", "2.5", "--headless",
+       "--no-panel", "--draw-target", "staged", "--size",      "800x601"});
   EXPECT_EQ(options.settings.method, Method::spring);
   EXPECT_EQ(options.settings.neighbors, Neighbors::all_pairs);
   EXPECT_EQ(options.settings.threads, 3);
   EXPECT_EQ(options.settings.dt_s, 0.001);
   EXPECT_EQ(options.settings.substeps, 4);
-  EXPECT_EQ(options.settings.time_scale, 0.5);
+  EXPECT_EQ(options_of({"--time-scale", "0.5"}).settings.time_scale, 0.5);
   EXPECT_EQ(options.settings.seed, 9);
   EXPECT_EQ(options.settings.seconds, 2.5);
   EXPECT_TRUE(options.headless);
@@ -78,7 +78,16 @@ TEST(Options, FlagsOfThePictureAreChecked) {
   EXPECT_TRUE(contains(refusal({"--overlay", "on"}), "one of full, compact, off"));
   for (const char* bad : {"0.5", "9", "nan", "x", ""})
     EXPECT_TRUE(contains(refusal({"--ui-scale", bad}), "give a number from 0.75 to 3")) << bad;
-  EXPECT_TRUE(contains(refusal({"--paused", "--headless"}), "leave out --paused or --headless"));
+  const std::string png = (folder.path() / "p.png").string();
+  EXPECT_TRUE(
+      contains(refusal({"--paused", "--headless"}), "only the space bar of a window starts a paused run"));
+  EXPECT_TRUE(contains(refusal({"--paused", "--still", "0.1", png}), "only the space bar of a window"));
+  EXPECT_TRUE(contains(refusal({"--headless", "--record-overlay", "off"}), "needs a picture"));
+  EXPECT_EQ(refusal({"--headless", "--record-overlay", "off", "--picture", png}), "accepted");
+  EXPECT_TRUE(contains(refusal({"--headless", "--scene", "bullet", "--time-scale", "0.1"}),
+                       "run.time_scale: has no effect where run.dt_s and run.substeps are set"));
+  EXPECT_EQ(refusal({"--headless", "--scene", "bullet", "--time-scale", "0.1", "--substeps", "0"}),
+            "accepted");
   EXPECT_TRUE(contains(refusal({"--save-scene", there}), "already exists"));
   EXPECT_TRUE(contains(refusal({"--save-scene", "/tmp/x.txt"}), "must end in .toml"));
   EXPECT_TRUE(contains(refusal({"--save-scene", ""}), "must end in .toml"));

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/progress_line.hpp"
+#include "core/text.hpp"
 #include "scene/scene_file.hpp"
 #include "view/overlay_text.hpp"
 
@@ -53,7 +54,28 @@ TEST(OverlayText, PaceOnAScreenOfAnotherRate) {
   EXPECT_EQ(pace_text(frame, 8.0), "time stands still");
   frame.slow_motion = 0.1;
   frame.num_pictures = 3;
-  EXPECT_EQ(pace_text(frame, 20.0), "10\xC3\x97 slow motion, 30\xC3\x97 on screen, 3 pictures a frame");
+  EXPECT_EQ(pace_text(frame, 20.0), "3 pictures a frame, 10\xC3\x97 slow motion, 30\xC3\x97 on screen");
+}
+
+TEST(Overlay, TellsTheTimeOfALaterFlight) {
+  FrameView frame;
+  FlightRecord flight;
+  flight.number = 1;
+  flight.times_s = {0.0, 0.6667};
+  frame.simulated_s = 3.98;
+  EXPECT_EQ(clock_text(frame), "t = 3.980 s");
+  frame.flight_record = &flight;
+  EXPECT_EQ(clock_text(frame), "t = 3.980 s");
+  flight.number = 5;
+  EXPECT_EQ(clock_text(frame), "t = 3.980 s, flight 5: 0.667 s");
+}
+
+TEST(Text, IsCutBetweenCharactersAndEscapedForXml) {
+  const std::string cut = in_quotes(std::string(79, 'a') + "\xC3\xA4 and more");
+  EXPECT_EQ(cut, "'" + std::string(79, 'a') + "...'");
+  EXPECT_EQ(in_quotes(std::string(78, 'a') + "\xC3\xA4"), "'" + std::string(78, 'a') + "\xC3\xA4'");
+  EXPECT_EQ(xml_text("a<b & \"c\"> \xC3\xA4 \xFF\x01"),
+            "a&lt;b &amp; &quot;c&quot;&gt; \xC3\xA4 \xEF\xBF\xBD");
 }
 
 TEST(ProgressLine, SaysWhatIsLeftOnceSomethingIsDone) {

@@ -225,7 +225,8 @@ TEST_F(SceneFile, SavesOnlyChangesWithUnits) {
 
 TEST_F(SceneFile, RejectsAnUnwritableFile) {
   const auto file = folder_.path() / "missing" / "s.toml";
-  EXPECT_TRUE(contains(message_of([&] { save_scene_file(file, Settings{}); }), "cannot be written"));
+  EXPECT_TRUE(contains(message_of([&] { save_scene_file(file, Settings{}); }), "No such file or directory"));
+  EXPECT_THROW(save_scene_file(file, Settings{}), OutputError);
 }
 
 TEST(Scenes, ShippedScenesAreListedAndLoad) {

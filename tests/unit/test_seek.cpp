@@ -123,7 +123,7 @@ TEST_P(Seek, RepeatsChangesOfSettingsAtTheirTimes) {
 
 TEST_P(Seek, KeepsToTheBudgetInSeveralPictures) {
   Settings settings = scene_of(GetParam());
-  settings.frame_budget_ms = kLeastBudget_ms;
+  settings.frame_budget_ms = kMinBudget_ms;
   FollowedFlight cut(settings);
   cut.simulation.keep_to_budget();
   flight.fly_frames(50);

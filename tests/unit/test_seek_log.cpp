@@ -69,7 +69,7 @@ TEST(SeekLog, ReplaysToTheSameStates) {
     const auto file = folder.path() / "a.toml";
     std::mt19937_64 random(seed);
     Settings settings = court(500);
-    settings.frame_budget_ms = seed % 2 == 0 ? kLeastBudget_ms : 50.0;
+    settings.frame_budget_ms = seed % 2 == 0 ? kMinBudget_ms : 50.0;
     Simulation simulation(settings, make_cpu_backend(2));
     simulation.keep_checkpoints();
     simulation.keep_to_budget();

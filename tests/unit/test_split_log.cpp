@@ -13,7 +13,7 @@
 namespace pf::test {
 namespace {
 
-constexpr double kLeast_ms = 1e-6;  // every request ends after a step, or within one
+constexpr double kMin_ms = 1e-6;  // every request ends after a step, or within one
 
 std::unique_ptr<Backend> cpu(const std::string&, std::int64_t threads) {
   return make_cpu_backend(static_cast<unsigned>(threads));
@@ -22,7 +22,7 @@ std::unique_ptr<Backend> cpu(const std::string&, std::int64_t threads) {
 Settings scene() {
   Settings settings = court(800);
   settings.method = Method::exact;
-  settings.frame_budget_ms = kLeast_ms;
+  settings.frame_budget_ms = kMin_ms;
   settings.threads = 2;
   return settings;
 }

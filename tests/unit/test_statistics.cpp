@@ -1,12 +1,15 @@
-// Median and percentiles of measured values.
+// Median and percentiles of measured values, and of the frames of a run.
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <vector>
 
+#include "app/report.hpp"
 #include "core/statistics.hpp"
+#include "support/scene_support.hpp"
 
-namespace pf {
+namespace pf::test {
 namespace {
 
 // The values 1 .. num, not in order.
@@ -38,10 +41,30 @@ TEST(Statistics, AShareDoesNotExceedItsValue) {
   }
 }
 
+// A window may stay open for days: beyond a million frames only some of them are kept, evenly spaced.
+TEST(Statistics, OfVeryManyFramesAreThoseOfAll) {
+  SceneRun run(gas(100, 0.1), 1);
+  RunRecord record(run.physics, run.backend->measure(), "d");
+  constexpr int kNum = 2'500'000;
+  PhaseTimes times;
+  StepTotals step;
+  step.num_steps = 1;
+  for (int k = 0; k < kNum; ++k) {
+    times[Phase::collide_integrate] = 1.0 + static_cast<double>(k) / kNum;
+    record.add_frame(times, step, 0.01);
+  }
+  const nlohmann::json report = record.finish(run.settings, run.physics, *run.backend, {}, 0.0);
+  EXPECT_NEAR(report["phase_ms"]["collide_integrate"]["median"], 1.5, 1e-5);
+  EXPECT_NEAR(report["phase_ms"]["collide_integrate"]["p99"], 1.99, 1e-5);
+  EXPECT_NEAR(report["ns_per_parcel_step"], 1.5e6 / 100.0, 1.0) << "of all frames";
+  EXPECT_EQ(record.frame_report()["num"], kNum);
+  EXPECT_NEAR(record.frame_report()["physics_ms"], 1.5, 1e-5);
+}
+
 TEST(Statistics, NoValuesGiveZeros) {
   EXPECT_EQ(median_and_p99({}).median, 0.0);
   EXPECT_EQ(median_and_p99({}).p99, 0.0);
 }
 
 }  // namespace
-}  // namespace pf
+}  // namespace pf::test

@@ -5,7 +5,7 @@
 namespace pf {
 namespace {
 
-// Slot of parcels that the next sort drops: they have left the slab, or are ghosts of before.
+// Slot of parcels that the next sort drops: they have left the slab, or are ghosts of the last sort.
 constexpr std::uint32_t kDropped = UINT32_MAX;
 
 }  // namespace

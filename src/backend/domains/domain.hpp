@@ -54,8 +54,8 @@ class Domain {
   // threads of the process. Returns the displacement along an axis, position units, from which on a sort pays
   // off.
   virtual std::int64_t sort(const StepConstants& constants, std::int64_t margin, PhaseTimes& times) = 0;
-  // 6. Drops what was let go, and notes where the ghosts, and the parcels that others have as ghosts, are
-  // now.
+  // 6. Removes dropped parcels, and records the new indices of ghosts and of parcels that others hold as
+  // ghosts.
   virtual void find_borders() = 0;
 
   // A step of all own parcels, in this order. step: valid until its end.
@@ -95,8 +95,8 @@ class DomainGpus {
   virtual ~DomainGpus() = default;
 
   virtual std::string name() const = 0;  // for the report
-  // Throws UserError if so many parcels of the world do not fit, if domains share them equally. held_bytes:
-  // what a domain holds now.
+  // Throws UserError if the parcels of the world do not fit when shared equally among the domains.
+  // held_bytes: what a domain holds now.
   virtual void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const = 0;
   // Domain of slab `index`. place: its number among the domains of this machine, which take the GPUs in turn.
   virtual std::unique_ptr<Domain> make(unsigned index, unsigned place) = 0;

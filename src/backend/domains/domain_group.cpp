@@ -11,7 +11,7 @@ namespace pf {
 namespace {
 
 // Width of the margin, in contact distances, on processors and on GPUs; in a dilute gas, whose cells are
-// wider, in mean distances of parcels. It takes part in no result. Cells set how far parcels may move until
+// wider, in mean distances of parcels. It does not affect results. Cells set how far parcels may move until
 // the next sort; the margin of processors cuts that short by a seventh at most, that of GPUs does not.
 constexpr double kMarginWidth = 3.0, kGpuMarginWidth = 4.75, kDiluteMarginWidth = 0.75;
 
@@ -78,17 +78,17 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
     ScopedPhase timing(report.times, Phase::sort);
     Traffic<Parcel> out = ranks_.empty_traffic<Parcel>(), in = ranks_.empty_traffic<Parcel>();
     margin_ = margin_of(constants, physics_.parcels.num, gpus_ != nullptr ? kGpuMarginWidth : kMarginWidth);
-    side_by_side([&](Domain& domain, std::size_t d) { domain.release(constants, margin_, out[d]); });
+    for_each_domain([&](Domain& domain, std::size_t d) { domain.release(constants, margin_, out[d]); });
     ranks_.exchange(out, in, ranks_.all_counts(out));
-    side_by_side([&](Domain& domain, std::size_t d) {
+    for_each_domain([&](Domain& domain, std::size_t d) {
       for (const std::vector<Parcel>& parcels : in[d]) domain.adopt(parcels);
     });
     out = ranks_.empty_traffic<Parcel>();
     in = ranks_.empty_traffic<Parcel>();
-    side_by_side([&](Domain& domain, std::size_t d) { domain.copy_margins(margin_, out[d]); });
+    for_each_domain([&](Domain& domain, std::size_t d) { domain.copy_margins(margin_, out[d]); });
     motion_counts_ = ranks_.all_counts(out);
     ranks_.exchange(out, in, motion_counts_);
-    side_by_side([&](Domain& domain, std::size_t d) {
+    for_each_domain([&](Domain& domain, std::size_t d) {
       for (unsigned k = 0; k < slabs_.num; ++k) domain.add_ghosts(k, in[d][k]);
     });
   }
@@ -97,7 +97,7 @@ void DomainGroup::sort(const StepConstants& constants, StepReport& report) {
     covered = std::min(covered, domain->sort(constants, margin_, report.times));
   {
     ScopedPhase timing(report.times, Phase::sort);
-    side_by_side([](Domain& domain, std::size_t) { domain.find_borders(); });
+    for_each_domain([](Domain& domain, std::size_t) { domain.find_borders(); });
   }
   const std::vector<std::int64_t> all = ranks_.all_of(covered);
   max_displacement_ = *std::min_element(all.begin(), all.end());
@@ -114,11 +114,11 @@ void DomainGroup::update_ghosts() {
     link_->update_ghosts();
     return;
   }
-  side_by_side([&](const Domain& domain, std::size_t d) {
+  for_each_domain([&](const Domain& domain, std::size_t d) {
     for (unsigned k = 0; k < slabs_.num; ++k) domain.pack(k, motion_out_[d][k]);
   });
   ranks_.exchange(motion_out_, motion_in_, motion_counts_);
-  side_by_side([&](Domain& domain, std::size_t d) {
+  for_each_domain([&](Domain& domain, std::size_t d) {
     for (unsigned k = 0; k < slabs_.num; ++k) domain.unpack(k, motion_in_[d][k]);
   });
 }

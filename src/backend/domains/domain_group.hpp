@@ -57,7 +57,7 @@ class DomainGroup {
   void sum_memory();
   // work(domain, its place on this rank), one domain to a thread. Throws the first domain's error.
   template <class Work>
-  void side_by_side(const Work& work) {
+  void for_each_domain(const Work& work) {
     std::vector<std::exception_ptr> errors(domains_.size());
     ThreadTeam& team = gpus_ != nullptr ? gpu_team_ : team_;
     team.run([&](unsigned thread) {

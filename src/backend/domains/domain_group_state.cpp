@@ -119,7 +119,7 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
 std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const CountStyle& style) {
   const std::size_t num = std::size_t{grid.width} * grid.height;
   std::vector<std::vector<std::uint32_t>> images(domains_.size());
-  side_by_side([&](Domain& domain, std::size_t d) {
+  for_each_domain([&](Domain& domain, std::size_t d) {
     images[d].resize(num);
     domain.count(grid, style, images[d]);
   });

@@ -35,8 +35,8 @@ inline std::int32_t saturated_reach(double units) {
   return static_cast<std::int32_t>(std::min(units, kMaxReach));
 }
 
-// Reach of a search box that holds the positions at a step's start of parcels that are as fast as speed_mps
-// at most, and whose discs overlap the one in its middle.
+// Reach of a search box that holds the positions at a step's start of parcels with speed at most speed_mps
+// whose discs overlap the central one.
 std::int32_t reach_of(const ExactConstants& c, double speed_mps);
 
 // Sets world, reaches and owned_radius for a step. fastest_mps: bound on the parcels' speeds at its start.

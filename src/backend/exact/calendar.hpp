@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "model/exact/events.hpp"
+#include "model/exact/event_key.hpp"
 
 namespace pf {
 
@@ -38,41 +38,41 @@ class Calendar {
     earliest_in_group_.assign((id.size() + kGroup - 1) / kGroup, kNoTick);
   }
   void clear(std::size_t begin, std::size_t end) {
-    std::fill(key_.data() + begin, key_.data() + end, kNoEvent);
+    std::fill(key_.data() + begin, key_.data() + end, kNoEventKey);
   }
 
   const void* line(std::uint32_t i) const { return &key_[i]; }  // to prefetch
   std::uint32_t tick(std::uint32_t i) const { return tick_of(key_[i]); }
 
   Event event(std::uint32_t i) const {
-    const std::uint64_t key = key_[i];
-    if (key == kNoEvent) return {};
+    const EventKey key = key_[i];
+    if (key == kNoEventKey) return {};
     const std::uint32_t partner = partner_of(key);
     return {tick_of(key), partner, id_of(partner)};
   }
 
   // Returns whether a collision with `partner` comes before parcel i's kept event.
   bool would_lower(std::uint32_t i, std::uint32_t tick, std::uint32_t partner) const {
-    return comes_before(key_of(tick, partner), key_[i]);
+    return comes_before(event_key(tick, partner), key_[i]);
   }
 
   // Replaces a parcel's event. One thread may do so while others lower events of other parcels.
   void set(std::uint32_t i, const Event& event) {
-    key_[i] = event.tick == kNoTick ? kNoEvent : key_of(event.tick, event.partner);
+    key_[i] = event.tick == kNoTick ? kNoEventKey : event_key(event.tick, event.partner);
     if (event.tick != kNoTick) lower_block(i, event.tick);
   }
 
   // Keeps the earlier of a parcel's event and this one. Any thread may call it.
   void lower(std::uint32_t i, std::uint32_t tick, std::uint32_t partner) {
-    const std::uint64_t key = key_of(tick, partner);
-    std::atomic_ref<std::uint64_t> shared(key_[i]);
-    std::uint64_t seen = shared.load(std::memory_order_relaxed);
+    const EventKey key = event_key(tick, partner);
+    std::atomic_ref<EventKey> shared(key_[i]);
+    EventKey seen = shared.load(std::memory_order_relaxed);
     while (comes_before(key, seen)) {
       if (shared.compare_exchange_weak(seen, key, std::memory_order_relaxed)) return lower_block(i, tick);
     }
   }
 
-  // Has a parcel found when its event is due, also after it was taken out.
+  // Makes take_due() find the parcel again.
   void restore(std::uint32_t i) { lower_block(i, tick(i)); }
 
   // Appends the groups with events before tick `end`.
@@ -120,18 +120,9 @@ class Calendar {
  private:
   static constexpr std::size_t kKeysOfLine = 8;  // of the cache
 
-  // An event as one word: tick and partner.
-  static constexpr std::uint64_t kNoEvent = ~0ULL;
-  static std::uint64_t key_of(std::uint32_t tick, std::uint32_t partner) {
-    return (static_cast<std::uint64_t>(tick) << 32U) | partner;
-  }
-  static std::uint32_t tick_of(std::uint64_t key) { return static_cast<std::uint32_t>(key >> 32U); }
-  static std::uint32_t partner_of(std::uint64_t key) { return static_cast<std::uint32_t>(key); }
-
   std::uint32_t id_of(std::uint32_t partner) const { return is_parcel(partner) ? id_[partner] : partner; }
-  bool comes_before(std::uint64_t a, std::uint64_t b) const {
-    if (tick_of(a) != tick_of(b)) return a < b;
-    return b != kNoEvent && id_of(partner_of(a)) < id_of(partner_of(b));
+  bool comes_before(EventKey a, EventKey b) const {
+    return pf::comes_before(a, b, [this](std::uint32_t partner) { return id_of(partner); });
   }
 
   void lower_block(std::uint32_t i, std::uint32_t tick) {
@@ -145,7 +136,7 @@ class Calendar {
     const std::size_t first = block * kBlock, last = std::min(key_.size(), first + kBlock);
     std::uint32_t rest = kNoTick, num_due = 0;
     std::uint32_t due_here[kBlock];
-    for (std::size_t i = first; i < last; ++i) {  // without branches, which nobody could predict
+    for (std::size_t i = first; i < last; ++i) {  // branch-free, as the branches are unpredictable
       const std::uint32_t tick = tick_of(key_[i]);
       due_here[num_due] = static_cast<std::uint32_t>(i);
       num_due += tick < end ? 1 : 0;
@@ -156,7 +147,7 @@ class Calendar {
   }
 
   const std::uint32_t* id_ = nullptr;             // n
-  std::vector<std::uint64_t> key_;                // n
+  std::vector<EventKey> key_;                     // n
   std::vector<std::uint32_t> earliest_;           // of each block
   std::vector<std::uint32_t> earliest_in_group_;  // of each group
 };

@@ -26,10 +26,10 @@ class EpochLength {
   void end(std::size_t num_parcels) {
     const double wanted = kEventsPerParcel * static_cast<double>(num_parcels);
     const double longer = std::sqrt(wanted / (static_cast<double>(num_events_) + 1.0));
-    length_ = std::clamp(length_ * std::clamp(longer, 1.0 / kMostChange, kMostChange), 1.0, kLongest);
+    length_ = std::clamp(length_ * std::clamp(longer, 1.0 / kMaxChange, kMaxChange), 1.0, kLongest);
     drop();
   }
-  // It ended early, and tells nothing.
+  // Ignores an epoch that ended early.
   void drop() { num_events_ = 0; }
 
  private:
@@ -37,7 +37,7 @@ class EpochLength {
   // `bullet` take the least time where starts take 0.3 to 0.5 of it. An event of a gas takes as long as the
   // start of an epoch for some 36 parcels.
   static constexpr double kEventsPerParcel = 0.04;
-  static constexpr double kLongest = 4.0, kMostChange = 1.1;
+  static constexpr double kLongest = 4.0, kMaxChange = 1.1;
 
   double length_ = 1.0;
   std::uint64_t num_events_ = 0;

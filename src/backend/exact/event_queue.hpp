@@ -1,5 +1,4 @@
-// The queue of a cluster's events, earliest first. Of events at one tick, the one of the lower generation
-// comes first, then the one with the lower id, then the one with the lower other id.
+// The queue of a cluster's events, earliest first.
 #pragma once
 
 #include <algorithm>
@@ -12,8 +11,7 @@ namespace pf {
 
 class EventQueue {
  public:
-  struct Entry {
-    std::uint32_t tick, generation, low_id, high_id;
+  struct Entry : EventOrder {
     std::uint32_t member;
     std::uint32_t version;  // stale once the member has another
   };
@@ -24,8 +22,10 @@ class EventQueue {
   // id: of the member, or its code.
   void push(std::uint32_t member, std::uint32_t version, std::uint32_t id, const Event& event) {
     if (event.tick == kNoTick) return;
-    entries_.push_back({event.tick, event.generation, std::min(id, event.partner_id),
-                        std::max(id, event.partner_id), member, version});
+    entries_.push_back(
+        {{event.tick, event.generation, std::min(id, event.partner_id), std::max(id, event.partner_id)},
+         member,
+         version});
     std::push_heap(entries_.begin(), entries_.end(), is_later);
   }
 
@@ -37,12 +37,7 @@ class EventQueue {
   }
 
  private:
-  static bool is_later(const Entry& a, const Entry& b) {
-    if (a.tick != b.tick) return a.tick > b.tick;
-    if (a.generation != b.generation) return a.generation > b.generation;
-    if (a.low_id != b.low_id) return a.low_id > b.low_id;
-    return a.high_id > b.high_id;
-  }
+  static bool is_later(const Entry& a, const Entry& b) { return comes_before(b, a); }
 
   std::vector<Entry> entries_;
 };

@@ -1,7 +1,6 @@
 // Loops of a window whose work its threads share.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include "backend/exact/window.hpp"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cassert>
 #include <cstdint>
 #include <initializer_list>
 
@@ -11,7 +12,7 @@ namespace pf {
 
 // Reads arrays of the parcels ahead of a loop that visits parcels in ascending order: each line once, up to
 // the neighbours of the parcels that are visited soon, which lie within a row of cells. It reads, since
-// prefetch instructions were of no use on an EPYC with more parcels than its cache holds.
+// prefetch instructions did not help on an EPYC when the parcels exceeded its cache.
 class ReadAhead {
  public:
   // of_4, of_8: arrays of 4 and of 8 bytes a parcel. A loop is left to itself if the cache holds all parcels
@@ -21,6 +22,7 @@ class ReadAhead {
       : space_(space),
         is_active_(space.num_parcels >= kFewest && num_visits * kSparse >= space.num_parcels &&
                    !space.all_pairs && space.cell_start != nullptr) {
+    assert(of_4.size() + of_8.size() <= kMaxArrays);
     for (const void* array : of_4) arrays_[num_++] = {static_cast<const char*>(array), 4};
     for (const void* array : of_8) arrays_[num_++] = {static_cast<const char*>(array), 8};
   }
@@ -33,14 +35,14 @@ class ReadAhead {
     const Vec2i centre{static_cast<std::int32_t>(space_.x[i]), static_cast<std::int32_t>(space_.y[i])};
     const std::uint32_t above = cell_key(grid, centre) + static_cast<std::uint32_t>(grid.x.num) + 2;
     const std::uint32_t end = space_.cell_start[std::min(above, grid.num_cells())];
-    if (end > next_ + kMost) next_ = end - kMost;
+    if (end > next_ + kMaxCaughtUp) next_ = end - kMaxCaughtUp;
     for (; next_ < end; next_ += kLine) read();
   }
 
  private:
   static constexpr std::size_t kFewest = 130'000, kSparse = 64, kMaxArrays = 12;
-  static constexpr std::uint32_t kLine = 16;    // parcels whose 4 bytes each fill a line of the cache
-  static constexpr std::uint32_t kMost = 4096;  // parcels that are caught up with
+  static constexpr std::uint32_t kLine = 16;           // parcels whose 4 bytes each fill a line of the cache
+  static constexpr std::uint32_t kMaxCaughtUp = 4096;  // parcels that are caught up with
 
   struct Array {
     const char* data;

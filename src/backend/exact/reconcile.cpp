@@ -47,11 +47,6 @@ class SegmentCursor {
   std::uint32_t next_ = kInvalidIndex;
 };
 
-// Returns whether a collision happens while both bodies are on their trajectories.
-bool happens_before(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
-  return tick != kNoTick && tick <= std::min(first_end, second_end);
-}
-
 // Only trajectories that last at a common tick are compared.
 template <Boundary kBoundary>
 bool trajectories_collide(const WindowContext& window, std::uint32_t i, std::uint32_t j) {
@@ -60,7 +55,7 @@ bool trajectories_collide(const WindowContext& window, std::uint32_t i, std::uin
     while (latest_b.is_valid() && latest_b.begin(window) > a.end()) latest_b.advance();
     for (SegmentCursor b = latest_b; b.is_valid() && b.end() >= a.begin(window); b.advance()) {
       const std::uint32_t tick = collision_tick<kBoundary>(window.c, a.trajectory(), b.trajectory());
-      if (happens_before(tick, a.end(), b.end())) return true;
+      if (happens_on_both(tick, a.end(), b.end())) return true;
     }
   }
   return false;
@@ -71,7 +66,7 @@ bool collides_with_ball(const WindowContext& window, const BallTrajectory& ball,
                         std::uint32_t i) {
   for (SegmentCursor a(window, i); a.is_valid(); a.advance()) {
     if (ball.tick > static_cast<std::int32_t>(a.end()) || ball_end < a.begin(window)) continue;
-    if (happens_before(window.ball_tick<kBoundary>(ball, a.trajectory()), a.end(), ball_end)) return true;
+    if (happens_on_both(window.ball_tick<kBoundary>(ball, a.trajectory()), a.end(), ball_end)) return true;
   }
   return false;
 }

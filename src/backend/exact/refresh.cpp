@@ -1,7 +1,5 @@
 #include "backend/exact/refresh.hpp"
 
-#include <algorithm>
-
 #include "backend/exact/parallel_loops.hpp"
 #include "backend/exact/predict.hpp"
 #include "backend/exact/read_ahead.hpp"
@@ -35,18 +33,18 @@ void list_due(WindowContext& window) {
   }
 }
 
-// Returns whether both parcels of a due event are still on the trajectories that it was predicted on.
+// Returns whether a parcel of a due event has left the trajectory that it was predicted on.
 template <Boundary kBoundary>
-bool is_valid(const WindowContext& window, std::uint32_t i) {
+bool is_stale(const WindowContext& window, std::uint32_t i) {
   const Calendar& calendar = window.memory.calendar;
   const Event event = calendar.event(i);
   // A participating ball keeps its collisions itself. A parcel has one only where a window was cut before it.
-  if (!is_parcel(event.partner)) return event.partner != kBallPartner || !window.has_participant();
+  if (!is_parcel(event.partner)) return event.partner == kBallPartner && window.has_participant();
   // The partner would keep a collision that is to come, or an earlier event.
-  if (calendar.tick(event.partner) > event.tick) return false;
+  if (calendar.tick(event.partner) > event.tick) return true;
   const Trajectory partner = window.start_trajectory(event.partner);
-  return !is_retired(partner.anchor) &&
-         collision_tick<kBoundary>(window.c, window.start_trajectory(i), partner) == event.tick;
+  return is_retired(partner.anchor) ||
+         collision_tick<kBoundary>(window.c, window.start_trajectory(i), partner) != event.tick;
 }
 
 template <Boundary kBoundary>
@@ -78,7 +76,7 @@ void repredict_stale(WindowContext& window) {
                     {parcels.position.data(), parcels.velocity.data(), window.memory.calendar.line(0)});
     for (std::size_t k = begin; k < end; ++k) {
       if (ahead.is_active() && k + kAhead < end) ahead.reach(due[k + kAhead]);
-      if (!is_valid<kBoundary>(window, due[k])) worker.stale.push_back(due[k]);
+      if (is_stale<kBoundary>(window, due[k])) worker.stale.push_back(due[k]);
     }
   });
   for_each_worker(window, due.size(), [&](WorkerState& worker) {

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kMinSharedClusters = 16;  // with fewer the calling thread solves them alone
 constexpr std::size_t kBatch = 16;              // clusters that a thread takes at once
-constexpr std::size_t kDistance = 4;            // clusters; memory of one so far ahead is asked for
+constexpr std::size_t kAhead = 4;               // clusters to prefetch
 
 // The clusters in `todo` that one thread starts with; any thread may take them.
 struct alignas(64) Share {
@@ -67,7 +67,7 @@ void solve_share(WindowContext& window, unsigned thread, Share& share) {
     if (begin >= share.end) return;
     const std::size_t end = std::min(share.end, begin + kBatch);
     for (std::size_t k = begin; k < end; ++k) {
-      if (k + kDistance < share.end) prepare(window, ahead, todo[k + kDistance]);
+      if (k + kAhead < share.end) prepare(window, ahead, todo[k + kAhead]);
       solve_one<kBoundary>(window, thread, todo[k]);
     }
   }

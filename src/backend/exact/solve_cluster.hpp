@@ -37,7 +37,7 @@ class ClusterSolver : ClusterMembers {
   }
 
  private:
-  static constexpr std::uint32_t kMostEvents = 100000;  // whatever their ticks
+  static constexpr std::uint32_t kMaxEvents = 100000;  // whatever their ticks
 
   // A pair of neighbours is found again after each event of its member. first: of the cluster's pairs.
   void drop_repeated_pairs(std::size_t first) {
@@ -55,7 +55,7 @@ class ClusterSolver : ClusterMembers {
       const bool is_ball = next.member == kBallMember;
       if (next.version != (is_ball ? ball().version : member(next.member).version)) continue;
       const bool has_many = cluster_.num_events >= window_.max_events && next.tick > cluster_.last_tick;
-      cluster_.has_failed = cluster_.num_events == kMostEvents;
+      cluster_.has_failed = cluster_.num_events == kMaxEvents;
       if (has_many || cluster_.has_failed) {
         cluster_.stopped_at = next.tick;
         return true;
@@ -291,8 +291,7 @@ class ClusterSolver : ClusterMembers {
         keep_collision(member(memory_.member_slot[j]));
         continue;
       }
-      const Trajectory other = window_.start_trajectory(j);
-      if (is_retired(other.anchor)) continue;
+      const Trajectory other = window_.start_trajectory(j);  // not retired: those have no disc
       const std::uint32_t tick = collision_tick<kBoundary>(c_, it.trajectory, other);
       keep_earlier(best, {tick, j, id(j), generation(it, tick)});
     }

@@ -9,7 +9,7 @@
 namespace pf {
 namespace {
 
-// Hits by the ball that made parcels faster than the bound come again; the bound is lowered slowly.
+// Hits that exceeded the bound tend to recur, so the bound decays slowly.
 constexpr double kKeptOfBound = 0.98;
 constexpr double kCellWidth = 2.8;  // contact distances. Measured at N = 10^5, area fraction 0.2.
 
@@ -34,7 +34,7 @@ void ExactTimeline::enter(const Physics& physics, double contact_clock_s, Sorted
   progress_.now = static_cast<std::uint64_t>(std::llround(time_s_ / run_.reference_ticks.tick_s));
   forget_predictions();
   current_positions_ = trajectories.position;
-  present_is_valid_ = true;
+  current_is_valid_ = true;
   position_.resize(trajectories.position.size());
   const auto now = static_cast<std::uint32_t>(progress_.now);
   trajectories.tick.assign(parcels.size(), now);
@@ -72,24 +72,27 @@ void ExactTimeline::evaluate(const ExactConstants& c, const SortedParcels& parce
 }
 
 const std::vector<Vec2i>& ExactTimeline::positions(const SortedParcels& parcels) {
-  if (!present_is_valid_) {
+  if (!current_is_valid_) {
     current_positions_.resize(parcels.current.position.size());
     evaluate(constants_now(run_, progress_), parcels, 0, current_positions_);
-    present_is_valid_ = true;
+    current_is_valid_ = true;
   }
   return current_positions_;
 }
 
 // Returns exactly the largest speed of a parcel that has not retired and whose speed is finite.
 double ExactTimeline::fastest_parcel_mps(const SortedParcels& parcels) {
-  float fastest2 = 0.0F;
-  for (std::size_t i = 0; i < parcels.size(); ++i) {
-    const Vec2f v = parcels.current.velocity[i];
-    const float speed2 = dot(v, v);
-    if (!is_retired(parcels.current.position[i]) && speed2 < kMaxFiniteSpeed2)
-      fastest2 = std::max(fastest2, speed2);
-  }
-  return std::sqrt(static_cast<double>(fastest2));
+  std::vector<float> fastest2(team_.size(), 0.0F);
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, parcels.size());
+    float& own2 = fastest2[thread];
+    for (std::size_t i = begin; i < end; ++i) {
+      const float speed2 = dot(parcels.current.velocity[i], parcels.current.velocity[i]);
+      const bool counts = !is_retired(parcels.current.position[i]) && speed2 < kMaxFiniteSpeed2;
+      own2 = counts ? std::max(own2, speed2) : own2;
+    }
+  });
+  return std::sqrt(static_cast<double>(*std::max_element(fastest2.begin(), fastest2.end())));
 }
 
 // The same with the ball's surface.
@@ -103,14 +106,18 @@ void ExactTimeline::anchor_all(SortedParcels& parcels) {
   ParcelArrays& trajectories = parcels.current;
   trajectories.position = positions(parcels);
   const std::uint32_t before = progress_.tick_exponent;
-  const std::uint32_t after =
-      choose_tick_exponent(run_.reference_ticks, before, fastest_mps(run_.physics, parcels));
+  const double fastest = fastest_mps(run_.physics, parcels);
+  const std::uint32_t after = choose_tick_exponent(run_.reference_ticks, before, fastest);
   progress_.tick_exponent = after;
   window_length_.rescale(std::ldexp(1.0, static_cast<int>(before) - static_cast<int>(after)));
-  std::fill(trajectories.tick.begin(), trajectories.tick.end(),
-            static_cast<std::uint32_t>(progress_.now >> after));
-  for (std::uint32_t& tick : trajectories.last_contact_tick)
-    tick = rescaled_contact_tick(tick, progress_.now, before, after);
+  const auto now = static_cast<std::uint32_t>(progress_.now >> after);
+  team_.run([&](unsigned thread) {
+    const auto [begin, end] = team_.share(thread, parcels.size());
+    std::fill(trajectories.tick.data() + begin, trajectories.tick.data() + end, now);
+    std::vector<std::uint32_t>& contact = trajectories.last_contact_tick;
+    for (std::size_t i = begin; i < std::min(end, contact.size()); ++i)
+      contact[i] = rescaled_contact_tick(contact[i], progress_.now, before, after);
+  });
 }
 
 // ---- epochs
@@ -127,7 +134,7 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
     const GridShape grid = choose_grid(run_.physics.world, num, {kCellWidth * run_.contact_distance});
     parcels.sort(team_, grid, position_.data(), report.times);
     evaluate(c, parcels, 0, position_);
-    present_is_valid_ = false;
+    current_is_valid_ = false;
     ++report.totals.num_sorts;
   }
   epoch_->input = {.position = position_.data(),
@@ -140,8 +147,8 @@ void ExactTimeline::begin_epoch(const StepRequest& request, SortedParcels& parce
   BallTrajectory ball = chord_ ? stepper_.ball().trajectory : BallTrajectory{};
   if (!chord_) ball.anchor_units = progress_.ball.position_m * (1.0 / run_.physics.world.unit_m);
   const CpuTally tally = stepper_.begin_epoch(epoch_->input, c, ball, parcels.current, report.times);
-  epoch_->num_invalid = tally.num_invalid;
-  epoch_->first_invalid_id = tally.first_invalid_id;
+  invalid_.num_invalid = tally.num_invalid;
+  invalid_.first_invalid_id = tally.first_invalid_id;
   progress_.fastest_mps = std::sqrt(static_cast<double>(tally.max_speed2));
   progress_.raised_bound_mps *= kKeptOfBound;
   if (chord_) predict_chord(parcels, report);
@@ -197,7 +204,7 @@ WindowRequest ExactTimeline::window_request(std::uint32_t end, const StepRequest
   return window;
 }
 
-void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report) {
+void ExactTimeline::adopt_outcome(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report) {
   const std::uint32_t length = outcome.end - epoch_->done;
   StepTotals totals = totals_of(run_, outcome.tally);
   totals.event_hash = outcome.event_hash;
@@ -206,7 +213,7 @@ void ExactTimeline::take_over(const WindowOutcome& outcome, std::uint32_t asked,
   progress_.fastest_mps = std::max(progress_.fastest_mps, outcome.result.fastest_after_mps);
   progress_.now += static_cast<std::uint64_t>(length) << progress_.tick_exponent;
   epoch_->done += length;
-  present_is_valid_ = false;
+  current_is_valid_ = false;
   window_length_.learn(length, length < asked, outcome);
   epoch_length_.add_events(outcome.result.num_events);
   if (!chord_) return;
@@ -220,7 +227,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
   const StepPlan& plan = epoch_->constants.plan;
   if (outcome.needed_bound_mps > plan.max_speed_mps) {
     progress_.raised_bound_mps = kSpeedMargin * outcome.needed_bound_mps;
-    stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
+    if (chord_) stepper_.ball().trajectory.tick -= static_cast<std::int32_t>(epoch_->done);
     epoch_length_.drop();
     return epoch_.reset();
   }
@@ -228,7 +235,7 @@ void ExactTimeline::retry(const WindowOutcome& outcome, std::uint32_t length) {
   window_length_.shorten(std::max(1U, outcome.failed_at - epoch_->done));
 }
 
-// Length of a window that shall not last longer than left_ms, as far as the last one tells.
+// Length of a window that should take at most left_ms, judging by the last one.
 std::uint32_t ExactTimeline::choose_window(std::uint64_t until, double left_ms) const {
   constexpr double kWorthwhile_ms = 1.0;
   std::uint64_t limit = epoch_->constants.plan.length - epoch_->done;
@@ -256,12 +263,12 @@ void ExactTimeline::advance_window(std::uint32_t length, const StepRequest& requ
     ++report.totals.num_retried_steps;
     return retry(outcome, length);
   }
-  take_over(outcome, length, report);
+  adopt_outcome(outcome, length, report);
   if (chord_ && chord_->done == chord_->plan.length) end_chord();
   if (epoch_->done == epoch_->constants.plan.length || is_at_anchoring(progress_)) end_epoch(parcels);
 }
 
-// Returns whether it got there before the deadline. It always gets further.
+// Returns whether `until` was reached before the deadline. Always makes progress.
 bool ExactTimeline::advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
                                   SortedParcels& parcels, StepReport& report) {
   while (progress_.now < until && !is_unresolvable_) {
@@ -332,12 +339,7 @@ void ExactTimeline::advance(const Physics& physics, const StepRequest& request, 
   }
   ball_is_new_ = false;
   advance_steps(request, parcels, report);
-  StepTotals state;
-  if (epoch_) {
-    state.num_invalid = epoch_->num_invalid * report.totals.num_steps;
-    state.first_invalid_id = epoch_->first_invalid_id;
-  }
-  report.totals += state;
+  report.totals += invalid_;
   ball = ball_now();
 }
 

@@ -63,8 +63,6 @@ class ExactTimeline {
     ExactConstants constants;
     EpochInput input;
     std::uint32_t done = 0;  // ticks
-    std::uint64_t num_invalid = 0;
-    std::uint32_t first_invalid_id = UINT32_MAX;
   };
   struct Chord {
     StepPlan plan;           // start and length of the chord
@@ -92,7 +90,7 @@ class ExactTimeline {
   std::uint32_t choose_window(std::uint64_t until, double left_ms) const;
   void advance_window(std::uint32_t length, const StepRequest& request, SortedParcels& parcels,
                       StepReport& report);
-  void take_over(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
+  void adopt_outcome(const WindowOutcome& outcome, std::uint32_t asked, StepReport& report);
   void retry(const WindowOutcome& outcome, std::uint32_t length);
   void end_epoch(SortedParcels& parcels);
 
@@ -111,10 +109,11 @@ class ExactTimeline {
   Neighbors neighbors_ = Neighbors::grid;
   ExactProgress progress_;
   std::optional<Epoch> epoch_;
+  StepTotals invalid_;  // parcels that the last prediction of an epoch found invalid
   std::optional<Chord> chord_;
   std::vector<Vec2i> position_;           // n + kSearchPadding; at the epoch's start
   std::vector<Vec2i> current_positions_;  // n + kSearchPadding
-  bool present_is_valid_ = false;
+  bool current_is_valid_ = false;
 };
 
 }  // namespace pf

@@ -13,7 +13,7 @@ class WindowLength {
  public:
   // Tests may draw lengths instead: a function of the longest possible one, both in ticks.
   std::function<std::uint32_t(std::uint32_t)> draw;
-  std::uint32_t most_events = 0;  // as max_cluster_events; 0: the rule's own
+  std::uint32_t event_limit = 0;  // as max_cluster_events; 0: the rule's own
 
   // num_parcels: of the scene. Forgets what was learnt.
   void reset(std::uint32_t num_parcels) {
@@ -23,9 +23,9 @@ class WindowLength {
   // Ticks have become longer by a power of two.
   void rescale(double factor) { ticks_ = std::max(1.0, ticks_ * factor); }
 
-  // Length of the next window, which may be at most `limit` long. Equal parts of it.
+  // Length of the next window: at most `limit`, and an equal part of it.
   std::uint32_t choose(std::uint32_t limit) const {
-    limit = std::min(limit, most_);
+    limit = std::min(limit, max_ticks_);
     if (draw) return std::clamp(draw(limit), 1U, limit);
     const double parts = limit / ticks_;
     const auto num = static_cast<std::uint32_t>(parts) + (parts > 1.0 ? 1U : 0U);
@@ -34,7 +34,7 @@ class WindowLength {
 
   // A window of `length` ticks was solved. was_cut: it was planned longer.
   void learn(std::uint32_t length, bool was_cut, const WindowOutcome& outcome) {
-    most_ = UINT32_MAX;
+    max_ticks_ = UINT32_MAX;
     if (was_cut) {
       ticks_ = length;
       return;
@@ -55,21 +55,21 @@ class WindowLength {
   }
   // A window did not finish. Only its first `length` ticks are tried next.
   void shorten(std::uint32_t length) {
-    most_ = length;
+    max_ticks_ = length;
     ticks_ = length;
   }
 
   // Events of a cluster after which its window is cut.
   std::uint32_t max_cluster_events() const {
-    if (most_events) return most_events;
-    return std::max(kMostClusterEvents, static_cast<std::uint32_t>(wanted_events_ / 8.0));
+    if (event_limit) return event_limit;
+    return std::max(kMinEventLimit, static_cast<std::uint32_t>(wanted_events_ / 8.0));
   }
 
  private:
   // Events that a window should have.
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
   // A window is cut only if a cluster has at least as many events.
-  static constexpr std::uint32_t kMostClusterEvents = 128;
+  static constexpr std::uint32_t kMinEventLimit = 128;
   // A window is too long if its largest cluster has more events than both of these, the second one a share of
   // the window's, or if more than a share kWaste of its events were solved in vain.
   static constexpr double kClusterEvents = 48.0, kClusterShare = 1.0 / 32.0, kWaste = 0.5;
@@ -80,7 +80,7 @@ class WindowLength {
 
   double wanted_events_ = 1.0;
   double ticks_ = 1.0;
-  std::uint32_t most_ = UINT32_MAX;
+  std::uint32_t max_ticks_ = UINT32_MAX;
 };
 
 }  // namespace pf

@@ -16,7 +16,7 @@ namespace {
 #define PF_VECTOR __attribute__((PF_AVX2, always_inline)) inline
 
 // Bound on the reach of a ball, so that sums of it and a displacement fit 32 bits.
-constexpr std::int32_t kMaxReach = 1 << 29;
+constexpr std::int32_t kMaxBallReach = 1 << 29;
 
 PF_VECTOR __m256i mix32(__m256i z) {
   z = _mm256_mullo_epi32(_mm256_xor_si256(z, _mm256_srli_epi32(z, 16)), _mm256_set1_epi32(0x7FEB352D));
@@ -25,7 +25,7 @@ PF_VECTOR __m256i mix32(__m256i z) {
   return _mm256_xor_si256(z, _mm256_srli_epi32(z, 16));
 }
 
-// For either element of a pair: what it has, or what its twin has.
+// ORs the flags of the two elements of each pair.
 PF_VECTOR __m256i either(__m256i flags) { return _mm256_or_si256(flags, _mm256_shuffle_epi32(flags, 0xB1)); }
 
 PF_VECTOR __m256i pairs_of(Vec2i v) { return _mm256_set1_epi64x(bit_copy<long long>(v)); }
@@ -59,7 +59,7 @@ __attribute__((PF_AVX2)) Lanes make_lanes(const FreeFlightInput& in) {
           pairs_of({half.x - last, half.y - last}),
           pairs_of({margin - half.x, margin - half.y}),
           pairs_of(in.ball.centre),
-          _mm256_set1_epi32(std::min(in.ball.reach, kMaxReach) + 4),
+          _mm256_set1_epi32(std::min(in.ball.reach, kMaxBallReach) + 4),
           pairs_of(half),
           _mm256_slli_epi32(pairs_of(half), 1),
           _mm_cvtsi32_si128(in.rough_shift)};
@@ -124,7 +124,7 @@ __attribute__((PF_AVX2)) void fly_range(const FreeFlightInput& in, std::size_t b
   constexpr std::size_t kAhead = 1024;  // parcels: they are searched before they move
   const Lanes lanes = make_lanes<kBoundary>(in);
   __m256i max_displacement = _mm256_setzero_si256();
-  const std::size_t whole = kBall && in.ball.reach > kMaxReach ? begin : end - (end - begin) % 8;
+  const std::size_t whole = kBall && in.ball.reach > kMaxBallReach ? begin : end - (end - begin) % 8;
   for (std::size_t i = begin; i < whole; i += 8) {
     __builtin_prefetch(in.position + i + kAhead);
     __builtin_prefetch(in.velocity + i + kAhead);

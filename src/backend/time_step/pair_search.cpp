@@ -29,8 +29,8 @@ std::size_t num_of(ParcelCount count) {
 }
 
 // Only parcels of the first and the last two cells (the last one may be narrower than others) cross a
-// periodic edge or touch others across it: those of the next cells are farther than the contact distance from
-// whatever has crossed, as long as the grid covers the search.
+// periodic edge or touch others across it: parcels in the next cells are more than the contact distance from
+// any parcel that has crossed, as long as the grid covers the search.
 bool is_at_edge(std::int32_t cell, std::int32_t num) { return cell == 0 || cell >= num - 2; }
 
 }  // namespace

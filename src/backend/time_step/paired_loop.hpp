@@ -1,5 +1,5 @@
-// The fast loop over the parcels of a step: each touching pair is found once, and parcels that nothing
-// happens to move four at a time. It gives the bits of the plain loop (TimeStepper::step_range).
+// The fast loop over the parcels of a step: each touching pair is found once, and undisturbed parcels are
+// moved four at a time. It gives the bits of the plain loop (TimeStepper::step_range).
 #pragma once
 
 #include <cstdint>

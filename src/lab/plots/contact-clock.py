@@ -58,9 +58,9 @@ def finish(axes, study, case):
     axes.set_xticks([1e-5, 1e-4, 1e-3, 1e-2, 1e-1])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.legend(loc="best", frameon=False, fontsize=9.5)
-    axes.set_xlabel("contact duration, mean free times of the fastest body")
+    axes.set_xlabel("contact duration, mean free times" + ("" if case == "gas" else " of the fastest body"))
     if axes.get_yscale() == "log":
-        axes.set_xticks([OFF, 1e-4, 1e-3, 1e-2, 1e-1], ["off"] + [rf"$10^{{{k}}}$" for k in (-4, -3, -2, -1)])
+        axes.set_xticks([OFF, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1], ["off"] + [rf"$10^{{{k}}}$" for k in (-5, -4, -3, -2, -1)])
         axes.set_yticks([5, 7, 10, 20, 50, 100], ["5", "7", "10", "20", "50", "100"])
         axes.yaxis.set_minor_locator(NullLocator())
         return

@@ -10,6 +10,8 @@ import json
 import pathlib
 import sys
 
+from terms_text import saved_text
+
 ORDER = ["work-precision", "stability", "contact-clock", "terms", "gas-dynamics", "validate"]
 CAPTIONS = {"-order": "Order of convergence. Each line is a method; first order falls one decade per decade of the "
                       "time step.",
@@ -45,8 +47,8 @@ def summary(study):
                        "not fitted" if entry["order"] is None else f"{entry['order']:.2f}") for entry in study["orders"]])
     if study["study"] == "terms":
         return table(["term", "shift of exit", "across", "change of speed", "cost", "verdict"],
-                     [(row["term"], f"{100 * row['exit_shift']:.2g} %", f"{row['deflection_m']:+.2g} m",
-                       f"{100 * row['speed_shift']:+.2g} %", f"{100 * row['saved_share']:.0f} %", row["verdict"])
+                     [(row["term"], bounded(row, "exit_shift", "{:.2g} %"), f"{row['deflection_m']:+.2g} m",
+                       bounded(row, "speed_shift", "{:+.2g} %"), saved_text(row), row["verdict"])
                       for row in study["points"] if "verdict" in row])
     if study["study"] == "gas-dynamics":
         return table(["case", "figure", "method", "step", "expected", "measured", "error", "standard error", "verdict"],
@@ -58,6 +60,12 @@ def summary(study):
                      [(row["yardstick"], row["method"], f"{row['expected']:.6g}", f"{row['measured']:.6g}",
                        share(row, "error"), share(row, "sigma"), row["verdict"]) for row in study["points"]])
     return ""
+
+
+def bounded(row, key, form):
+    """A share in per cent, or its upper bound where the runs do not resolve it, as in the chart."""
+    value, sigma = row[key], row[f"{key}_sigma"]
+    return form.format(100 * value) if abs(value) >= 2 * sigma else f"< {100 * (abs(value) + 2 * sigma):.2g} %"
 
 
 def share(row, key):

@@ -11,8 +11,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 # From harmless to worst. They also differ in lightness, for all kinds of colour vision.
-CLASSES = {"fine": "#F4F4F1", "overlap": "#F0E442", "collisions missed": "#56B4E9", "energy lost": "#0072B2",
-           "energy grows": "#E69F00", "blown up": "#8B1A1A", "collapsed": "#8B1A1A"}
+CLASSES = {"fine": "#F4F4F1", "overlap": "#F0E442", "collisions missed": "#56B4E9", "energy too low": "#0072B2",
+           "energy too high": "#E69F00", "blown up": "#8B1A1A", "stopped": "#C9C3B5", "collapsed": "#8B1A1A"}
 MAPS = [("area fraction", "area_fraction", "area fraction, e = 1"),
         ("restitution", "restitution", "restitution, area fraction 0.2"),
         ("mass ratio", "mass_ratio", "ball over parcel mass")]
@@ -78,10 +78,10 @@ def draw_maps(study):
     for axes in grid[-1]:
         axes.set_xlabel("time step, d/c")
     figure.text(0.01, 0.975, "Worst failure of each method", fontsize=15, color=INK, fontweight="bold", va="top")
-    seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed"}
+    seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed", "stopped"}
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
-    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each. From the worst: blown up (10 times the energy), energy 5 % "
+    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least. From the worst: blown up (10 times the energy), energy 5 % "
                 "off the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
                 color=FAINT)
     return figure
@@ -178,7 +178,7 @@ def draw_collapse(axes, study):
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
     axes.set_xlabel("contact duration times collision rate")
-    axes.set_title("Collapse (red), and % of the run reached", loc="left")
+    axes.set_title("Collapse (red), stopped at 2,000 events a disc (grey)", loc="left")
 
 
 def draw_positions(axes, study):

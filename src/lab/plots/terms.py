@@ -5,6 +5,7 @@ terms.py FOLDER    reads FOLDER/terms.json, writes terms.svg and terms.png besid
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import style
+from terms_text import saved_text
 from style import FAINT, INK, plt
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, NullLocator
@@ -38,10 +39,10 @@ def draw_effects(axes, rows, tolerance):
 
 def draw_costs(axes, rows, full_ms):
     for y, row in enumerate(rows):
-        saved = 100 * row["saved_share"]
+        saved, sigma = 100 * row["saved_share"], 100 * row["saved_share_sigma"]
         axes.barh(y, saved, height=0.4, color=COST, zorder=3)
-        axes.text(max(saved, 0) + 3, y, f"{saved:.0f} %" + (" (noise)" if saved < 0 else ""), va="center", fontsize=9.5,
-                  color=INK)
+        axes.plot([saved - sigma, saved + sigma], [y, y], color=INK, lw=1.1, zorder=4)
+        axes.text(max(saved + sigma, 0) + 3, y, saved_text(row), va="center", fontsize=9.5, color=INK)
         axes.text(150, y, row["verdict"], va="center", ha="right", fontsize=10.5, fontweight="bold",
                   color=VERDICTS[row["verdict"]])
     axes.set_yticks([])

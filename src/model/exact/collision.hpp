@@ -1,4 +1,4 @@
-// Method `exact`: when two bodies collide, and what a collision does to them. Text for host and device.
+// Method `exact`: when two bodies collide, and what a collision does to them. Host and device code.
 #pragma once
 
 #include <cstdint>
@@ -95,8 +95,8 @@ PF_HD inline std::uint32_t ball_collision_tick(const ExactConstants& c, const Ba
   return contact_tick(c.plan, motion_from_ball<kBoundary>(c, ball, parcel), c.run.ball_contact);
 }
 
-// Tick from which on a parcel is within `distance` of the ball, position units; 0 if it is when both
-// trajectories begin; kNoTick: never in the step.
+// Tick from which on a parcel is within `distance` of the ball, position units; 0 if it already is at the
+// later anchor; kNoTick: never in the step.
 template <Boundary kBoundary>
 PF_HD inline std::uint32_t tick_near_ball(const ExactConstants& c, const BallTrajectory& ball,
                                           const Trajectory& parcel, double distance) {
@@ -108,7 +108,7 @@ PF_HD inline std::uint32_t tick_near_ball(const ExactConstants& c, const BallTra
 // Largest distance between the ball and where it would be with another velocity, from a tick to the step's
 // end, position units. bend_mps: the difference of its velocities.
 PF_HD inline double bend_units(const StepPlan& plan, Vec2d bend_mps, std::uint32_t from) {
-  return speed_of(bend_mps) * plan.units_per_tick * (plan.length - from);
+  return length(bend_mps) * plan.units_per_tick * (plan.length - from);
 }
 
 // Radius of the circle around a parcel's position at the step's start that holds the centre of every parcel
@@ -133,9 +133,9 @@ PF_HD inline bool is_in_contact(const StepPlan& plan, std::uint32_t tick, std::u
 // from the start: then it stays.
 PF_HD inline double min_separation_speed_mps(const TickScale& scale, double overlap) {
   constexpr double kRounding = 0.5, kLargest = 8.0;
-  const double least = scale.min_separation_speed_mps;
-  if (!(overlap > kRounding && overlap <= kLargest)) return least;
-  return least + (overlap - kRounding) * scale.separation_mps_per_unit;
+  const double min_mps = scale.min_separation_speed_mps;
+  if (!(overlap > kRounding && overlap <= kLargest)) return min_mps;
+  return min_mps + (overlap - kRounding) * scale.separation_mps_per_unit;
 }
 
 // Collides two parcels that are anchored at the tick of their event. They exchange momentum along the line e
@@ -177,7 +177,7 @@ PF_HD inline BallReaction collide_with_ball(const ExactConstants& c, const BallT
   const std::int64_t ball_age = static_cast<std::int64_t>(tick) - ball.tick;
   const Vec2d centre = ball.anchor_units + displacement_units(c.plan, ball.velocity_mps, ball_age);
   const Vec2d offset = nearest_image<kBoundary>(physics.world, to_double(parcel.anchor) - centre);
-  const double distance = speed_of(offset);
+  const double distance = length(offset);
   const Vec2d normal = distance > 0.0 ? offset * (1.0 / distance) : Vec2d{1.0, 0.0};
   const Vec2d relative = to_double(parcel.velocity) - ball.velocity_mps;
   BallImpulse impulse = ball_impulse(physics.ball, physics.parcels, normal, relative, ball.spin_radps);

@@ -1,4 +1,4 @@
-// Method `exact`: plans of epochs, chords and windows. Text for host and device.
+// Method `exact`: plans of epochs, chords and windows. Host and device code.
 //
 // In an epoch, cells and predictions that were made at its start hold. A chord is a piece of the ball's
 // flight, which is straight in the model. A window is what is solved at once. Results depend on chords, if
@@ -59,7 +59,7 @@ PF_HD inline std::uint32_t chord_ticks(const RunConstants& run, const ExactProgr
   if (ball.held) return static_cast<std::uint32_t>(wanted);
   const double tick_s = run.reference_ticks.tick_s * static_cast<double>(1ULL << progress.tick_exponent);
   const double turn_per_s = ball.magnus_per_rad * progress.ball.spin_radps;
-  const double drag_per_s = ball.drag_per_m * speed_of(progress.ball.velocity_mps);
+  const double drag_per_s = ball.drag_per_m * length(progress.ball.velocity_mps);
   const double bend_per_s = (turn_per_s < 0.0 ? -turn_per_s : turn_per_s) + drag_per_s;
   const double parts = static_cast<double>(wanted) * tick_s * bend_per_s / kMaxChordTurn;
   const std::uint64_t num = parts < static_cast<double>(wanted) ? static_cast<std::uint64_t>(parts) + 1
@@ -76,8 +76,8 @@ PF_HD inline StepPlan plan_chord(const RunConstants& run, const ExactProgress& p
   return chord;
 }
 
-// The ball within a chord, at a tick that counts as those of its trajectory. A frozen ball has not yet got
-// its impulses. ball: at the chord's start.
+// The ball within a chord, at a tick that counts as those of its trajectory. A frozen ball has not received
+// its impulses yet. ball: at the chord's start.
 inline BallState ball_in_chord(const Physics& physics, const StepPlan& chord,
                                const BallTrajectory& trajectory, std::int64_t tick, BallState ball) {
   const Vec2d moved = displacement_units(chord, trajectory.velocity_mps, tick - trajectory.tick);

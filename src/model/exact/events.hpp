@@ -1,4 +1,4 @@
-// Method `exact`: events, their order in time, and events at the edge of the world. Text for host and device.
+// Method `exact`: events, their order in time, and events at the edge of the world. Host and device code.
 #pragma once
 
 #include <cstdint>
@@ -33,6 +33,23 @@ PF_HD inline bool comes_before(const Event& a, const Event& b) {
   const std::uint64_t at_a = static_cast<std::uint64_t>(a.tick) << 32U | a.generation;
   const std::uint64_t at_b = static_cast<std::uint64_t>(b.tick) << 32U | b.generation;
   return at_a != at_b ? at_a < at_b : a.partner_id < b.partner_id;
+}
+
+// The place of an event in the order of all: by tick, generation, lower id and higher id of its bodies.
+struct EventOrder {
+  std::uint32_t tick = kNoTick, generation = kNoTick, low_id = kNoPartner, high_id = kNoPartner;
+};
+
+PF_HD inline bool comes_before(const EventOrder& a, const EventOrder& b) {
+  if (a.tick != b.tick) return a.tick < b.tick;
+  if (a.generation != b.generation) return a.generation < b.generation;
+  if (a.low_id != b.low_id) return a.low_id < b.low_id;
+  return a.high_id < b.high_id;
+}
+
+// Returns whether a collision happens while both bodies are on their trajectories, which end at these ticks.
+PF_HD inline bool happens_on_both(std::uint32_t tick, std::uint32_t first_end, std::uint32_t second_end) {
+  return tick != kNoTick && tick <= (first_end < second_end ? first_end : second_end);
 }
 
 // An event at the same tick as one that led to it is of the next generation. So the order of events is known

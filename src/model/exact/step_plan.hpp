@@ -1,5 +1,5 @@
 // Method `exact` between steps: the length of a step, the bound on speeds that its safety rests on, and the
-// ball's trajectory through it. Text for host and device.
+// ball's trajectory through it. Host and device code.
 #pragma once
 
 #include <cstdint>
@@ -40,25 +40,23 @@ PF_HD inline BallRole ball_role(const Physics& physics, const BallState& ball, d
   constexpr double kNegligible = 1e-6;
   if (!physics.ball.exists) return BallRole::absent;
   if (physics.ball.held) return BallRole::frozen;
-  const World& world = physics.world;
-  const double area_m2 = 4.0 * world.half.x * world.unit_m * (world.half.y * world.unit_m);
-  const double speed_mps = speed_of(ball.velocity_mps) + physics.parcels.speed_mps;
+  const double speed_mps = length(ball.velocity_mps) + physics.parcels.speed_mps;
   const double contact_m = physics.ball.radius_m + physics.parcels.radius_m;
-  const double hits = 2.0 * contact_m * speed_mps * dt_s * physics.parcels.num / area_m2;
+  const double hits = 2.0 * contact_m * speed_mps * dt_s * physics.parcels.num / area_m2(physics.world);
   const double change = 2.0 * physics.parcels.mass_kg / physics.ball.mass_kg * hits;
   return change < kNegligible ? BallRole::frozen : BallRole::participant;
 }
 
-// Speed of the fastest point of the ball: what it hits may become as fast. Ball: BallState or BallTrajectory.
-// factor: of the speed of its centre.
+// Speed of the fastest point of the ball: a parcel that it hits may become that fast. Ball: BallState or
+// BallTrajectory. factor: of the speed of its centre.
 template <class Ball>
 PF_HD inline double surface_speed_mps(const Physics& physics, const Ball& ball, double factor = 1.0) {
   const double spin = ball.spin_radps < 0.0 ? -ball.spin_radps : ball.spin_radps;
-  return factor * speed_of(ball.velocity_mps) + spin * physics.ball.radius_m;
+  return factor * length(ball.velocity_mps) + spin * physics.ball.radius_m;
 }
 
-// Bound on speeds that present speeds can lead to, and hits by the ball. reference_mps: of the step's ticks.
-// ball_factor: a hit is assumed to give a parcel at most so many times the ball's speed.
+// Bound on the speeds that current speeds and hits by the ball can lead to. reference_mps: of the step's
+// ticks. ball_factor: a hit is assumed to give a parcel at most so many times the ball's speed.
 PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_mps,
                                       const ExactProgress& progress, double ball_factor) {
   double fastest = 1e-3 * reference_mps;
@@ -192,7 +190,7 @@ PF_HD inline std::uint64_t ticks_until_anchoring_or(const ExactProgress& progres
   return asked < to_anchoring ? asked : to_anchoring;
 }
 
-// A plan of no length that starts now.
+// An empty plan that starts now.
 PF_HD inline StepPlan plan_of_now(const RunConstants& run, const ExactProgress& progress) {
   StepPlan plan;
   static_cast<TickScale&>(plan) = scaled(run.reference_ticks, progress.tick_exponent);

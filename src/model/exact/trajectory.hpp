@@ -2,7 +2,7 @@
 //
 // Time is counted in ticks, an integer. A trajectory is anchored at its parcel's last event and evaluated
 // from there. An event's tick therefore depends neither on how time is cut into steps nor on where parcels
-// lie in memory. Within a step, ticks count from the step's start. Text for host and device.
+// lie in memory. Within a step, ticks count from the step's start. Host and device code.
 #pragma once
 
 #include <cstdint>
@@ -80,8 +80,6 @@ PF_HD inline double tick_seconds(const World& world, double reference_mps) {
   return world.unit_m / (8.0 * power);
 }
 
-PF_HD inline double speed_of(Vec2d v) { return sqrt(dot(v, v)); }
-
 // Ticks from the step's start to the trajectory's anchor; negative if the anchor is older.
 PF_HD inline std::int32_t anchor_time(const StepPlan& plan, const Trajectory& trajectory) {
   return static_cast<std::int32_t>(trajectory.tick - plan.start);
@@ -92,7 +90,7 @@ PF_HD inline Vec2d displacement_units(const TickScale& scale, Vec2d velocity_mps
   return velocity_mps * (scale.units_per_tick * static_cast<double>(ticks));
 }
 
-// The image of any coordinate that lies in a periodic world.
+// Wraps a coordinate into a periodic world.
 PF_HD_RARE inline std::int64_t wrapped(std::int64_t position, std::int32_t half) {
   const std::int64_t period = 2LL * half;
   std::int64_t offset = (position + half) % period;
@@ -139,7 +137,7 @@ PF_HD inline Vec2i start_position(const ExactConstants& c, const Trajectory& tra
 }
 
 // Returns whether trajectories go on when constants change during a run. Otherwise they begin anew: ticks are
-// those of the reference speed, walls stand a radius away, and parcels may overlap from now on. Host text.
+// those of the reference speed, walls stand a radius away, and parcels may overlap from now on. Host only.
 inline bool keeps_trajectories(const Physics& before, const Physics& after) {
   return before.parcels.radius_m == after.parcels.radius_m &&
          before.parcels.contacts == after.parcels.contacts &&

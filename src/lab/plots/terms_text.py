@@ -1,0 +1,7 @@
+"""Figures of `pickleflight lab terms` as texts, for its chart and its report."""
+
+
+def saved_text(row):
+    """The share of the cost that a flight without the term saves, or that the runs do not resolve it."""
+    saved, sigma = 100 * row["saved_share"], 100 * row["saved_share_sigma"]
+    return f"{saved:.0f} \u00b1 {sigma:.0f} %" if abs(saved) >= 2 * sigma else f"not resolved (\u00b1 {2 * sigma:.0f} %)"
