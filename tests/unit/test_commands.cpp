@@ -82,15 +82,20 @@ TEST_F(SimulationCommands, RejectsParcelsThatDoNotFit) {
 
 TEST_F(SimulationCommands, RejectsARadiusThatDoesNotFit) {
   advance(2);
-  edit([](Settings& s) {  // a third of the court for the ball, and two thirds for the parcels
-    s.ball_radius_m = 2.9;
-    s.parcel_radius_m = 0.185;
-  });
-  EXPECT_TRUE(contains(view().message, "air.parcel_radius_m: 500 parcels of diameter 0.37 m"))
-      << view().message;
-  EXPECT_TRUE(contains(view().message, "lower air.parcel_radius_m or air.num_parcels")) << view().message;
   edit([](Settings& s) { s.parcel_radius_m = 2.0; });
   EXPECT_TRUE(contains(view().message, "air: 500 parcels are 4 m wide")) << view().message;
+  Settings crowded = simulation_.settings();  // a third of the court for the ball, and two thirds for parcels
+  crowded.ball_radius_m = 2.9;
+  crowded.ball_x_m = crowded.ball_y_m = 0.0;
+  crowded.parcel_radius_m = 0.185;
+  std::string message;
+  try {
+    Simulation(crowded, make_cpu_backend(1));
+  } catch (const UserError& error) {
+    message = error.what();
+  }
+  EXPECT_TRUE(contains(message, "air.parcel_radius_m: 500 parcels of diameter 0.37 m")) << message;
+  EXPECT_TRUE(contains(message, "lower air.parcel_radius_m or air.num_parcels")) << message;
 }
 
 // Where time step and steps per frame are set, the keys change the steps per frame, and say where that ends.

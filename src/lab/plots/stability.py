@@ -82,7 +82,7 @@ def draw_maps(study):
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
     figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least. From the worst: blown up (10 times the energy), energy 5 % "
-                "off the reference, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
+                "off the reference in 10 collisions, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
                 color=FAINT)
     return figure
 
