@@ -50,7 +50,8 @@ class RequestTimer {
   // Before the counts, after them, after the scatter. One sort in kSortsPerMarked is marked, since an event
   // between short kernels costs as much as they do.
   void mark_sort(cudaStream_t stream);
-  // In a sort in a step: before and after counts are summed, in a step of one kernel before the counting.
+  // For a sort within a step: before and after counts are summed, in a step of one kernel before the
+  // counting.
   void mark_sums(cudaStream_t stream);
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in

@@ -173,7 +173,7 @@ void CudaBackend::sort_exact(ExactLaunch& launch) {
 std::uint32_t CudaBackend::steps_together(const RunConstants& run, const StepRequest& request,
                                           double displacement) const {
   const ExactProgress& progress = host_exact_->progress;
-  const auto limited = [](double num, double max) {  // `most` if num is not a number: nothing moves
+  const auto limited = [](double num, double max) {  // `max` if num is not a number: nothing moves
     return static_cast<std::uint32_t>(num < max ? std::max(num, 1.0) : max);
   };
   if (physics_.ball.exists)

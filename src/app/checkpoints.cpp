@@ -37,7 +37,8 @@ void Checkpoints::keep(Checkpoint checkpoint) {
   while (kept_.size() > limit) thin_out();
 }
 
-// Drops the oldest of equal gaps, so that the remaining checkpoints are evenly spaced.
+// Drops the checkpoint whose neighbours are nearest to each other, of equals the oldest, so that the
+// remaining ones are evenly spaced.
 void Checkpoints::thin_out() {
   if (kept_.size() <= 2) return kept_.pop_back();
   std::size_t nearest = 1;

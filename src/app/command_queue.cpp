@@ -14,33 +14,33 @@ bool only_steps(const Commands& c) {
 }
 
 // Takes every member by its name: a new one does not compile until it is joined here.
-Commands joined(Commands all, const Commands& later) {
+Commands joined(Commands earlier, const Commands& later) {
   const auto& [settings, scene, restart, toggle_pause, single_step, reset, launch, fly, compare, next_method,
                hold, back, seek_s, time_scale_factor, save_scene, max_steps, quit, split, second_max_steps,
                drop_future] = later;
-  if (settings) all.settings = settings;
-  if (!scene.empty()) all.scene = scene;
-  if (restart) all.restart = restart;
-  all.toggle_pause = all.toggle_pause != toggle_pause;
-  all.single_step = all.single_step || single_step;
-  all.reset = all.reset || reset;
-  all.launch = all.launch || launch;
-  if (fly) all.fly = fly;
+  if (settings) earlier.settings = settings;
+  if (!scene.empty()) earlier.scene = scene;
+  if (restart) earlier.restart = restart;
+  earlier.toggle_pause = earlier.toggle_pause != toggle_pause;
+  earlier.single_step = earlier.single_step || single_step;
+  earlier.reset = earlier.reset || reset;
+  earlier.launch = earlier.launch || launch;
+  if (fly) earlier.fly = fly;
   if (compare != Comparison::none) {
-    all.compare = compare;
-    all.next_method = next_method;
+    earlier.compare = compare;
+    earlier.next_method = next_method;
   }
-  all.hold = hold;  // of the current picture
-  all.back = all.back || back;
-  if (seek_s) all.seek_s = seek_s;
-  all.time_scale_factor *= time_scale_factor;
-  if (!save_scene.empty()) all.save_scene = save_scene;
-  if (max_steps) all.max_steps = max_steps;
-  all.quit = all.quit || quit;
-  if (split) all.split = split;
-  if (second_max_steps) all.second_max_steps = second_max_steps;
-  all.drop_future = all.drop_future || drop_future;
-  return all;
+  earlier.hold = hold;  // of the current picture
+  earlier.back = earlier.back || back;
+  if (seek_s) earlier.seek_s = seek_s;
+  earlier.time_scale_factor *= time_scale_factor;
+  if (!save_scene.empty()) earlier.save_scene = save_scene;
+  if (max_steps) earlier.max_steps = max_steps;
+  earlier.quit = earlier.quit || quit;
+  if (split) earlier.split = split;
+  if (second_max_steps) earlier.second_max_steps = second_max_steps;
+  earlier.drop_future = earlier.drop_future || drop_future;
+  return earlier;
 }
 
 }  // namespace pf

@@ -12,6 +12,6 @@ bool only_steps(const Commands& commands);
 // They replace the whole state, so that an unfinished step of it need not be completed.
 bool starts_anew(const Commands& commands);
 // Both, in this order, as one. Of two values the later counts.
-Commands joined(Commands all, const Commands& later);
+Commands joined(Commands earlier, const Commands& later);
 
 }  // namespace pf

@@ -33,6 +33,14 @@ std::string refusal_of(Settings edited, const std::string& backend) {
   }
 }
 
+// Two flights begin at the start of the launch: another one, or a jump, has no effect.
+void drop_flights(Commands& commands) {
+  commands.fly.reset();
+  commands.compare = Comparison::none;
+  commands.launch = commands.back = false;
+  commands.seek_s.reset();
+}
+
 }  // namespace
 
 void FlightPair::keep_to_budget() {
@@ -80,6 +88,7 @@ Commands FlightPair::admit_two(const Commands& wanted) {
     commands.compare = Comparison::none;
   }
   if (!follows_log_) refuse_bad_edits(commands);
+  const std::int64_t num_begun_before = num_begun_;
   if (commands.split) change(Difference(*commands.split), commands);
   if (!second_) return first_.admit(commands);
   first_waits_ = !begins_flight(commands) && waits(first_, *second_);
@@ -89,7 +98,9 @@ Commands FlightPair::admit_two(const Commands& wanted) {
     commands.launch = commands.launch && first_.view().physics->ball.exists;
     if (second_->view().paused && !first_.view().paused) commands.toggle_pause = true;  // it paused itself
   }
-  return first_.admit(commands);
+  Commands admitted = first_.admit(commands);
+  if (num_begun_ != num_begun_before) drop_flights(admitted);  // of input that has waited in the first flight
+  return admitted;
 }
 
 // Ends the frame of a flight after its last whole step, as soon as that is done.
@@ -146,10 +157,7 @@ void FlightPair::change(const Difference& wanted, Commands& commands) {
   commands.split = difference_;
   commands.reset = true;
   commands.hold = first_.view().totals.num_steps > 0;  // the start is measured
-  commands.fly.reset();
-  commands.compare = Comparison::none;
-  commands.launch = commands.back = false;
-  commands.seek_s.reset();
+  drop_flights(commands);
   ++num_begun_;
 }
 
@@ -223,11 +231,11 @@ Commands FlightPair::for_second(const Commands& commands) const {
   if (!commands.split) own = commands;  // else it has just been made
   own.settings.reset();
   const Settings settings = differing(first_.settings(), difference_);
-  const bool may_edit = commands.settings || (only_steps(commands) && !in_past());
-  if (may_edit && !(settings == second_->settings())) {
-    own.settings = settings;
-    own.time_scale_factor = 1.0;  // it is in them
-  }
+  const bool has_new_pace = commands.time_scale_factor != 1.0 && !in_past();
+  const bool may_edit = commands.settings || has_new_pace || (only_steps(commands) && !in_past());
+  const bool follows = may_edit && !(settings == second_->settings());
+  if (follows) own.settings = settings;
+  if (follows || has_new_pace) own.time_scale_factor = 1.0;  // it is in them
   own.drop_future = commands.settings && first_was_past_ && !first.history->is_past();
   own.scene.clear();
   own.save_scene.clear();

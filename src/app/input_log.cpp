@@ -233,14 +233,15 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
   const auto found =
       std::find_if(files_.begin(), files_.end(), [&](const File& file) { return file.path == path; });
   if (found == files_.end()) return;
-  if (is_open_ || is_second_hash_due_ || num_frames_ - 1 > last_hashed_) {
+  const std::optional<std::uint32_t> second_cut = pair_ != nullptr ? pair_->second_cut() : std::nullopt;
+  if (is_open_ || is_second_hash_due_ || second_cut || num_frames_ - 1 > last_hashed_) {
     LoggedFrame last;
     if (is_open_) last = frame_;
     last.number = is_open_ ? num_frames_ : num_frames_ - 1;
     const bool is_seeking = is_open_ && is_seek_;
     if (is_open_ && !is_seeking) last.max_steps = simulation.view().num_done;
     if (!simulation.view().mid_step && !is_seeking) last.hash = hash_of(simulation);
-    if (!is_open_) last.second.hash = second_hash();
+    if (!is_open_) last.second = {.max_steps = second_cut, .hash = second_hash()};
     write(*found, frame_text(last));
   }
   files_.erase(found);

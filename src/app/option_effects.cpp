@@ -28,7 +28,8 @@ void check_settings(const Typed& typed, const Options& options) {
   if (!is_final || !options.save_scene.empty() || options.cues) return;
   if (gives(typed, "run.displacement_per_step") && gives(typed, "run.dt_s") && options.settings.dt_s > 0.0)
     throw UserError("run.displacement_per_step: has no effect beside a set time step; leave out one of them");
-  if (gives(typed, "run.time_scale") && paces_by_substeps(options.settings))
+  const bool chooses_steps = options.accuracy.error > 0.0;
+  if (gives(typed, "run.time_scale") && paces_by_substeps(options.settings) && !chooses_steps)
     throw UserError(
         "run.time_scale: has no effect where run.dt_s and run.substeps are set; leave it out, or add "
         "--substeps 0");

@@ -60,6 +60,7 @@ std::vector<NamedFile> outputs_aside(const Options& options) {
                                   {"--report", options.report},
                                   {"--picture", options.picture},
                                   {"--still", options.still},
+                                  {"--save-scene", options.save_scene},
                                   {"--panel-map", options.panel_map},
                                   {"--json", options.bench_json}};
   std::erase_if(files, [](const NamedFile& f) { return f.file.empty() || !is_written_aside(f.file); });
@@ -75,7 +76,9 @@ void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
   for (int i = 1; i <= num; ++i) {
     const fs::path file = numbered(dump, i);
     if (i > 1) files.push_back({fmt::format("--dump (number {})", i), file});
-    files.push_back({"--dump (its index)", fs::path(file).replace_extension(".xdmf")});
+    const fs::path index = fs::path(file).replace_extension(".xdmf");
+    files.push_back({"--dump (its index)", index});
+    files.push_back({"--dump (the first part of its index)", part_of(index)});
     files.push_back({"--dump (its first part)", part_of(file)});
   }
 }

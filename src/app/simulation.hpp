@@ -45,7 +45,7 @@ struct Commands {
   bool hold = false;                       // no step in this frame
   bool back = false;                       // go back by a second of display, with the present settings
   std::optional<double> seek_s;            // go to this time of the flight, as it was flown; since its launch
-  double time_scale_factor = 1.0;          // multiplies run.time_scale
+  double time_scale_factor = 1.0;          // of the pace: see run.time_scale, run.substeps
   std::string save_scene;                  // write the settings as a scene file of this name; empty: no
   std::optional<std::uint32_t> max_steps;  // of this frame, for a replay; none: as planned
   bool quit = false;

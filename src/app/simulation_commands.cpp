@@ -146,7 +146,8 @@ void Simulation::State::apply_commands(const Commands& commands) {
 void Simulation::State::execute(const Commands& commands) {
   const bool changes = commands.settings || commands.reset || commands.restart || commands.fly ||
                        commands.back || commands.seek_s || commands.compare != Comparison::none ||
-                       !commands.scene.empty() || !commands.save_scene.empty();
+                       commands.time_scale_factor != 1.0 || !commands.scene.empty() ||
+                       !commands.save_scene.empty();
   if (changes) {
     view.message.clear();
     view.notice.clear();

@@ -202,8 +202,10 @@ std::uint64_t CpuBackend::state_hash() {
   std::vector<std::uint64_t> parts(team_.size());
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, size());
+    std::uint64_t hash = 0;
     for (std::size_t i = begin; i < end; ++i)
-      parts[thread] += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
+      hash += parcel_hash(parcels_.current.id[i], position[i], parcels_.current.velocity[i]);
+    parts[thread] = hash;
   });
   return std::accumulate(parts.begin(), parts.end(), physics_.ball.exists ? ball_hash(ball_) : 0ULL);
 }

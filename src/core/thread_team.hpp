@@ -1,7 +1,7 @@
 // A fixed team of threads that runs one function at a time over a fixed partition. Idle threads spin for a
 // while before they sleep: waking a thread takes ten times as long as many of the functions it runs. The
-// calling thread does the part of a thread that is late, since it wakes or the system runs something else in
-// its place.
+// calling thread does the part of a thread that is late, because it is still waking or the system runs
+// something else in its place.
 #pragma once
 
 #include <atomic>

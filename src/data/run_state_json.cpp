@@ -105,7 +105,7 @@ class Reading {
     if (!stored.is_number()) refuse(key, "a number, or null");
     return stored.get<double>();
   }
-  // A number from least, at most 0, to most. A negative one comes back modulo 2^64.
+  // A number from min, at most 0, to max. A negative one comes back modulo 2^64.
   std::uint64_t whole(const char* key, std::int64_t min, std::uint64_t max) const {
     const json& stored = at(key);
     const bool fits = stored.is_number_unsigned()

@@ -45,8 +45,9 @@ ImVec2 natural_size() {
           row * static_cast<float>(kNumRows) + 2.0F * style.WindowPadding.y + kScrollbarRoom};
 }
 
-// Returns the largest text size up to `factor` at which dashes stay visible. Its rows in the font are
-// enlarged or reduced as they are; where letters are made for each size, none is lost.
+// Returns the largest text size near and up to `factor` at which a dash stays visible, or `factor`. The
+// dash's rows in the font are enlarged or reduced as they are; where letters are made for each size, none is
+// lost.
 float legible(float factor) {
 #if IMGUI_VERSION_NUM < 19200
   const ImFontGlyph* dash = ImGui::GetFont()->FindGlyph('-');

@@ -15,11 +15,12 @@
 
 namespace pf {
 
-// Number of times that each frame is repeated at the clip's rate, so that the clip runs in real time.
+// A kept frame, and the time at which it was shown.
 struct ClipFrame {
   Clock::time_point shown_at;
   std::shared_ptr<const std::vector<std::uint8_t>> rgba;
 };
+// Number of times that each frame is repeated at the clip's rate, so that the clip runs in real time.
 std::vector<int> times_shown(const std::deque<ClipFrame>& frames, double rate_hz);
 
 // At most kMaxWidth_px x kMaxHeight_px, with the aspect of the source.

@@ -3,7 +3,7 @@
 namespace pf {
 namespace {
 
-// A column and the range of levels that show it.
+// A column, shown at levels from there_from up to, not including, gone_from.
 struct Leaving {
   LegendColumn column;
   int gone_from;

@@ -39,8 +39,10 @@ SplitRow difference_row(const PairFigures& figures) {
     row.distance = length_text(distance->at_end_m) + ", max " + length_text(distance->largest_m);
   if (first.energy_drift && second.energy_drift)
     row.energy = drift_text(*second.energy_drift - *first.energy_drift);
-  if (first.cost_ms_per_s && second.cost_ms_per_s && *first.cost_ms_per_s > 0.0)
-    row.cost = fmt::format("{:.2g} times", *second.cost_ms_per_s / *first.cost_ms_per_s);
+  if (first.cost_ms_per_s && second.cost_ms_per_s && *first.cost_ms_per_s > 0.0) {
+    const double ratio = *second.cost_ms_per_s / *first.cost_ms_per_s;
+    row.cost = (ratio < 99.5 ? fmt::format("{:.2g}", ratio) : digits(ratio)) + " times";
+  }
   return row;
 }
 

@@ -226,7 +226,8 @@ TEST_F(Checkpoint, RefusesEveryFlippedBit) {
 
 TEST_F(Checkpoint, NamesTheReason) {
   folder_.write("a.state", "[scene]\nname = \"court\"\n");
-  EXPECT_NE(refusal().find("is no checkpoint; give a file that --checkpoint or --dump FILE.h5 has written"), std::string::npos);
+  EXPECT_NE(refusal().find("is no checkpoint; give a file that --checkpoint or --dump FILE.h5 has written"),
+            std::string::npos);
   folder_.write("a.state", "pickleflight checkpoint 3\n{}\n{}\n");
   EXPECT_NE(refusal().find("has format '3', and this program reads 2"), std::string::npos) << refusal();
   std::filesystem::remove(file_);

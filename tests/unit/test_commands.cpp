@@ -118,6 +118,7 @@ TEST_F(SimulationCommands, KeysOfThePaceSetStepsPerFrameWhereTheseSetThePace) {
   EXPECT_TRUE(contains(view().notice, "One step of 0.000520833 s a frame is the slowest")) << view().notice;
   simulation_.advance_frame(faster, nullptr);
   EXPECT_EQ(simulation_.settings().substeps, 2);
+  EXPECT_EQ(view().notice, "");
   EXPECT_EQ(simulation_.settings().time_scale, 0.25);
   EXPECT_FALSE(view().flight_record->disturbed) << "the steps are the same";
 }

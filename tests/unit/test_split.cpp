@@ -201,5 +201,29 @@ TEST(SplitCard, RowsSayHowTheFlightsDiffer) {
   EXPECT_NE(colors.first, colors.second) << "the same method in both";
 }
 
+// The pace is that of the first flight, also where only one of them has fewer steps than the pace asks for.
+TEST(SplitPace, IsKeptByBothFlights) {
+  Settings limited = test::court(500), by_substeps = limited;
+  limited.time_scale = 10.0;
+  limited.max_substeps = 2;
+  by_substeps.dt_s = 1e-4;
+  by_substeps.substeps = 2;
+  for (const Settings& settings : {limited, by_substeps}) {
+    for (const char* difference : {"run.method = spring", "air.restitution = 0.3", "run.dt_s = 2e-5"}) {
+      Simulation first(settings, make_cpu_backend(1));
+      FlightPair pair(first, [](const std::string&, std::int64_t) { return make_cpu_backend(1); });
+      for (int frame = 0; frame < 10; ++frame) {
+        Commands commands;
+        if (frame == 0) commands.split = {difference};
+        if (frame > 1) commands.time_scale_factor = frame < 6 ? 0.5 : 2.0;
+        pair.begin(pair.admit(commands), nullptr, nullptr);
+        pair.finish();
+        ASSERT_TRUE(pair.second()) << difference << ", " << frame << ": " << pair.view().message;
+        EXPECT_EQ(pair.second()->settings(), differing(first.settings(), {difference})) << difference;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace pf

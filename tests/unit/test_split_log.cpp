@@ -135,7 +135,7 @@ TEST(SplitLog, CutFlightsReplay) {
   int num_cut = 0;
   int num_second_hashes = 0;
   int num_seeks = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 24, 26, 60}) {
     TemporaryFolder folder;
     const auto file = folder.path() / "a.toml";
     const Logged flown = fly_logged(file, seed);

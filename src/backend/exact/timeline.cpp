@@ -85,12 +85,12 @@ double ExactTimeline::fastest_parcel_mps(const SortedParcels& parcels) {
   std::vector<float> fastest2(team_.size(), 0.0F);
   team_.run([&](unsigned thread) {
     const auto [begin, end] = team_.share(thread, parcels.size());
-    float& own2 = fastest2[thread];
+    float own2 = 0.0F;
     for (std::size_t i = begin; i < end; ++i) {
-      const float speed2 = dot(parcels.current.velocity[i], parcels.current.velocity[i]);
-      const bool counts = !is_retired(parcels.current.position[i]) && speed2 < kMaxFiniteSpeed2;
-      own2 = counts ? std::max(own2, speed2) : own2;
+      const Vec2f v = is_retired(parcels.current.position[i]) ? Vec2f{} : parcels.current.velocity[i];
+      own2 = dot(v, v) < kMaxFiniteSpeed2 ? std::max(own2, dot(v, v)) : own2;
     }
+    fastest2[thread] = own2;
   });
   return std::sqrt(static_cast<double>(*std::max_element(fastest2.begin(), fastest2.end())));
 }

@@ -34,6 +34,7 @@ class ExactTimeline {
     epoch_length_.drop();
     epoch_.reset();
     chord_.reset();
+    invalid_ = {};
   }
   // Becomes active: anchors every parcel at its position. contact_clock_s: see StepRequest.
   void enter(const Physics& physics, double contact_clock_s, SortedParcels& parcels);

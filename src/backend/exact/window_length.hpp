@@ -68,7 +68,7 @@ class WindowLength {
  private:
   // Events that a window should have.
   static constexpr double kEventsPerParcel = 0.1, kMoreEvents = 64.0;
-  // A window is cut only if a cluster has at least as many events.
+  // A window is cut only if a cluster has at least this many events.
   static constexpr std::uint32_t kMinEventLimit = 128;
   // A window is too long if its largest cluster has more events than both of these, the second one a share of
   // the window's, or if more than a share kWaste of its events were solved in vain.

@@ -5,6 +5,8 @@ stability.py FOLDER    reads FOLDER/stability.json, writes stability, stability-
                     as .svg and .png beside it
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
+import sys
+
 import style
 from style import COLOURS, FAINT, INK, MARKS, METHODS, np, plt
 from matplotlib.patches import Patch
@@ -81,9 +83,9 @@ def draw_maps(study):
     seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed", "stopped"}
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
-    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least. From the worst: blown up (10 times the energy), energy 5 % "
-                "off the reference in 10 collisions, collisions missed (5 %), overlap of 0.1 diameters.\n" + style.machine_text(study), fontsize=8,
-                color=FAINT)
+    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least. From the worst: blown up (10 times the "
+                "energy), energy 5 % off the reference in 10 collisions, collisions missed (5 %),\noverlap of 0.1 "
+                "diameters. " + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
@@ -171,14 +173,14 @@ def draw_collapse(axes, study):
         axes.add_patch(plt.Rectangle((x - 0.5, y - 0.5), 1, 1, fc=CLASSES[row["class"]], ec="white", lw=1.5))
         if row["reached_share"] < 1:
             axes.text(x, y, f"{100 * row['reached_share']:.0f} %", ha="center", va="center", fontsize=8.5,
-                      color="white" if row["class"] == "collapsed" else FAINT)
+                      color="white" if row["class"] == "collapsed" else INK)
     axes.set_xlim(-0.5, len(clocks) - 0.5)
     axes.set_ylim(-0.5, len(values) - 0.5)
     axes.set_xticks(range(len(clocks)), ["off"] + [rf"$10^{{{round(np.log10(clock))}}}$" for clock in clocks[1:]])
     axes.set_yticks(range(len(values)), [f"{value:g}" for value in values])
     axes.set_ylabel("restitution")
     axes.set_xlabel("contact duration times collision rate")
-    axes.set_title("Collapse (red), stopped at 2,000 events a disc (grey)", loc="left")
+    axes.set_title("Collapse (red), stopped at 2,000 events a disc (grey);\n% of the run reached", loc="left")
 
 
 def draw_positions(axes, study):
@@ -274,6 +276,8 @@ def draw_frames(study):
 def main():
     where = style.folder()
     study = style.load(where, "stability")
+    if not {row["class"] for row in study["points"] if "class" in row} <= set(CLASSES):
+        sys.exit("stability.json is of an earlier program, whose steps were not those of its columns; measure again")
     style.prepare("stability")
     style.save(draw_maps(study), where, "stability")
     style.save(draw_curves(study), where, "stability-curves")
