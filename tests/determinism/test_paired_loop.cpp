@@ -166,24 +166,6 @@ TEST(PairedLoop, ChangesBetweenRequestsAreNoticed) {
   EXPECT_EQ(flown(3, false), expected);
 }
 
-// Walls are a radius away: where discs grow, a parcel at a wall is moved farther than its step says.
-TEST(NeighbourSearch, FindsParcelsThatGrowingDiscsMoveAwayFromWalls) {
-  const auto flown = [](Neighbors neighbors) {
-    SceneRun run = run_of(gas(400, 0.4, Boundary::walls), 1, true);
-    run.settings.neighbors = neighbors;
-    std::vector<std::uint64_t> hashes;
-    for (int request = 0; request < 200; ++request) {
-      Physics physics = run.physics;
-      physics.parcels.radius_m *= request % 2 == 0 ? 0.3 : 1.0;
-      run.backend->set_physics(physics);
-      run.advance(1, 0.02);
-      hashes.push_back(run.backend->state_hash());
-    }
-    return hashes;
-  };
-  EXPECT_EQ(flown(Neighbors::grid), flown(Neighbors::all_pairs));
-}
-
 // Contact distances from 3 units to half of the world. Rounding must lose no pair, and add few.
 TEST(RoughPositions, NoContactIsMissed) {
   std::mt19937_64 random(7);
