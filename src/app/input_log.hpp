@@ -102,7 +102,7 @@ class InputLog {
   // Starts a file with the whole log so far. Throws UserError if it cannot be written.
   void open(const std::filesystem::path& file);
   // Ends a file with the hash of the current state.
-  void close(const std::filesystem::path& file, Simulation& simulation);
+  void close(const std::filesystem::path& path, Simulation& simulation);
   void close_all(Simulation& simulation);
   // Returns, once, a message for the user if a file can no longer be written (full disk); otherwise "".
   std::string take_failure();

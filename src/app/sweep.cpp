@@ -224,7 +224,7 @@ class Sweep {
     if (!options_.bench_json.empty()) write_report(options_.bench_json, result_);
     std::fflush(stdout);
   }
-  void add(json& series, json point) {
+  void add(json& series, const json& point) {
     series["points"].push_back(point);
     result_["series"].back() = series;
     save();
