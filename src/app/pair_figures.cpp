@@ -29,7 +29,7 @@ std::optional<double> drift(double energy_j, double start_j) {
 // Distance of the nearest images.
 double periodic_distance_m(const FrameView& a, const FrameView& b) {
   const World& world = a.physics->world;
-  const Vec2d side_m = to_metres(world, world.half) * 2.0;
+  const Vec2d side_m = size_m(world);
   const Vec2d apart = a.ball.position_m - b.ball.position_m;
   return std::hypot(std::remainder(apart.x, side_m.x), std::remainder(apart.y, side_m.y));
 }
