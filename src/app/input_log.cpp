@@ -241,7 +241,10 @@ void InputLog::close(const fs::path& path, Simulation& simulation) {
     const bool is_seeking = is_open_ && is_seek_;
     if (is_open_ && !is_seeking) last.max_steps = simulation.view().num_done;
     if (!simulation.view().mid_step && !is_seeking) last.hash = hash_of(simulation);
-    if (!is_open_) last.second = {.max_steps = second_cut, .hash = second_hash()};
+    if (!is_open_) {
+      last.second.max_steps = second_cut;
+      last.second.hash = second_hash();
+    }
     write(*found, frame_text(last));
   }
   files_.erase(found);
