@@ -1,10 +1,11 @@
-// Touching pairs, and the sums of their contacts.
+// The sums of the contacts of touching pairs.
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_ball.cuh"
 #include "cuda/time_step/device_contacts.cuh"
+#include "cuda/time_step/pairs.cuh"
 #include "model/for_boundary.hpp"
 #include "model/methods.hpp"
 
@@ -15,94 +16,6 @@ constexpr unsigned kContactBlock = 128;
 // Lists that a warp of contact_kernel works off together. In a gas at area fraction 0.2 they have 2.9 pairs
 // in the mean; by Poisson's law one in 280 has more than eight.
 constexpr unsigned kListsOfWarp = 4, kThreadsOfList = 32 / kListsOfWarp;
-static_assert(kReadTogether - 1 <= kReadBeyond);
-
-__device__ bool is_ghost(const StepLaunch& launch, std::uint32_t i) {
-  return (launch.from.id[i] & kGhostBit) != 0;
-}
-
-// Number of parcels that find_pairs_kernel looks around.
-template <bool kBorders>
-__device__ std::uint32_t num_searched(const StepLaunch& launch) {
-  return kBorders ? launch.num_near : launch.num;
-}
-
-// Number of these parcels that a list is for, which is also its largest number of pairs.
-template <bool kBorders>
-__device__ std::uint32_t list_size(const StepLaunch& launch, std::uint32_t list) {
-  return min(kPairList, num_searched<kBorders>(launch) - list * kPairList);
-}
-
-// Calls visit(i, j) for each pair that touches, once: those of the k-th parcel i. Without kBorders pairs of
-// own parcels, j after i; with it pairs of an own parcel near others' and a ghost. They are within the
-// float's margin of touching.
-template <bool kBorders, Boundary kBoundary, class Visit>
-__device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint32_t k, Visit visit) {
-  const std::uint32_t i = kBorders ? launch.near[k] : k;
-  const Vec2i* position = launch.from.position;
-  const std::int32_t displacement = displacement_since_sort(launch);  // on its way with the position
-  const int2 there = __ldg(reinterpret_cast<const int2*>(position) + i);
-  const Vec2i centre{there.x, there.y};
-  if (is_retired(centre)) return;
-  const bool is_inside = centre.x >= launch.low_without_ghosts && centre.x < launch.high_without_ghosts;
-  if (kBorders && is_inside) return;
-  const SearchCircle circle{centre, i, search_reach(launch.constants, displacement),
-                            launch.constants.filter_distance2};
-  if constexpr (kBorders) {
-    search<kBoundary, true>(launch.space, position, circle, [&](std::uint32_t j) {
-      if (is_ghost(launch, j)) visit(i, j);
-    });
-  } else {
-    search_later<kBoundary>(launch.space, position, circle, displacement, [&](std::uint32_t j) {
-      if (is_inside || !(is_ghost(launch, i) || is_ghost(launch, j))) visit(i, j);
-    });
-  }
-}
-
-// Marks a parcel that touches another one; returns the word before.
-__device__ std::uint32_t mark_touched(const ContactScratch& contacts, std::uint32_t i) {
-  return atomicOr(&contacts.touched[i / 32], bit_of(i));
-}
-
-// Returns true if it has not touched two before.
-__device__ bool mark_touched_again(const ContactScratch& contacts, std::uint32_t i) {
-  return (atomicOr(&contacts.touched_again[i / 32], bit_of(i)) & bit_of(i)) == 0;
-}
-
-// Follows mark_touched(). The sums of a parcel that touches a single one are stored by contact_kernel; those
-// of others start at zero here or in clear_few_kernel, and contacts are added. At borders sums may have been
-// stored already, and are always added to.
-template <bool kBorders, bool kSorts>
-__device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std::uint32_t touched_before) {
-  const bool is_first = (touched_before & bit_of(i)) == 0;
-  const bool starts = kBorders ? is_first : !is_first && mark_touched_again(contacts, i);
-  if (starts && !kSorts) sums_of(contacts, i) = {};
-}
-
-template <bool kBorders, bool kSorts, Boundary kBoundary>
-__global__ void __launch_bounds__(kPairList,
-                                  blocks_per_sm(kBoundary == Boundary::periodic ? 12 : 16, kPairList))
-    find_pairs_kernel(const __grid_constant__ StepLaunch launch) {
-  begin_in_turn();
-  // From the last list on, since what the move before has written last may still be in the cache.
-  const std::uint32_t list = gridDim.x - 1 - blockIdx.x;
-  const std::uint32_t base = list * kPairList;
-  const ContactScratch& contacts = launch.contacts;
-  const std::uint32_t num_in_list = list_size<kBorders>(launch, list);
-  if constexpr (kSorts) prepare_sort(launch, base + threadIdx.x);
-  if (threadIdx.x >= num_in_list) return;
-  visit_pairs<kBorders, kBoundary>(launch, base + threadIdx.x, [&](std::uint32_t i, std::uint32_t j) {
-    asm volatile("" : "+r"(i));  // what follows from i is not computed ahead: few parcels touch
-    // Three atomics are waited for together.
-    const std::uint32_t before_i = mark_touched(contacts, i), before_j = mark_touched(contacts, j);
-    const unsigned slot = atomicAdd(&contacts.num_pairs[list], 1U);
-    begin_sums<kBorders, kSorts>(contacts, i, before_i);
-    begin_sums<kBorders, kSorts>(contacts, j, before_j);
-    if (slot >= num_in_list) return;
-    contacts.first[base + slot] = i;
-    contacts.second[base + slot] = j;
-  });
-}
 
 __device__ void add_to(unsigned long long& sum, unsigned long long counts) {
   if (counts != 0) atomicAdd(&sum, counts);
@@ -199,15 +112,20 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
   add_sums<kBorders>(launch.contacts, j, device_sums(-sums));
 }
 
-// The pairs of a list that is too short: they are found once more. Not inlined: the kernel would need
-// more registers for what is rare.
+// The pairs of a list that is too short: they are found once more, in the same way, since the sums of a
+// parcel that is marked have to be stored. Not inlined: the kernel would need more registers for what is
+// rare.
 template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ __noinline__ void touch_crowd(const StepLaunch& launch, std::uint32_t list, DeviceTally& tally) {
-  const std::uint32_t num = list_size<kBorders>(launch, list);
-  for (std::uint32_t k = threadIdx.x % 32; k < num; k += 32) {
-    visit_pairs<kBorders, kBoundary>(launch, list * kPairList + k, [&](std::uint32_t i, std::uint32_t j) {
-      touch<Contact, kBorders, kBoundary>(launch, i, j, tally);
-    });
+  const auto touch_pair = [&](std::uint32_t i, std::uint32_t j) {
+    touch<Contact, kBorders, kBoundary>(launch, i, j, tally);
+  };
+  const std::uint32_t first = list * kPairList, end = first + list_size<kBorders>(launch, list);
+  const unsigned num_together = launch.by_two ? 2 : 1;
+  for (std::uint32_t k = first + threadIdx.x % 32 * num_together; k < end; k += 32 * num_together) {
+    if (launch.by_two && visit_pairs_of_two<kBoundary>(launch, k, touch_pair)) continue;
+    for (std::uint32_t of = k; of < min(k + num_together, end); ++of)
+      visit_pairs<kBorders, kBoundary>(launch, of, touch_pair);
   }
 }
 
@@ -313,9 +231,7 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
   const std::uint32_t num = kBorders ? launch.num_near : launch.num;
   if (num == 0) return;
   const unsigned num_lists = blocks_for(num, kPairList);
-  const auto find_pairs = !kBorders && launch.sort.is_due ? find_pairs_kernel<kBorders, !kBorders, kBoundary>
-                                                          : find_pairs_kernel<kBorders, false, kBoundary>;
-  launch_in_turn(find_pairs, num_lists, kPairList, stream, launch);
+  launch_find_pairs(launch, kBorders, stream);
   if (launch.sort.is_due) {
     const std::uint32_t num_words = blocks_for(num, 32);
     launch_in_turn(clear_few_kernel, blocks_for(num_words, kContactBlock), kContactBlock, stream,
@@ -328,9 +244,10 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
 }
 
 template <bool kBorders>
-void launch_for(const StepLaunch& launch, cudaStream_t stream) {
+void launch_for(StepLaunch launch, cudaStream_t stream) {
   const Physics& physics = launch.constants.physics;
   if (!physics.parcels.contacts) return;
+  launch.by_two = !kBorders && searches_by_two(launch.num);
   for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {
     for_method(TimeStepMethods{}, launch.method,
                [&]<class M>() { launch_pairs<typename M::Contact, kBorders, kBoundary>(launch, stream); });

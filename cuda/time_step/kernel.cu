@@ -4,6 +4,7 @@
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
+#include "cuda/neighbour_search.cuh"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/device_ball.cuh"
 #include "cuda/time_step/device_contacts.cuh"

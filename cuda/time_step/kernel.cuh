@@ -7,11 +7,11 @@
 // count_for_sort_kernel counts the parcels by the cells that they are in before the step, CUB sums the
 // counts, and step_kernel puts each parcel, moved, in its place.
 //
-// For many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel finds
-// each pair that touches once, contact_kernel sums their contacts, and move_kernel moves all parcels in place
-// and draws. For a sort, the first kernel does what count_for_sort_kernel does, clear_few_kernel and CUB
-// follow, and sort_move_kernel puts each parcel in its place. A sort of its own reads and writes twice as
-// many bytes.
+// For many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel (or in
+// large runs find_pairs_of_two_kernel) finds each pair that touches once, contact_kernel sums their contacts,
+// and move_kernel moves all parcels in place and draws. For a sort, the first kernel does what
+// count_for_sort_kernel does, clear_few_kernel and CUB follow, and sort_move_kernel puts each parcel in its
+// place. A sort of its own reads and writes twice as many bytes.
 //
 // Steps are open until a kernel ends them, up to kMaxOpenSteps at a time. A ball has to move after each step.
 // So with one a step of one kernel is ended at once, and a step in parts without contacts, too. Other steps
@@ -23,7 +23,7 @@
 
 #include "backend/draw_buffers.hpp"
 #include "cuda/cell_sort.cuh"
-#include "cuda/neighbour_search.cuh"
+#include "cuda/circle_search.cuh"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
 #include "model/parcel.hpp"
@@ -111,6 +111,7 @@ struct StepLaunch {
   std::uint32_t num = 0;  // parcels, ghosts included
   // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
   std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;
+  bool by_two = false;                  // of launch_find_pairs: a thread looks around two parcels
   const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch ghosts
   std::uint32_t num_near = 0;
 };
@@ -132,6 +133,8 @@ void launch_step(const StepLaunch& launch, cudaStream_t stream);
 // that is open. It does nothing where parcels have no contacts at all; with a ball no step may be open then.
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
+void launch_find_pairs(const StepLaunch& launch, bool at_borders, cudaStream_t stream);  // by these two
+bool searches_by_two(std::uint32_t num_parcels);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
 void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream);  // by launch_move
 

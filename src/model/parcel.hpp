@@ -23,13 +23,13 @@ struct Parcel {
   std::uint32_t is_heated = 0;
 };
 
-// Constants of a step, derived once per frame on the host.
+// Constants of a step, derived once per request on the host.
 struct StepConstants {
   Physics physics;
   double dt_s = 0.0;
   double advance_scale = 0.0;      // 2^32 position units per (m/s), for this dt
   double contact_distance = 0.0;   // 2 r, position units
-  float filter_distance2 = 0.0F;   // slightly above contact_distance2, for the cheap first test in float
+  float filter_distance2 = 0.0F;   // slightly above its square, for the cheap first test in float
   std::int32_t contact_reach = 0;  // contact distance, rounded up
   double ball_contact_m = 0.0;     // R + r
   double velocity_unit_mps = 0.0;  // of sums over contacts

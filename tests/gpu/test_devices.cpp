@@ -50,8 +50,10 @@ TEST_F(Devices, StepsInPartsGiveTheSameBits) {
   for (const Settings& s : list) {
     ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
     const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
-    limit("many_parcels=1");
-    EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu);
+    for (const char* way : {"many_parcels=1", "many_parcels=1 many_for_two=1"}) {
+      limit(way);
+      EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu) << way;
+    }
   }
 }
 
@@ -97,6 +99,7 @@ TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   EXPECT_EQ(read("multiprocessors=4 memory_mb=500").memory_bytes, 500'000'000U);
   EXPECT_EQ(read("solver_blocks=2").solver_blocks, 2U);
   EXPECT_EQ(read("many_parcels=64").many_parcels, 64U);
+  EXPECT_EQ(read("many_for_two=64").many_for_two, 64U);
   EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
   for (const char* wrong :
        {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x", "solver_blocks=3"})

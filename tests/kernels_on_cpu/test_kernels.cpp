@@ -12,11 +12,11 @@ class Kernels : public testing::Test {
   static void limit(const char* text) { ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", text, 1); }
 };
 
-// The last list of pairs and the last warp are not full.
-constexpr std::int64_t kNumParcels = 1450;
+// The last list of pairs and the last warp are not full, and the last parcel is alone.
+constexpr std::int64_t kNumParcels = 1451;
 
-// Steps of one kernel, and steps in parts.
-constexpr const char* kBothWays[] = {"", "many_parcels=1"};
+// Steps of one kernel, and steps in parts, in which a thread looks around one parcel or two.
+constexpr const char* kEveryWay[] = {"", "many_parcels=1", "many_parcels=1 many_for_two=1"};
 
 // In two requests, since `exact` takes several steps of the second one as one. Hits and retired parcels of
 // the result are of both.
@@ -55,7 +55,7 @@ void expect_same_after_others(const Settings& s, const char* limits) {
 }
 
 TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (Settings s : scenes(kNumParcels)) {
       expect_same_bits(s, 35);
@@ -66,7 +66,7 @@ TEST_F(Kernels, StepsGiveTheBitsOfTheCpu) {
 }
 
 TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (Settings s : narrow_scenes(200)) {
       for (const Method method : {Method::impulse, Method::spring, Method::exact}) {
@@ -78,19 +78,21 @@ TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
 }
 
 TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
-  limit("many_parcels=1");
-  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
-    Settings in_court = court(kNumParcels, boundary);
-    in_court.area_fraction = 0.6;
-    expect_same_bits(in_court, 35);
-    expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
+  for (const char* limits : {"many_parcels=1", "many_parcels=1 many_for_two=1"}) {
+    limit(limits);
+    for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+      Settings in_court = court(kNumParcels, boundary);
+      in_court.area_fraction = 0.6;
+      expect_same_bits(in_court, 35);
+      expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
+    }
   }
 }
 
 // Steps are ended sixteen at a time, and at the end of a request.
 TEST_F(Kernels, StepsOfAnyRequestsGiveTheBitsOfTheCpu) {
   const Settings s = gas(kNumParcels, 0.44, Boundary::walls);
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
     for (const std::uint32_t steps : {3U, 15U, 16U, 17U, 1U, 33U, 2U, 70U}) {
@@ -112,7 +114,7 @@ TEST_F(Kernels, StepsWithABallGiveTheBitsOfTheCpu) {
   held.flow_x_mps = 10.0;
   without_contacts.contacts = false;
   in_drag.air = Air::drag;
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (const Settings& s : {fast, held, without_contacts, in_drag}) {
       SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
@@ -126,7 +128,7 @@ TEST_F(Kernels, StepsWithABallGiveTheBitsOfTheCpu) {
 
 // Warps and lists of pairs are full, or have a parcel too few or too many.
 TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (const std::int64_t num : {1, 2, 31, 32, 33, 127, 128, 129}) {
       for (const Settings& s : scenes(num)) expect_same_bits(s, 40);
@@ -138,7 +140,7 @@ TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
 TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
   Settings in_court = court(kNumParcels, Boundary::walls);
   in_court.area_fraction = 0.4;
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     for (const Settings& s : {gas(kNumParcels, 0.65, Boundary::walls), in_court})
       expect_same_after_others(s, limits);
   }
@@ -146,7 +148,7 @@ TEST_F(Kernels, StepsAfterOthersGiveTheBitsOfTheCpu) {
 
 // A sort of its own has the phase grid. Steps without contacts do not sort, but parcels move.
 TEST_F(Kernels, StepsSortOnTheirWayUnlessTheirSearchWouldBeWide) {
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
     const auto has_own_sort = [&](bool contacts, std::uint32_t steps) {
@@ -165,7 +167,7 @@ TEST_F(Kernels, StepsSortOnTheirWayUnlessTheirSearchWouldBeWide) {
 
 // The displacement of a step is estimated from the step before, which may have been shorter.
 TEST_F(Kernels, StepsSortAsOftenAsTheirLengthWants) {
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     SceneRun gpu(gas(kNumParcels), make_cuda_backend(0));
     gpu.settings.dt_s *= 0.1;
@@ -190,7 +192,7 @@ TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
 TEST_F(Kernels, StepsOfAGasThatEscapesGiveTheBitsOfTheCpu) {
   Settings s = gas(kNumParcels, 0.2, Boundary::open);
   s.dt_s = 0.1;
-  for (const char* limits : kBothWays) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (const Method method : {Method::impulse, Method::exact}) {
       s.method = method;

@@ -33,6 +33,9 @@ struct alignas(16) uint4 {
 struct int2 {
   int x, y;
 };
+struct alignas(16) int4 {
+  int x, y, z, w;
+};
 struct uint2 {
   unsigned x, y;
 };
