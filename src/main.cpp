@@ -205,8 +205,7 @@ int bench(const Options& options, const Ranks& ranks) {
   std::unique_ptr<Backend> backend = choose_backend(options, 0, ranks);
   if (options.bench_flight) {
     stop_gracefully();
-    run_flight_bench(options, std::move(backend), stop_requested);
-    return 0;
+    return run_flight_bench(options, std::move(backend), stop_requested);
   }
   if (backend->name() == "cpu") {
     Settings settings = options.settings;

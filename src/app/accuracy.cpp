@@ -24,6 +24,11 @@ using nlohmann::json;
 constexpr double kMethodShare = 0.8, kParcelsShare = 0.6;
 constexpr double kMaxParcels = 1e6;
 
+// Both errors together.
+double error_of(const AccuracyChoice& choice) {
+  return std::hypot(choice.expected_error, choice.parcels_error);
+}
+
 std::optional<TableEntry> cheapest(const std::vector<TableEntry>& entries) {
   if (entries.empty()) return std::nullopt;
   return *std::min_element(entries.begin(), entries.end(),
@@ -111,7 +116,7 @@ void choose_parcels(const json& table, const AccuracyWish& wish, AccuracyChoice&
   if (!is_kept) num = num_within(sizes, wanted, choice);
   if (num <= 0) return;  // a number that only the backend knows
   choice.parcels_error = error_of_parcels(sizes, static_cast<double>(num));
-  if (is_kept && choice.parcels_error > wanted)
+  if (is_kept && error_of(choice) > wish.error && choice.parcels_error > wanted)
     choice.remarks.push_back(fmt::format("{} parcels, as given, are too few for this accuracy", num));
 }
 
@@ -275,7 +280,7 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const std::string of_parcels =
       choice.parcels_error > 0.0 ? fmt::format(", {} by the number of parcels", percent(choice.parcels_error))
                                  : "";
-  const double error = std::max(choice.expected_error, choice.parcels_error);
+  const double error = error_of(choice);
   std::string text;
   if (error > choice.asked_error)
     text = fmt::format("--accuracy: {} is not reached: the error of {} may be {}\n",

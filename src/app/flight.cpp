@@ -68,7 +68,10 @@ std::optional<FlightDistance> distance_between(const FlightRecord& a, const Flig
   const auto distance_at = [&](double time_s) {
     return length(position_at(a, time_s, at_a) - position_at(b, time_s, at_b));
   };
-  for (const double time_s : b.times_s) {
+  std::vector<double> times_s;  // of the points of either: between them both paths are straight
+  std::merge(a.times_s.begin(), a.times_s.end(), b.times_s.begin(), b.times_s.end(),
+             std::back_inserter(times_s));
+  for (const double time_s : times_s) {
     if (time_s > distance.until_s) break;
     distance.largest_m = std::max(distance.largest_m, distance_at(time_s));
   }

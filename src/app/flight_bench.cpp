@@ -122,8 +122,8 @@ json flight_figures(const std::vector<TimedFrame>& frames, bool is_exact) {
   return figures;
 }
 
-void run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
-                      const std::atomic<bool>& stop) {
+int run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
+                     const std::atomic<bool>& stop) {
   Simulation simulation(options.settings, std::move(backend));
   if (simulation.view().num_parcels == 0)
     throw UserError("bench: air.kind is not parcels, there is nothing to time");
@@ -139,6 +139,8 @@ void run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
   report["flight"] = flight_figures(frames, !report["exact"].is_null());
   print_flight(report, sum_of(frames));
   if (!options.bench_json.empty()) write_report(options.bench_json, report);
+  if (view.paused) fmt::print(stderr, "bench: the flight ended early: {}\n", view.message);
+  return view.paused ? 1 : 0;
 }
 
 }  // namespace pf

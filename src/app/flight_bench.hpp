@@ -25,9 +25,8 @@ nlohmann::json flight_figures(const std::vector<TimedFrame>& frames, bool is_exa
 
 // Flies until the ball leaves but at most 60 s, for settings.seconds if they are given, or, where no ball
 // leaves, for 6 s; all at the frame rate. A flight that pauses ends. Prints the figures and writes the JSON
-// report: the run report's keys and `flight`. stop: ends the flight after the current frame. Throws UserError
-// if there are no parcels.
-void run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
-                      const std::atomic<bool>& stop);
+// report: the run report's keys and `flight`. stop: ends the flight after the current frame. Returns the exit
+// code, 1 for a flight that paused. Throws UserError if there are no parcels.
+int run_flight_bench(const Options& options, std::unique_ptr<Backend> backend, const std::atomic<bool>& stop);
 
 }  // namespace pf

@@ -63,7 +63,7 @@ std::string second_text(const SecondInFrame& second);
 // Throws UserError that begins with where.
 void check_split(const std::vector<std::string>& split, const std::string& where);
 
-constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // a year of hashes
+constexpr std::uintmax_t kMaxLogBytes = 64U << 20;  // two weeks of frames without input
 
 // Throws UserError with file and line if the file is not a log.
 RunLog read_log(const std::filesystem::path& file);

@@ -172,6 +172,10 @@ LoggedFrame Reader::frame(const toml::table& table) const {
 
 RunLog Reader::read() const {
   const toml::table document = parse();
+  if (document.contains("settings") && !document.contains("frame")) {
+    throw UserError(
+        fmt::format("{}: its run ended before the log had an entry; there is nothing to repeat", file_));
+  }
   if (!document.contains("settings") || !document.contains("frame") || !document.get("frame")->is_array()) {
     throw UserError(
         fmt::format("{}: is not a log of a run, which has settings and frames; run a scene with "

@@ -22,7 +22,7 @@ inline constexpr KeyRow kMouseRows[] = {
 inline constexpr KeyRow kKeyRows[] = {
     {"space / S", "pause, go on / one frame, while paused"},
     {"[ ] (or , .)", "half, double the pace, down to 1/1000"},
-    {"B", "back by a second of this flight, and says to what time; again: further"},
+    {"B", "back by a second of film, and says to what time; again: further"},
     {"R / L", "back to the start / launch again, the air as it is"},
     {"M", "the same launch with the next method; both stay"},
     {"Shift+M", "the same launch with half the time step; again: with the scene's"},

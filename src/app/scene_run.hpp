@@ -10,7 +10,7 @@
 namespace pf {
 
 // n elastic parcels of unit diameter, mass and speed per component, in a square of the given area fraction,
-// without a ball, and without a contact duration if the caller takes the restitution below 1.
+// without a ball and without a contact duration, also where the caller takes the restitution below 1.
 Settings unit_gas(std::int64_t n, double area_fraction, Boundary boundary);
 
 // Adds a ball at rest in the middle, without Magnus term. Keeps the friction.

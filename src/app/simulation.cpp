@@ -74,7 +74,7 @@ void Simulation::State::respawn(const NewAir& air) {
 
 // Continues with another backend from the start of the scene, because the state was lost with the device.
 void Simulation::State::fall_back(const DeviceError& error) {
-  if (!make_fallback) throw error;
+  if (!make_fallback) throw;
   const std::string failed = backend->name();
   backend = make_fallback();
   make_fallback = nullptr;

@@ -93,9 +93,8 @@ void Simulation::State::scale_time(double factor) {
   const FramePlan plan = plan_frame(settings, physics, ball, collision_rate_per_s);
   Settings wanted = settings;
   if (paces_by_substeps(settings)) {
-    const auto max = static_cast<std::int64_t>(find_field("run.substeps", "keys").max);
-    const auto num = std::llround(static_cast<double>(settings.substeps) * factor);
-    wanted.substeps = std::clamp<std::int64_t>(num, 1, max);
+    const double num = static_cast<double>(settings.substeps) * factor;
+    wanted.substeps = std::llround(std::clamp(num, 1.0, find_field("run.substeps", "keys").max));
   } else {
     // Steps may be too short for the pace that is asked for: then slower is slower than what is seen.
     const bool is_slower = plan.slow_motion < 0.95 * settings.time_scale;
@@ -105,7 +104,7 @@ void Simulation::State::scale_time(double factor) {
   }
   const bool is_slowest = settings.dt_s > 0.0 && plan.num_steps == 1 && factor < 1.0;
   if (is_slowest) {
-    view.notice = fmt::format("One step of {:g} s a frame is the slowest; shorten run.dt_s", settings.dt_s);
+    view.notice = fmt::format("One step of {:g} s a frame is the slowest; shorten the time step", settings.dt_s);
     return;
   }
   const Settings before = std::exchange(settings, wanted);

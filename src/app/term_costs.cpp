@@ -258,7 +258,7 @@ std::string TermCosts::step_text() const {
   const double high_ms = value_of_share(values_ms, 0.75);
   const std::string text = fmt::format("{:.3f} ms a step", median_ms);
   if (high_ms - low_ms <= 0.1 * median_ms) return text;
-  return fmt::format("{} (half of them {:.3f} to {:.3f})", text, low_ms, high_ms);
+  return fmt::format("{} (the middle half {:.3f} to {:.3f})", text, low_ms, high_ms);
 }
 
 std::string TermCosts::text() const {

@@ -294,8 +294,8 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   }
   draw("report.py", options.out);
   if (stop) {
-    print_note(
-        fmt::format("stopped; the finished points are in {}; continue with --resume", options.out.string()));
+    print_note(fmt::format("stopped; the finished points are in {}; continue with{} --resume",
+                           options.out.string(), options.quick ? " --quick" : ""));
   }
   return complete && !stop ? 0 : 1;
 }

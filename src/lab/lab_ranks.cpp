@@ -160,7 +160,13 @@ void LabRanks::measure(const Work& work, const std::function<void(std::size_t)>&
     parallel_for(static_cast<int>(num_threads), num_threads, measure_here);
     return queue.rethrow();
   }
-  std::jthread here([&] { parallel_for(static_cast<int>(num_threads), num_threads, measure_here); });
+  std::jthread here([&] {
+    try {
+      parallel_for(static_cast<int>(num_threads), num_threads, measure_here);
+    } catch (...) {  // threads cannot be started
+      queue.fail(std::current_exception());
+    }
+  });
   const auto is_busy = [](const auto& points) { return !points.empty(); };
   try {
     for (hand_out(work, before, queue); std::any_of(given_.begin(), given_.end(), is_busy);

@@ -83,6 +83,16 @@ json read_json(const fs::path& file) {
   return json::parse(in, nullptr, false);
 }
 
+// Also damaged ones.
+bool has_studies(const fs::path& folder) {
+  const fs::directory_iterator entries(folder);
+  return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
+    if (entry.path().extension() != ".json") return false;
+    const json result = read_json(entry.path());
+    return result.is_discarded() || (result.is_object() && result.contains("study"));
+  });
+}
+
 }  // namespace
 
 void open_results(const fs::path& folder, Existing existing) {
@@ -94,7 +104,12 @@ void open_results(const fs::path& folder, Existing existing) {
     throw UserError(fmt::format("--out: {} cannot be read and written; check its permissions",
                                 in_quotes(folder.string())));
   }
-  if (existing == Existing::refuse && fs::is_directory(folder, error) && !fs::is_empty(folder, error)) {
+  const bool holds_files = fs::is_directory(folder, error) && !fs::is_empty(folder, error);
+  if (existing == Existing::resume && holds_files && !has_studies(folder)) {
+    throw UserError(fmt::format("--resume: {} holds files, but no study to continue; give another folder",
+                                in_quotes(folder.string())));
+  }
+  if (existing == Existing::refuse && holds_files) {
     throw UserError(fmt::format(
         "--out: {} exists and holds files; give --resume to continue it, --force to overwrite it, or "
         "another folder",
@@ -185,11 +200,8 @@ void remove_pictures(const fs::path& folder, const std::string& study) {
 
 std::string keep_accuracy_table(const fs::path& folder, const fs::path& kept) {
   if (kept.empty()) return "";
-  const json table = read_json(folder / "work-precision.json"), old = read_json(kept);
-  const bool is_better = old.is_object() && old.value("quick", json()) == false &&
-                         table.at("quick").get<bool>() && old.value("version", json()) == table.at("version");
-  if (is_better)
-    return fmt::format("--accuracy keeps the table that was measured without --quick, {}", kept.string());
+  const json table = read_json(folder / "work-precision.json");
+  if (table.at("quick").get<bool>()) return "--accuracy does not choose by a table measured with --quick";
   std::error_code ignored;
   fs::create_directories(kept.parent_path(), ignored);
   try {

@@ -12,8 +12,8 @@ namespace pf {
 
 enum class Existing { refuse, resume, overwrite };
 
-// Creates the folder. Throws UserError if it exists and is not empty (with refuse), is not a folder, or
-// cannot be read and written.
+// Creates the folder. Throws UserError if it exists and is not empty (with refuse), has files, but none of a
+// study (with resume), is not a folder, or cannot be read and written.
 void open_results(const std::filesystem::path& folder, Existing existing);
 
 // Takes the points of an earlier run of the study in the folder into `result`, with the machine that measured
@@ -36,9 +36,9 @@ std::string csv_of(const nlohmann::json& points);
 // Removes the pictures of a study whose figures are about to be overwritten.
 void remove_pictures(const std::filesystem::path& folder, const std::string& study);
 
-// Keeps the table of study work-precision in the folder as the file `kept`, for --accuracy. A table measured
-// with --quick does not replace one of the same version measured without. Returns why it was not kept; empty
-// if it was, or if `kept` is empty.
+// Keeps the table of study work-precision in the folder as the file `kept`, for --accuracy, unless it was
+// measured with --quick: the one that the program comes with is better. Returns why it was not kept; empty if
+// it was, or if `kept` is empty.
 std::string keep_accuracy_table(const std::filesystem::path& folder, const std::filesystem::path& kept);
 
 // Runs the plot script of a study or of the report. Returns the error, with the remedy; empty on success.

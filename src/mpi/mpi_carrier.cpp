@@ -142,6 +142,14 @@ class MpiCarrier final : public Carrier {
   std::vector<MPI_Request> requests_;
 };
 
+std::string mpi_version() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  const std::string whole(text, static_cast<std::size_t>(length));
+  return whole.substr(0, whole.find(','));
+}
+
 }  // namespace
 
 std::shared_ptr<Carrier> join_mpi() {
@@ -159,14 +167,6 @@ std::shared_ptr<Carrier> join_mpi() {
 void abort_mpi(int exit_code) {
   MPI_Abort(MPI_COMM_WORLD, exit_code);
   std::abort();
-}
-
-std::string mpi_version() {
-  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
-  int length = 0;
-  MPI_Get_library_version(text, &length);
-  const std::string whole(text, static_cast<std::size_t>(length));
-  return whole.substr(0, whole.find(','));
 }
 
 }  // namespace pf

@@ -14,7 +14,4 @@ std::shared_ptr<Carrier> join_mpi();
 // Ends all ranks at once.
 [[noreturn]] void abort_mpi(int exit_code);
 
-// Version of the library, for --version and reports.
-std::string mpi_version();
-
 }  // namespace pf

@@ -4,14 +4,12 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <sstream>
 
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
@@ -84,7 +82,7 @@ std::string CueReader::text(const char* key) const {
 
 double CueReader::number(const toml::node& node, const char* name, double low, double high) const {
   const auto value = node.value<double>();
-  if (!node.is_number() || !(*value >= low && *value <= high))
+  if (!value || !node.is_number() || !(*value >= low && *value <= high))  // none: an integer beyond 2^53
     refuse(node, fmt::format("{} takes a number from {} to {} without quotes", name, limit_text(low),
                              limit_text(high)));
   return *value;
@@ -206,11 +204,9 @@ std::string setting_line(const Field& field, const Settings& settings) {
   return fmt::format("{} = {}\n", field.path(), is_name ? toml_string(value) : value);
 }
 
-}  // namespace
-
-CueList load_cue_list(const std::string& name_or_path) {
-  CueList list{file_of(name_or_path), {}};
-  const toml::table document = parse_document(list.file, kKind);
+CueList read_cues(const fs::path& file, const std::string& text) {
+  CueList list{file, {}};
+  const toml::table document = parse_text(text, file);
   const toml::array* cues = document.contains("cue") ? document.get("cue")->as_array() : nullptr;
   if (cues == nullptr || cues->empty() || cues->size() > kMaxCues) {
     throw UserError(
@@ -230,6 +226,13 @@ CueList load_cue_list(const std::string& name_or_path) {
     list.cues.push_back(CueReader(list.file, *node.as_table()).read());
   }
   return list;
+}
+
+}  // namespace
+
+CueList load_cue_list(const std::string& name_or_path) {
+  const fs::path file = file_of(name_or_path);
+  return read_cues(file, read_document(file, kKind));
 }
 
 bool is_cue_list(const fs::path& file) {
@@ -280,19 +283,16 @@ std::string cue_text(const Cue& cue) {
 void append_cue(const fs::path& file, const Cue& cue) {
   std::error_code ignored;
   const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
-  if (!is_new) load_cue_list(file.string());
-  const std::uintmax_t bytes_before = is_new ? 0 : fs::file_size(file, ignored);
-  errno = 0;
-  std::ofstream stream(file, std::ios::binary | std::ios::app);
-  if (is_new) stream << "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
-  stream << cue_text(cue);
-  stream.close();
-  if (!stream) {  // half a cue would make the list unreadable
-    const std::string problem = std::strerror(errno);
-    if (is_new)
-      fs::remove(file, ignored);
-    else
-      fs::resize_file(file, bytes_before, ignored);
+  std::string text = "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
+  if (!is_new) {
+    text = read_document(file, kKind);
+    read_cues(file, text);
+    if (!text.ends_with('\n')) text += '\n';
+  }
+  text += cue_text(cue);
+  read_cues(file, text);  // a list may have too many cues, and a camera may look at too much
+  const std::string problem = replace_file(file, text);
+  if (!problem.empty()) {
     throw OutputError(fmt::format(
         "{}: the cue cannot be written ({}); choose a file in a folder that exists, is writable and has room",
         in_quotes(file.string()), problem));

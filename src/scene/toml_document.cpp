@@ -71,8 +71,7 @@ std::string read_document(const fs::path& file, const char* kind, std::uintmax_t
   return text;
 }
 
-toml::table parse_document(const fs::path& file, const char* kind, std::uintmax_t max_bytes) {
-  const std::string text = read_document(file, kind, max_bytes);
+toml::table parse_text(const std::string& text, const fs::path& file) {
   if (has_deep_keys(text)) throw UserError(fmt::format("{}: a key has more than 1000 parts", file.string()));
   try {
     return toml::parse(text, file.string());
@@ -83,6 +82,10 @@ toml::table parse_document(const fs::path& file, const char* kind, std::uintmax_
       reason += "; names stand in quotes, as method = \"exact\"";
     throw UserError(fmt::format("{}: not valid TOML: {}", place_of(file, error.source()), reason));
   }
+}
+
+toml::table parse_document(const fs::path& file, const char* kind, std::uintmax_t max_bytes) {
+  return parse_text(read_document(file, kind, max_bytes), file);
 }
 
 std::string place_of(const fs::path& file, const toml::source_region& source) {

@@ -18,7 +18,9 @@ constexpr std::uintmax_t kMaxDocumentBytes = 1 << 20;
 std::string read_document(const std::filesystem::path& file, const char* kind,
                           std::uintmax_t max_bytes = kMaxDocumentBytes);
 
-// The same, parsed. Throws UserError, with the line, if it is not TOML.
+// Parses the text of a file. Throws UserError, with the line, if it is not TOML.
+toml::table parse_text(const std::string& text, const std::filesystem::path& file);
+// Reads and parses a file.
 toml::table parse_document(const std::filesystem::path& file, const char* kind,
                            std::uintmax_t max_bytes = kMaxDocumentBytes);
 

@@ -39,8 +39,8 @@ void row(SettingRows& rows, const char* label, const std::string& value, const s
 void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReadout& r) {
   const bool loses = frame.physics->parcels.restitution < 1.0;
   row(rows, "Energy drift", signed_text(r.energy_drift) + (loses ? " (e < 1 loses some)" : ""),
-      "relative, of parcels and ball together, since the last launch or change of a setting; with a "
-      "restitution below 1 a loss is physics");
+      "relative, of parcels and ball together, since the last launch or change of a setting, or "
+      "since this section was opened; with a restitution below 1 a loss is physics");
   row(rows, "Momentum drift", plain_text(r.momentum_drift),
       "relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, and that "
       "is physics");

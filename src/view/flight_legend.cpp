@@ -80,6 +80,7 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   if (step_of(flight) > 0.0) row.method += ", " + step_text(step_of(flight));
   if (flight.disturbed) row.method += ", changed in flight";
   if (!flight.fresh_air) row.method += ", used air";
+  row.has_remark = flight.disturbed || !flight.fresh_air;
   row.speed = digits(flight.speed_mps);
   row.spin = digits(flight.spin_radps);
   return row;
@@ -101,7 +102,9 @@ std::string other_settings(const FlightRecord& flight, const FlightRecord& refer
 void compare_row(const FlightRecord& flight, const Compared& compared, bool complete, FlightRow& row) {
   const bool flies = row.is_current && !complete;
   if (!complete && !flies) row.method += ", cut short";
-  row.method += other_settings(flight, *compared.reference);
+  const std::string others = other_settings(flight, *compared.reference);
+  row.method += others;
+  row.has_remark = row.has_remark || (!complete && !flies) || !others.empty();
   row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
   if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
     row.cost = duration_text(flight.compute_ms / flight.time_s());
@@ -181,10 +184,15 @@ std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
     rows.push_back(plain_row(*flight, is_current));
     rows.back().color = is_current ? current_flight_color(theme, frame) : flight_color(theme, *flight);
     if (compared.reference == nullptr || flight->launch != first->launch) {
-      if (!is_current) rows.back().method += other_settings(*flight, *frame.flight_record);
+      const std::string others = is_current ? "" : other_settings(*flight, *frame.flight_record);
+      rows.back().method += others;
+      rows.back().has_remark = rows.back().has_remark || !others.empty();
       continue;
     }
     compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
+  }
+  for (FlightRow& row : rows) {
+    if (row.has_remark) row.name += " *";
   }
   return rows;
 }
@@ -243,6 +251,9 @@ void FlightLegend::choose_columns() {
   const int loose = fitting_legend_level(tight, room - static_cast<float>(kWidthStep) * scale_, width_of);
   level_ = is_resized_ ? tight : std::clamp(level_, tight, loose);
   columns_ = legend_columns(level_);
+  const auto has_remark = [](const FlightRow& row) { return row.has_remark; };
+  if (level_ >= kNamesAlone && std::any_of(rows_.begin(), rows_.end(), has_remark))
+    foot_ += std::string(foot_.empty() ? "" : "; ") + "*: cut short, changed, or with other settings";
   widths_px_.clear();
   for (const LegendColumn& column : columns_) widths_px_.push_back(column_width(column));
   text_width_px_ = std::max(columns_width(columns_), std::min(text_width(foot_, text_size()), room));
@@ -252,7 +263,7 @@ void FlightLegend::choose_columns() {
 }
 
 // The text stands at the right of the room that is kept.
-void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const {
+PxRect FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const {
   const float pad = kLegendPad_px * scale;
   const float width = text_width_px_ + 2.0F * pad;
   const float kept = static_cast<float>(layout_width_) * scale;
@@ -260,14 +271,15 @@ void FlightLegend::paint(ImVec2 at, const FrameView& frame, const Look& look, fl
                    at.y + kLegendMargin_px * scale);
   const std::vector<Ghost>* ghosts = shown_ghosts(frame, look);
   const std::size_t rows = num_rows(ghosts);
-  ImGui::GetBackgroundDrawList()->AddRectFilled(low, ImVec2(low.x + width, low.y + height_of(rows) * scale),
-                                                overlay_colors(look.theme).ground, 5.0F * scale);
+  const ImVec2 high(low.x + width, low.y + height_of(rows) * scale);
+  ImGui::GetBackgroundDrawList()->AddRectFilled(low, high, overlay_colors(look.theme).ground, 5.0F * scale);
   const ImVec2 text(low.x + pad, low.y + 0.7F * pad);
   paint_cells(text, look, scale);
   if (ghosts != nullptr) paint_ghosts(text, *ghosts, look, scale);
   const float foot_y = text.y + kLegendRow_px * scale * static_cast<float>(1 + rows - num_foot_lines_);
   if (!foot_.empty())
     write_text(ImVec2(text.x, foot_y), overlay_colors(look.theme).text, foot_, text_width_px_ + 1.0F);
+  return {low.x, low.y, high.x, high.y};
 }
 
 void FlightLegend::paint_cells(ImVec2 at, const Look& look, float scale) const {

@@ -10,6 +10,7 @@
 #include "view/legend_columns.hpp"
 #include "view/legend_place.hpp"
 #include "view/look.hpp"
+#include "view/px_rect.hpp"
 
 namespace pf {
 
@@ -28,8 +29,8 @@ class FlightLegend {
 
   // Takes the figures of the frame, every few frames, and chooses columns that fit into a width.
   void write(const FrameView& frame, const Look& look, float scale, float max_width_px);
-  // Describes it to ImGui with its upper left corner there, margins included.
-  void paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const;
+  // Describes it to ImGui with its upper left corner there, margins included. Returns what it covers.
+  PxRect paint(ImVec2 at, const FrameView& frame, const Look& look, float scale) const;
 
  private:
   void choose_columns();

@@ -14,8 +14,8 @@ constexpr int kNever = kMaxLegendLevel + 1;
 
 const Leaving kLeaving[] = {
     {{&FlightRow::number, "", false}, kNever},
-    {{&FlightRow::method, "method", false}, 3},
-    {{&FlightRow::name, "method", false}, kNever, 3},
+    {{&FlightRow::method, "method", false}, kNamesAlone},
+    {{&FlightRow::name, "method", false}, kNever, kNamesAlone},
     {{&FlightRow::speed, "m/s", true}, 2},
     {{&FlightRow::spin, "rad/s", true}, 1},
     {{&FlightRow::apart, "distance: final, max", true}, 4},

@@ -268,7 +268,7 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
   ImGui::EndDisabled();
   ImGui::SameLine();
   commands.back = rows_.button(
-      "Back", width, "B: back by a second of this flight, with the present settings; again: further");
+      "Back", width, "B: back by a second of film, with the present settings; again: further");
   if (rows_.button("Measure terms", -1.0F,
                    "E: the cost of parcels, contacts, friction and Magnus per step, in the line above the "
                    "overlay. Small scenes measure it by themselves; in large ones the picture stops for a "

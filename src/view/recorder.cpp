@@ -50,8 +50,8 @@ json film_report(const FilmFigures& film, const fs::path& log) {
 }
 
 std::string count_text(const FilmFigures& film) {
-  return fmt::format("{} frames, {} dropped, {} doubled", film.num_frames, film.num_dropped,
-                     film.num_duplicated);
+  return fmt::format("{} frame{}, {} dropped, {} doubled", film.num_frames, film.num_frames == 1 ? "" : "s",
+                     film.num_dropped, film.num_duplicated);
 }
 
 }  // namespace

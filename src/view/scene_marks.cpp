@@ -236,17 +236,19 @@ ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& sce
   const PxRect rect = {left, top, left + static_cast<float>(at.width_px),
                        top + static_cast<float>(at.height_px)};
   const int first_vertex = ImGui::GetBackgroundDrawList()->VtxBuffer.Size;
-  legend_.paint(ImVec2(left, top), frame, scene.look, scale);
-  fade_legend(rect, ball_rect(frame, scene), first_vertex);
+  const PxRect painted = legend_.paint(ImVec2(left, top), frame, scene.look, scale);
+  const bool ball_flies = frame.flight == Flight::flying && !frame.paused;
+  fade_legend(ball_flies && overlap_px2(painted, ball_rect(frame, scene)) > 0.0F, first_vertex);
   rectangles_["Legend"] = {rect.x0, rect.y0, rect.x1, rect.y1};
   return at;
 }
 
-// A legend over the ball lets it shine through. first_vertex: of the legend, in ImGui's list.
-void SceneMarks::fade_legend(const PxRect& legend, const PxRect& ball, int first_vertex) {
+// A legend over a ball that flies lets it shine through; else it is there to be read. first_vertex: of the
+// legend, in ImGui's list.
+void SceneMarks::fade_legend(bool covers_ball, int first_vertex) {
   constexpr float kFaded = 0.25F;
   constexpr float kPerSecond = 6.0F;
-  const float wanted = overlap_px2(legend, ball) > 0.0F ? kFaded : 1.0F;
+  const float wanted = covers_ball ? kFaded : 1.0F;
   const float step = kPerSecond * ImGui::GetIO().DeltaTime;
   legend_alpha_ = std::clamp(wanted, legend_alpha_ - step, legend_alpha_ + step);
   ImVector<ImDrawVert>& vertices = ImGui::GetBackgroundDrawList()->VtxBuffer;

@@ -55,7 +55,7 @@ class SceneMarks {
 
  private:
   ViewRegion show_legend(const FrameView& frame, const ScenePlace& scene);
-  void fade_legend(const PxRect& legend, const PxRect& ball, int first_vertex);
+  void fade_legend(bool covers_ball, int first_vertex);
   void show_magnifier(const FrameView& frame, const ScenePlace& scene);
   void show_numbers(const FrameView& frame, const ScenePlace& scene);
   std::vector<PxRect> rectangles() const;

@@ -24,10 +24,11 @@ constexpr float kNameGap_px = 8.0F;  // from the corner of a half
 
 float name_height_px(float scale) { return ImGui::GetFontSize() + 6.0F * scale; }
 
+float name_width_px(const std::string& text, float scale) { return text_width(text) + 28.0F * scale; }
+
 void paint_name(ImVec2 at, const std::string& text, const Rgb& color, Theme theme, float scale) {
   ImDrawList* list = ImGui::GetBackgroundDrawList();
-  const float width = text_width(text) + 28.0F * scale;
-  const ImVec2 high(at.x + width, at.y + name_height_px(scale));
+  const ImVec2 high(at.x + name_width_px(text, scale), at.y + name_height_px(scale));
   list->AddRectFilled(at, high, overlay_colors(theme).ground, 4.0F * scale);
   const float y = 0.5F * (at.y + high.y);
   list->AddLine(ImVec2(at.x + 6.0F * scale, y), ImVec2(at.x + 18.0F * scale, y), packed(color), 3.0F * scale);
@@ -144,7 +145,9 @@ void SplitPicture::paint_names(const SplitScene& scene, const Camera& camera, fl
   const auto mark = [&](ImVec2 at, bool above, const std::string& text, const Rgb& color) {
     list->AddCircle(at, radius, packed(color), 0, 2.0F * scale);
     const float y = above ? at.y - radius - line : at.y + radius + 0.3F * line;
-    paint_name(ImVec2(at.x + 0.5F * radius, y), text, color, theme, scale);
+    const float right = static_cast<float>(layout_.first.left_px + layout_.first.width_px);
+    const float left = std::min(at.x + 0.5F * radius, right - name_width_px(text, scale));
+    paint_name(ImVec2(left, y), text, color, theme, scale);
   };
   mark(one, first_is_above, "1  " + names.first, colors.first);
   mark(two, !first_is_above, "2  " + names.second, colors.second);

@@ -131,10 +131,10 @@ double Stage::ring_px() const {
   return ring_radius_px(simulation_.view().physics->ball.radius_m / camera_.metres_per_px, scale_);
 }
 
-// The ball's place, or its start's, if the pointer is within so many radii of its ring.
+// The place of a ball that can fly, or of its start, if the pointer is within so many radii of its ring.
 std::optional<Vec2d> Stage::ball_near(Vec2d pointer_px, double radii) const {
   const FrameView& view = simulation_.view();
-  if (!view.physics->ball.exists) return std::nullopt;
+  if (!view.physics->ball.exists || view.physics->ball.held) return std::nullopt;
   const double reach_m = radii * ring_px() * camera_.metres_per_px;
   const Vec2d pointer_m = camera_.to_world(pointer_px);
   for (const Vec2d place_m : {view.ball.position_m, initial_ball(*view.settings).position_m}) {

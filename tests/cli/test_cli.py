@@ -250,6 +250,8 @@ def stood_still(bench):
     done = bench.run(*words, "--from", state, "--seconds", "3")
     check(done.returncode == 1, f"exit code {done.returncode}, expected 1")
     check("--from: the flight stood still when this state was saved" in done.stderr, f"and why: {done.stderr.strip()[-200:]}")
+    done = bench.run("bench", "--flight", "--scene", "gas", "-p", "1000", *hot, "--seconds", "2")
+    check(done.returncode == 1 and "the flight ended early: Paused: " in done.stderr, f"bench: {done.stderr.strip()[-120:]}")
 
 
 def lost_streams(bench):

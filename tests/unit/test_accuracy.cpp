@@ -203,6 +203,10 @@ TEST(Accuracy, SaysFirstWhatIsNotReached) {
   choice.asked_error = 0.01;
   choice.expected_error = 0.005;
   EXPECT_EQ(describe(choice, "t.json").find("is not reached"), std::string::npos);
+  choice.parcels_error = 0.007;
+  EXPECT_EQ(describe(choice, "t.json").find("is not reached"), std::string::npos);
+  choice.expected_error = 0.008;
+  EXPECT_NE(describe(choice, "t.json").find("may be 1.1 %"), std::string::npos) << "both together";
   choice.parcels_error = 0.45;
   EXPECT_TRUE(
       describe(choice, "t.json")

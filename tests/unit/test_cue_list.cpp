@@ -72,6 +72,7 @@ TEST_F(CueLists, EachErrorHasItsLineAndRemedy) {
       {"subtitel = \"b\"", "t.toml:4: 'subtitel' is not a key of a cue; the nearest is subtitle"},
       {"title_s = -1", "t.toml:4: title_s takes a number from 0 to 3600"},
       {"title_s = \"5\"", "t.toml:4: title_s takes a number"},
+      {"title_s = 9007199254740993", "t.toml:4: title_s takes a number"},
       {"subtitle = 3", "t.toml:4: subtitle takes a text in quotes"},
       {"subtitle = \"" + std::string(300, 'x') + "\"", "of at most 200 bytes"},
       {"scene = \"cort\"", "t.toml:4: scene: 'cort' is not a scene; the nearest is court"},
@@ -153,6 +154,22 @@ TEST_F(CueLists, SavingChangesNoBrokenFile) {
   EXPECT_THROW(append_cue(file, Cue{}), UserError);
   EXPECT_EQ(contents_of(file), "[[cue]]\ntitel = 1\n");
   EXPECT_THROW(append_cue(folder_.path() / "none" / "a.toml", Cue{}), UserError);
+}
+
+TEST_F(CueLists, SavingKeepsAListReadable) {
+  std::string full = "[[cue]]\ntitle = \"without an end of line\"";
+  const auto file = folder_.write("full.toml", full);
+  append_cue(file, Cue{});
+  EXPECT_EQ(load_cue_list(file.string()).cues.size(), 2U);
+  for (int num = 1; num < 100; ++num) full += "\n[[cue]]";
+  folder_.write("full.toml", full);
+  EXPECT_THROW(append_cue(file, Cue{}), UserError);
+  EXPECT_EQ(contents_of(file), full);
+  Cue wide;
+  wide.camera = CueView{{0.0, 0.0}, 1e9};
+  const auto other = folder_.path() / "wide.toml";
+  EXPECT_THROW(append_cue(other, wide), UserError);
+  EXPECT_FALSE(std::filesystem::exists(other));
 }
 
 TEST_F(CueLists, SavingOnAFullDiskChangesNoList) {

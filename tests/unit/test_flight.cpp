@@ -39,6 +39,14 @@ TEST(FlightDistance, LargestMayPrecedeTheEnd) {
   EXPECT_NEAR(distance->largest_m, 1.0, 1e-6);
 }
 
+TEST(FlightDistance, LargestMayLieAtAPointOfEither) {
+  FlightRecord bent = straight(0.0, 0.0, 0.5, 1.0);
+  bent.points_m[1].y = 0.25F;  // at 0.5 s
+  const FlightRecord other = straight(0.0, 0.0, 1.0, 1.0);
+  EXPECT_NEAR(distance_between(bent, other)->largest_m, 0.25, 1e-6);
+  EXPECT_NEAR(distance_between(other, bent)->largest_m, 0.25, 1e-6);
+}
+
 TEST(FlightDistance, IsEmptyWithoutAPath) {
   EXPECT_FALSE(distance_between(straight(0.0, 0.0, 0.1, 1.0), FlightRecord{}));
 }

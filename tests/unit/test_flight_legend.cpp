@@ -83,6 +83,8 @@ TEST(FlightLegend, NamesSettingsThatDiffer) {
   EXPECT_EQ(flight_rows(frames.view)[1].method,
             "exact, 100 ms, num_parcels 9000, restitution 0.4 and 1 more");
   EXPECT_EQ(flight_rows(frames.view)[0].method, "impulse, 100 ms");
+  EXPECT_EQ(flight_rows(frames.view)[0].name, "impulse");
+  EXPECT_EQ(flight_rows(frames.view)[1].name, "exact *") << "also where there is no room for the settings";
 }
 
 // Also of flights that are not compared, as after a slider was moved between two launches.

@@ -145,6 +145,7 @@ TEST(InputLog, RejectsFilesThatAreNotLogs) {
   const std::string head = "scene = \"x\"\nsettings = [\"air.num_parcels = 5\"]\n[[frame]]\n";
   const std::vector<std::pair<std::string, std::string>> wrong = {
       {"[scene]\nname = \"court\"\n", "is not a log of a run"},
+      {"scene = \"x\"\nsettings = []\n", "ended before the log had an entry"},
       {"junk", "not valid TOML"},
       {head, "takes a number"},
       {head + "number = -1\n", "number takes a whole number from 0 to 1000000000000"},
