@@ -1,4 +1,4 @@
-// Search by one thread for the parcels within a circle: loops over the cells that a box around it covers.
+// Search for the parcels within a circle: a thread loops over the cells that a box around it covers.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -61,8 +61,8 @@ constexpr unsigned kReadTogether = 4;
 
 // Calls visit(n, j) for every parcel j of two ranges within the n-th circle. The ranges are one loop, so that
 // a thread goes on with the second one while others of its warp still are in their first: with parcels read
-// by twos the loop has 5.6 turns instead of 7.4 (gas, area fraction 0.2), by fours 3.4. Nothing writes
-// positions while the kernel runs.
+// by twos the loop has 5.6 turns instead of 7.4 (one circle; gas, area fraction 0.2), by fours 3.4. Nothing
+// writes positions while the kernel runs.
 template <class Circles, class Visit>
 __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const Vec2i* position,
                                               const Circles& circles, const ParcelRange& one,

@@ -93,8 +93,7 @@ DeviceLimits device_limits() {
   std::istringstream in(text != nullptr ? text : "");
   for (std::string limit; in >> limit;) {
     constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=",
-                               kSolver = "solver_blocks=", kMany = "many_parcels=",
-                               kForTwo = "many_for_two=";
+                               kSolver = "solver_blocks=", kMany = "many_parcels=", kForTwo = "many_for_two=";
     if (limit.starts_with(kMultiprocessors)) {
       limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
     } else if (limit.starts_with(kMemory)) {

@@ -22,8 +22,8 @@ struct DeviceLimits {
   // From so many on steps of the time-stepped methods are done in parts, and the first round of `exact` by a
   // kernel of its own; 0: where that is faster.
   std::uint32_t many_parcels = 0;
-  std::uint32_t many_for_two =
-      0;  // from so many on a thread looks around two parcels; 0: where that is faster
+  // From so many on a thread looks around two parcels; 0: where that is faster.
+  std::uint32_t many_for_two = 0;
   std::uint32_t solver_blocks = 0;  // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
 };
 

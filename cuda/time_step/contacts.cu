@@ -123,7 +123,9 @@ __device__ __noinline__ void touch_crowd(const StepLaunch& launch, std::uint32_t
   const std::uint32_t first = list * kPairList, end = first + list_size<kBorders>(launch, list);
   const unsigned num_together = launch.by_two ? 2 : 1;
   for (std::uint32_t k = first + threadIdx.x % 32 * num_together; k < end; k += 32 * num_together) {
-    if (launch.by_two && visit_pairs_of_two<kBoundary>(launch, k, touch_pair)) continue;
+    if constexpr (!kBorders) {
+      if (launch.by_two && visit_pairs_of_two<kBoundary>(launch, k, touch_pair)) continue;
+    }
     for (std::uint32_t of = k; of < min(k + num_together, end); ++of)
       visit_pairs<kBorders, kBoundary>(launch, of, touch_pair);
   }

@@ -2,7 +2,7 @@
 //
 // A thread looks around one parcel, or in a large run around two that follow each other in the order of the
 // sort. Their candidates are nearly the same, so that to read them and to find their cells is done once: 240
-// instructions for 32 parcels instead of 290 (gas of 10^7, area fraction 0.2). Figures are of an H200.
+// instructions for 32 parcels instead of 301 (gas of 10^7, area fraction 0.2). Figures are of an H200.
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/cuda_devices.hpp"
@@ -78,7 +78,7 @@ __device__ __noinline__ void note_pairs_one_by_one(const StepLaunch& launch, std
 constexpr unsigned kBlockForTwo = 128;
 static_assert(kPairList % 2 == 0, "both parcels are of one list");
 
-// 32 registers, some of them spilled before the loop over candidates: 39.6 Gps of a gas of 10^7, with
+// 32 registers, some of them spilled before the loop over candidates: 39.4 Gps of a gas of 10^7, with
 // 40 38.8, with 48 37.4. In a periodic world 40 registers.
 template <bool kSorts, Boundary kBoundary>
 __global__ void __launch_bounds__(kBlockForTwo,

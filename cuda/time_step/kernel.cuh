@@ -111,7 +111,7 @@ struct StepLaunch {
   std::uint32_t num = 0;  // parcels, ghosts included
   // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
   std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;
-  bool by_two = false;                  // of launch_find_pairs: a thread looks around two parcels
+  bool by_two = false;  // set by launch_contacts for its kernels: a thread looks around two parcels
   const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch ghosts
   std::uint32_t num_near = 0;
 };
@@ -134,6 +134,7 @@ void launch_step(const StepLaunch& launch, cudaStream_t stream);
 void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_find_pairs(const StepLaunch& launch, bool at_borders, cudaStream_t stream);  // by these two
+// Returns whether a thread looks around two of so many parcels, since that is faster.
 bool searches_by_two(std::uint32_t num_parcels);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
 void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream);  // by launch_move

@@ -75,13 +75,15 @@ struct TwoCircles {
   }
 };
 
-// How far apart two parcels may be along x to be searched around at once, in reaches of contacts beyond the
-// reach of the search. Those that are not, as at the end of a row of cells, delay a whole warp.
-constexpr std::uint32_t kMaxApart = 8;
+// How far apart along an axis two parcels may be to be searched around at once, in reaches of contacts: so
+// far beyond the reach of the search, of which so much counts. Pairs farther apart, as at the end of a row of
+// cells, are searched one by one and delay a whole warp; but offsets of 40 contact distances and more would
+// have larger errors as floats than the margin of the filter.
+constexpr std::uint32_t kMaxApart = 8, kMaxReachOfTwo = 12;
 
 // Calls visit(i, j) and visit(i + 1, j) for the pairs of both parcels as visit_pairs() does, by one search.
 // Returns false, with none visited, if they have to be searched around one by one. Within the float's margin
-// it may find others than visit_pairs(), so that all kernels of a step take the same of the two.
+// it may find other pairs than visit_pairs(): all kernels of a step must use the same of the two.
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std::uint32_t i, Visit visit) {
   const std::int32_t displacement = displacement_since_sort(launch);  // on its way with the positions
@@ -91,14 +93,16 @@ __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std
   const Vec2i one{there.x, there.y}, two{there.z, there.w};
   const SearchCircle circle{one, i, search_reach(launch.constants, displacement),
                             launch.constants.filter_distance2};
-  const std::int32_t reach = circle.reach, low_x = min(one.x, two.x), high_x = max(one.x, two.x);
-  const auto apart = static_cast<std::uint32_t>(high_x) - static_cast<std::uint32_t>(low_x);
-  const std::uint32_t max_apart = static_cast<std::uint32_t>(reach) +
-                                  kMaxApart * static_cast<std::uint32_t>(launch.constants.contact_reach);
+  const std::int32_t reach = circle.reach, low_x = min(one.x, two.x), high_x = max(one.x, two.x),
+                     low_y = min(one.y, two.y), high_y = max(one.y, two.y);
+  const std::uint32_t apart = max(static_cast<std::uint32_t>(high_x) - static_cast<std::uint32_t>(low_x),
+                                  static_cast<std::uint32_t>(high_y) - static_cast<std::uint32_t>(low_y));
+  const std::uint32_t contact = min(static_cast<std::uint32_t>(launch.constants.contact_reach), 1U << 26);
+  const std::uint32_t max_apart =
+      min(static_cast<std::uint32_t>(reach), kMaxReachOfTwo * contact) + kMaxApart * contact;
   if (!are_two || is_retired(one) || is_retired(two) || launch.space.all_pairs || reach >= kHalfSide ||
       apart > max_apart)
     return false;
-  const std::int32_t low_y = min(one.y, two.y), high_y = max(one.y, two.y);
   if (crosses_edge<kBoundary>(launch.space.world,
                               {low_x - reach, high_x + reach, low_y - reach, high_y + reach}))
     return false;

@@ -99,6 +99,13 @@ bool is_accuracy_table(const json& table) {
   return std::all_of(table["points"].begin(), table["points"].end(), is_row);
 }
 
+// Earlier versions kept such tables, too.
+bool is_quick_table(const fs::path& file) {
+  std::ifstream in(file);
+  const json table = json::parse(in, nullptr, false);
+  return table.is_object() && table.value("quick", json()) == true;
+}
+
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
@@ -118,7 +125,8 @@ fs::path cached_table_file() {
 fs::path accuracy_table_file() {
   std::error_code ignored;
   const fs::path cached = cached_table_file();
-  return !cached.empty() && fs::exists(cached, ignored) ? cached : find_asset(fs::path("lab") / kTable);
+  const bool counts = !cached.empty() && fs::exists(cached, ignored) && !is_quick_table(cached);
+  return counts ? cached : find_asset(fs::path("lab") / kTable);
 }
 
 json read_accuracy_table(const fs::path& file) {

@@ -72,7 +72,8 @@ std::string Replay::summary() const {
     return fmt::format("replay: diverged{}: frame {} has state {} where the log has {}; {}", version, frame_,
                        found_, expected_, before);
   }
-  if (num_checks_ == 0) return fmt::format("replay: {} frame{}, no state in the log to compare", num_frames_,
+  if (num_checks_ == 0)
+    return fmt::format("replay: {} frame{}, no state in the log to compare", num_frames_,
                        num_frames_ == 1 ? "" : "s");
   return fmt::format("replay: the same flight{}: {} state{} of {} frame{} compared, the last of frame {}",
                      version, num_checks_, num_checks_ == 1 ? "" : "s", num_frames_,

@@ -104,7 +104,8 @@ void Simulation::State::scale_time(double factor) {
   }
   const bool is_slowest = settings.dt_s > 0.0 && plan.num_steps == 1 && factor < 1.0;
   if (is_slowest) {
-    view.notice = fmt::format("One step of {:g} s a frame is the slowest; shorten the time step", settings.dt_s);
+    view.notice =
+        fmt::format("One step of {:g} s a frame is the slowest; shorten the time step", settings.dt_s);
     return;
   }
   const Settings before = std::exchange(settings, wanted);

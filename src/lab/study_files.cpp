@@ -87,7 +87,7 @@ json read_json(const fs::path& file) {
 bool has_studies(const fs::path& folder) {
   const fs::directory_iterator entries(folder);
   return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
-    if (entry.path().extension() != ".json") return false;
+    if (entry.path().extension() != ".json" || !entry.is_regular_file()) return false;
     const json result = read_json(entry.path());
     return result.is_discarded() || (result.is_object() && result.contains("study"));
   });

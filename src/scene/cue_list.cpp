@@ -228,6 +228,15 @@ CueList read_cues(const fs::path& file, const std::string& text) {
   return list;
 }
 
+// A camera may look at more, and a title be longer, than a list takes.
+void check_text(const Cue& cue) {
+  try {
+    read_cues("the cue", cue_text(cue));
+  } catch (const UserError& error) {
+    throw UserError(fmt::format("The cue cannot be saved: {}", error.what()));
+  }
+}
+
 }  // namespace
 
 CueList load_cue_list(const std::string& name_or_path) {
@@ -286,11 +295,15 @@ void append_cue(const fs::path& file, const Cue& cue) {
   std::string text = "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
   if (!is_new) {
     text = read_document(file, kKind);
-    read_cues(file, text);
+    if (read_cues(file, text).cues.size() == kMaxCues)
+      throw UserError(
+          fmt::format("{} has {} cues already; choose another file", in_quotes(file.string()), kMaxCues));
     if (!text.ends_with('\n')) text += '\n';
   }
+  check_text(cue);
   text += cue_text(cue);
-  read_cues(file, text);  // a list may have too many cues, and a camera may look at too much
+  if (text.size() > kMaxDocumentBytes)
+    throw UserError(fmt::format("{} has no room for a cue; choose another file", in_quotes(file.string())));
   const std::string problem = replace_file(file, text);
   if (!problem.empty()) {
     throw OutputError(fmt::format(

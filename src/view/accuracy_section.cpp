@@ -62,7 +62,7 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
 
 std::string expected_text(const AccuracyChoice& choice) {
   if (choice.expected_error <= 0.0) return "no error resolved";
-  return fmt::format("{} within {}{:.2g} %", choice.of, choice.is_bound ? "less than " : "",
+  return fmt::format("{} by the method within {}{:.2g} %", choice.of, choice.is_bound ? "less than " : "",
                      100.0 * choice.expected_error);
 }
 

@@ -56,6 +56,17 @@ float fitting_height(const std::string& text, ImFont* font, float width, std::in
   return height;
 }
 
+// Upper left corner of a rectangle in the first corner of the place where it keeps clear, or else lower left.
+ImVec2 corner_for(ImVec2 size, const OverlayPlace& place, const PxRect& keep_clear) {
+  const float margin = kTitleMargin_px * place.scale;
+  const float left = place.left_px + margin, low = place.bottom_px - margin - size.y;
+  const float right = place.left_px + place.width_px - margin - size.x;
+  for (const ImVec2 at : {ImVec2(left, low), ImVec2(right, low), ImVec2(left, margin)}) {
+    if (overlap_px2({at.x, at.y, at.x + size.x, at.y + size.y}, keep_clear) == 0.0F) return at;
+  }
+  return {left, low};
+}
+
 }  // namespace
 
 void CueTitle::begin(const Cue& cue) {
@@ -72,8 +83,8 @@ float CueTitle::opacity() const {
   return static_cast<float>(std::clamp(std::min(in, out), 0.0, 1.0));
 }
 
-std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme) const {
-  const auto& [left, width, bottom, s] = place;
+std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) const {
+  const float s = place.scale, width = place.width_px;
   const float opacity_now = opacity();
   if (opacity_now == 0.0F) return {};
   const float room =
@@ -83,11 +94,10 @@ std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme) cons
   const Paragraph subtitle(subtitle_, title_font(),
                            fitting_height(subtitle_, title_font(), room, {1.25F, 1.0F}), room);
   const float gap = title_.empty() || subtitle_.empty() ? 0.0F : kTitleGap_px * s;
-  const ImVec2 high(
-      left + kTitleMargin_px * s + std::max(title.size.x, subtitle.size.x) + 2.0F * kTitlePadding_px * s,
-      bottom - kTitleMargin_px * s);
-  const ImVec2 low(left + kTitleMargin_px * s,
-                   high.y - title.size.y - gap - subtitle.size.y - 1.4F * kTitlePadding_px * s);
+  const ImVec2 size(std::max(title.size.x, subtitle.size.x) + 2.0F * kTitlePadding_px * s,
+                    title.size.y + gap + subtitle.size.y + 1.4F * kTitlePadding_px * s);
+  const ImVec2 low = corner_for(size, place, keep_clear);
+  const ImVec2 high(low.x + size.x, low.y + size.y);
   const OverlayColors& colors = overlay_colors(theme);
   ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys
   list->AddRectFilled(low, high, faded(colors.ground, 0.82F * opacity_now), 3.0F * s);

@@ -1,4 +1,5 @@
-// Title and sub-title of a cue, at the lower left of the picture, large and calm: they fade in, stay and go.
+// Title and sub-title of a cue, at the lower left of the picture if that is not where the ball starts, large
+// and calm: they fade in, stay and go.
 #pragma once
 
 #include <array>
@@ -7,6 +8,7 @@
 #include "scene/cue_list.hpp"
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
+#include "view/px_rect.hpp"
 
 namespace pf {
 
@@ -21,8 +23,9 @@ class CueTitle {
   float opacity() const;
   const std::string& title() const { return title_; }
 
-  // Describes it to ImGui, at the lower edge of the place. Returns its rectangle: x0, y0, x1, y1.
-  std::array<float, 4> show(const OverlayPlace& place, Theme theme) const;
+  // Describes it to ImGui, in the first corner of the place where it covers nothing of `keep_clear`: lower
+  // left, lower right, upper left. Returns its rectangle: x0, y0, x1, y1.
+  std::array<float, 4> show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) const;
 
  private:
   std::string title_, subtitle_;

@@ -87,7 +87,7 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const 
     marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale});
     place = above_profile_strip(place, frame);
   }
-  title.show(place, look_.theme);
+  title.show(place, look_.theme, SceneMarks::start_rect(frame, camera_, height_px, scale_));
   gui_.end_frame();
   if (marks_.magnifier()) {
     magnifier_->draw_flight(frame);

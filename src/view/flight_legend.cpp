@@ -253,7 +253,8 @@ void FlightLegend::choose_columns() {
   columns_ = legend_columns(level_);
   const auto has_remark = [](const FlightRow& row) { return row.has_remark; };
   if (level_ >= kNamesAlone && std::any_of(rows_.begin(), rows_.end(), has_remark))
-    foot_ += std::string(foot_.empty() ? "" : "; ") + "*: cut short, changed, or with other settings";
+    foot_ +=
+        std::string(foot_.empty() ? "" : "; ") + "*: cut short, changed, in used air, or with other settings";
   widths_px_.clear();
   for (const LegendColumn& column : columns_) widths_px_.push_back(column_width(column));
   text_width_px_ = std::max(columns_width(columns_), std::min(text_width(foot_, text_size()), room));

@@ -161,7 +161,7 @@ void Overlay::write_work(const FrameView& frame, float x, float y, float scale) 
   const float row = kRow_px * scale;
   const float width = kStatusWidth_px * scale;
   const StepTotals& totals = frame.totals;
-  std::string events = counted(totals.num_collisions, "collision");
+  std::string events = counted(totals.num_collisions, "collision") + (frame.num_flights > 1 ? " in all" : "");
   if (frame.settings->method == Method::exact) {
     events += ", " + counted(frame.frame_totals.num_rounds, "round");
   } else if (frame.physics->ball.exists) {

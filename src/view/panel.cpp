@@ -267,8 +267,8 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
     commands.compare = Comparison::half_step;
   ImGui::EndDisabled();
   ImGui::SameLine();
-  commands.back = rows_.button(
-      "Back", width, "B: back by a second of film, with the present settings; again: further");
+  commands.back =
+      rows_.button("Back", width, "B: back by a second of film, with the present settings; again: further");
   if (rows_.button("Measure terms", -1.0F,
                    "E: the cost of parcels, contacts, friction and Magnus per step, in the line above the "
                    "overlay. Small scenes measure it by themselves; in large ones the picture stops for a "
@@ -315,6 +315,7 @@ void Panel::edit_all() {
   rows_.set_label_room(13.0F);
   std::string section;
   for (const Field& field : fields()) {
+    if (std::holds_alternative<std::string Settings::*>(field.member)) continue;  // name and description
     if (field.section != section) ImGui::TextDisabled("[%s]", field.section.c_str());
     section = field.section;
     rows_.edit_field(field);

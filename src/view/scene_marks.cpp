@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "scene/derive.hpp"
 #include "view/aim.hpp"
 #include "view/magnifier.hpp"
 #include "view/overlay_paint.hpp"
@@ -26,11 +27,15 @@ PxRect free_rect(const ScenePlace& scene) {
   return {left, 0.0F, left + width, bottom};
 }
 
-// The ball with some room around it.
+// A ball there with some room around it.
+PxRect rect_of_ball(double radius_m, ImVec2 at, const Camera& camera, float scale) {
+  const auto ball_px = static_cast<float>(radius_m / camera.metres_per_px);
+  return square_around(at.x, at.y, std::max(ball_px, 3.0F) + 14.0F * scale);
+}
+
 PxRect ball_rect(const FrameView& frame, const ScenePlace& scene) {
-  const ImVec2 at = on_screen(frame.ball.position_m, scene);
-  const auto ball_px = static_cast<float>(frame.physics->ball.radius_m / scene.camera.metres_per_px);
-  return square_around(at.x, at.y, std::max(ball_px, 3.0F) + 14.0F * scene.place.scale);
+  return rect_of_ball(frame.physics->ball.radius_m, on_screen(frame.ball.position_m, scene), scene.camera,
+                      scene.place.scale);
 }
 
 // Points on the screen of all paths, ghosts included.
@@ -241,6 +246,12 @@ ViewRegion SceneMarks::show_legend(const FrameView& frame, const ScenePlace& sce
   fade_legend(ball_flies && overlap_px2(painted, ball_rect(frame, scene)) > 0.0F, first_vertex);
   rectangles_["Legend"] = {rect.x0, rect.y0, rect.x1, rect.y1};
   return at;
+}
+
+PxRect SceneMarks::start_rect(const FrameView& frame, const Camera& camera, float height_px, float scale) {
+  if (!frame.physics->ball.exists) return {};
+  const Vec2d start_m = initial_ball(*frame.settings).position_m;
+  return rect_of_ball(frame.physics->ball.radius_m, pf::on_screen(start_m, camera, height_px), camera, scale);
 }
 
 // A legend over a ball that flies lets it shine through; else it is there to be read. first_vertex: of the

@@ -47,6 +47,8 @@ class SceneMarks {
   // The part of the free region that a fitted world fills, so that the legend stands beside it.
   ViewRegion region_for_world(const FrameView& frame, const Look& look, const ViewRegion& free,
                               float scale) const;
+  // The place where the ball starts, with some room around it. Empty without a ball.
+  static PxRect start_rect(const FrameView& frame, const Camera& camera, float height_px, float scale);
   // Around a ball that can be pulled, with a hint beside it; empty: none.
   static void show_ring(Vec2d ball_m, double radius_px, const std::string& hint, const ScenePlace& scene);
   // Arrow and figures at the ball's start.

@@ -257,7 +257,6 @@ void SettingRows::combo(const char* label, const char* path) {
 }
 
 void SettingRows::edit_field(const Field& field) {
-  if (std::holds_alternative<std::string Settings::*>(field.member)) return;
   const std::string path = field.path();
   if (std::holds_alternative<Choice>(field.member)) return combo(path.c_str(), path.c_str());
   if (std::holds_alternative<bool Settings::*>(field.member))

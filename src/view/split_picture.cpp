@@ -146,7 +146,8 @@ void SplitPicture::paint_names(const SplitScene& scene, const Camera& camera, fl
     list->AddCircle(at, radius, packed(color), 0, 2.0F * scale);
     const float y = above ? at.y - radius - line : at.y + radius + 0.3F * line;
     const float right = static_cast<float>(layout_.first.left_px + layout_.first.width_px);
-    const float left = std::min(at.x + 0.5F * radius, right - name_width_px(text, scale));
+    const float left = std::max(std::min(at.x + 0.5F * radius, right - name_width_px(text, scale)),
+                                static_cast<float>(layout_.first.left_px));
     paint_name(ImVec2(left, y), text, color, theme, scale);
   };
   mark(one, first_is_above, "1  " + names.first, colors.first);

@@ -67,7 +67,8 @@ void Stage::describe_overlay() {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});
   }
-  title_place_ = title_.show(above_profile_strip(place, view), switches_.look.theme);
+  title_place_ = title_.show(above_profile_strip(place, view), switches_.look.theme,
+                             SceneMarks::start_rect(view, camera_, height_px, scale_));
   gui_.end_frame();
 }
 

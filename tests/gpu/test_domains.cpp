@@ -25,7 +25,7 @@ TEST_F(GpuDomains, GiveTheSameBitsWhereOneSlabTakesAllParcels) {
 
 // More parcels than are taken over at a time, and later few of them.
 TEST_F(GpuDomains, GiveTheSameBitsOfManyParcels) {
-  Pair pair(busy_court(Boundary::periodic, 3'000'000), domains(2));
+  Pair pair(busy_court(Boundary::periodic, 4'000'000), domains(2));
   pair.plain.backend = make_cpu_backend(0);
   pair.plain.physics = spawn_scene(pair.plain.settings, *pair.plain.backend).physics;
   EXPECT_GT(pair.expect_same_steps(8, 2e-5).num_collisions, 0U);

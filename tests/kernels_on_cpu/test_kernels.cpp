@@ -130,7 +130,7 @@ TEST_F(Kernels, StepsWithABallGiveTheBitsOfTheCpu) {
 TEST_F(Kernels, StepsOfFewParcelsGiveTheBitsOfTheCpu) {
   for (const char* limits : kEveryWay) {
     limit(limits);
-    for (const std::int64_t num : {1, 2, 31, 32, 33, 127, 128, 129}) {
+    for (const std::int64_t num : {1, 2, 31, 32, 33, 63, 65, 127, 128, 129, 255, 257}) {
       for (const Settings& s : scenes(num)) expect_same_bits(s, 40);
     }
   }

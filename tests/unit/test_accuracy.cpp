@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/accuracy_table.hpp"
@@ -164,6 +167,10 @@ TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   const AccuracyChoice kept = choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", true}, "cpu");
   EXPECT_EQ(kept.settings.num_parcels, 1000);
   EXPECT_NEAR(kept.parcels_error, 0.04 * std::sqrt(0.5), 1e-12) << "a given number has an error, too";
+  const AccuracyChoice enough = choose_by_accuracy(with, gas_scene(0.1), {0.035, "rate", true}, "cpu");
+  EXPECT_GT(enough.parcels_error, 0.6 * 0.035);
+  EXPECT_LT(std::hypot(enough.parcels_error, enough.expected_error), 0.035);
+  EXPECT_TRUE(enough.remarks.empty()) << "the errors together are small enough";
   ASSERT_EQ(kept.remarks.size(), 1U);
   EXPECT_NE(kept.remarks.front().find("1000 parcels, as given, are too few"), std::string::npos);
 }
@@ -211,6 +218,22 @@ TEST(Accuracy, SaysFirstWhatIsNotReached) {
   EXPECT_TRUE(
       describe(choice, "t.json")
           .starts_with("--accuracy: 1 % is not reached: the error of rate may be 45 %\n--accuracy: method"));
+}
+
+TEST(Accuracy, AQuickTableInTheCacheIsNotTaken) {
+  const char* before = std::getenv("XDG_CACHE_HOME");
+  const std::string kept = before != nullptr ? before : "";
+  const TemporaryFolder folder;
+  ::setenv("XDG_CACHE_HOME", folder.path().c_str(), 1);
+  std::filesystem::create_directory(folder.path() / "pickleflight");
+  for (const bool is_quick : {true, false}) {
+    std::ofstream(cached_table_file()) << json{{"quick", is_quick}};
+    EXPECT_EQ(accuracy_table_file() == cached_table_file(), !is_quick);
+  }
+  if (before != nullptr)
+    ::setenv("XDG_CACHE_HOME", kept.c_str(), 1);
+  else
+    ::unsetenv("XDG_CACHE_HOME");
 }
 
 TEST(Accuracy, ATableOfAnotherFormatIsRefused) {

@@ -163,12 +163,22 @@ TEST_F(CueLists, SavingKeepsAListReadable) {
   EXPECT_EQ(load_cue_list(file.string()).cues.size(), 2U);
   for (int num = 1; num < 100; ++num) full += "\n[[cue]]";
   folder_.write("full.toml", full);
-  EXPECT_THROW(append_cue(file, Cue{}), UserError);
+  const auto refusal_of = [](const std::filesystem::path& to, const Cue& cue) -> std::string {
+    try {
+      append_cue(to, cue);
+    } catch (const UserError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_TRUE(contains(refusal_of(file, {}), "full.toml' has 100 cues already; choose another file"));
   EXPECT_EQ(contents_of(file), full);
+  const auto large = folder_.write("large.toml", "#" + std::string((1 << 20) - 30, 'x') + "\n[[cue]]\n");
+  EXPECT_TRUE(contains(refusal_of(large, {}), "has no room for a cue"));
   Cue wide;
   wide.camera = CueView{{0.0, 0.0}, 1e9};
   const auto other = folder_.path() / "wide.toml";
-  EXPECT_THROW(append_cue(other, wide), UserError);
+  EXPECT_TRUE(contains(refusal_of(other, wide), "The cue cannot be saved: the cue:"));
   EXPECT_FALSE(std::filesystem::exists(other));
 }
 
