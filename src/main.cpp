@@ -263,10 +263,10 @@ void choose_settings(Options& options, const Ranks& ranks) {
   const std::string backend = options.cuda && cuda_obstacle().empty() ? "cuda" : "cpu";
   const std::filesystem::path table = accuracy_table_file();
   options.settings.num_parcels = resolve_num_parcels(options.settings, backend);
-  const AccuracyChoice choice =
+  options.chosen =
       choose_by_accuracy(read_accuracy_table(table), options.settings, options.accuracy, backend);
-  options.settings = choice.settings;
-  fmt::print("{}", describe(choice, table));
+  options.settings = options.chosen->settings;
+  fmt::print("{}", describe(*options.chosen, table));
 }
 
 int dispatch(int argc, char** argv, const Ranks& ranks) {

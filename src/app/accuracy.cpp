@@ -294,4 +294,16 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   return text;
 }
 
+json to_json(const std::optional<AccuracyChoice>& choice) {
+  if (!choice) return nullptr;
+  const auto known = [](double error) { return error > 0.0 ? json(error) : json(nullptr); };
+  return {{"of", choice->of},
+          {"asked_error", choice->asked_error},
+          {"expected_error", known(choice->expected_error)},
+          {"is_bound", choice->is_bound},
+          {"parcels_error", known(choice->parcels_error)},
+          {"ns_per_disc_time", choice->ns_per_disc_time},
+          {"remarks", choice->remarks}};
+}
+
 }  // namespace pf

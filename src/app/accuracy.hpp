@@ -72,4 +72,8 @@ WorkPrecision work_precision(const nlohmann::json& table, const Settings& scene,
 // The choice and its expected error, in some lines.
 std::string describe(const AccuracyChoice& choice, const std::filesystem::path& table);
 
+// For a report. Keys: of, asked_error, expected_error (of the method; null: the table resolves none),
+// is_bound, parcels_error (null: unknown), ns_per_disc_time, remarks. null without a choice.
+nlohmann::json to_json(const std::optional<AccuracyChoice>& choice);
+
 }  // namespace pf

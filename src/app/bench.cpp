@@ -82,6 +82,7 @@ nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecor
   nlohmann::json report = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
   report["ns_per_parcel_step"] = spread.median;
   report["parcel_steps_per_s"] = 1e9 / spread.median;
+  report["chosen"] = to_json(bench.options.chosen);
   report["bench"] = {
       {"repeats", bench.options.bench_repeats},
       {"steps", bench.options.bench_steps},

@@ -136,6 +136,7 @@ int run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
   json report = record.finish(simulation.settings(), *view.physics, simulation.backend(), view.ball,
                               view.ball_distance_m);
   report["kind"] = "flight";
+  report["chosen"] = to_json(options.chosen);
   report["flight"] = flight_figures(frames, !report["exact"].is_null());
   print_flight(report, sum_of(frames));
   if (!options.bench_json.empty()) write_report(options.bench_json, report);

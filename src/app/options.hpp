@@ -55,14 +55,15 @@ struct DataOptions {
 
 struct Options {
   Command command = Command::run;
-  Settings settings;                 // scene, then --set, then the flags
-  std::optional<CueList> cues;       // --cues NAME; settings are then those of the first one
-  AccuracyWish accuracy;             // --accuracy, --of
-  bool show_path = false;            // -t
-  bool cuda = false;                 // --cuda
-  bool cuda_no_fallback = false;     // --cuda-no-fallback
-  int domains = 0;                   // --domains K; 0: one for each process
-  std::string domain_link = "auto";  // --domain-link auto|host|direct
+  Settings settings;                     // scene, then --set, then the flags
+  std::optional<CueList> cues;           // --cues NAME; settings are then those of the first one
+  AccuracyWish accuracy;                 // --accuracy, --of
+  std::optional<AccuracyChoice> chosen;  // by --accuracy, once the program has started
+  bool show_path = false;                // -t
+  bool cuda = false;                     // --cuda
+  bool cuda_no_fallback = false;         // --cuda-no-fallback
+  int domains = 0;                       // --domains K; 0: one for each process
+  std::string domain_link = "auto";      // --domain-link auto|host|direct
   bool headless = false;
   bool show_panel = true;
   std::filesystem::path record;   // --record FILE.mp4, .mkv, .rgb or FOLDER/%05d.png; empty: none

@@ -1,7 +1,6 @@
 #include "app/pair_figures.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/json_number.hpp"
@@ -26,12 +25,8 @@ std::optional<double> drift(double energy_j, double start_j) {
   return (energy_j - start_j) / start_j;
 }
 
-// Distance of the nearest images.
 double periodic_distance_m(const FrameView& a, const FrameView& b) {
-  const World& world = a.physics->world;
-  const Vec2d side_m = size_m(world);
-  const Vec2d apart = a.ball.position_m - b.ball.position_m;
-  return std::hypot(std::remainder(apart.x, side_m.x), std::remainder(apart.y, side_m.y));
+  return length(nearest_way(a.physics->world, a.ball.position_m, b.ball.position_m));
 }
 
 bool stands(const FrameView& flight) {

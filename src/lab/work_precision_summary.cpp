@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "app/accuracy_table.hpp"
+
 namespace pf {
 namespace {
 
@@ -27,17 +29,15 @@ using Ladder = std::vector<Step>;
 using Ladders = std::map<std::string, Ladder>;  // by method
 
 bool is_of(const json& row, const std::string& device, const std::string& error) {
-  const bool of_ball = error == "path" || error == "drag";
-  return row.at("device") == device && row.at("group") == (of_ball ? "ball" : "gas") &&
+  return row.at("device") == device && row.at("group") == (needs_ball(error) ? "ball" : "gas") &&
          row.contains("errors") && row["errors"].contains(error);
 }
 
 // Ladders of one restitution, by area fraction.
 std::map<double, Ladders> cases_of(const json& points, const std::string& device, const std::string& error) {
-  const bool of_ball = error == "path" || error == "drag";
   double restitution = 1.0;
   for (const json& row : points) {
-    if (of_ball && is_of(row, device, error))
+    if (needs_ball(error) && is_of(row, device, error))
       restitution = std::min(restitution, row.at("restitution").get<double>());
   }
   std::map<double, Ladders> cases;

@@ -59,7 +59,6 @@ class WindowContext final : public GlContext {
     glfwSwapInterval(request.vsync ? 1 : 0);
     if (gladLoadGL(glfwGetProcAddress) == 0) throw DeviceError("the window's GL functions cannot be loaded");
     read_info("window");
-    info_.window = true;
     glfwSetWindowSizeLimits(owner_.get(), 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
   }
 

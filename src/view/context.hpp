@@ -14,7 +14,6 @@ struct GlContextInfo {
   std::string platform;   // "window", "egl device 0", "egl surfaceless"
   int cuda_device = -1;   // EGL_CUDA_DEVICE_NV of the device that draws; -1: unknown or none
   bool software = false;  // a CPU rasteriser draws
-  bool window = false;
 };
 
 struct SizePx {
@@ -51,8 +50,6 @@ struct ContextRequest {
   int height_px = 720;
   bool vsync = true;
   std::string title = "Pickleball Flight";
-  // Index among EGL devices; -1: an NVIDIA one if there is one, then Mesa surfaceless, then any.
-  int egl_device = -1;
 };
 
 // Renderer and version of the current context by its glGetString: for contexts older than what glad loads.

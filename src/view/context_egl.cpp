@@ -53,16 +53,10 @@ std::vector<Candidate> list_devices(const char* client_extensions) {
   return found;
 }
 
-std::vector<Candidate> list_candidates(int wanted_device) {
+// NVIDIA devices, then Mesa surfaceless, then any others.
+std::vector<Candidate> list_candidates() {
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   const std::vector<Candidate> devices = list_devices(client);
-  if (wanted_device >= 0) {
-    if (static_cast<std::size_t>(wanted_device) >= devices.size()) {
-      throw DeviceError(
-          fmt::format("EGL device {} was requested, but there are {}", wanted_device, devices.size()));
-    }
-    return {devices[static_cast<std::size_t>(wanted_device)]};
-  }
   std::vector<Candidate> ordered;
   for (const Candidate& c : devices) {
     if (c.cuda_device >= 0) ordered.push_back(c);
@@ -179,7 +173,7 @@ std::unique_ptr<GlContext> open_offscreen(const ContextRequest& request) {
         "or libegl-mesa0 (Debian, Ubuntu)");
   }
   std::string found;
-  for (const Candidate& candidate : list_candidates(request.egl_device)) {
+  for (const Candidate& candidate : list_candidates()) {
     try {
       return std::make_unique<OffscreenContext>(request, candidate);
     } catch (const DeviceError& error) {

@@ -45,6 +45,7 @@ int Stage::finish() {
                                {"ui_scale", switches_.ui_scale},
                                {"width", size_.width},
                                {"height", size_.height}});
+  record_.set_part("chosen", to_json(options_.chosen));
   record_.set_part("accuracy",
                    accuracy_.is_followed() ? to_json(accuracy_.readout()) : nlohmann::json(nullptr));
   record_.set_part("terms", to_json(term_costs_));

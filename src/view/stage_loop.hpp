@@ -132,6 +132,7 @@ class Stage {
   void say_if_slowed();
   void complete_frame();
   void say_what_flew();
+  void say_what_second_flew();
   int finish();
   void keep_pace();
   void settle() const;

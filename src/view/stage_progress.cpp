@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "app/split_setting.hpp"
 #include "scene/settings.hpp"
+#include "view/figure_text.hpp"
 #include "view/overlay_text.hpp"
 #include "view/stage_loop.hpp"
 
@@ -74,6 +77,26 @@ void Stage::say_what_flew() {
   if (view.physics->ball.exists)
     line += fmt::format("; the ball has flown {:.2f} m, now at {:.2f} m/s and {:.1f} rad/s",
                         view.ball_distance_m, length(view.ball.velocity_mps), view.ball.spin_radps);
+  hooks_.announce(line);
+  say_what_second_flew();
+}
+
+// The same of a second flight, against the first.
+void Stage::say_what_second_flew() {
+  const nlohmann::json split = pair_.report();
+  if (split.is_null()) return;
+  const nlohmann::json& compared = split["compared"];
+  std::string line = fmt::format("the second flight, {}, against the first after {:.4g} s",
+                                 split_names(simulation_.settings(), pair_.difference()).second,
+                                 compared["until_s"].get<double>());
+  if (const nlohmann::json& distance = compared["distance_m"]; !distance.is_null())
+    line += fmt::format("; balls {} apart, {} at most", length_text(distance["final"]),
+                        length_text(distance["max"]));
+  const nlohmann::json& drift = compared["energy_drift"];
+  if (drift["first"].is_number() && drift["second"].is_number())
+    line += fmt::format("; energy {}, {}", drift_text(drift["second"]), drift_text(drift["first"]));
+  if (const nlohmann::json& ratio = compared["cost_ms_per_s"]["ratio"]; ratio.is_number())
+    line += fmt::format("; {} times the computing time", digits(ratio));
   hooks_.announce(line);
 }
 

@@ -220,6 +220,16 @@ TEST(Accuracy, SaysFirstWhatIsNotReached) {
           .starts_with("--accuracy: 1 % is not reached: the error of rate may be 45 %\n--accuracy: method"));
 }
 
+TEST(Accuracy, AChoiceGoesIntoTheReport) {
+  EXPECT_TRUE(to_json(std::nullopt).is_null());
+  const AccuracyChoice choice = choose_by_accuracy(table(), gas_scene(0.1), {0.05, "rate", false}, "cpu");
+  const json chosen = to_json(choice);
+  EXPECT_EQ(chosen.at("of"), "rate");
+  EXPECT_EQ(chosen.at("asked_error"), 0.05);
+  EXPECT_EQ(chosen.at("expected_error"), choice.expected_error);
+  EXPECT_TRUE(chosen.at("parcels_error").is_null()) << "unknown";
+}
+
 TEST(Accuracy, AQuickTableInTheCacheIsNotTaken) {
   const char* before = std::getenv("XDG_CACHE_HOME");
   const std::string kept = before != nullptr ? before : "";
