@@ -265,6 +265,7 @@ void choose_settings(Options& options, const Ranks& ranks) {
   options.settings.num_parcels = resolve_num_parcels(options.settings, backend);
   options.chosen =
       choose_by_accuracy(read_accuracy_table(table), options.settings, options.accuracy, backend);
+  options.chosen->table = table;
   options.settings = options.chosen->settings;
   fmt::print("{}", describe(*options.chosen, table));
 }

@@ -249,7 +249,7 @@ template <bool kBorders>
 void launch_for(StepLaunch launch, cudaStream_t stream) {
   const Physics& physics = launch.constants.physics;
   if (!physics.parcels.contacts) return;
-  launch.by_two = !kBorders && searches_by_two(launch.num);
+  launch.by_two = !kBorders && searches_by_two(physics, launch.num);
   for_boundary(physics.world.boundary, [&]<Boundary kBoundary>() {
     for_method(TimeStepMethods{}, launch.method,
                [&]<class M>() { launch_pairs<typename M::Contact, kBorders, kBoundary>(launch, stream); });

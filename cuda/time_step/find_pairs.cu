@@ -9,6 +9,7 @@
 #include "cuda/launch.cuh"
 #include "cuda/time_step/pairs.cuh"
 #include "model/for_boundary.hpp"
+#include "model/kinetic_theory.hpp"
 
 namespace pf {
 namespace {
@@ -102,6 +103,8 @@ __global__ void __launch_bounds__(kBlockForTwo,
 // and 28.5, 10^7 36.6 and 39.4, 10^8 37.8 and 41.2; 10^7 in a periodic world 28.6 and 35.6, at area fraction
 // 0.35 29.6 and 31.9.
 constexpr std::uint32_t kManyForTwo = 1'500'000;
+// In a thinner gas parcels that follow each other are often too far apart. (Measured from 0.1 on.)
+constexpr double kThinForTwo = 0.08;
 
 template <bool kSorts, Boundary kBoundary>
 void launch_for_own(const StepLaunch& launch, cudaStream_t stream) {
@@ -115,9 +118,9 @@ void launch_for_own(const StepLaunch& launch, cudaStream_t stream) {
 
 }  // namespace
 
-bool searches_by_two(std::uint32_t num_parcels) {
-  const std::uint32_t many = device_limits().many_for_two;
-  return num_parcels >= (many > 0 ? many : kManyForTwo);
+bool searches_by_two(const Physics& physics, std::uint32_t num_parcels) {
+  if (const std::uint32_t many = device_limits().many_for_two; many > 0) return num_parcels >= many;
+  return num_parcels >= kManyForTwo && area_fraction_of(physics) >= kThinForTwo;
 }
 
 void launch_find_pairs(const StepLaunch& launch, bool at_borders, cudaStream_t stream) {

@@ -135,7 +135,7 @@ void launch_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_border_contacts(const StepLaunch& launch, cudaStream_t stream);
 void launch_find_pairs(const StepLaunch& launch, bool at_borders, cudaStream_t stream);  // by these two
 // Returns whether a thread looks around two of so many parcels, since that is faster.
-bool searches_by_two(std::uint32_t num_parcels);
+bool searches_by_two(const Physics& physics, std::uint32_t num_parcels);
 void launch_move(const StepLaunch& launch, cudaStream_t stream);
 void launch_move_and_sort(const StepLaunch& launch, cudaStream_t stream);  // by launch_move
 

@@ -75,11 +75,13 @@ struct TwoCircles {
   }
 };
 
-// How far apart along an axis two parcels may be to be searched around at once, in reaches of contacts: so
-// far beyond the reach of the search, of which so much counts. Pairs farther apart, as at the end of a row of
-// cells, are searched one by one and delay a whole warp; but offsets of 40 contact distances and more would
-// have larger errors as floats than the margin of the filter.
+// Two parcels are searched around at once if they are at most so far apart along either axis: the reach of
+// the search, but no more than kMaxReachOfTwo reaches of contacts, and kMaxApart of these more. Pairs farther
+// apart, as at the end of a row of cells, are searched one by one and delay a whole warp; but from about 29
+// on offsets as floats would be less exact than the margin of the filter.
 constexpr std::uint32_t kMaxApart = 8, kMaxReachOfTwo = 12;
+constexpr std::uint32_t kMaxContact = 1U << 26;  // so that the sum stays below 2^31
+static_assert(std::uint64_t{kMaxApart + kMaxReachOfTwo} * kMaxContact < (1ULL << 31));
 
 // Calls visit(i, j) and visit(i + 1, j) for the pairs of both parcels as visit_pairs() does, by one search.
 // Returns false, with none visited, if they have to be searched around one by one. Within the float's margin
@@ -97,7 +99,7 @@ __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std
                      low_y = min(one.y, two.y), high_y = max(one.y, two.y);
   const std::uint32_t apart = max(static_cast<std::uint32_t>(high_x) - static_cast<std::uint32_t>(low_x),
                                   static_cast<std::uint32_t>(high_y) - static_cast<std::uint32_t>(low_y));
-  const std::uint32_t contact = min(static_cast<std::uint32_t>(launch.constants.contact_reach), 1U << 26);
+  const std::uint32_t contact = min(static_cast<std::uint32_t>(launch.constants.contact_reach), kMaxContact);
   const std::uint32_t max_apart =
       min(static_cast<std::uint32_t>(reach), kMaxReachOfTwo * contact) + kMaxApart * contact;
   if (!are_two || is_retired(one) || is_retired(two) || launch.space.all_pairs || reach >= kHalfSide ||

@@ -302,7 +302,9 @@ json to_json(const std::optional<AccuracyChoice>& choice) {
           {"expected_error", known(choice->expected_error)},
           {"is_bound", choice->is_bound},
           {"parcels_error", known(choice->parcels_error)},
+          {"displacement_per_step", choice->settings.displacement_per_step},
           {"ns_per_disc_time", choice->ns_per_disc_time},
+          {"table", choice->table.string()},
           {"remarks", choice->remarks}};
 }
 

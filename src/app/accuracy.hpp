@@ -39,6 +39,7 @@ struct AccuracyChoice {
   double parcels_error = 0.0;        // due to the number of parcels: scatter, or walls; 0: unknown
   double ns_per_disc_time = 0.0;     // cost from the table, per disc and time d/c
   std::vector<std::string> remarks;  // limits of the table
+  std::filesystem::path table;       // its file, if it is from one
 };
 
 // table: the JSON of the study. backend: "cpu" or "cuda"; its series is used if the table has one. A scene
@@ -73,7 +74,8 @@ WorkPrecision work_precision(const nlohmann::json& table, const Settings& scene,
 std::string describe(const AccuracyChoice& choice, const std::filesystem::path& table);
 
 // For a report. Keys: of, asked_error, expected_error (of the method; null: the table resolves none),
-// is_bound, parcels_error (null: unknown), ns_per_disc_time, remarks. null without a choice.
+// is_bound, parcels_error (null: unknown, or without effect), displacement_per_step, ns_per_disc_time, table,
+// remarks. null without a choice.
 nlohmann::json to_json(const std::optional<AccuracyChoice>& choice);
 
 }  // namespace pf

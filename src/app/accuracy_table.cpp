@@ -99,7 +99,7 @@ bool is_accuracy_table(const json& table) {
   return std::all_of(table["points"].begin(), table["points"].end(), is_row);
 }
 
-// Earlier versions kept such tables, too.
+// Returns whether a table was measured with --quick. Earlier versions kept such tables.
 bool is_quick_table(const fs::path& file) {
   std::ifstream in(file);
   const json table = json::parse(in, nullptr, false);

@@ -10,7 +10,7 @@
 
 namespace pf {
 
-// The table measured on this machine if there is one, otherwise the one that ships.
+// The table measured on this machine if there is one, unless that was with --quick; else the one that ships.
 std::filesystem::path accuracy_table_file();
 // File of a table measured here: $XDG_CACHE_HOME/pickleflight/work-precision.json, or under ~/.cache.
 std::filesystem::path cached_table_file();

@@ -58,7 +58,7 @@ struct Options {
   Settings settings;                     // scene, then --set, then the flags
   std::optional<CueList> cues;           // --cues NAME; settings are then those of the first one
   AccuracyWish accuracy;                 // --accuracy, --of
-  std::optional<AccuracyChoice> chosen;  // by --accuracy, once the program has started
+  std::optional<AccuracyChoice> chosen;  // what --accuracy chose; set after the options are read
   bool show_path = false;                // -t
   bool cuda = false;                     // --cuda
   bool cuda_no_fallback = false;         // --cuda-no-fallback

@@ -85,9 +85,10 @@ json read_json(const fs::path& file) {
 
 // Also damaged ones.
 bool has_studies(const fs::path& folder) {
+  std::error_code ignored;
   const fs::directory_iterator entries(folder);
-  return std::any_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
-    if (entry.path().extension() != ".json" || !entry.is_regular_file()) return false;
+  return std::any_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
+    if (entry.path().extension() != ".json" || !fs::is_regular_file(entry.path(), ignored)) return false;
     const json result = read_json(entry.path());
     return result.is_discarded() || (result.is_object() && result.contains("study"));
   });

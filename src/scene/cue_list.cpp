@@ -228,12 +228,18 @@ CueList read_cues(const fs::path& file, const std::string& text) {
   return list;
 }
 
-// A camera may look at more, and a title be longer, than a list takes.
-void check_text(const Cue& cue) {
+// Throws UserError if a list with the cue added could not be loaded: a camera may look at more, and a title
+// be longer, than a list takes, and a list written as cue = [...] takes none.
+void check_added(const fs::path& file, const std::string& text) {
+  if (text.size() > kMaxDocumentBytes) {
+    throw UserError(fmt::format("{} would be larger than {} MiB with this cue; choose another file",
+                                in_quotes(file.string()), kMaxDocumentBytes >> 20));
+  }
   try {
-    read_cues("the cue", cue_text(cue));
+    read_cues(file, text);
   } catch (const UserError& error) {
-    throw UserError(fmt::format("The cue cannot be saved: {}", error.what()));
+    throw UserError(
+        fmt::format("the cue is not saved, since the list could not be loaded then: {}", error.what()));
   }
 }
 
@@ -300,10 +306,8 @@ void append_cue(const fs::path& file, const Cue& cue) {
           fmt::format("{} has {} cues already; choose another file", in_quotes(file.string()), kMaxCues));
     if (!text.ends_with('\n')) text += '\n';
   }
-  check_text(cue);
   text += cue_text(cue);
-  if (text.size() > kMaxDocumentBytes)
-    throw UserError(fmt::format("{} has no room for a cue; choose another file", in_quotes(file.string())));
+  check_added(file, text);
   const std::string problem = replace_file(file, text);
   if (!problem.empty()) {
     throw OutputError(fmt::format(

@@ -56,24 +56,32 @@ float fitting_height(const std::string& text, ImFont* font, float width, std::in
   return height;
 }
 
-// Upper left corner of a rectangle in the first corner of the place where it keeps clear, or else lower left.
-ImVec2 corner_for(ImVec2 size, const OverlayPlace& place, const PxRect& keep_clear) {
+// Upper left corner of a rectangle there.
+Vec2f place_in(TitleCorner corner, Vec2f size_px, const OverlayPlace& place) {
   const float margin = kTitleMargin_px * place.scale;
-  const float left = place.left_px + margin, low = place.bottom_px - margin - size.y;
-  const float right = place.left_px + place.width_px - margin - size.x;
-  for (const ImVec2 at : {ImVec2(left, low), ImVec2(right, low), ImVec2(left, margin)}) {
-    if (overlap_px2({at.x, at.y, at.x + size.x, at.y + size.y}, keep_clear) == 0.0F) return at;
-  }
-  return {left, low};
+  const float right = place.left_px + place.width_px - margin - size_px.x;
+  const float low = place.bottom_px - margin - size_px.y;
+  return {corner == TitleCorner::lower_right ? right : place.left_px + margin,
+          corner == TitleCorner::upper_left ? margin : low};
 }
 
 }  // namespace
+
+TitleCorner title_corner(Vec2f size_px, const OverlayPlace& place, const PxRect& keep_clear) {
+  for (const TitleCorner corner :
+       {TitleCorner::lower_left, TitleCorner::lower_right, TitleCorner::upper_left}) {
+    const Vec2f at = place_in(corner, size_px, place);
+    if (overlap_px2({at.x, at.y, at.x + size_px.x, at.y + size_px.y}, keep_clear) == 0.0F) return corner;
+  }
+  return TitleCorner::lower_left;
+}
 
 void CueTitle::begin(const Cue& cue) {
   title_ = cue.title;
   subtitle_ = cue.subtitle;
   title_s_ = cue.title_s;
   shown_s_ = 0.0;
+  corner_.reset();
 }
 
 float CueTitle::opacity() const {
@@ -83,7 +91,7 @@ float CueTitle::opacity() const {
   return static_cast<float>(std::clamp(std::min(in, out), 0.0, 1.0));
 }
 
-std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) const {
+std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) {
   const float s = place.scale, width = place.width_px;
   const float opacity_now = opacity();
   if (opacity_now == 0.0F) return {};
@@ -94,9 +102,11 @@ std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme, cons
   const Paragraph subtitle(subtitle_, title_font(),
                            fitting_height(subtitle_, title_font(), room, {1.25F, 1.0F}), room);
   const float gap = title_.empty() || subtitle_.empty() ? 0.0F : kTitleGap_px * s;
-  const ImVec2 size(std::max(title.size.x, subtitle.size.x) + 2.0F * kTitlePadding_px * s,
-                    title.size.y + gap + subtitle.size.y + 1.4F * kTitlePadding_px * s);
-  const ImVec2 low = corner_for(size, place, keep_clear);
+  const Vec2f size = {std::max(title.size.x, subtitle.size.x) + 2.0F * kTitlePadding_px * s,
+                      title.size.y + gap + subtitle.size.y + 1.4F * kTitlePadding_px * s};
+  if (!corner_) corner_ = title_corner(size, place, keep_clear);
+  const Vec2f upper_left = place_in(*corner_, size, place);
+  const ImVec2 low(upper_left.x, upper_left.y);
   const ImVec2 high(low.x + size.x, low.y + size.y);
   const OverlayColors& colors = overlay_colors(theme);
   ImDrawList* list = ImGui::GetBackgroundDrawList();  // below menus, tooltips and the card of keys

@@ -3,14 +3,21 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
+#include "core/vec2.hpp"
 #include "scene/cue_list.hpp"
 #include "view/gui.hpp"
 #include "view/overlay.hpp"
 #include "view/px_rect.hpp"
 
 namespace pf {
+
+enum class TitleCorner { lower_left, lower_right, upper_left };
+
+// The first corner of the place where a rectangle of a size keeps clear of another; lower_left if none does.
+TitleCorner title_corner(Vec2f size_px, const OverlayPlace& place, const PxRect& keep_clear);
 
 class CueTitle {
  public:
@@ -24,13 +31,15 @@ class CueTitle {
   const std::string& title() const { return title_; }
 
   // Describes it to ImGui, in the first corner of the place where it covers nothing of `keep_clear`: lower
-  // left, lower right, upper left. Returns its rectangle: x0, y0, x1, y1.
-  std::array<float, 4> show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) const;
+  // left, lower right, upper left. It stays in the corner where it was first shown. Returns its rectangle:
+  // x0, y0, x1, y1.
+  std::array<float, 4> show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear);
 
  private:
   std::string title_, subtitle_;
   double title_s_ = 0.0;  // 0: it stays
   double shown_s_ = 0.0;
+  std::optional<TitleCorner> corner_;
 };
 
 }  // namespace pf

@@ -65,7 +65,7 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   magnifier_->draw_air(frame, parcels, ball_in_picture(frame), camera_, magnifier_px_, scale_);
 }
 
-void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title,
+void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTitle& title,
                           Gui& window_gui) {
   const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(), size_, scale_};
   renderer_.draw_flight(frame, camera_, viewport);

@@ -35,7 +35,7 @@ class FilmScene {
                 const ViewRegion& seen, const Overlay* overlay);
   // Paths and ball, the overlay with the legend if overlay is not null, and the cue's title. window_gui is
   // current before and after.
-  void draw_rest(const FrameView& frame, const Overlay* overlay, const CueTitle& title, Gui& window_gui);
+  void draw_rest(const FrameView& frame, const Overlay* overlay, CueTitle& title, Gui& window_gui);
 
   GLuint framebuffer() const { return canvas_.framebuffer(); }
   SizePx size() const { return size_; }

@@ -38,7 +38,9 @@ int Stage::finish() {
   files_.finish(simulation_, clock());
   record_.set_part("interrupted", was_interrupted_);
   record_.set_part("files", files_.report());
-  record_.set_part("split", pair_.report());
+  const nlohmann::json split = pair_.report();
+  say_what_second_flew(split);
+  record_.set_part("split", split);
   record_.set_part("record", recorder_.report());
   record_.set_part("display", {{"vsync", context_.window() != nullptr && vsync_},
                                {"content_scale", context_.content_scale()},

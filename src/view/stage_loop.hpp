@@ -132,7 +132,7 @@ class Stage {
   void say_if_slowed();
   void complete_frame();
   void say_what_flew();
-  void say_what_second_flew();
+  void say_what_second_flew(const nlohmann::json& split);
   int finish();
   void keep_pace();
   void settle() const;

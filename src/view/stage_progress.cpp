@@ -78,23 +78,29 @@ void Stage::say_what_flew() {
     line += fmt::format("; the ball has flown {:.2f} m, now at {:.2f} m/s and {:.1f} rad/s",
                         view.ball_distance_m, length(view.ball.velocity_mps), view.ball.spin_radps);
   hooks_.announce(line);
-  say_what_second_flew();
 }
 
-// The same of a second flight, against the first.
-void Stage::say_what_second_flew() {
-  const nlohmann::json split = pair_.report();
-  if (split.is_null()) return;
+// Says how a second flight differs from the first, or why there is none any more. split:
+// FlightPair::report().
+void Stage::say_what_second_flew(const nlohmann::json& split) {
+  if (!progress_ || replay_) return;
+  if (split.is_null()) {
+    const std::string why = pair_.view().message;
+    if (pair_.num_begun() > 0 && !why.empty()) hooks_.announce(why);
+    return;
+  }
   const nlohmann::json& compared = split["compared"];
-  std::string line = fmt::format("the second flight, {}, against the first after {:.4g} s",
+  const bool has_ball = simulation_.view().physics->ball.exists;
+  std::string line = fmt::format("the second flight ({}) beside the first, {:.4g} s after the {}",
                                  split_names(simulation_.settings(), pair_.difference()).second,
-                                 compared["until_s"].get<double>());
+                                 compared["until_s"].get<double>(), has_ball ? "launch" : "start");
   if (const nlohmann::json& distance = compared["distance_m"]; !distance.is_null())
     line += fmt::format("; balls {} apart, {} at most", length_text(distance["final"]),
                         length_text(distance["max"]));
   const nlohmann::json& drift = compared["energy_drift"];
   if (drift["first"].is_number() && drift["second"].is_number())
-    line += fmt::format("; energy {}, {}", drift_text(drift["second"]), drift_text(drift["first"]));
+    line +=
+        fmt::format("; energy {}, the first's {}", drift_text(drift["second"]), drift_text(drift["first"]));
   if (const nlohmann::json& ratio = compared["cost_ms_per_s"]["ratio"]; ratio.is_number())
     line += fmt::format("; {} times the computing time", digits(ratio));
   hooks_.announce(line);

@@ -23,7 +23,8 @@ TEST_F(GpuDomains, GiveTheSameBitsWhereOneSlabTakesAllParcels) {
   EXPECT_GT(pair.expect_same_steps(400, 1e-3).num_collisions, 0U);
 }
 
-// More parcels than are taken over at a time, and later few of them.
+// More parcels than are taken over at a time, and so many that a thread looks around two of them in either
+// domain; later few.
 TEST_F(GpuDomains, GiveTheSameBitsOfManyParcels) {
   Pair pair(busy_court(Boundary::periodic, 4'000'000), domains(2));
   pair.plain.backend = make_cpu_backend(0);

@@ -12,10 +12,11 @@ class DomainKernels : public Domains {
     ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
     Domains::TearDown();
   }
-  // A thread looks around one parcel, or around two, of which ghosts may be among.
+  // A thread looks around one parcel, or around two, among which there may be ghosts.
   template <class Test>
   static void in_both_ways(const Test& test) {
     for (const char* limits : {"", "many_for_two=1"}) {
+      SCOPED_TRACE(limits);
       ::setenv("PICKLEFLIGHT_DEVICE_LIMITS", limits, 1);
       test();
     }

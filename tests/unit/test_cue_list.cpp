@@ -174,11 +174,16 @@ TEST_F(CueLists, SavingKeepsAListReadable) {
   EXPECT_TRUE(contains(refusal_of(file, {}), "full.toml' has 100 cues already; choose another file"));
   EXPECT_EQ(contents_of(file), full);
   const auto large = folder_.write("large.toml", "#" + std::string((1 << 20) - 30, 'x') + "\n[[cue]]\n");
-  EXPECT_TRUE(contains(refusal_of(large, {}), "has no room for a cue"));
+  EXPECT_TRUE(contains(refusal_of(large, {}), "would be larger than 1 MiB"));
+  const std::string inline_cues = "cue = [{ title = \"A\" }]\n";
+  const auto in_line = folder_.write("inline.toml", inline_cues);
+  EXPECT_TRUE(contains(refusal_of(in_line, {}), "the cue is not saved"));
+  EXPECT_EQ(contents_of(in_line), inline_cues);
   Cue wide;
   wide.camera = CueView{{0.0, 0.0}, 1e9};
   const auto other = folder_.path() / "wide.toml";
-  EXPECT_TRUE(contains(refusal_of(other, wide), "The cue cannot be saved: the cue:"));
+  EXPECT_TRUE(
+      contains(refusal_of(other, wide), "the cue is not saved, since the list could not be loaded then: "));
   EXPECT_FALSE(std::filesystem::exists(other));
 }
 
