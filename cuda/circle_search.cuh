@@ -27,14 +27,17 @@ struct SearchCircle {
   float radius2;       // square of the circle's radius, position units
 };
 
-// Less than zero for a position within the circle.
+// Less than zero for an offset from the centre that is within a circle.
+__device__ __forceinline__ float past_radius(float x, float y, float radius2) {
+  return __fmaf_rn(x, x, __fmaf_rn(y, y, -radius2));
+}
+
+// The same for a position.
 template <Boundary kBoundary>
 __device__ __forceinline__ float past_circle(const DeviceSearch& space, const SearchCircle& circle,
                                              int2 there) {
   const Vec2i offset = separation<kBoundary>(space.world, circle.centre, {there.x, there.y});
-  const float x = static_cast<float>(offset.x);
-  const float y = static_cast<float>(offset.y);
-  return __fmaf_rn(x, x, __fmaf_rn(y, y, -circle.radius2));
+  return past_radius(static_cast<float>(offset.x), static_cast<float>(offset.y), circle.radius2);
 }
 
 // A circle that search_ranges() searches. Others search two at once, see TwoCircles.

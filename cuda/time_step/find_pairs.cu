@@ -79,7 +79,7 @@ __device__ __noinline__ void note_pairs_one_by_one(const StepLaunch& launch, std
 constexpr unsigned kBlockForTwo = 128;
 static_assert(kPairList % 2 == 0, "both parcels are of one list");
 
-// 32 registers, some of them spilled before the loop over candidates: 39.4 Gps of a gas of 10^7, with
+// 32 registers, some of them spilled before the loop over candidates: 39.6 Gps of a gas of 10^7, with
 // 40 38.8, with 48 37.4. In a periodic world 40 registers.
 template <bool kSorts, Boundary kBoundary>
 __global__ void __launch_bounds__(kBlockForTwo,
@@ -100,8 +100,8 @@ __global__ void __launch_bounds__(kBlockForTwo,
 }
 
 // From so many parcels on a thread looks around two. Gps of one and of two: 4.5 10^5 20.3 and 18.5, 10^6 28.9
-// and 28.5, 10^7 36.6 and 39.4, 10^8 37.8 and 41.2; 10^7 in a periodic world 28.6 and 35.6, at area fraction
-// 0.35 29.6 and 31.9.
+// and 28.5, 10^7 36.5 and 39.9, 10^8 37.8 and 41.4; 10^7 in a periodic world 28.6 and 35.9, at area fraction
+// 0.35 29.6 and 32.4.
 constexpr std::uint32_t kManyForTwo = 1'500'000;
 // In a thinner gas parcels that follow each other are often too far apart. (Measured from 0.1 on.)
 constexpr double kThinForTwo = 0.08;

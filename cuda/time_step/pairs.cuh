@@ -67,9 +67,8 @@ struct TwoCircles {
     // Also in a periodic world, since the box crosses no edge.
     const Vec2i offset = separation<Boundary::open>(space.world, first.centre, {there.x, there.y});
     const auto x = static_cast<float>(offset.x), y = static_cast<float>(offset.y);
-    const float past_first = __fmaf_rn(x, x, __fmaf_rn(y, y, -first.radius2));
-    const float x2 = x - to_second_x, y2 = y - to_second_y;
-    const float past_second = __fmaf_rn(x2, x2, __fmaf_rn(y2, y2, -first.radius2));
+    const float past_first = past_radius(x, y, first.radius2);
+    const float past_second = past_radius(x - to_second_x, y - to_second_y, first.radius2);
     near[0] = __funnelshift_l(__float_as_uint(past_first), near[0], 1);
     near[1] = __funnelshift_l(__float_as_uint(past_second), near[1], 1);
   }

@@ -84,6 +84,15 @@ def replay(bench):
     bench.run("a.toml", "--size", "320x180", exit_code=1)
 
 
+def dropped(bench):
+    """A second flight that a cue cannot take along ends, and the run says so."""
+    cue = "[[cue]]\ntitle = '{}'\nrun.seconds = 0.1\nair.num_parcels = 300\n{}"
+    (bench.folder / "c.toml").write_text(cue.format("a", "") + cue.format("b", "run.dt_s = 0.01\nrun.spring_contact_s = 1e-6\n"))
+    report = bench.run("--cues", "c.toml", "--size", "64x64", "--split", "method=spring")
+    last = bench.messages.splitlines()[-1]
+    check(report["split"] is None and "its second half cannot follow: run.dt_s: 0.01 s is beyond" in last, f"it is said: {last}")
+
+
 def refusals(bench):
     """What cannot be compared is refused in one line."""
     log = bench.folder / "a.toml"
@@ -108,7 +117,7 @@ def refusals(bench):
         check(part in lines[-1] and sum(line.startswith("pickleflight: ") for line in lines) == 1, f"{words}: {lines[-1]}")
 
 
-CASES = {case.__name__: case for case in (halves, picture, replay, refusals)}
+CASES = {case.__name__: case for case in (halves, picture, replay, dropped, refusals)}
 
 
 def main():
