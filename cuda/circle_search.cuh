@@ -40,11 +40,22 @@ __device__ __forceinline__ float past_circle(const DeviceSearch& space, const Se
   return past_radius(static_cast<float>(offset.x), static_cast<float>(offset.y), circle.radius2);
 }
 
-// A circle that search_ranges() searches. Others search two at once, see TwoCircles.
+// A circle that search_box() searches, for parcels with an index of `begin` or more. Others search two at
+// once, see TwoCircles.
 template <Boundary kBoundary>
 struct OneCircle {
-  static constexpr unsigned kNum = 1;
+  static constexpr unsigned kNum = 1;  // circles
+  static constexpr int kRows = 2;      // of cells, that are one loop
+  // Whether whole warps search, so that all of a warp's threads wait for each other now and then. Else
+  // threads whose partners are many may be left to work one after the other.
+  static constexpr bool kWholeWarps = false;
+
   const SearchCircle& circle;
+  std::uint32_t from = 0;
+
+  __device__ __forceinline__ std::uint32_t begin() const { return from; }
+  // The first parcel that is looked at, of a range from `first` on.
+  __device__ __forceinline__ std::uint32_t skip(std::uint32_t first) const { return max(first, from); }
 
   // Shifts a bit for a position into the word of each circle: the sign of past_circle(), since a comparison
   // would take three instructions.
@@ -54,6 +65,15 @@ struct OneCircle {
   }
 };
 
+// Returns whether a loop goes on: for a thread, or for one of its warp if whole warps search.
+template <class Circles>
+__device__ __forceinline__ bool goes_on(bool for_thread) {
+  if constexpr (Circles::kWholeWarps)
+    return __any_sync(0xFFFFFFFFU, for_thread) != 0;
+  else
+    return for_thread;
+}
+
 // Indices [first, first + count) of sorted parcels.
 struct ParcelRange {
   std::uint32_t first, count;
@@ -62,43 +82,67 @@ struct ParcelRange {
 // Positions that search_ranges() reads at a time, the last ones up to three beyond the end of a range.
 constexpr unsigned kReadTogether = 4;
 
-// Calls visit(n, j) for every parcel j of two ranges within the n-th circle. The ranges are one loop, so that
-// a thread goes on with the second one while others of its warp still are in their first: with parcels read
-// by twos the loop has 5.6 turns instead of 7.4 (one circle; gas, area fraction 0.2), by fours 3.4. Nothing
-// writes positions while the kernel runs.
-template <class Circles, class Visit>
+// Calls visit(n, j) for every parcel j of the ranges within the n-th circle. The ranges are one loop, so that
+// a thread goes on with the next one while others of its warp still are in one before: with parcels read by
+// twos the loop has 5.6 turns instead of 7.4 (two ranges, one circle; gas, area fraction 0.2), by fours 3.4.
+// Nothing writes positions while the kernel runs.
+template <class Circles, unsigned kNumRanges, class Visit>
 __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const Vec2i* position,
-                                              const Circles& circles, const ParcelRange& one,
-                                              const ParcelRange& two, Visit visit) {
+                                              const Circles& circles, const ParcelRange (&ranges)[kNumRanges],
+                                              Visit visit) {
   constexpr unsigned kLast = Circles::kNum - 1;  // 0 or 1
-  // The loop's index k counts through both ranges, the first one filled up to whole turns.
-  const std::uint32_t end_one = (one.count + kReadTogether - 1) / kReadTogether * kReadTogether;
-  const std::uint32_t end = end_one + two.count;
-  const std::uint32_t first_two = two.first - end_one;
-  // The second of two parcels is not near itself.
-  constexpr std::uint32_t kNowhere = 1U << 31;
-  [[maybe_unused]] std::uint32_t k_of_second = kNowhere;
-  if constexpr (Circles::kNum == 2) {
-    if (two.first == circles.second()) k_of_second = end_one;
-    if (one.first == circles.second() && one.count != 0) k_of_second = 0;
+  // The loop's index k counts through the ranges, all but the last filled up to whole turns.
+  std::uint32_t begin[kNumRanges], end[kNumRanges], to_index[kNumRanges];
+  std::uint32_t next_begin = 0;
+#pragma unroll
+  for (unsigned r = 0; r < kNumRanges; ++r) {
+    begin[r] = next_begin;
+    end[r] = next_begin + ranges[r].count;
+    to_index[r] = ranges[r].first - next_begin;
+    next_begin += (ranges[r].count + kReadTogether - 1) / kReadTogether * kReadTogether;
   }
-  for (std::uint32_t k = 0; k < end;) {
-    const std::uint32_t next = min(end, k + 32);
+  const auto of_range = [&](std::uint32_t k, const std::uint32_t(&values)[kNumRanges]) {
+    std::uint32_t value = values[0];
+#pragma unroll
+    for (unsigned r = 1; r < kNumRanges; ++r) value = k < begin[r] ? value : values[r];
+    return value;
+  };
+  // Two parcels are not near themselves. (Where the first one ends a range visit() has to see to that.)
+  constexpr std::uint32_t kNowhere = 1U << 31;
+  [[maybe_unused]] std::uint32_t k_of_first = kNowhere, k_of_second = kNowhere;
+  if constexpr (Circles::kNum == 2) {
+#pragma unroll
+    for (unsigned r = 0; r < kNumRanges; ++r) {
+      const std::uint32_t in_range = circles.second() - ranges[r].first;
+      if (in_range >= ranges[r].count) continue;
+      k_of_second = begin[r] + in_range;
+      if (in_range > 0) k_of_first = k_of_second - 1;
+    }
+  }
+  const std::uint32_t end_of_all = end[kNumRanges - 1];
+  for (std::uint32_t k = 0; goes_on<Circles>(k < end_of_all);) {
+    const std::uint32_t next = min(end_of_all, k + 32);
     std::uint32_t near[kLast + 1] = {};  // a bit for each of the last 32, the lowest for k - 1
+    if (!Circles::kWholeWarps || k < end_of_all)
 #pragma unroll 1
-    do {
-      const std::uint32_t j = k + (k < end_one ? one.first : first_two);
-      const int2* from = reinterpret_cast<const int2*>(position) + j;
-      int2 there[kReadTogether];
+      do {
+        const std::uint32_t j = k + of_range(k, to_index);
+        const int2* from = reinterpret_cast<const int2*>(position) + j;
+        int2 there[kReadTogether];
 #pragma unroll
-      for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
+        for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
 #pragma unroll
-      for (unsigned u = 0; u < kReadTogether; ++u) circles.shift_in(space, there[u], near);
-      k += kReadTogether;
-    } while (k < next);
+        for (unsigned u = 0; u < kReadTogether; ++u) circles.shift_in(space, there[u], near);
+        k += kReadTogether;
+      } while (k < next);
+    if constexpr (Circles::kWholeWarps) __syncwarp();
     if constexpr (Circles::kNum == 2) {
       const std::uint32_t bit = k - 1 - k_of_second;
       if (bit < 32) near[kLast] &= ~(1U << bit);
+      if constexpr (Circles::kFindsFirst) {
+        const std::uint32_t of_first = k - 1 - k_of_first;
+        if (of_first < 32) near[0] &= ~(1U << of_first);
+      }
     }
     while ((near[0] | near[kLast]) != 0) {
       const unsigned n = near[0] != 0 ? 0 : kLast;
@@ -106,9 +150,9 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
       const auto bit = static_cast<std::uint32_t>(31 - __clz(static_cast<int>(word)));
       (n == 0 ? near[0] : near[kLast]) = word ^ (1U << bit);  // no reference: they are registers
       const std::uint32_t at = k - 1 - bit;
-      const bool in_one = at < end_one;
-      if (at < (in_one ? one.count : end)) visit(n, at + (in_one ? one.first : first_two));
+      if (at < of_range(at, end)) visit(n, at + of_range(at, to_index));
     }
+    if constexpr (Circles::kWholeWarps) __syncwarp();
   }
 }
 
@@ -117,31 +161,37 @@ struct SearchBounds {
   std::int32_t low_x, high_x, low_y, high_y;
 };
 
-// Calls search_ranges() for the parcels with an index of `begin` or more in the cells that the box covers.
+// Calls search_ranges() for the parcels in the cells that the box covers, if this thread searches.
 template <class Circles, class Visit>
 __device__ __forceinline__ void search_box(const DeviceSearch& space, const Vec2i* position,
-                                           const Circles& circles, const SearchBounds& box,
-                                           std::uint32_t begin, Visit visit) {
+                                           const Circles& circles, const SearchBounds& box, bool searches,
+                                           Visit visit) {
   const GridShape& grid = space.grid;
   const auto row_length = static_cast<std::uint32_t>(grid.x.num);
   const std::int32_t last_row = cell_coordinate(box.high_y, grid.y);
   std::int32_t row = cell_coordinate(box.low_y, grid.y);
-  // Three rows would be two loops. Often the first one ends before `begin`.
-  if (last_row - row > 1 && space.cell_start[static_cast<std::uint32_t>(row + 1) * row_length] < begin) ++row;
+  // Three rows would be two loops. Often the first one ends before begin().
+  if (Circles::kRows == 2 && last_row - row > 1 &&
+      space.cell_start[static_cast<std::uint32_t>(row + 1) * row_length] < circles.begin())
+    ++row;
   const std::int32_t column = cell_coordinate(box.low_x, grid.x);
   const auto num_columns = static_cast<std::uint32_t>(cell_coordinate(box.high_x, grid.x) - column + 1);
   std::uint32_t cell = static_cast<std::uint32_t>(row) * row_length + static_cast<std::uint32_t>(column);
   const auto range_in_row = [&](std::uint32_t first_cell) {
-    const std::uint32_t first = max(space.cell_start[first_cell], begin);
+    const std::uint32_t first = circles.skip(space.cell_start[first_cell]);
     return ParcelRange{first, max(space.cell_start[first_cell + num_columns], first) - first};
   };
-  for (std::int32_t num_rows = last_row - row; num_rows >= 0; num_rows -= 2) {
-    const std::uint32_t next_row = num_rows > 0 ? cell + row_length : cell;
-    const ParcelRange one = range_in_row(cell);
-    ParcelRange two = range_in_row(next_row);
-    if (num_rows == 0) two.count = 0;
-    search_ranges(space, position, circles, one, two, visit);
-    cell = next_row + row_length;
+  constexpr int kRows = Circles::kRows;
+  for (std::int32_t num_rows = searches ? last_row - row : -1; goes_on<Circles>(num_rows >= 0);
+       num_rows -= kRows) {
+    ParcelRange ranges[kRows];
+#pragma unroll
+    for (int r = 0; r < kRows; ++r) {
+      ranges[r] = range_in_row(cell);
+      if (num_rows < r) ranges[r].count = 0;
+      if (num_rows > r || r + 1 == kRows) cell += row_length;
+    }
+    search_ranges(space, position, circles, ranges, visit);
   }
 }
 
@@ -158,11 +208,12 @@ template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec2i* position,
                                             const SearchCircle& circle, std::int32_t lowest,
                                             std::uint32_t begin, Visit visit) {
-  const OneCircle<kBoundary> circles{circle};
+  const OneCircle<kBoundary> circles{circle, begin};
   const auto visit_one = [&](unsigned, std::uint32_t j) { visit(j); };
   const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
     const std::uint32_t from = max(first, begin);
-    search_ranges(space, position, circles, {from, max(last, from) - from}, {}, visit_one);
+    const ParcelRange range[] = {{from, max(last, from) - from}};
+    search_ranges(space, position, circles, range, visit_one);
   };
   const std::int32_t x = circle.centre.x, y = circle.centre.y, reach = circle.reach;
   if (space.all_pairs || reach >= kHalfSide) {
@@ -174,7 +225,7 @@ __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec
     visit_candidate_ranges<kBoundary>(space.grid, space.cell_start, circle.centre, reach, visit_range);
     return;
   }
-  search_box(space, position, circles, {x - reach, x + reach, lowest, y + reach}, begin, visit_one);
+  search_box(space, position, circles, {x - reach, x + reach, lowest, y + reach}, true, visit_one);
 }
 
 // The same for parcels that come after circle.self in the order of the sort, and so in no row before its own

@@ -93,7 +93,8 @@ DeviceLimits device_limits() {
   std::istringstream in(text != nullptr ? text : "");
   for (std::string limit; in >> limit;) {
     constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=",
-                               kSolver = "solver_blocks=", kMany = "many_parcels=", kForTwo = "many_for_two=";
+                               kSolver = "solver_blocks=", kMany = "many_parcels=", kForTwo = "many_for_two=",
+                               kOneKernel = "one_kernel=";
     if (limit.starts_with(kMultiprocessors)) {
       limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
     } else if (limit.starts_with(kMemory)) {
@@ -102,12 +103,14 @@ DeviceLimits device_limits() {
       limits.many_parcels = static_cast<std::uint32_t>(number_of(limit, kMany.size()));
     } else if (limit.starts_with(kForTwo)) {
       limits.many_for_two = static_cast<std::uint32_t>(number_of(limit, kForTwo.size()));
+    } else if (limit.starts_with(kOneKernel)) {
+      limits.one_kernel = static_cast<std::uint32_t>(number_of(limit, kOneKernel.size(), 3));
     } else if (limit.starts_with(kSolver)) {
       limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size(), 2));
     } else {
       throw UserError(
           fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, "
-                      "many_parcels=N, many_for_two=N, solver_blocks=N",
+                      "many_parcels=N, many_for_two=N, one_kernel=N, solver_blocks=N",
                       kLimitsVariable, in_quotes(limit)));
     }
   }

@@ -21,11 +21,17 @@ std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t l
 }
 
 // Returns whether a step in parts is faster, as it is if there are many parcels and few touch at a time: sums
-// of parcels with several contacts are atomics in memory.
+// of parcels with several contacts are atomics in memory. With a ball most touch only in the layer before it.
 bool pays_in_parts(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (const std::uint32_t many = device_limits().many_parcels; many > 0) return num_parcels >= many;
-  return num_parcels >= (physics.ball.exists ? kManyWithBall : kManyParcels) &&
-         area_fraction_of(physics) <= kMaxAreaFraction && !row_of(method).contacts_last;
+  if (row_of(method).contacts_last) return false;
+  return physics.ball.exists ? num_parcels >= kManyWithBall
+                             : num_parcels >= kManyParcels && area_fraction_of(physics) <= kMaxAreaFraction;
+}
+
+double widest_reach(bool in_parts, OneKernel one_kernel) {
+  if (in_parts) return kWidestReachInParts;
+  return one_kernel == OneKernel::plain ? kWidestStepReach : kWidestReachOfWarp;
 }
 
 }  // namespace
@@ -83,6 +89,7 @@ void CudaBackend::submit(const StepRequest& request) {
   const DrawBuffers draw = request.draw ? device_draw_buffers(*request.draw) : DrawBuffers{};
   const bool in_parts = pays_in_parts(physics_, request.method, num_parcels_) && make_room_for_contacts();
   StepLaunch launch = plan_launch(constants, request);
+  const double widest = widest_reach(in_parts, launch.one_kernel);
   submitted_ = {.num_steps = request.num_steps,
                 .dt_s = request.num_steps > 0 ? request.dt_s : submitted_.dt_s,
                 .per_impulse_count = constants.per_impulse_count,
@@ -91,7 +98,7 @@ void CudaBackend::submit(const StepRequest& request) {
   timer_.begin(stream_);
   launch_begin_request(constants, state_.data(), slots_.data(), stream_);
   for (std::uint32_t k = 0; k < request.num_steps; ++k) {
-    const bool sorts = searches && sort_is_due(constants, in_parts ? kWidestReachInParts : kWidestStepReach);
+    const bool sorts = searches && sort_is_due(constants, widest);
     const bool sorts_in_step = sorts && can_sort_in_step(constants);
     if (sorts && !sorts_in_step) sort(constants);
     launch.displaced = displaced_since_sort(launch, sorts && !sorts_in_step);
@@ -120,6 +127,7 @@ StepLaunch CudaBackend::plan_launch(const StepConstants& constants, const StepRe
   launch.state = state_.data();
   launch.slots = slots_.data();
   launch.method = request.method;
+  launch.one_kernel = choose_one_kernel(physics_, request.method, num_parcels_);
   launch.num = num_parcels_;
   return launch;
 }

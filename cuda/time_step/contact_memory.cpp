@@ -12,8 +12,10 @@ void ContactMemory::reserve(std::size_t capacity, cudaStream_t stream) {
   touched_ = DeviceBuffer<std::uint32_t>(num_lists * kPairList / 32);
   touched_again_ = DeviceBuffer<std::uint32_t>(touched_.capacity());
   num_pairs_ = DeviceBuffer<std::uint32_t>(num_lists);
+  pooled_ = DeviceBuffer<std::uint32_t>(2 * (capacity / kParcelsPerPooled));
+  num_pooled_ = DeviceBuffer<std::uint32_t>(1);
   capacity_ = capacity;
-  for (DeviceBuffer<std::uint32_t>* zeros : {&touched_, &touched_again_, &num_pairs_})
+  for (DeviceBuffer<std::uint32_t>* zeros : {&touched_, &touched_again_, &num_pairs_, &num_pooled_})
     PF_CUDA(cudaMemsetAsync(zeros->data(), 0, zeros->bytes(), stream));
 }
 
@@ -22,6 +24,10 @@ ContactScratch ContactMemory::own_part() const {
   contacts.touched = touched_.data();
   contacts.touched_again = touched_again_.data();
   contacts.num_pairs = num_pairs_.data();
+  contacts.max_pooled = static_cast<std::uint32_t>(capacity_ / kParcelsPerPooled);
+  contacts.pooled_first = pooled_.data();
+  contacts.pooled_second = pooled_.data() + contacts.max_pooled;
+  contacts.num_pooled = num_pooled_.data();
   return contacts;
 }
 

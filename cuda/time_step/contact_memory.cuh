@@ -10,15 +10,19 @@ namespace pf {
 // counts.
 class ContactMemory {
  public:
+  // Parcels for each pair that short lists share room for.
+  static constexpr std::size_t kParcelsPerPooled = 32;
   // Held for each parcel beside the sort's.
   static constexpr double kBytesPerParcel =
-      static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.3;
+      static_cast<double>(sizeof(DeviceSums)) / ContactScratch::kNumParts + 0.3 + 8.0 / kParcelsPerPooled;
 
   // Returns whether it has room for `capacity` parcels.
   bool has_room(std::size_t capacity) const { return capacity_ >= capacity && capacity_ > 0; }
   // Does nothing if it has room for `capacity` parcels.
   void reserve(std::size_t capacity, cudaStream_t stream);
-  std::size_t bytes() const { return sums_.bytes() + 2 * touched_.bytes() + num_pairs_.bytes(); }
+  std::size_t bytes() const {
+    return sums_.bytes() + 2 * touched_.bytes() + num_pairs_.bytes() + pooled_.bytes() + num_pooled_.bytes();
+  }
 
   // next: where the next sort scatters to. Both have room for `capacity` parcels, too.
   ContactScratch lay_out(const DeviceParcels& next, const DeviceCellSort& cell_sort) const;
@@ -31,6 +35,7 @@ class ContactMemory {
   std::size_t capacity_ = 0;       // parcels
   DeviceBuffer<DeviceSums> sums_;  // the last part, and the few of a step that sorts
   DeviceBuffer<std::uint32_t> touched_, touched_again_, num_pairs_;
+  DeviceBuffer<std::uint32_t> pooled_, num_pooled_;
 };
 
 // So many parcels or a few more, so that the sums have equal parts.

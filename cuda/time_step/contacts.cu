@@ -64,13 +64,6 @@ __device__ void add_sums(const ContactScratch& contacts, std::uint32_t i, const 
   add_to(sums->push_y, added.push_y);
 }
 
-// Returns whether two parcels of a thin periodic world see each other in the same direction, half a period
-// away.
-template <Boundary kBoundary>
-__device__ bool is_half_around(const World& world, Vec2i offset) {
-  return kBoundary == Boundary::periodic && (offset.x == -world.half.x || offset.y == -world.half.y);
-}
-
 // The contact of parcel i with parcel j, seen from i alone.
 template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ __noinline__ void touch_one_sided(const StepLaunch& launch, std::uint32_t i, std::uint32_t j,
@@ -83,8 +76,8 @@ __device__ __noinline__ void touch_one_sided(const StepLaunch& launch, std::uint
 }
 
 // Adds the contact of two parcels to the sums of both, if they touch; with kBorders j is a ghost, without
-// sums. What i gains j loses, to the bit: all that is computed changes its sign with the side that it is seen
-// from. Ids are not read for that, since they matter for coincident centres only, and to tally a pair once.
+// sums. Ids are not read where one side is enough, since they matter for coincident centres only, and to
+// tally a pair once.
 template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j, DeviceTally& tally) {
   if (kBorders) {
@@ -99,7 +92,7 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
   if (is_retired(one.position)) return;
   const World& world = launch.constants.physics.world;
   const Vec2i offset = separation<kBoundary>(world, one.position, two.position);
-  if (offset == Vec2i{} || is_half_around<kBoundary>(world, offset)) {
+  if (!is_same_from_both<kBoundary>(world, offset)) {
     DeviceTally of_pair = tally;
     touch_one_sided<Contact, kBorders, kBoundary>(launch, i, j, of_pair);
     touch_one_sided<Contact, kBorders, kBoundary>(launch, j, i, of_pair);
@@ -112,9 +105,9 @@ __device__ void touch(const StepLaunch& launch, std::uint32_t i, std::uint32_t j
   add_sums<kBorders>(launch.contacts, j, device_sums(-sums));
 }
 
-// The pairs of a list that is too short: they are found once more, in the same way, since the sums of a
-// parcel that is marked have to be stored. Not inlined: the kernel would need more registers for what is
-// rare.
+// The pairs of a list that is too short, if there was no room for what it lacks: they are found once more, in
+// the same way, since the sums of a parcel that is marked have to be stored. Not inlined: the kernel would
+// need more registers for what is rare.
 template <class Contact, bool kBorders, Boundary kBoundary>
 __device__ __noinline__ void touch_crowd(const StepLaunch& launch, std::uint32_t list, DeviceTally& tally) {
   const auto touch_pair = [&](std::uint32_t i, std::uint32_t j) {
@@ -129,6 +122,34 @@ __device__ __noinline__ void touch_crowd(const StepLaunch& launch, std::uint32_t
     for (std::uint32_t of = k; of < min(k + num_together, end); ++of)
       visit_pairs<kBorders, kBoundary>(launch, of, touch_pair);
   }
+}
+
+// Returns whether what lists have no room for is in the pool.
+template <bool kBorders>
+__device__ bool has_pool(const StepLaunch& launch) {
+  return !kBorders && *launch.contacts.num_pooled <= launch.contacts.max_pooled;
+}
+
+// Blocks of contact_kernel before those of the lists: some that move the ball, then some for the pool.
+template <bool kBorders>
+PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
+  return !kBorders && contacts_move_ball(launch) ? 1 : 0;
+}
+template <bool kBorders>
+PF_HD unsigned num_blocks_for_pool(const StepLaunch& launch) {
+  constexpr unsigned kMost = 64;
+  const unsigned wanted = launch.contacts.max_pooled / kContactBlock + 1;
+  return kBorders ? 0 : (wanted < kMost ? wanted : kMost);
+}
+
+// block: of those for the pool. Not inlined, likewise.
+template <class Contact, Boundary kBoundary>
+__device__ __noinline__ void touch_pooled(const StepLaunch& launch, unsigned block, DeviceTally& tally) {
+  const ContactScratch& contacts = launch.contacts;
+  const std::uint32_t num = has_pool<false>(launch) ? *contacts.num_pooled : 0;
+  const unsigned num_threads = num_blocks_for_pool<false>(launch) * kContactBlock;
+  for (std::uint32_t k = block * kContactBlock + threadIdx.x; k < num; k += num_threads)
+    touch<Contact, false, kBoundary>(launch, contacts.pooled_first[k], contacts.pooled_second[k], tally);
 }
 
 struct Pair {
@@ -171,9 +192,13 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
   std::uint32_t num = size > 0 ? contacts.num_pairs[list] : 0;
   __syncwarp();
   if (slot == 0 && num != 0) contacts.num_pairs[list] = 0;
-  unsigned crowded = __ballot_sync(kWarp, slot == 0 && num > size);
-  if (num > size) num = 0;
-  const bool is_any_long = __any_sync(kWarp, num > kThreadsOfList);
+  const bool is_any_long = __any_sync(kWarp, num > min(size, kThreadsOfList));
+  unsigned crowded = 0;
+  if (is_any_long && __any_sync(kWarp, num > size)) {
+    const bool is_pooled = has_pool<kBorders>(launch);
+    crowded = __ballot_sync(kWarp, slot == 0 && num > size && !is_pooled);
+    if (num > size) num = is_pooled ? size : 0;
+  }
   bool has_pair = slot < num;
   std::uint32_t num_all = 32;
   for (std::uint32_t base = 0; base < num_all; base += 32) {
@@ -193,12 +218,6 @@ __device__ void touch_listed(const StepLaunch& launch, std::uint32_t first_list,
   }
 }
 
-// Number of blocks of contact_kernel that move the ball. They come before the others.
-template <bool kBorders>
-PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
-  return !kBorders && contacts_move_ball(launch) ? 1 : 0;
-}
-
 // Not inlined: in a periodic world 40 bytes of a thread's registers would be spilled instead of 28. Otherwise
 // registers are the same.
 __device__ __noinline__ void move_ball_past_step_before(const StepLaunch& launch) {
@@ -210,7 +229,8 @@ template <class Contact, bool kBorders, Boundary kBoundary>
 __global__ void __launch_bounds__(kContactBlock, blocks_per_sm(10, kContactBlock))
     contact_kernel(const __grid_constant__ StepLaunch launch, std::uint32_t num_lists) {
   begin_when_complete();
-  const unsigned num_for_ball = num_blocks_for_ball<kBorders>(launch);
+  const unsigned num_for_ball = num_blocks_for_ball<kBorders>(launch),
+                 num_for_pool = num_blocks_for_pool<kBorders>(launch);
   if (blockIdx.x < num_for_ball) {
     if (threadIdx.x < 32) move_ball_past_step_before(launch);
     return;
@@ -220,8 +240,16 @@ __global__ void __launch_bounds__(kContactBlock, blocks_per_sm(10, kContactBlock
   __syncthreads();
   DeviceTally tally{&block_tally};
   const unsigned block = blockIdx.x - num_for_ball;
-  const std::uint32_t list = (block * kContactBlock + threadIdx.x) / 32 * kListsOfWarp;
-  if (list < num_lists) touch_listed<Contact, kBorders, kBoundary>(launch, list, num_lists, tally);
+  if (!kBorders && block < num_for_pool) {
+    DeviceTally of_pool{&block_tally};
+    touch_pooled<Contact, kBoundary>(launch, block, of_pool);
+    tally = of_pool;
+  } else {
+    const unsigned of_lists = block - num_for_pool;
+    const std::uint32_t list = (of_lists * kContactBlock + threadIdx.x) / 32 * kListsOfWarp;
+    if (list < num_lists) touch_listed<Contact, kBorders, kBoundary>(launch, list, num_lists, tally);
+  }
+  __syncwarp();
   reduce_warp(tally, block_tally);
   __syncthreads();
   if (threadIdx.x == 0)
@@ -239,10 +267,10 @@ void launch_pairs(const StepLaunch& launch, cudaStream_t stream) {
     launch_in_turn(clear_few_kernel, blocks_for(num_words, kContactBlock), kContactBlock, stream,
                    launch.contacts, num_words);
   }
-  launch_in_turn(
-      contact_kernel<Contact, kBorders, kBoundary>,
-      num_blocks_for_ball<kBorders>(launch) + blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp),
-      kContactBlock, stream, launch, num_lists);
+  launch_in_turn(contact_kernel<Contact, kBorders, kBoundary>,
+                 num_blocks_for_ball<kBorders>(launch) + num_blocks_for_pool<kBorders>(launch) +
+                     blocks_for(num_lists, kContactBlock / 32 * kListsOfWarp),
+                 kContactBlock, stream, launch, num_lists);
 }
 
 template <bool kBorders>

@@ -45,10 +45,38 @@ __device__ inline void add_block(const StepLaunch& launch, const DeviceTally& ta
   if (noted < displaced) atomicMax(&displacement, displaced);
 }
 
+// Values that are the same for all parcels of a step of one kernel.
+struct OfStep {
+  std::int32_t reach;  // see search_reach()
+  std::uint32_t key;
+};
+
+// The first thread of a block calls it.
+__device__ inline OfStep begin_block(const StepLaunch& launch, TallySlot& block_tally) {
+  block_tally = {};
+  if (blockIdx.x == 0) note_displacement(launch);
+  return {search_reach(launch.constants, displacement_since_sort(launch)), key_of(launch)};
+}
+
 // For a sort in a step: counts a parcel in its cell, and once counts are summed returns its place. Whole
 // warps call it.
 __device__ inline std::uint32_t place_of(const StepLaunch& launch, Vec2i position, bool is_parcel) {
   return rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
+}
+
+// If this step is drawn.
+__device__ inline void draw_moved(const StepLaunch& launch, std::uint32_t place, const Parcel& after) {
+  if (launch.draw.position_m != nullptr)
+    draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
+}
+
+// Writes a parcel to its place in a step of one kernel that sorts, and draws it.
+__device__ inline void put_in_place(const StepLaunch& launch, std::uint32_t place, const Parcel& after) {
+  launch.to.position[place] = after.position;
+  launch.to.velocity[place] = after.velocity;
+  launch.to.id[place] = after.id;
+  if (after.is_heated != 0) set_heated(launch.to, place, 1);
+  draw_moved(launch, place, after);
 }
 
 // Counts parcel i, and clears the words in which the step will set bits.
@@ -68,6 +96,11 @@ __device__ inline bool has_bit(const std::uint32_t* words, std::uint32_t i) {
 // Sums of a parcel between two sorts.
 __device__ inline DeviceSums& sums_of(const ContactScratch& contacts, std::uint32_t i) {
   return contacts.part[i % ContactScratch::kNumParts][i / ContactScratch::kNumParts];
+}
+
+// For the next step, once the contacts of this one are summed.
+__device__ inline void clear_pool(const ContactScratch& contacts) {
+  if (blockIdx.x == 0 && threadIdx.x == 0) *contacts.num_pooled = 0;
 }
 
 __device__ inline ContactSums as_sums(const DeviceSums& sums) {
@@ -110,6 +143,20 @@ __device__ inline DeviceSums* few_sums_of(const ContactScratch& contacts, std::u
 __device__ inline Parcel parcel_at(const StepLaunch& launch, std::uint32_t i) {
   const ParcelPointers& parcels = launch.from;
   return {parcels.position[i], parcels.velocity[i], parcels.id[i] & kIdBits, is_heated(parcels, i)};
+}
+
+// Returns whether two parcels of a thin periodic world see each other in the same direction, half a period
+// away.
+template <Boundary kBoundary>
+__device__ bool is_half_around(const World& world, Vec2i offset) {
+  return kBoundary == Boundary::periodic && (offset.x == -world.half.x || offset.y == -world.half.y);
+}
+
+// Returns whether what one of two parcels gains in their contact the other loses, to the bit: all that is
+// computed then changes its sign with the side that it is seen from.
+template <Boundary kBoundary>
+__device__ bool is_same_from_both(const World& world, Vec2i offset) {
+  return offset != Vec2i{} && !is_half_around<kBoundary>(world, offset);
 }
 
 // Adds the contact of parcel i with parcel j, seen from i alone, if they touch.

@@ -34,6 +34,14 @@ __device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std:
   if (starts && !kSorts) sums_of(contacts, i) = {};
 }
 
+// Notes a pair for which its list has no room.
+__device__ __forceinline__ void pool_pair(const ContactScratch& contacts, std::uint32_t i, std::uint32_t j) {
+  const unsigned slot = atomicAdd(contacts.num_pooled, 1U);
+  if (slot >= contacts.max_pooled) return;
+  contacts.pooled_first[slot] = i;
+  contacts.pooled_second[slot] = j;
+}
+
 // Notes a pair that touches, in a list.
 template <bool kBorders, bool kSorts>
 __device__ __forceinline__ void note_pair(const StepLaunch& launch, std::uint32_t list, std::uint32_t i,
@@ -45,9 +53,12 @@ __device__ __forceinline__ void note_pair(const StepLaunch& launch, std::uint32_
   const unsigned slot = atomicAdd(&contacts.num_pairs[list], 1U);
   begin_sums<kBorders, kSorts>(contacts, i, before_i);
   begin_sums<kBorders, kSorts>(contacts, j, before_j);
-  if (slot >= list_size<kBorders>(launch, list)) return;
-  contacts.first[list * kPairList + slot] = i;
-  contacts.second[list * kPairList + slot] = j;
+  if (slot < list_size<kBorders>(launch, list)) {
+    contacts.first[list * kPairList + slot] = i;
+    contacts.second[list * kPairList + slot] = j;
+  } else if (!kBorders) {
+    pool_pair(contacts, i, j);
+  }
 }
 
 // Notes the pairs of the k-th parcel.
@@ -103,8 +114,6 @@ __global__ void __launch_bounds__(kBlockForTwo,
 // and 28.5, 10^7 36.5 and 39.9, 10^8 37.8 and 41.4; 10^7 in a periodic world 28.6 and 35.9, at area fraction
 // 0.35 29.6 and 32.4.
 constexpr std::uint32_t kManyForTwo = 1'500'000;
-// In a thinner gas parcels that follow each other are often too far apart. (Measured from 0.1 on.)
-constexpr double kThinForTwo = 0.08;
 
 template <bool kSorts, Boundary kBoundary>
 void launch_for_own(const StepLaunch& launch, cudaStream_t stream) {

@@ -64,12 +64,6 @@ __device__ ContactSums sum_contacts(const StepLaunch& launch, const Parcel& self
   return sums;
 }
 
-// Values that are the same for all parcels of a step.
-struct OfStep {
-  std::int32_t reach;
-  std::uint32_t key;
-};
-
 // The parcel after the step.
 template <class Contact, bool kBall, Boundary kBoundary>
 __device__ Parcel step_parcel(const StepLaunch& launch, const Parcel& self, std::uint32_t i,
@@ -91,28 +85,22 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm)
   const std::uint32_t i = blockIdx.x * kBlock + threadIdx.x;
   Parcel self{};  // on its way while the first warp works
   if (i < launch.num) self = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
-  if (threadIdx.x == 0) {
-    block_tally = {};
-    of_step = {search_reach(launch.constants, displacement_since_sort(launch)), key_of(launch)};
-    if (blockIdx.x == 0) note_displacement(launch);
-  }
+  if (threadIdx.x == 0) of_step = begin_block(launch, block_tally);
   __syncthreads();
   DeviceTally tally{&block_tally};
   Parcel after{};
   if (i < launch.num) after = step_parcel<Contact, kBall, kBoundary>(launch, self, i, of_step, tally);
-  std::uint32_t place = i;
-  if (launch.sort.is_due) place = place_of(launch, self.position, i < launch.num);
-  if (i < launch.num) {
-    launch.to.position[place] = after.position;
-    launch.to.velocity[place] = after.velocity;
-    if (launch.sort.is_due) {
-      launch.to.id[place] = after.id;
-      if (after.is_heated != 0) set_heated(launch.to, place, 1);
+  if (launch.sort.is_due) {
+    const std::uint32_t place = place_of(launch, self.position, i < launch.num);
+    if (i < launch.num) put_in_place(launch, place, after);
+  } else {
+    if (i < launch.num) {
+      launch.to.position[i] = after.position;
+      launch.to.velocity[i] = after.velocity;
+      draw_moved(launch, i, after);
     }
-    if (launch.draw.position_m != nullptr)
-      draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
+    set_heated_of_warp(launch.to, i, after.is_heated != 0, launch.num);
   }
-  if (!launch.sort.is_due) set_heated_of_warp(launch.to, i, after.is_heated != 0, launch.num);
   add_block(launch, tally, block_tally);
 }
 
@@ -189,6 +177,11 @@ void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStr
 }  // namespace
 
 void launch_step(const StepLaunch& launch, cudaStream_t stream) {
+  if (launch.num == 0) return;
+  if (launch.one_kernel != OneKernel::plain && !launch.space.all_pairs) {
+    launch_step_of_warp(launch, stream);
+    return;
+  }
   for_terms(launch.constants.physics, launch.method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     launch_kernel(step_kernel<Contact, kBall, kBoundary>, launch, stream);
   });

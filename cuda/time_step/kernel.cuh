@@ -1,13 +1,16 @@
-// The kernels of the time-stepped methods. A step is done in one of two ways, with the same bits.
+// The kernels of the time-stepped methods. A step is done in one of three ways, with the same bits.
 //
-// For few parcels, or where many touch, step_kernel does a whole step with a thread for each, in the order of
-// the last sort: it searches the cells that the parcel's search box covers, sums its contacts, moves it, and
-// in the last step of a frame writes what is drawn. It reads from arrays that it does not write. A launch is
-// its main cost where parcels are few. If a sort is due, such a step does it on its way:
-// count_for_sort_kernel counts the parcels by the cells that they are in before the step, CUB sums the
-// counts, and step_kernel puts each parcel, moved, in its place.
+// For few parcels step_kernel does a whole step with a thread for each, in the order of the last sort: it
+// searches the cells that the parcel's search box covers, sums its contacts, moves it, and in the last step
+// of a frame writes what is drawn. It reads from arrays that it does not write. A launch is its main cost
+// where parcels are few. If a sort is due, such a step does it on its way: count_for_sort_kernel counts the
+// parcels by the cells that they are in before the step, CUB sums the counts, and step_kernel puts each
+// parcel, moved, in its place.
 //
-// For many parcels that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel (or in
+// Where many parcels touch, as they do before a ball, step_of_warp_kernel does the same, but a warp works off
+// the contacts of its parcels together. Of very many a thread has two, which are searched around at once.
+//
+// For many that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel (or in
 // large runs find_pairs_of_two_kernel) finds each pair that touches once, contact_kernel sums their contacts,
 // and move_kernel moves all parcels in place and draws. For a sort, the first kernel does what
 // count_for_sort_kernel does, clear_few_kernel and CUB follow, and sort_move_kernel puts each parcel in its
@@ -38,6 +41,9 @@ namespace pf {
 // H200: reach 3.0 33.7, 27.8, 8.22, and 35.0 at 10^8; 3.25 33.8, 27.8, 8.21, and 35.6.
 constexpr double kStepCellWidth = 1.25, kStepCellHeight = 3.5;
 constexpr double kWidestStepReach = 3.0, kWidestReachInParts = 3.25;
+// Of steps of step_of_warp_kernel. With two parcels to a thread, Gps of `spring` and of `impulse` at area
+// fraction 0.65, 10^7 on an H200: 2.5 32.3, 16.6; 2.75 32.4, 16.6; 3.0 32.2, 15.5; 3.25 31.6, 15.4.
+constexpr double kWidestReachOfWarp = 2.75;
 
 inline CellSize step_cells(const StepConstants& constants) {
   return {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel,
@@ -48,13 +54,17 @@ inline CellSize step_cells(const StepConstants& constants) {
 // without contacts or in very long ones, a sort of its own comes first.
 constexpr double kWidestReachToSort = 4.0;
 
-// From so many parcels on, and up to such an area fraction, three kernels are faster than one. H100, Gps of
-// three and of one: 4 10^5 16.9 and 17.5, 5 10^5 19.2 and 18.4; 10^7 at 0.4 22.4 and 21.0, at 0.5 18.2 and
-// 19.2. `spring` has ten times as many contacts: 10^7 14.3 and 21.5. With a ball three and one
-// take, in ms a frame of the court on an H200: 2 10^5 0.55 and 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and
-// 0.72.
+// From so many parcels on, and without a ball up to such an area fraction, three kernels are faster than one.
+// H200, Gps of three and of one at area fraction 0.45 and 0.5: 10^6 20.1 and 17.9, 17.3 and 17.1; 10^7 27.0
+// and 25.3, 23.0 and 23.8. `spring` has ten times as many contacts: H100, 10^7 14.3 and 21.5. With a ball, ms
+// a frame of the court: 2 10^5 0.55 and 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and 0.72; 10^6 at area
+// fraction 0.6 1.56 and 1.67, at 0.7 1.71 and 1.73.
 constexpr std::uint32_t kManyParcels = 450'000, kManyWithBall = 250'000;
-constexpr double kMaxAreaFraction = 0.45;
+constexpr double kMaxAreaFraction = 0.48;
+// Below this area fraction parcels that follow each other in the order of the sort are often too far apart to
+// be searched around by one thread. Gps of three kernels, 10^7 on an H200, with one parcel to a thread and
+// with two: 0.1 41.7 and 44.3, 0.05 44.5 and 43.1, 0.02 46.8 and 37.8.
+constexpr double kThinForTwo = 0.08;
 
 // Sums of a parcel's contacts as in ContactSums, two's complement: one sector of memory. The bits of
 // counted_push_x from kCountShift on count the contacts; those below hold the pushes of up to 255 contacts,
@@ -80,10 +90,16 @@ struct ContactScratch {
   std::uint32_t* touched = nullptr;
   std::uint32_t* touched_again = nullptr;
   // A list for each kPairList parcels, of the pairs that they find; it has room for as many pairs as they
-  // are. num_pairs: found by these parcels, all zero between steps. Lists too short are not used.
+  // are. num_pairs: found by these parcels, all zero between steps.
   std::uint32_t* first = nullptr;
   std::uint32_t* second = nullptr;
   std::uint32_t* num_pairs = nullptr;
+  // What lists too short have no room for, at borders not used. num_pooled: found, zero between steps. If
+  // they are more than max_pooled, neither they nor those lists are used.
+  std::uint32_t* pooled_first = nullptr;
+  std::uint32_t* pooled_second = nullptr;
+  std::uint32_t* num_pooled = nullptr;
+  std::uint32_t max_pooled = 0;
 };
 
 // A sort in a step.
@@ -91,6 +107,13 @@ struct StepSort {
   bool is_due = false;
   GridShape grid;                   // by whose cells parcels are sorted
   std::uint32_t* places = nullptr;  // of begin_places(), summed when parcels are counted
+};
+
+// Kernels that do a whole step.
+enum class OneKernel : std::uint8_t {
+  plain,       // step_kernel
+  of_warp,     // step_of_warp_kernel
+  two_of_warp  // the same, with two parcels to a thread; not with a ball
 };
 
 struct StepLaunch {
@@ -108,7 +131,8 @@ struct StepLaunch {
   std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
-  std::uint32_t num = 0;  // parcels, ghosts included
+  OneKernel one_kernel = OneKernel::plain;  // of launch_step
+  std::uint32_t num = 0;                    // parcels, ghosts included
   // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
   std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;
   bool by_two = false;  // set by launch_contacts for its kernels: a thread looks around two parcels
@@ -125,8 +149,11 @@ PF_HD inline bool contacts_move_ball(const StepLaunch& launch) {
 void launch_count(const StepLaunch& launch, cudaStream_t stream);
 
 // One step of the parcels. With a ball launch_end_steps follows each, without one at the latest after
-// kMaxOpenSteps. (A domain reads the slots itself.)
+// kMaxOpenSteps.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
+void launch_step_of_warp(const StepLaunch& launch, cudaStream_t stream);  // by launch_step
+// The one that is fastest for so many parcels.
+OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t num_parcels);
 
 // The same in parts: contacts of own parcels, contacts of own parcels with ghosts, and the move of own
 // parcels. There are no ghosts in a step that sorts. launch_contacts moves the ball past the step before if

@@ -33,8 +33,7 @@ __device__ __forceinline__ bool move_parcel(const StepLaunch& launch, const std:
     if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
     is_heated_after = after.is_heated != 0;
   }
-  if (launch.draw.position_m != nullptr)
-    draw_parcel(launch.draw, launch.constants.physics.world, i, after.position, after.velocity);
+  draw_moved(launch, i, after);
   return is_heated_after;
 }
 
@@ -103,6 +102,7 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     }
     set_heated_of_warp(launch.from, i, is_heated_after, launch.num);
   }
+  clear_pool(launch.contacts);
   add_block(launch, tally, block_tally);
 }
 

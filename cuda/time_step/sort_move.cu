@@ -65,13 +65,9 @@ __global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
       after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, list.key, before, effect,
                                             tally);
     }
-    launch.to.position[place] = after.position;
-    launch.to.velocity[place] = after.velocity;
-    launch.to.id[place] = after.id;
-    if (after.is_heated != 0) set_heated(launch.to, place, 1);
-    if (launch.draw.position_m != nullptr)
-      draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
+    put_in_place(launch, place, after);
   }
+  clear_pool(launch.contacts);
   add_block(launch, tally, block_tally);
   if (threadIdx.x == 0) {
     reinterpret_cast<uint4*>(launch.contacts.touched)[blockIdx.x] = {};

@@ -46,6 +46,44 @@ inline std::vector<Settings> narrow_scenes(std::int64_t n) {
   return list;
 }
 
+// Values of PICKLEFLIGHT_DEVICE_LIMITS: the fastest way, each kernel that does a whole step, and steps in
+// parts, in which a thread looks around one parcel or two.
+constexpr const char* kEveryWay[] = {"",
+                                     "one_kernel=1",
+                                     "one_kernel=2",
+                                     "one_kernel=3",
+                                     "many_parcels=1 many_for_two=4000000000",
+                                     "many_parcels=1 many_for_two=1"};
+
+// Position units.
+inline double diameter_of_parcels(const SceneRun& run) {
+  return 2.0 * run.physics.parcels.radius_m / run.physics.world.unit_m;
+}
+
+// Moves the first `num` parcels onto each other: all of them touch, some have the same centre.
+inline void pile_up(SceneRun& run, unsigned num) {
+  ParcelSnapshot state = run.backend->snapshot();
+  for (unsigned k = 0; k < num; ++k) {
+    const double x = 0.3 * (k % 7) / 7.0, y = 0.3 * (k % 11) / 11.0;
+    state.position[k] = {static_cast<std::int32_t>(x * diameter_of_parcels(run)),
+                         static_cast<std::int32_t>(y * diameter_of_parcels(run))};
+  }
+  run.backend->restore(state);
+}
+
+// Moves the first `num` parcels to a lattice in which each overlaps six others by a fifth.
+inline void press(SceneRun& run, unsigned num) {
+  constexpr unsigned kInRow = 25;
+  ParcelSnapshot state = run.backend->snapshot();
+  for (unsigned k = 0; k < num; ++k) {
+    const unsigned row = k / kInRow;
+    const double x = 0.8 * (k % kInRow + 0.5 * (row % 2)), y = 0.8 * 0.866 * row;
+    state.position[k] = {static_cast<std::int32_t>(x * diameter_of_parcels(run)),
+                         static_cast<std::int32_t>(y * diameter_of_parcels(run))};
+  }
+  run.backend->restore(state);
+}
+
 // Both make a request, to the same bits. Returns what the GPU reports.
 inline StepTotals expect_same_request(SceneRun& cpu, SceneRun& gpu, std::uint32_t steps) {
   const StepReport on_cpu = cpu.advance(steps);

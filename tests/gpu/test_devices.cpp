@@ -40,8 +40,8 @@ TEST_F(Devices, AFewMultiprocessorsGiveTheSameBits) {
   }
 }
 
-// Few parcels, `spring`, a crowd and narrow worlds, of which steps in one kernel are faster.
-TEST_F(Devices, StepsInPartsGiveTheSameBits) {
+// Few parcels, `spring`, a crowd and narrow worlds, of which some ways are faster than others.
+TEST_F(Devices, StepsInAnyWayGiveTheSameBits) {
   Settings spring = court(50000, Boundary::periodic), crowd = court(50000, Boundary::walls);
   spring.method = Method::spring;
   crowd.area_fraction = 0.6;
@@ -50,9 +50,23 @@ TEST_F(Devices, StepsInPartsGiveTheSameBits) {
   for (const Settings& s : list) {
     ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
     const std::uint64_t on_cpu = hash_after_flight(s, make_cpu_backend(0));
-    for (const char* way : {"many_parcels=1", "many_parcels=1 many_for_two=1"}) {
+    for (const char* way : kEveryWay) {
       limit(way);
       EXPECT_EQ(hash_after_flight(s, make_cuda_backend(0)), on_cpu) << way;
+    }
+  }
+}
+
+// Some parcels have the same centre, and which of two comes first in the order of a sort is left to chance.
+TEST_F(Devices, StepsOfAPileGiveTheSameBits) {
+  for (const char* way : kEveryWay) {
+    limit(way);
+    for (const Method method : {Method::impulse, Method::spring}) {
+      Settings s = gas(5000, 0.2, Boundary::walls);
+      s.method = method;
+      SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+      for (SceneRun* run : {&cpu, &gpu}) pile_up(*run, 90);
+      for (const std::uint32_t steps : {1U, 1U, 10U}) expect_same_request(cpu, gpu, steps);
     }
   }
 }
@@ -100,9 +114,10 @@ TEST(DeviceLimitsTest, ReadsTheVariableOrRejectsIt) {
   EXPECT_EQ(read("solver_blocks=2").solver_blocks, 2U);
   EXPECT_EQ(read("many_parcels=64").many_parcels, 64U);
   EXPECT_EQ(read("many_for_two=64").many_for_two, 64U);
+  EXPECT_EQ(read("one_kernel=3").one_kernel, 3U);
   EXPECT_EQ(read("").memory_bytes, SIZE_MAX);
   for (const char* wrong :
-       {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x", "solver_blocks=3"})
+       {"multiprocessors=0", "memory_mb=much", "cores=3", "memory_mb=5x", "solver_blocks=3", "one_kernel=4"})
     EXPECT_THROW(read(wrong), UserError) << wrong;
   ::unsetenv("PICKLEFLIGHT_DEVICE_LIMITS");
 }

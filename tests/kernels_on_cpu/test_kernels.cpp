@@ -15,9 +15,6 @@ class Kernels : public testing::Test {
 // The last list of pairs and the last warp are not full, and the last parcel is alone.
 constexpr std::int64_t kNumParcels = 1451;
 
-// Steps of one kernel, and steps in parts, in which a thread looks around one parcel or two.
-constexpr const char* kEveryWay[] = {"", "many_parcels=1", "many_parcels=1 many_for_two=1"};
-
 // In two requests, since `exact` takes several steps of the second one as one. Hits and retired parcels of
 // the result are of both.
 StepTotals expect_same_bits(const Settings& s, std::uint32_t steps) {
@@ -78,7 +75,7 @@ TEST_F(Kernels, StepsInNarrowPeriodicWorldsGiveTheBitsOfTheCpu) {
 }
 
 TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
-  for (const char* limits : {"many_parcels=1", "many_parcels=1 many_for_two=1"}) {
+  for (const char* limits : kEveryWay) {
     limit(limits);
     for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
       Settings in_court = court(kNumParcels, boundary);
@@ -87,6 +84,43 @@ TEST_F(Kernels, StepsOfACrowdGiveTheBitsOfTheCpu) {
       expect_same_bits(gas(kNumParcels, 0.65, boundary), 35);
     }
   }
+}
+
+struct Pile {
+  std::int64_t num_parcels;
+  unsigned num;  // of them, that are in the pile
+};
+
+// Lists of pairs are too short: of a list for 128 parcels by few, so that the pool has room for these, and by
+// many, so that they are found again; of a list for five parcels; and of a warp.
+TEST_F(Kernels, StepsOfAPileGiveTheBitsOfTheCpu) {
+  for (const char* limits : kEveryWay) {
+    limit(limits);
+    for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+      for (const auto& [num_parcels, num] :
+           {Pile{5, 4}, {kNumParcels, 18}, {kNumParcels, 30}, {kNumParcels, 90}}) {
+        for (const Method method : {Method::impulse, Method::spring}) {
+          Settings s = gas(num_parcels, 0.2, boundary);
+          s.method = method;
+          SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+          for (SceneRun* run : {&cpu, &gpu}) pile_up(*run, num);
+          for (const std::uint32_t steps : {1U, 1U, 6U}) expect_same_request(cpu, gpu, steps);
+        }
+      }
+    }
+  }
+}
+
+// The pool is used for many steps, with sorts among them.
+TEST_F(Kernels, StepsOfALayerThatIsPressedGiveTheBitsOfTheCpu) {
+  limit("many_parcels=1");
+  Settings s = gas(45'000, 0.2, Boundary::walls);
+  s.restitution = 0.0;
+  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+  for (SceneRun* run : {&cpu, &gpu}) press(*run, 500);
+  std::uint64_t num_sorts = 0;
+  for (const std::uint32_t steps : {3U, 9U}) num_sorts += expect_same_request(cpu, gpu, steps).num_sorts;
+  EXPECT_GE(num_sorts, 2U);
 }
 
 // Steps are ended sixteen at a time, and at the end of a request.

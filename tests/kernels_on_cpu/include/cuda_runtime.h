@@ -33,6 +33,12 @@ struct alignas(16) uint4 {
 struct int2 {
   int x, y;
 };
+struct float2 {
+  float x, y;
+};
+struct alignas(16) float4 {
+  float x, y, z, w;
+};
 struct alignas(16) int4 {
   int x, y, z, w;
 };

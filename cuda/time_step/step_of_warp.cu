@@ -1,0 +1,169 @@
+// A step of one kernel in which warps work off the contacts of their parcels together. A thread has one
+// parcel, or two that follow each other in the order of the sort.
+#include "cuda/architecture.cuh"
+#include "cuda/blocks.cuh"
+#include "cuda/cuda_devices.hpp"
+#include "cuda/launch.cuh"
+#include "cuda/time_step/warp_contacts.cuh"
+#include "model/for_boundary.hpp"
+#include "model/kinetic_theory.hpp"
+#include "model/methods.hpp"
+#include "model/time_step.hpp"
+
+namespace pf {
+namespace {
+
+// 12 blocks limit registers to 40, 8 to 64. Gps of `spring` with two parcels to a thread, 10^6 and 10^7:
+// 12 blocks 22.5, 32.2; 10 blocks 22.6, 31.1. With one, 10^5: 10.7; with 16 8.0. With a ball, ms a frame of
+// the court of 2 10^5 with one, restitution 0.2: 12 blocks 0.69, 10 0.61, 8 0.56.
+constexpr unsigned kBlock = 128;
+template <bool kBall>
+constexpr unsigned kBlocksPerSm = blocks_per_sm(kBall ? 8 : 12, kBlock);
+
+// A thread's parcels, i and following. Those from launch.num on do not exist.
+template <unsigned kPerThread>
+struct Parcels {
+  Parcel of[kPerThread];
+};
+
+template <unsigned kPerThread>
+__device__ __forceinline__ Parcels<kPerThread> load_parcels(const StepLaunch& launch, std::uint32_t i) {
+  Parcels<kPerThread> parcels;
+  const ParcelPointers& from = launch.from;
+  if (kPerThread == 2 && i + 1 < launch.num) {
+    const int4 position = *reinterpret_cast<const int4*>(from.position + i);
+    const float4 velocity = *reinterpret_cast<const float4*>(from.velocity + i);
+    const uint2 id = *reinterpret_cast<const uint2*>(from.id + i);
+    parcels.of[0] = {{position.x, position.y}, {velocity.x, velocity.y}, id.x};
+    parcels.of[kPerThread - 1] = {{position.z, position.w}, {velocity.z, velocity.w}, id.y};
+  } else if (i < launch.num) {
+    parcels.of[0] = {from.position[i], from.velocity[i], from.id[i]};
+  }
+  return parcels;
+}
+
+template <unsigned kPerThread>
+__device__ __forceinline__ void store_parcels(const StepLaunch& launch, std::uint32_t i,
+                                              const Parcels<kPerThread>& parcels) {
+  const Parcel &one = parcels.of[0], &two = parcels.of[kPerThread - 1];
+  if (kPerThread == 2 && i + 1 < launch.num) {
+    *reinterpret_cast<int4*>(launch.to.position + i) = {one.position.x, one.position.y, two.position.x,
+                                                        two.position.y};
+    *reinterpret_cast<float4*>(launch.to.velocity + i) = {one.velocity.x, one.velocity.y, two.velocity.x,
+                                                          two.velocity.y};
+  } else if (i < launch.num) {
+    launch.to.position[i] = one.position;
+    launch.to.velocity[i] = one.velocity;
+  }
+}
+
+// Sets the bits of a warp's parcels. Whole warps call it.
+template <unsigned kPerThread>
+__device__ __forceinline__ void set_heated_of_parcels(const StepLaunch& launch, std::uint32_t i,
+                                                      const Parcels<kPerThread>& parcels) {
+  const unsigned lane = threadIdx.x % 32;
+  unsigned bits = 0;
+#pragma unroll
+  for (unsigned n = 0; n < kPerThread; ++n)
+    bits |= i + n < launch.num && parcels.of[n].is_heated != 0 ? 1U << n : 0U;
+  const std::uint32_t first = i - lane * kPerThread;
+#pragma unroll
+  for (unsigned part = 0; part < kPerThread; ++part) {
+    const unsigned of = part * 32 + lane;  // parcel of the warp
+    const unsigned of_thread = __shfl_sync(0xFFFFFFFFU, bits, static_cast<int>(of / kPerThread));
+    set_heated_of_warp(launch.to, first + of, (of_thread >> (of % kPerThread) & 1U) != 0, launch.num);
+  }
+}
+
+// Writes the parcels of a warp. Whole warps call it.
+template <unsigned kPerThread>
+__device__ __forceinline__ void write_parcels(const StepLaunch& launch, std::uint32_t i,
+                                              const Parcels<kPerThread>& before,
+                                              const Parcels<kPerThread>& after) {
+  if (launch.sort.is_due) {
+#pragma unroll
+    for (unsigned n = 0; n < kPerThread; ++n) {
+      const std::uint32_t place = place_of(launch, before.of[n].position, i + n < launch.num);
+      if (i + n < launch.num) put_in_place(launch, place, after.of[n]);
+    }
+    return;
+  }
+  store_parcels(launch, i, after);
+#pragma unroll
+  for (unsigned n = 0; n < kPerThread; ++n)
+    if (i + n < launch.num) draw_moved(launch, i + n, after.of[n]);
+  set_heated_of_parcels(launch, i, after);
+}
+
+template <class Contact, unsigned kPerThread, bool kBall, Boundary kBoundary>
+__global__ void __launch_bounds__(kBlock, kBlocksPerSm<kBall>)
+    step_of_warp_kernel(const __grid_constant__ StepLaunch launch) {
+  begin_in_turn();
+  __shared__ TallySlot block_tally;
+  __shared__ OfStep of_step;
+  __shared__ WarpContacts<Contact, kPerThread> contacts[kBlock / 32];
+  if (threadIdx.x == 0) of_step = begin_block(launch, block_tally);
+  __syncthreads();
+  DeviceTally tally{&block_tally};
+  WarpContacts<Contact, kPerThread>& warp = contacts[threadIdx.x / 32];
+  const std::uint32_t i = (blockIdx.x * kBlock + threadIdx.x) * kPerThread;
+  sum_contacts_of_warp<Contact, kPerThread, kBoundary>(launch, i - threadIdx.x % 32 * kPerThread,
+                                                       of_step.reach, warp, tally);
+  const Parcels<kPerThread> before = load_parcels<kPerThread>(launch, i);
+  Parcels<kPerThread> after = before;
+#pragma unroll
+  for (unsigned n = 0; n < kPerThread; ++n) {
+    if (i + n < launch.num && !is_retired(before.of[n].position))
+      after.of[n] = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, of_step.key,
+                                                  before.of[n], warp.sums_of(n), tally);
+  }
+  write_parcels(launch, i, before, after);
+  add_block(launch, tally, block_tally);
+}
+
+// From so many parcels on two to a thread are faster than one. Gps of `spring` with one and with two: 6 10^5
+// 20.6 and 19.0, 9 10^5 21.6 and 21.7, 1.2 10^6 22.2 and 23.3.
+constexpr std::uint32_t kManyForTwoOfWarp = 900'000;
+// With a ball so many parcels pay. Ms a frame of the court, of step_kernel and of warps: 2 10^4 0.15 and
+// 0.17, 10^5 0.32 and 0.31, 2 10^5 0.53 and 0.54, at restitution 0.2 0.87 and 0.57; `spring`, 4 10^5 0.92 and
+// 0.76, 6 10^5 1.02 and 1.00, 10^6 1.45 and 1.58.
+constexpr std::uint32_t kFewForWarpsWithBall = 50'000, kManyForWarpsWithBall = 600'000;
+
+template <unsigned kPerThread, bool kBall>
+void launch_of_warp(const StepLaunch& launch, cudaStream_t stream) {
+  for_boundary(launch.constants.physics.world.boundary, [&]<Boundary kBoundary>() {
+    for_method(TimeStepMethods{}, launch.method, [&]<class M>() {
+      launch_in_turn(step_of_warp_kernel<typename M::Contact, kPerThread, kBall, kBoundary>,
+                     blocks_for(launch.num, kPerThread * kBlock), kBlock, stream, launch);
+    });
+  });
+}
+
+}  // namespace
+
+OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t num_parcels) {
+  if (!physics.parcels.contacts) return OneKernel::plain;
+  const bool has_ball = physics.ball.exists;
+  if (const std::uint32_t limit = device_limits().one_kernel; limit > 0) {
+    const auto wanted = static_cast<OneKernel>(limit - 1);
+    return has_ball && wanted == OneKernel::two_of_warp ? OneKernel::of_warp : wanted;
+  }
+  if (has_ball)
+    return num_parcels >= kFewForWarpsWithBall && num_parcels < kManyForWarpsWithBall ? OneKernel::of_warp
+                                                                                      : OneKernel::plain;
+  const double area_fraction = area_fraction_of(physics);
+  const bool often_touch = row_of(method).contacts_last || area_fraction > kMaxAreaFraction;
+  if (!often_touch || area_fraction < kThinForTwo) return OneKernel::plain;
+  return num_parcels < kManyForTwoOfWarp ? OneKernel::of_warp : OneKernel::two_of_warp;
+}
+
+void launch_step_of_warp(const StepLaunch& launch, cudaStream_t stream) {
+  if (launch.one_kernel == OneKernel::two_of_warp)
+    launch_of_warp<2, false>(launch, stream);
+  else if (launch.constants.physics.ball.exists)
+    launch_of_warp<1, true>(launch, stream);
+  else
+    launch_of_warp<1, false>(launch, stream);
+}
+
+}  // namespace pf

@@ -1,0 +1,201 @@
+// The contacts of the parcels of a warp, one or two of each thread, worked off together: few threads have
+// many. A pair of two of its parcels is found and computed once.
+#pragma once
+
+#include "cuda/time_step/pairs.cuh"
+
+namespace pf {
+
+// A warp's pairs, and the sums of its parcels, in shared memory.
+template <class Contact, unsigned kPerThread>
+struct alignas(16) WarpContacts {
+  static constexpr unsigned kParcels = 32 * kPerThread, kMaxPairs = 4 * kParcels;
+  static constexpr unsigned kWords = Contact::kPushes ? 9 : 4;
+
+  // By word: low and high ones of the sums of ContactSums, and the number of contacts. A thread's parcels
+  // follow each other.
+  std::uint32_t sums[kWords][kParcels];
+  // The parcel of the warp, 0 to kParcels - 1, in the lowest bits, and how far ahead of the warp's first one
+  // its partner is in the others. Negative if it comes before.
+  std::int32_t pairs[kMaxPairs];
+  std::uint32_t num_pairs;  // found, also if there are more than kMaxPairs
+
+  static constexpr unsigned kOwnBits = kPerThread == 2 ? 6 : 5;
+  static_assert(kParcels == 1U << kOwnBits);
+  // Returns whether a pair can hold it.
+  static __device__ __forceinline__ bool is_in_range(std::uint32_t ahead) {
+    constexpr std::uint32_t kRange = 1U << (32 - kOwnBits);
+    return ahead + kRange / 2 < kRange;
+  }
+
+  __device__ __forceinline__ void clear() {
+    const unsigned lane = threadIdx.x % 32;
+#pragma unroll
+    for (unsigned w = 0; w < kWords; ++w) {
+#pragma unroll
+      for (unsigned n = 0; n < kPerThread; ++n) sums[w][lane * kPerThread + n] = 0;
+    }
+    if (lane == 0) num_pairs = 0;
+    __syncwarp();
+  }
+
+  // of: parcel of the warp. Other threads may add to the same one.
+  __device__ __forceinline__ void add(unsigned of, const ContactSums& added) {
+    add_wide(0, of, added.velocity_x);
+    add_wide(2, of, added.velocity_y);
+    if constexpr (Contact::kPushes) {
+      add_wide(4, of, added.push_x);
+      add_wide(6, of, added.push_y);
+      atomicAdd(&sums[8][of], std::uint32_t{added.num_contacts});
+    }
+  }
+
+  // The sums of the n-th parcel of the thread.
+  __device__ __forceinline__ ContactSums sums_of(unsigned n) const {
+    ContactSums of_parcel;
+    of_parcel.velocity_x = wide(0, n);
+    of_parcel.velocity_y = wide(2, n);
+    if constexpr (Contact::kPushes) {
+      of_parcel.push_x = wide(4, n);
+      of_parcel.push_y = wide(6, n);
+      of_parcel.num_contacts = static_cast<std::uint8_t>(word(8, n));
+    }
+    return of_parcel;
+  }
+
+ private:
+  // To words w and w + 1. An atomic of 64 bits in shared memory would be a loop.
+  __device__ __forceinline__ void add_wide(unsigned w, unsigned of, std::int64_t value) {
+    const auto bits = static_cast<std::uint64_t>(value);
+    const auto low = static_cast<std::uint32_t>(bits);
+    const std::uint32_t before = atomicAdd(&sums[w][of], low);
+    const std::uint32_t carry = before + low < low ? 1 : 0;
+    atomicAdd(&sums[w + 1][of], static_cast<std::uint32_t>(bits >> 32) + carry);
+  }
+
+  __device__ __forceinline__ std::uint32_t word(unsigned w, unsigned n) const {
+    return sums[w][threadIdx.x % 32 * kPerThread + n];
+  }
+  __device__ __forceinline__ std::int64_t wide(unsigned w, unsigned n) const {
+    return static_cast<std::int64_t>(std::uint64_t{word(w + 1, n)} << 32 | word(w, n));
+  }
+};
+
+// The same for parcel i, seen from it alone.
+template <class Contact, unsigned kPerThread, Boundary kBoundary>
+__device__ __noinline__ void touch_from_one_side(const StepLaunch& launch, std::uint32_t i, std::uint32_t j,
+                                                 unsigned of, WarpContacts<Contact, kPerThread>& warp,
+                                                 DeviceTally& tally) {
+  ContactSums sums;
+  touch_from<Contact, kBoundary>(launch, parcel_at(launch, i), j, sums, tally);
+  warp.add(of, sums);
+}
+
+// The position and the velocity each at once. id, is_heated: 0.
+__device__ __forceinline__ Parcel motion_at(const StepLaunch& launch, std::uint32_t i) {
+  const int2 position = reinterpret_cast<const int2*>(launch.from.position)[i];
+  const float2 velocity = reinterpret_cast<const float2*>(launch.from.velocity)[i];
+  return {{position.x, position.y}, {velocity.x, velocity.y}, 0};
+}
+
+// Adds a contact to the sums of the warp's parcels, if they touch. first: index of the warp's first parcel;
+// own, ahead: as in WarpContacts::pairs.
+template <class Contact, unsigned kPerThread, Boundary kBoundary>
+__device__ __forceinline__ void touch_of_warp(const StepLaunch& launch, std::uint32_t first, unsigned own,
+                                              std::uint32_t ahead, WarpContacts<Contact, kPerThread>& warp,
+                                              DeviceTally& tally) {
+  const std::uint32_t i = first + own, j = first + ahead;
+  const bool are_both = ahead < WarpContacts<Contact, kPerThread>::kParcels;
+  Parcel one = motion_at(launch, i), two = motion_at(launch, j);
+  // Of both ids matter for coincident centres only, and to tally the pair once.
+  one.id = are_both ? 0 : launch.from.id[i];
+  two.id = are_both ? 1 : launch.from.id[j];
+  if constexpr (Contact::kPushes) two.is_heated = is_heated(launch.from, i) | is_heated(launch.from, j);
+  const World& world = launch.constants.physics.world;
+  const Vec2i offset = separation<kBoundary>(world, one.position, two.position);
+  if (are_both && !is_same_from_both<kBoundary>(world, offset)) {
+    DeviceTally of_pair = tally;  // a copy, since what is passed by reference cannot stay in registers
+    touch_from_one_side<Contact, kPerThread, kBoundary>(launch, i, j, own, warp, of_pair);
+    touch_from_one_side<Contact, kPerThread, kBoundary>(launch, j, i, ahead, warp, of_pair);
+    tally = of_pair;
+  } else {
+    ContactSums sums;
+    add_contact<Contact>(launch.constants, one, two, offset, sums, tally);
+    warp.add(own, sums);
+    if (are_both) warp.add(ahead, -sums);
+  }
+}
+
+// Returns whether a pair is the first parcel's to find. Parcels of one warp find those that come later.
+template <class Contact, unsigned kPerThread>
+__device__ __forceinline__ bool finds(unsigned own, std::uint32_t ahead) {
+  return ahead >= WarpContacts<Contact, kPerThread>::kParcels || ahead > own;
+}
+
+// The pairs of a thread's parcels, which are not listed. Not inlined: the kernel would need more
+// registers for what is rare.
+template <class Contact, unsigned kPerThread, Boundary kBoundary>
+__device__ __noinline__ void touch_one_by_one(const StepLaunch& launch, std::uint32_t first,
+                                              std::int32_t reach, WarpContacts<Contact, kPerThread>& warp,
+                                              DeviceTally& tally) {
+  const unsigned own_first = threadIdx.x % 32 * kPerThread;
+  for (unsigned own = own_first; own < own_first + kPerThread && first + own < launch.num; ++own) {
+    const Vec2i position = launch.from.position[first + own];
+    if (is_retired(position)) continue;
+    const SearchCircle circle{position, first + own, reach, launch.constants.filter_distance2};
+    search<kBoundary, true>(launch.space, launch.from.position, circle, [&](std::uint32_t j) {
+      const std::uint32_t ahead = j - first;
+      if (finds<Contact, kPerThread>(own, ahead))
+        touch_of_warp<Contact, kPerThread, kBoundary>(launch, first, own, ahead, warp, tally);
+    });
+  }
+}
+
+// Sums the contacts of the warp's parcels, from `first` on. Whole warps call it, and have the sums then.
+template <class Contact, unsigned kPerThread, Boundary kBoundary>
+__device__ __forceinline__ void sum_contacts_of_warp(const StepLaunch& launch, std::uint32_t first,
+                                                     std::int32_t reach,
+                                                     WarpContacts<Contact, kPerThread>& warp,
+                                                     DeviceTally& tally) {
+  using Warp = WarpContacts<Contact, kPerThread>;
+  constexpr unsigned kAll = 0xFFFFFFFFU;
+  const unsigned lane = threadIdx.x % 32;
+  warp.clear();
+  bool has_room = true;
+  const bool are_together = visit_partners<kPerThread, kBoundary>(
+      launch, first + kPerThread * lane, reach, [&](unsigned n, std::uint32_t j) {
+        const unsigned own = kPerThread * lane + n;
+        const std::uint32_t ahead = j - first;
+        if (!finds<Contact, kPerThread>(own, ahead)) return;
+        const unsigned slot = atomicAdd(&warp.num_pairs, 1U);
+        if (slot < Warp::kMaxPairs && Warp::is_in_range(ahead))
+          warp.pairs[slot] = static_cast<std::int32_t>(ahead << Warp::kOwnBits | own);
+        else
+          has_room = false;
+      });
+  __syncwarp();
+  const bool are_listed = first + kPerThread * lane >= launch.num || (are_together && has_room);
+  const unsigned listed = __ballot_sync(kAll, are_listed);
+  const unsigned num_pairs = min(warp.num_pairs, Warp::kMaxPairs);
+#pragma unroll 1
+  for (unsigned base = 0; base < num_pairs; base += 32) {
+    if (base + lane < num_pairs) {
+      const std::int32_t pair = warp.pairs[base + lane];
+      const unsigned own = static_cast<unsigned>(pair) % Warp::kParcels;
+      const auto ahead = static_cast<std::uint32_t>(pair >> Warp::kOwnBits);
+      if ((listed >> (own / kPerThread) & 1U) != 0)
+        touch_of_warp<Contact, kPerThread, kBoundary>(launch, first, own, ahead, warp, tally);
+    }
+    __syncwarp();
+  }
+  if (listed != kAll) {
+    if (!are_listed) {
+      DeviceTally of_thread = tally;
+      touch_one_by_one<Contact, kPerThread, kBoundary>(launch, first, reach, warp, of_thread);
+      tally = of_thread;
+    }
+    __syncwarp();
+  }
+}
+
+}  // namespace pf
