@@ -40,19 +40,22 @@ __device__ __forceinline__ float past_circle(const DeviceSearch& space, const Se
   return past_radius(static_cast<float>(offset.x), static_cast<float>(offset.y), circle.radius2);
 }
 
-// A circle that search_box() searches, for parcels with an index of `begin` or more. Others search two at
-// once, see TwoCircles.
+// A circle that search_box() searches, for parcels with an index of `from` or more. Other types, which search
+// two at once (TwoCircles) or with whole warps, have the same members.
 template <Boundary kBoundary>
 struct OneCircle {
   static constexpr unsigned kNum = 1;  // circles
-  static constexpr int kRows = 2;      // of cells, that are one loop
-  // Whether whole warps search, so that all of a warp's threads wait for each other now and then. Else
-  // threads whose partners are many may be left to work one after the other.
+  // Of the circles from this one on, the parcels that they are around, own(n), are left out.
+  static constexpr unsigned kFirstLeftOut = 1;
+  static constexpr int kRows = 2;  // of cells that are one loop; with two, begin() is the first index
+  // Whether whole warps search, so that the threads of a warp wait for each other now and then. Otherwise
+  // those that have found many may be left to work one after the other.
   static constexpr bool kWholeWarps = false;
 
   const SearchCircle& circle;
   std::uint32_t from = 0;
 
+  __device__ __forceinline__ std::uint32_t own(unsigned) const { return circle.self; }
   __device__ __forceinline__ std::uint32_t begin() const { return from; }
   // The first parcel that is looked at, of a range from `first` on.
   __device__ __forceinline__ std::uint32_t skip(std::uint32_t first) const { return max(first, from); }
@@ -82,6 +85,46 @@ struct ParcelRange {
 // Positions that search_ranges() reads at a time, the last ones up to three beyond the end of a range.
 constexpr unsigned kReadTogether = 4;
 
+// Ranges as one loop, whose index k counts through them, all but the last filled up to whole turns.
+template <unsigned kNumRanges>
+struct RangeLoop {
+  std::uint32_t begin[kNumRanges], end[kNumRanges], to_index[kNumRanges];
+
+  __device__ __forceinline__ explicit RangeLoop(const ParcelRange (&ranges)[kNumRanges]) {
+    std::uint32_t next = 0;
+#pragma unroll
+    for (unsigned r = 0; r < kNumRanges; ++r) {
+      begin[r] = next;
+      end[r] = next + ranges[r].count;
+      to_index[r] = ranges[r].first - next;
+      next += (ranges[r].count + kReadTogether - 1) / kReadTogether * kReadTogether;
+    }
+  }
+
+  __device__ __forceinline__ std::uint32_t index_at(std::uint32_t k) const { return k + at(k, to_index); }
+  __device__ __forceinline__ bool is_parcel(std::uint32_t k) const { return k < at(k, end); }
+  // Of a parcel of the ranges; else it is nowhere.
+  __device__ __forceinline__ std::uint32_t find(std::uint32_t index) const {
+    std::uint32_t k = 1U << 31;
+#pragma unroll
+    for (unsigned r = 0; r < kNumRanges; ++r) {
+      const std::uint32_t in_range = index - (begin[r] + to_index[r]);
+      if (in_range < end[r] - begin[r]) k = begin[r] + in_range;
+    }
+    return k;
+  }
+
+ private:
+  // The value of the range of k.
+  __device__ __forceinline__ std::uint32_t at(std::uint32_t k,
+                                              const std::uint32_t (&values)[kNumRanges]) const {
+    std::uint32_t value = values[0];
+#pragma unroll
+    for (unsigned r = 1; r < kNumRanges; ++r) value = k < begin[r] ? value : values[r];
+    return value;
+  }
+};
+
 // Calls visit(n, j) for every parcel j of the ranges within the n-th circle. The ranges are one loop, so that
 // a thread goes on with the next one while others of its warp still are in one before: with parcels read by
 // twos the loop has 5.6 turns instead of 7.4 (two ranges, one circle; gas, area fraction 0.2), by fours 3.4.
@@ -91,43 +134,18 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
                                               const Circles& circles, const ParcelRange (&ranges)[kNumRanges],
                                               Visit visit) {
   constexpr unsigned kLast = Circles::kNum - 1;  // 0 or 1
-  // The loop's index k counts through the ranges, all but the last filled up to whole turns.
-  std::uint32_t begin[kNumRanges], end[kNumRanges], to_index[kNumRanges];
-  std::uint32_t next_begin = 0;
+  const RangeLoop<kNumRanges> loop(ranges);
+  [[maybe_unused]] std::uint32_t left_out[Circles::kNum];
 #pragma unroll
-  for (unsigned r = 0; r < kNumRanges; ++r) {
-    begin[r] = next_begin;
-    end[r] = next_begin + ranges[r].count;
-    to_index[r] = ranges[r].first - next_begin;
-    next_begin += (ranges[r].count + kReadTogether - 1) / kReadTogether * kReadTogether;
-  }
-  const auto of_range = [&](std::uint32_t k, const std::uint32_t(&values)[kNumRanges]) {
-    std::uint32_t value = values[0];
-#pragma unroll
-    for (unsigned r = 1; r < kNumRanges; ++r) value = k < begin[r] ? value : values[r];
-    return value;
-  };
-  // Two parcels are not near themselves. (Where the first one ends a range visit() has to see to that.)
-  constexpr std::uint32_t kNowhere = 1U << 31;
-  [[maybe_unused]] std::uint32_t k_of_first = kNowhere, k_of_second = kNowhere;
-  if constexpr (Circles::kNum == 2) {
-#pragma unroll
-    for (unsigned r = 0; r < kNumRanges; ++r) {
-      const std::uint32_t in_range = circles.second() - ranges[r].first;
-      if (in_range >= ranges[r].count) continue;
-      k_of_second = begin[r] + in_range;
-      if (in_range > 0) k_of_first = k_of_second - 1;
-    }
-  }
-  const std::uint32_t end_of_all = end[kNumRanges - 1];
-  for (std::uint32_t k = 0; goes_on<Circles>(k < end_of_all);) {
-    const std::uint32_t next = min(end_of_all, k + 32);
+  for (unsigned n = Circles::kFirstLeftOut; n < Circles::kNum; ++n) left_out[n] = loop.find(circles.own(n));
+  const std::uint32_t end = loop.end[kNumRanges - 1];
+  for (std::uint32_t k = 0; goes_on<Circles>(k < end);) {
+    const std::uint32_t next = min(end, k + 32);
     std::uint32_t near[kLast + 1] = {};  // a bit for each of the last 32, the lowest for k - 1
-    if (!Circles::kWholeWarps || k < end_of_all)
+    if (!Circles::kWholeWarps || k < end)
 #pragma unroll 1
       do {
-        const std::uint32_t j = k + of_range(k, to_index);
-        const int2* from = reinterpret_cast<const int2*>(position) + j;
+        const int2* from = reinterpret_cast<const int2*>(position) + loop.index_at(k);
         int2 there[kReadTogether];
 #pragma unroll
         for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
@@ -136,13 +154,10 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
         k += kReadTogether;
       } while (k < next);
     if constexpr (Circles::kWholeWarps) __syncwarp();
-    if constexpr (Circles::kNum == 2) {
-      const std::uint32_t bit = k - 1 - k_of_second;
-      if (bit < 32) near[kLast] &= ~(1U << bit);
-      if constexpr (Circles::kFindsFirst) {
-        const std::uint32_t of_first = k - 1 - k_of_first;
-        if (of_first < 32) near[0] &= ~(1U << of_first);
-      }
+#pragma unroll
+    for (unsigned n = Circles::kFirstLeftOut; n < Circles::kNum; ++n) {
+      const std::uint32_t bit = k - 1 - left_out[n];
+      if (bit < 32) near[n] &= ~(1U << bit);
     }
     while ((near[0] | near[kLast]) != 0) {
       const unsigned n = near[0] != 0 ? 0 : kLast;
@@ -150,7 +165,7 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
       const auto bit = static_cast<std::uint32_t>(31 - __clz(static_cast<int>(word)));
       (n == 0 ? near[0] : near[kLast]) = word ^ (1U << bit);  // no reference: they are registers
       const std::uint32_t at = k - 1 - bit;
-      if (at < of_range(at, end)) visit(n, at + of_range(at, to_index));
+      if (loop.is_parcel(at)) visit(n, loop.index_at(at));
     }
     if constexpr (Circles::kWholeWarps) __syncwarp();
   }
@@ -171,9 +186,11 @@ __device__ __forceinline__ void search_box(const DeviceSearch& space, const Vec2
   const std::int32_t last_row = cell_coordinate(box.high_y, grid.y);
   std::int32_t row = cell_coordinate(box.low_y, grid.y);
   // Three rows would be two loops. Often the first one ends before begin().
-  if (Circles::kRows == 2 && last_row - row > 1 &&
-      space.cell_start[static_cast<std::uint32_t>(row + 1) * row_length] < circles.begin())
-    ++row;
+  if constexpr (Circles::kRows == 2) {
+    if (last_row - row > 1 &&
+        space.cell_start[static_cast<std::uint32_t>(row + 1) * row_length] < circles.begin())
+      ++row;
+  }
   const std::int32_t column = cell_coordinate(box.low_x, grid.x);
   const auto num_columns = static_cast<std::uint32_t>(cell_coordinate(box.high_x, grid.x) - column + 1);
   std::uint32_t cell = static_cast<std::uint32_t>(row) * row_length + static_cast<std::uint32_t>(column);
@@ -189,7 +206,7 @@ __device__ __forceinline__ void search_box(const DeviceSearch& space, const Vec2
     for (int r = 0; r < kRows; ++r) {
       ranges[r] = range_in_row(cell);
       if (num_rows < r) ranges[r].count = 0;
-      if (num_rows > r || r + 1 == kRows) cell += row_length;
+      if (num_rows > r) cell += row_length;  // else it stays in the box: other threads may go on
     }
     search_ranges(space, position, circles, ranges, visit);
   }

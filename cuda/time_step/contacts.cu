@@ -130,7 +130,7 @@ __device__ bool has_pool(const StepLaunch& launch) {
   return !kBorders && *launch.contacts.num_pooled <= launch.contacts.max_pooled;
 }
 
-// Blocks of contact_kernel before those of the lists: some that move the ball, then some for the pool.
+// Blocks of contact_kernel before those of the lists: one that moves the ball, then some for the pool.
 template <bool kBorders>
 PF_HD unsigned num_blocks_for_ball(const StepLaunch& launch) {
   return !kBorders && contacts_move_ball(launch) ? 1 : 0;

@@ -1,6 +1,7 @@
 // Functions that the kernels of a step share.
 #pragma once
 
+#include "backend/draw_buffers.hpp"
 #include "cuda/tally.cuh"
 #include "cuda/time_step/kernel.cuh"
 #include "model/contact.hpp"
@@ -70,7 +71,7 @@ __device__ inline void draw_moved(const StepLaunch& launch, std::uint32_t place,
     draw_parcel(launch.draw, launch.constants.physics.world, place, after.position, after.velocity);
 }
 
-// Writes a parcel to its place in a step of one kernel that sorts, and draws it.
+// Writes a parcel to its place in a step that sorts, and draws it.
 __device__ inline void put_in_place(const StepLaunch& launch, std::uint32_t place, const Parcel& after) {
   launch.to.position[place] = after.position;
   launch.to.velocity[place] = after.velocity;

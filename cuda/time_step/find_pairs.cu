@@ -36,6 +36,8 @@ __device__ void begin_sums(const ContactScratch& contacts, std::uint32_t i, std:
 
 // Notes a pair for which its list has no room.
 __device__ __forceinline__ void pool_pair(const ContactScratch& contacts, std::uint32_t i, std::uint32_t j) {
+  if (__ldcg(contacts.num_pooled) > contacts.max_pooled)
+    return;  // full: so that it does not overflow, either
   const unsigned slot = atomicAdd(contacts.num_pooled, 1U);
   if (slot >= contacts.max_pooled) return;
   contacts.pooled_first[slot] = i;

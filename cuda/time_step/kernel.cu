@@ -1,6 +1,5 @@
 #include "cuda/time_step/kernel.cuh"
 
-#include "backend/draw_buffers.hpp"
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"
@@ -170,7 +169,6 @@ __global__ void __launch_bounds__((kMaxOpenSteps + 1) * kNumSlots)
 }
 
 void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStream_t stream) {
-  if (launch.num == 0) return;
   launch_in_turn(kernel, blocks_for(launch.num, kBlock), kBlock, stream, launch);
 }
 
@@ -193,6 +191,7 @@ void launch_count(const StepLaunch& launch, cudaStream_t stream) {
 }
 
 void launch_push_out(const StepLaunch& launch, cudaStream_t stream) {
+  if (launch.num == 0) return;
   for_boundary(launch.constants.physics.world.boundary, [&]<Boundary kBoundary>() {
     launch_kernel(step_kernel<PushOutContact, false, kBoundary>, launch, stream);
   });

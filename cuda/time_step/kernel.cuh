@@ -113,7 +113,7 @@ struct StepSort {
 enum class OneKernel : std::uint8_t {
   plain,       // step_kernel
   of_warp,     // step_of_warp_kernel
-  two_of_warp  // the same, with two parcels to a thread; not with a ball
+  two_of_warp  // the same, with two parcels to a thread; with a ball one
 };
 
 struct StepLaunch {
@@ -131,7 +131,7 @@ struct StepLaunch {
   std::uint32_t num_open = 0;  // steps since launch_end_steps, before this one
   DrawBuffers draw;            // device memory; null pointers: nothing is drawn
   Method method = Method::impulse;
-  OneKernel one_kernel = OneKernel::plain;  // of launch_step
+  OneKernel one_kernel = OneKernel::plain;  // of launch_step; a search of all pairs takes the plain one
   std::uint32_t num = 0;                    // parcels, ghosts included
   // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
   std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;

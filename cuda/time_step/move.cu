@@ -1,5 +1,4 @@
 // The move of parcels whose contacts are summed, in place.
-#include "backend/draw_buffers.hpp"
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/launch.cuh"

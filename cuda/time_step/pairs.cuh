@@ -60,7 +60,7 @@ struct TwoCircles {
   const SearchCircle& first;
   float to_second_x, to_second_y;
 
-  __device__ __forceinline__ std::uint32_t second() const { return first.self + 1; }
+  __device__ __forceinline__ std::uint32_t own(unsigned n) const { return first.self + n; }
 
   // As OneCircle::shift_in(). The second circle costs five instructions.
   __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
@@ -77,25 +77,49 @@ struct TwoCircles {
 
 // For parcels that come later in that order.
 struct TwoCirclesLater : TwoCircles {
+  static constexpr unsigned kFirstLeftOut = 1;
   static constexpr int kRows = 2;
   static constexpr bool kWholeWarps = false;
-  static constexpr bool kFindsFirst = false;  // the first of the two parcels may be in a range
 
-  __device__ __forceinline__ std::uint32_t begin() const { return second(); }
-  __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const { return max(from, second()); }
+  __device__ __forceinline__ std::uint32_t begin() const { return own(1); }
+  __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const { return max(from, own(1)); }
 };
 
-// For all parcels, but of a range that begins with parcels of the warp only those that come later: these see
-// the others. Three rows in one loop, with 12 blocks of 128 threads: `spring` 32.2 Gps of a gas of 10^7, with
-// two 30.1.
-struct TwoCirclesOfWarp : TwoCircles {
-  static constexpr int kRows = 3;
-  static constexpr bool kWholeWarps = true, kFindsFirst = true;
+// The first parcel to look at, of a range from `first` on, around parcel i, and maybe those that follow in
+// the same thread. If it is of the warp these are what comes after i: earlier ones find it.
+template <unsigned kPerThread>
+__device__ __forceinline__ std::uint32_t skip_earlier_of_warp(std::uint32_t first, std::uint32_t i) {
+  const std::uint32_t before = threadIdx.x % 32 * kPerThread;  // the warp's parcels before i
+  return first - (i - before) <= before ? i + 1 : first;
+}
 
-  __device__ __forceinline__ std::uint32_t begin() const { return 0; }
+// For all parcels but those of the warp that are skipped so. Three rows are one loop: `spring` makes 32.2 Gps
+// of a gas of 10^7, with two 30.1.
+struct TwoCirclesOfWarp : TwoCircles {
+  static constexpr unsigned kFirstLeftOut = 0;
+  static constexpr int kRows = 3;
+  static constexpr bool kWholeWarps = true;
+
   __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const {
-    const std::uint32_t before = threadIdx.x % 32 * 2;  // the warp's parcels before the thread's
-    return from - (first.self - before) <= before ? second() : from;
+    return skip_earlier_of_warp<2>(from, first.self);
+  }
+};
+
+// The same with one parcel to a thread. It may be visited itself: few are in a range.
+struct OneCircleOfWarp {
+  static constexpr unsigned kNum = 1, kFirstLeftOut = 1;
+  static constexpr int kRows = 3;
+  static constexpr bool kWholeWarps = true;
+
+  const SearchCircle& circle;
+
+  __device__ __forceinline__ std::uint32_t own(unsigned) const { return circle.self; }
+  __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const {
+    return skip_earlier_of_warp<1>(from, circle.self);
+  }
+  __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
+                                           std::uint32_t (&near)[kNum]) const {
+    OneCircle<Boundary::open>{circle}.shift_in(space, there, near);  // the box crosses no edge
   }
 };
 
@@ -171,25 +195,6 @@ __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std
   return true;
 }
 
-// One circle, for the same parcels as TwoCirclesOfWarp.
-struct OneCircleOfWarp {
-  static constexpr unsigned kNum = 1;
-  static constexpr int kRows = 3;
-  static constexpr bool kWholeWarps = true;
-
-  const SearchCircle& circle;
-
-  __device__ __forceinline__ std::uint32_t begin() const { return 0; }
-  __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const {
-    const std::uint32_t before = threadIdx.x % 32;
-    return from - (circle.self - before) <= before ? circle.self + 1 : from;
-  }
-  __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
-                                           std::uint32_t (&near)[kNum]) const {
-    OneCircle<Boundary::open>{circle}.shift_in(space, there, near);  // the box crosses no edge
-  }
-};
-
 // Calls visit(n, j) for each parcel j that touches parcel i + n, 0 <= n < kPerThread, within the float's
 // margin. It leaves out j < i of the same warp, most of them, and may visit j = i + n. Whole warps call it.
 // Returns false, with none visited, if the thread's parcels have to be searched around one by one.
@@ -198,17 +203,20 @@ __device__ __forceinline__ bool visit_partners(const StepLaunch& launch, std::ui
                                                Visit visit) {
   if constexpr (kPerThread == 2) {
     const TwoParcels two = two_parcels<kBoundary>(launch, i, positions_of_two(launch, i), reach);
-    search_box(launch.space, launch.from.position, TwoCirclesOfWarp{two.circles()}, two.box(),
-               two.are_together, visit);
+    search_box(launch.space, launch.from.position, TwoCirclesOfWarp{two.circles()},
+               two.are_together ? two.box() : SearchBounds{}, two.are_together, visit);
     return two.are_together;
   } else {
     int2 position{};
     if (i < launch.num) position = __ldg(reinterpret_cast<const int2*>(launch.from.position) + i);
     const Vec2i centre{position.x, position.y};
     const SearchCircle circle{centre, i, reach, launch.constants.filter_distance2};
-    const SearchBounds box{centre.x - reach, centre.x + reach, centre.y - reach, centre.y + reach};
-    const bool searches = i < launch.num && !is_retired(centre) && !launch.space.all_pairs &&
-                          reach < kHalfSide && !crosses_edge<kBoundary>(launch.space.world, box);
+    SearchBounds box{};
+    bool searches = i < launch.num && !is_retired(centre) && reach < kHalfSide;
+    if (searches) {
+      box = {centre.x - reach, centre.x + reach, centre.y - reach, centre.y + reach};
+      searches = !crosses_edge<kBoundary>(launch.space.world, box);
+    }
     search_box(launch.space, launch.from.position, OneCircleOfWarp{circle}, box, searches, visit);
     return searches;
   }

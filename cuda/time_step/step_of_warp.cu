@@ -144,24 +144,24 @@ void launch_of_warp(const StepLaunch& launch, cudaStream_t stream) {
 OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (!physics.parcels.contacts) return OneKernel::plain;
   const bool has_ball = physics.ball.exists;
-  if (const std::uint32_t limit = device_limits().one_kernel; limit > 0) {
-    const auto wanted = static_cast<OneKernel>(limit - 1);
-    return has_ball && wanted == OneKernel::two_of_warp ? OneKernel::of_warp : wanted;
-  }
+  if (const std::uint32_t limit = device_limits().one_kernel; limit > 0)
+    return static_cast<OneKernel>(limit - 1);
   if (has_ball)
     return num_parcels >= kFewForWarpsWithBall && num_parcels < kManyForWarpsWithBall ? OneKernel::of_warp
                                                                                       : OneKernel::plain;
   const double area_fraction = area_fraction_of(physics);
+  // In a thin gas of many parcels, which seldom touch, step_kernel is faster: at 0.05, 10^6 26.6 instead
+  // of 24.5.
   const bool often_touch = row_of(method).contacts_last || area_fraction > kMaxAreaFraction;
   if (!often_touch || area_fraction < kThinForTwo) return OneKernel::plain;
   return num_parcels < kManyForTwoOfWarp ? OneKernel::of_warp : OneKernel::two_of_warp;
 }
 
 void launch_step_of_warp(const StepLaunch& launch, cudaStream_t stream) {
-  if (launch.one_kernel == OneKernel::two_of_warp)
-    launch_of_warp<2, false>(launch, stream);
-  else if (launch.constants.physics.ball.exists)
+  if (launch.constants.physics.ball.exists)
     launch_of_warp<1, true>(launch, stream);
+  else if (launch.one_kernel == OneKernel::two_of_warp)
+    launch_of_warp<2, false>(launch, stream);
   else
     launch_of_warp<1, false>(launch, stream);
 }

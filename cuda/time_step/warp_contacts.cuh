@@ -167,8 +167,9 @@ __device__ __forceinline__ void sum_contacts_of_warp(const StepLaunch& launch, s
         const unsigned own = kPerThread * lane + n;
         const std::uint32_t ahead = j - first;
         if (!finds<Contact, kPerThread>(own, ahead)) return;
-        const unsigned slot = atomicAdd(&warp.num_pairs, 1U);
-        if (slot < Warp::kMaxPairs && Warp::is_in_range(ahead))
+        unsigned slot = Warp::kMaxPairs;
+        if (Warp::is_in_range(ahead)) slot = atomicAdd(&warp.num_pairs, 1U);
+        if (slot < Warp::kMaxPairs)
           warp.pairs[slot] = static_cast<std::int32_t>(ahead << Warp::kOwnBits | own);
         else
           has_room = false;

@@ -101,9 +101,6 @@ PF_HD inline void add_velocity(const StepConstants& c, Vec2f change_mps, Contact
 // Pushes each parcel of an overlapping pair away by half the overlap. Method `exact` applies it alone to a
 // state that another method left.
 struct PushOutContact {
-  // Whether it adds pushes and counts contacts.
-  static constexpr bool kPushes = true;
-
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,
                             const PairGeometry& pair, ContactSums& sums, Tally& tally) {
@@ -128,7 +125,7 @@ constexpr float kHeatedShare = 1.0F / 3.0F;
 // at impulse_scale 1. In a crowd a parcel may get too much that way from all its contacts together, and the
 // crowd would heat up without end; so contacts of parcels that it has heated exchange a share.
 struct ImpulseContact {
-  static constexpr bool kPushes = true;
+  static constexpr bool kPushes = true;  // and counts contacts
 
   template <EventTally Tally>
   PF_HD static void respond(const StepConstants& c, const Parcel& self, const Parcel& other,

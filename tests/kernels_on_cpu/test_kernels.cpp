@@ -113,14 +113,16 @@ TEST_F(Kernels, StepsOfAPileGiveTheBitsOfTheCpu) {
 
 // The pool is used for many steps, with sorts among them.
 TEST_F(Kernels, StepsOfALayerThatIsPressedGiveTheBitsOfTheCpu) {
-  limit("many_parcels=1");
-  Settings s = gas(45'000, 0.2, Boundary::walls);
-  s.restitution = 0.0;
-  SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
-  for (SceneRun* run : {&cpu, &gpu}) press(*run, 500);
-  std::uint64_t num_sorts = 0;
-  for (const std::uint32_t steps : {3U, 9U}) num_sorts += expect_same_request(cpu, gpu, steps).num_sorts;
-  EXPECT_GE(num_sorts, 2U);
+  for (const char* limits : {"many_parcels=1", "many_parcels=1 many_for_two=1"}) {
+    limit(limits);
+    Settings s = gas(45'000, 0.2, Boundary::walls);
+    s.restitution = 0.0;
+    SceneRun cpu(s, make_cpu_backend(0)), gpu(s, make_cuda_backend(0));
+    for (SceneRun* run : {&cpu, &gpu}) press(*run, 500);
+    std::uint64_t num_sorts = 0;
+    for (const std::uint32_t steps : {3U, 9U}) num_sorts += expect_same_request(cpu, gpu, steps).num_sorts;
+    EXPECT_GE(num_sorts, 2U);
+  }
 }
 
 // Steps are ended sixteen at a time, and at the end of a request.
