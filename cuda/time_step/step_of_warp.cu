@@ -30,31 +30,38 @@ template <unsigned kPerThread>
 __device__ __forceinline__ Parcels<kPerThread> load_parcels(const StepLaunch& launch, std::uint32_t i) {
   Parcels<kPerThread> parcels;
   const ParcelPointers& from = launch.from;
-  if (kPerThread == 2 && i + 1 < launch.num) {
-    const int4 position = *reinterpret_cast<const int4*>(from.position + i);
-    const float4 velocity = *reinterpret_cast<const float4*>(from.velocity + i);
-    const uint2 id = *reinterpret_cast<const uint2*>(from.id + i);
-    parcels.of[0] = {{position.x, position.y}, {velocity.x, velocity.y}, id.x};
-    parcels.of[kPerThread - 1] = {{position.z, position.w}, {velocity.z, velocity.w}, id.y};
-  } else if (i < launch.num) {
-    parcels.of[0] = {from.position[i], from.velocity[i], from.id[i]};
+  if constexpr (kPerThread == 2) {
+    if (i + 1 < launch.num) {
+      const int4 position = *reinterpret_cast<const int4*>(from.position + i);
+      const float4 velocity = *reinterpret_cast<const float4*>(from.velocity + i);
+      const uint2 id = *reinterpret_cast<const uint2*>(from.id + i);
+      parcels.of[0] = Parcel{{position.x, position.y}, {velocity.x, velocity.y}, id.x};
+      parcels.of[1] = Parcel{{position.z, position.w}, {velocity.z, velocity.w}, id.y};
+      return parcels;
+    }
   }
+  if (i < launch.num) parcels.of[0] = {from.position[i], from.velocity[i], from.id[i]};
   return parcels;
 }
 
 template <unsigned kPerThread>
 __device__ __forceinline__ void store_parcels(const StepLaunch& launch, std::uint32_t i,
                                               const Parcels<kPerThread>& parcels) {
-  const Parcel &one = parcels.of[0], &two = parcels.of[kPerThread - 1];
-  if (kPerThread == 2 && i + 1 < launch.num) {
-    *reinterpret_cast<int4*>(launch.to.position + i) = {one.position.x, one.position.y, two.position.x,
-                                                        two.position.y};
-    *reinterpret_cast<float4*>(launch.to.velocity + i) = {one.velocity.x, one.velocity.y, two.velocity.x,
-                                                          two.velocity.y};
-  } else if (i < launch.num) {
-    launch.to.position[i] = one.position;
-    launch.to.velocity[i] = one.velocity;
+  const ParcelPointers& to = launch.to;
+  const Parcel& one = parcels.of[0];
+  if constexpr (kPerThread == 2) {
+    if (i + 1 < launch.num) {
+      const Parcel& two = parcels.of[1];
+      *reinterpret_cast<int4*>(to.position + i) = {one.position.x, one.position.y, two.position.x,
+                                                   two.position.y};
+      *reinterpret_cast<float4*>(to.velocity + i) = {one.velocity.x, one.velocity.y, two.velocity.x,
+                                                     two.velocity.y};
+      return;
+    }
   }
+  if (i >= launch.num) return;
+  to.position[i] = one.position;
+  to.velocity[i] = one.velocity;
 }
 
 // Sets the bits of a warp's parcels. Whole warps call it.
