@@ -163,8 +163,8 @@ LoggedFrame Reader::frame(const toml::table& table) const {
   for (const CommandSwitch& one : command_switches()) known.emplace_back(one.name);
   for (const std::string& name : frame.presses) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      refuse(table, fmt::format("{} is not a press; the nearest is {}; one of {}", in_quotes(name),
-                                nearest_name(name, known), fmt::join(known, ", ")));
+      refuse(table, fmt::format("{} is not a press{}; one of {}", in_quotes(name),
+                                say_nearest("; the nearest is ", name, known), fmt::join(known, ", ")));
     }
   }
   return frame;

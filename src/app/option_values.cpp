@@ -70,8 +70,8 @@ std::string name_of(const char* flag, const std::string& text, const std::vector
 
 void check_name(const char* flag, const std::string& name, const std::vector<std::string>& known) {
   if (std::find(known.begin(), known.end(), name) != known.end()) return;
-  throw UserError(fmt::format("{}: {} is unknown, the nearest is {}; one of {}", flag, in_quotes(name),
-                              nearest_name(name, known), fmt::join(known, ", ")));
+  throw UserError(fmt::format("{}: {} is unknown{}; one of {}", flag, in_quotes(name),
+                              say_nearest(", the nearest is ", name, known), fmt::join(known, ", ")));
 }
 
 void check_writable(const std::string& place, const fs::path& file) {
@@ -142,8 +142,8 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
   const std::string help = fmt::format("see pickleflight {} --help", command.get_name());
   if (is_option) {
     const std::string name = argument.substr(0, argument.find('='));
-    throw UserError(fmt::format("{} is not an option of 'pickleflight {}'; the nearest is {}; {}",
-                                in_quotes(argument), command.get_name(), nearest_name(name, known), help));
+    throw UserError(fmt::format("{} is not an option of 'pickleflight {}'{}; {}", in_quotes(argument),
+                                command.get_name(), say_nearest("; the nearest is ", name, known), help));
   }
   if (std::find(kCommands.begin(), kCommands.end(), argument) != kCommands.end()) {
     throw UserError(
@@ -157,10 +157,9 @@ fs::path record_file(const CLI::App& app, const std::string& text) {
     throw UserError(fmt::format("{} is a film; its flight flies again with: pickleflight run {}",
                                 in_quotes(argument), log.string()));
   }
-  throw UserError(
-      fmt::format("{} is neither a command nor the value of an option; the nearest command is {} "
-                  "(commands: {}); {}",
-                  in_quotes(argument), nearest_name(argument, kCommands), fmt::join(kCommands, ", "), help));
+  throw UserError(fmt::format(
+      "{} is neither a command nor the value of an option{} (commands: {}); {}", in_quotes(argument),
+      say_nearest("; the nearest command is ", argument, kCommands), fmt::join(kCommands, ", "), help));
 }
 
 }  // namespace pf

@@ -83,8 +83,8 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   if (std::find(kStudies.begin(), kStudies.end(), typed.study) == kStudies.end()) {
     const std::string what = typed.study.empty()
                                  ? "the study is missing"
-                                 : fmt::format("{} is not a study, the nearest is {}", in_quotes(typed.study),
-                                               nearest_name(typed.study, kStudies));
+                                 : fmt::format("{} is not a study{}", in_quotes(typed.study),
+                                               say_nearest(", the nearest is ", typed.study, kStudies));
     throw UserError(fmt::format("lab: {}; the studies are: {}; as in pickleflight lab validate --quick", what,
                                 fmt::join(kStudies, ", ")));
   }

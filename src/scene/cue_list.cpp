@@ -62,10 +62,11 @@ void CueReader::check_keys() const {
   for (const auto& [key, node] : table_) {
     const std::string name(key.str());
     if (std::find(kKeys.begin(), kKeys.end(), name) != kKeys.end()) continue;
-    throw UserError(fmt::format(
-        "{}: {} is not a key of a cue; the nearest is {}; keys: {}; settings as in a scene file, as "
-        "air.restitution = 0.9",
-        place_of(file_, key.source()), in_quotes(name), nearest_name(name, kKeys), fmt::join(kKeys, ", ")));
+    throw UserError(
+        fmt::format("{}: {} is not a key of a cue{}; keys: {}; settings as in a scene file, as "
+                    "air.restitution = 0.9",
+                    place_of(file_, key.source()), in_quotes(name),
+                    say_nearest("; the nearest is ", name, kKeys), fmt::join(kKeys, ", ")));
   }
 }
 
@@ -176,9 +177,9 @@ fs::path file_of(const std::string& name_or_path) {
   const fs::path file = fs::path("cues") / (name_or_path + ".toml");
   if (known.empty() || std::find(known.begin(), known.end(), name_or_path) != known.end())
     return find_asset(file);  // or names the folders
-  throw UserError(fmt::format("{} is no {}; the nearest is {}; known: {}; or give a file ending in .toml",
-                              in_quotes(name_or_path), kKind, nearest_name(name_or_path, known),
-                              fmt::join(known, ", ")));
+  throw UserError(fmt::format("{} is no {}{}; known: {}; or give a file ending in .toml",
+                              in_quotes(name_or_path), kKind,
+                              say_nearest("; the nearest is ", name_or_path, known), fmt::join(known, ", ")));
 }
 
 // The scene that a cue of these settings is written on top of.

@@ -88,8 +88,8 @@ Settings load_scene_file(const fs::path& file, const Settings& base) {
       if (field != fields().end())
         throw UserError(fmt::format("{}: {} is a setting of [{}]; write it below that line", where,
                                     in_quotes(section), field->section));
-      throw UserError(fmt::format("{}: {} is not a section; the nearest is [{}]; sections: {}", where,
-                                  in_quotes(section), nearest_name(section, sections),
+      throw UserError(fmt::format("{}: {} is not a section{}; sections: {}", where, in_quotes(section),
+                                  say_nearest("; the nearest is [", section, sections, "]"),
                                   fmt::join(sections, ", ")));
     }
     if (!node.is_table()) {
@@ -170,9 +170,9 @@ Settings load_scene(const std::string& name_or_path) {
   }
   const std::vector<std::string> known = scene_names();
   if (known.empty()) find_asset(fs::path("scenes") / (name_or_path + kSceneEnding));  // names the folders
-  throw UserError(
-      fmt::format("{} is not a scene; the nearest is {}; known: {}; or give a file ending in .toml",
-                  in_quotes(name_or_path), nearest_name(name_or_path, known), fmt::join(known, ", ")));
+  throw UserError(fmt::format("{} is not a scene{}; known: {}; or give a file ending in .toml",
+                              in_quotes(name_or_path), say_nearest("; the nearest is ", name_or_path, known),
+                              fmt::join(known, ", ")));
 }
 
 std::string toml_string(const std::string& text) {

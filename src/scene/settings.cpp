@@ -114,7 +114,7 @@ bool bool_from(const Field& field, const std::string& text, const std::string& w
 int choice_from(const Field& field, const Choice& choice, const std::string& text, const std::string& where) {
   const auto found = std::find(choice.names.begin(), choice.names.end(), text);
   if (found != choice.names.end()) return static_cast<int>(found - choice.names.begin());
-  refuse(field, text, where, fmt::format("is unknown, the nearest is {}", nearest_name(text, choice.names)));
+  refuse(field, text, where, "is unknown" + say_nearest(", the nearest is ", text, choice.names));
 }
 
 // Levenshtein distance, ignoring case.
@@ -252,16 +252,25 @@ const Field& find_field(std::string_view path, std::string_view where) {
     if (field.key == key) same_key = &field;
     paths.push_back(field.path());
   }
-  throw UserError(fmt::format("{}: {} is not a setting; the nearest is {} (all: pickleflight --help)", where,
-                              in_quotes(std::string(path)),
-                              same_key ? same_key->path() : nearest_name(std::string(path), paths)));
+  const std::string name(path), nearest = same_key ? same_key->path() : nearest_name(name, paths);
+  throw UserError(fmt::format("{}: {} is not a setting{}{} (all: pickleflight --help)", where,
+                              in_quotes(name), nearest.empty() ? "" : "; the nearest is ", nearest));
 }
 
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
   const std::string tried = name.substr(0, 200);  // bounds the cost of the distance
-  return *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
-    return edit_distance(tried, a) < edit_distance(tried, b);
-  });
+  const std::string& nearest =
+      *std::min_element(names.begin(), names.end(), [&](const std::string& a, const std::string& b) {
+        return edit_distance(tried, a) < edit_distance(tried, b);
+      });
+  const std::size_t wrong = edit_distance(tried, nearest), length = std::max(tried.size(), nearest.size());
+  return wrong <= 2 || 5 * wrong <= 2 * length ? nearest : "";
+}
+
+std::string say_nearest(std::string_view before, const std::string& name,
+                        const std::vector<std::string>& names, std::string_view after) {
+  const std::string nearest = nearest_name(name, names);
+  return nearest.empty() ? "" : fmt::format("{}{}{}", before, nearest, after);
 }
 
 }  // namespace pf

@@ -153,7 +153,11 @@ void check_settings(const Settings& settings, const std::string& where);
 // The field named `section.key`. Throws UserError with the nearest known name. where: see set_from_text().
 const Field& find_field(std::string_view path, std::string_view where);
 
-// The name nearest to `name` by edit distance, for messages. names: not empty.
+// The name nearest to `name` by edit distance, for messages; empty if none is near: if more than two letters
+// and two of five are wrong. names: not empty.
 std::string nearest_name(const std::string& name, const std::vector<std::string>& names);
+// The same with `before` and `after` around it, or nothing.
+std::string say_nearest(std::string_view before, const std::string& name,
+                        const std::vector<std::string>& names, std::string_view after = "");
 
 }  // namespace pf

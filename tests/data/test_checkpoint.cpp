@@ -230,8 +230,12 @@ TEST_F(Checkpoint, NamesTheReason) {
             std::string::npos);
   folder_.write("a.state", "pickleflight checkpoint 3\n{}\n{}\n");
   EXPECT_NE(refusal().find("has format '3', and this program reads 2"), std::string::npos) << refusal();
+  folder_.write("a.state", "");
+  EXPECT_NE(refusal().find("is empty"), std::string::npos) << refusal();
   std::filesystem::remove(file_);
-  EXPECT_NE(refusal().find("cannot be read"), std::string::npos);
+  EXPECT_NE(refusal().find("does not exist"), std::string::npos) << refusal();
+  std::filesystem::create_directory(file_);
+  EXPECT_NE(refusal().find("is a folder"), std::string::npos) << refusal();
 }
 
 // Such as a checksum does not notice, since somebody has made a new one.

@@ -320,6 +320,11 @@ TEST(NearestName, ByEditDistance) {
   EXPECT_EQ(nearest_name("GRID", {"all-pairs", "grid"}), "grid");
   EXPECT_EQ(nearest_name("", {"abc", "a"}), "a");
   EXPECT_EQ(nearest_name("abc", {"abd", "abc"}), "abc");
+  EXPECT_EQ(nearest_name("hots", {"host"}), "host");
+  EXPECT_EQ(nearest_name("valid", {"validate", "plot"}), "validate");
+  for (const char* far : {"xyzzy", "--parcels"}) EXPECT_EQ(nearest_name(far, {"blast", "--force"}), "");
+  EXPECT_EQ(say_nearest("; try [", "bal", {"ball"}, "]"), "; try [ball]");
+  EXPECT_EQ(say_nearest("; try [", "xyzzy", {"ball"}, "]"), "");
 }
 
 }  // namespace
