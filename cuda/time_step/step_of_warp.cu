@@ -150,10 +150,9 @@ void launch_of_warp(const StepLaunch& launch, cudaStream_t stream) {
 
 OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t num_parcels) {
   if (!physics.parcels.contacts) return OneKernel::plain;
-  const bool has_ball = physics.ball.exists;
   if (const std::uint32_t limit = device_limits().one_kernel; limit > 0)
     return static_cast<OneKernel>(limit - 1);
-  if (has_ball)
+  if (physics.ball.exists)
     return num_parcels >= kFewForWarpsWithBall && num_parcels < kManyForWarpsWithBall ? OneKernel::of_warp
                                                                                       : OneKernel::plain;
   const double area_fraction = area_fraction_of(physics);

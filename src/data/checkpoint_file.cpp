@@ -115,19 +115,21 @@ Head head_of(const RunState& state) {
 
 // ---- reading
 
+const char* why_unreadable(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return "does not exist";
+  if (fs::is_directory(file, ignored)) return "is a folder";
+  if (fs::is_regular_file(file, ignored) && fs::is_empty(file, ignored)) return "is empty";
+  return "cannot be read";
+}
+
 class Input {
  public:
   explicit Input(const fs::path& file) : name_(file.string()), stream_(file, std::ios::binary) {
     std::error_code error;
     size_ = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
-    if (stream_ && !error && size_ > 0) return;
-    std::error_code ignored;
-    const bool is_there = fs::exists(file, ignored);
-    refuse(!is_there                                ? "does not exist"
-           : fs::is_directory(file, ignored)        ? "is a folder"
-           : stream_ && fs::is_empty(file, ignored) ? "is empty"
-                                                    : "cannot be read",
-           "give a file that --checkpoint or --dump FILE.h5 has written");
+    if (!stream_ || error || size_ == 0)
+      refuse(why_unreadable(file), "give a file that --checkpoint or --dump FILE.h5 has written");
   }
 
   [[noreturn]] void refuse(const std::string& reason, const std::string& remedy) const {
