@@ -42,12 +42,13 @@ __device__ __forceinline__ float past_circle(const DeviceSearch& space, const Se
 
 // A circle that search_box() searches, for parcels with an index of `from` or more. Other types, which search
 // two at once (TwoCircles) or with whole warps, have the same members.
-template <Boundary kBoundary>
+template <Boundary kBoundary, int kRowsTogether = 2>
 struct OneCircle {
   static constexpr unsigned kNum = 1;  // circles
   // Of the circles from this one on, the parcels that they are around, own(n), are left out.
   static constexpr unsigned kFirstLeftOut = 1;
-  static constexpr int kRows = 2;  // of cells that are one loop; with two, begin() is the first index
+  static constexpr int kRows =
+      kRowsTogether;  // of cells that are one loop; with two, begin() is the first index
   // Whether whole warps search, so that the threads of a warp wait for each other now and then. Otherwise
   // those that have found many may be left to work one after the other.
   static constexpr bool kWholeWarps = false;
@@ -221,11 +222,11 @@ __device__ __forceinline__ bool crosses_edge(const World& world, const SearchBou
 
 // Calls visit(j) for every parcel within the circle that has an index of `begin` or more. None of these was,
 // at the sort, in a row of cells before that of y = lowest. Nothing writes positions while the kernel runs.
-template <Boundary kBoundary, class Visit>
+template <Boundary kBoundary, int kRowsTogether = 2, class Visit>
 __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec2i* position,
                                             const SearchCircle& circle, std::int32_t lowest,
                                             std::uint32_t begin, Visit visit) {
-  const OneCircle<kBoundary> circles{circle, begin};
+  const OneCircle<kBoundary, kRowsTogether> circles{circle, begin};
   const auto visit_one = [&](unsigned, std::uint32_t j) { visit(j); };
   const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
     const std::uint32_t from = max(first, begin);
@@ -261,9 +262,10 @@ template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
 __device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
                        Visit visit) {
   if constexpr (kReadOnly && kLanes == 1) {
-    search_rows<kBoundary>(space, position, circle, circle.centre.y - circle.reach, 0, [&](std::uint32_t j) {
-      if (j != circle.self) visit(j);
-    });
+    search_rows<kBoundary, 3>(space, position, circle, circle.centre.y - circle.reach, 0,
+                              [&](std::uint32_t j) {
+                                if (j != circle.self) visit(j);
+                              });
   } else {
     const unsigned lane = threadIdx.x % kLanes;
     const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {

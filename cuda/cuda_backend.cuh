@@ -9,6 +9,7 @@
 #include "cuda/device_buffer.cuh"
 #include "cuda/exact/memory.cuh"
 #include "cuda/exact/timeline.hpp"
+#include "cuda/launch_batches.cuh"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/setup_kernels.cuh"
 #include "cuda/time_step/contact_memory.cuh"
@@ -130,6 +131,7 @@ class CudaBackend final : public Backend {
   PinnedValue<StepState> host_state_;  // as of the last collected request
   GridShape grid_;
   RequestTimer timer_;
+  LaunchBatches batches_;
   cuda::ExactTimeline exact_;
   cuda::ExactMemory exact_memory_;
   PinnedValue<cuda::ExactState> host_exact_;  // as of the last collected request

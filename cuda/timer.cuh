@@ -31,6 +31,7 @@ class EventMarks {
 
   void clear() { num_ = 0; }
   std::size_t num() const { return num_; }
+  bool is_full() const { return num_ == events_.size(); }
   void record(cudaStream_t stream);
   void wait(std::size_t k) const;
   // Between two recorded events that the device has reached.
@@ -54,6 +55,9 @@ class RequestTimer {
   // counting.
   void mark_sums(cudaStream_t stream);
   void mark_ball(cudaStream_t stream);  // before and after steps are ended
+  // Whether these do something: they do once in a request.
+  bool marks_sums() const { return !sums_.is_full(); }
+  bool marks_ball() const { return !ball_.is_full(); }
   // Method `exact`, for every step: before predict, after it, after solve, after commit. One step in
   // kStepsPerMarked is marked.
   void mark_stage(cudaStream_t stream);

@@ -40,7 +40,10 @@ struct BallFlight {
 // Flight of the ball alone over dt_s. The velocity turns at magnus * spin and slows by drag |v| v. Turn and
 // slowing commute, so that direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement
 // is the exact chord of the arc. With drag it is a five-point Gauss-Legendre quadrature of the velocity.
-PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
+// evaluate(f, values) sets each values[k] to f(k); the threads of a warp can share that.
+template <class Evaluate>
+PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s,
+                            Evaluate evaluate) {
   if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}, dt_s};
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
   const Vec2d v = state.velocity_mps;
@@ -61,12 +64,23 @@ PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, d
   }
   constexpr double kNode[2] = {0.53846931010568309104, 0.90617984593866399280};
   constexpr double kWeight[3] = {128.0 / 225.0, 0.47862867049936646804, 0.23692688505618908751};
-  Vec2d mean = velocity_at(0.5 * dt_s) * kWeight[0];
-  for (int k = 0; k < 2; ++k) {
-    const double offset = 0.5 * kNode[k];
-    mean += (velocity_at((0.5 - offset) * dt_s) + velocity_at((0.5 + offset) * dt_s)) * kWeight[k + 1];
-  }
-  return {mean * (0.5 * dt_s), velocity_at(dt_s), dt_s};
+  const auto velocity_of = [&](unsigned k) {  // in the middle, at pairs of nodes around it, at the end
+    if (k == 5) return velocity_at(dt_s);
+    const double offset = k == 0 ? 0.0 : 0.5 * kNode[k < 3 ? 0 : 1];
+    return velocity_at((k % 2 == 1 ? 0.5 - offset : 0.5 + offset) * dt_s);
+  };
+  Vec2d velocity[6];
+  evaluate(velocity_of, velocity);
+  Vec2d mean = velocity[0] * kWeight[0];
+  mean += (velocity[1] + velocity[2]) * kWeight[1];
+  mean += (velocity[3] + velocity[4]) * kWeight[2];
+  return {mean * (0.5 * dt_s), velocity[5], dt_s};
+}
+
+PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
+  return fly(ball, state, dt_s, [](auto velocity_of, Vec2d(&velocity)[6]) {
+    for (unsigned k = 0; k < 6; ++k) velocity[k] = velocity_of(k);
+  });
 }
 
 PF_HD inline std::int32_t saturated_units(double units) {

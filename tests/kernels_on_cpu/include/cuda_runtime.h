@@ -10,6 +10,8 @@
 #include <cstring>
 #include <functional>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "kernels_on_cpu/fibers.hpp"
 
@@ -211,12 +213,14 @@ constexpr std::common_type_t<A, B> max(A a, B b) {
 enum cudaError_t {
   cudaSuccess,
   cudaErrorInsufficientDriver,
+  cudaErrorGraphExecUpdateFailure,
   cudaErrorNoKernelImageForDevice,
   cudaErrorNotReady,
   cudaErrorPeerAccessAlreadyEnabled,
+  cudaErrorStreamCaptureUnsupported,
   cudaErrorUnsupportedPtxVersion
 };
-#define CUDART_VERSION 12000
+#define CUDART_VERSION 12030
 inline cudaError_t cudaGetLastError() { return cudaSuccess; }
 inline const char* cudaGetErrorString(cudaError_t) { return ""; }
 inline const char* cudaGetErrorName(cudaError_t) { return ""; }
@@ -235,7 +239,66 @@ inline cudaError_t cudaDeviceGetStreamPriorityRange(int* lowest, int* highest) {
   return cudaSuccess;
 }
 inline cudaError_t cudaStreamDestroy(cudaStream_t) { return cudaSuccess; }
-inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return cudaSuccess; }
+
+// Graphs of what a thread records. Until it is launched nothing of it happens.
+enum cudaGraphNodeType { cudaGraphNodeTypeKernel, cudaGraphNodeTypeMemset };
+struct cudaGraphNode {
+  cudaGraphNodeType type;
+  std::function<void()> work;
+};
+using cudaGraphNode_t = const cudaGraphNode*;
+using cudaGraph_t = std::vector<cudaGraphNode>*;
+using cudaGraphExec_t = cudaGraph_t;
+namespace kernels_on_cpu {
+inline thread_local cudaGraph_t recorded = nullptr;
+inline void now_or_later(cudaGraphNodeType type, std::function<void()> work) {
+  if (recorded == nullptr)
+    work();
+  else
+    recorded->push_back({type, std::move(work)});
+}
+// Of what cannot be part of a graph.
+inline cudaError_t only_now() {
+  return recorded == nullptr ? cudaSuccess : cudaErrorStreamCaptureUnsupported;
+}
+}  // namespace kernels_on_cpu
+enum cudaStreamCaptureMode { cudaStreamCaptureModeRelaxed };
+inline cudaError_t cudaStreamBeginCapture(cudaStream_t, cudaStreamCaptureMode) {
+  if (kernels_on_cpu::recorded != nullptr) return cudaErrorStreamCaptureUnsupported;
+  kernels_on_cpu::recorded = new std::vector<cudaGraphNode>;
+  return cudaSuccess;
+}
+inline cudaError_t cudaStreamEndCapture(cudaStream_t, cudaGraph_t* graph) {
+  *graph = std::exchange(kernels_on_cpu::recorded, nullptr);
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphDestroy(cudaGraph_t graph) {
+  delete graph;
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphExecDestroy(cudaGraphExec_t graph) { return cudaGraphDestroy(graph); }
+inline cudaError_t cudaGraphGetNodes(cudaGraph_t graph, cudaGraphNode_t*, std::size_t* num) {
+  *num = graph->size();
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphInstantiateWithFlags(cudaGraphExec_t* executable, cudaGraph_t graph, unsigned) {
+  *executable = new std::vector<cudaGraphNode>(*graph);
+  return cudaSuccess;
+}
+struct cudaGraphExecUpdateResultInfo {};
+inline cudaError_t cudaGraphExecUpdate(cudaGraphExec_t executable, cudaGraph_t graph,
+                                       cudaGraphExecUpdateResultInfo*) {
+  const auto have_same_type = [](const cudaGraphNode& a, const cudaGraphNode& b) { return a.type == b.type; };
+  if (!std::ranges::equal(*executable, *graph, have_same_type)) return cudaErrorGraphExecUpdateFailure;
+  *executable = *graph;
+  return cudaSuccess;
+}
+inline cudaError_t cudaGraphLaunch(cudaGraphExec_t executable, cudaStream_t) {
+  for (const cudaGraphNode& node : *executable) kernels_on_cpu::now_or_later(node.type, node.work);
+  return cudaSuccess;
+}
+
+inline cudaError_t cudaStreamSynchronize(cudaStream_t) { return kernels_on_cpu::only_now(); }
 
 // New memory holds no zeros.
 template <class T>
@@ -254,14 +317,14 @@ inline cudaError_t cudaFree(void* memory) {
 }
 inline cudaError_t cudaFreeHost(void* memory) { return cudaFree(memory); }
 inline cudaError_t cudaMemsetAsync(void* to, int value, std::size_t num_bytes, cudaStream_t) {
-  std::memset(to, value, num_bytes);
+  kernels_on_cpu::now_or_later(cudaGraphNodeTypeMemset, [=] { std::memset(to, value, num_bytes); });
   return cudaSuccess;
 }
 enum cudaMemcpyKind { cudaMemcpyDeviceToHost, cudaMemcpyHostToDevice, cudaMemcpyDeviceToDevice };
 inline cudaError_t cudaMemcpyAsync(void* to, const void* from, std::size_t num_bytes, cudaMemcpyKind,
                                    cudaStream_t) {
   std::memmove(to, from, num_bytes);
-  return cudaSuccess;
+  return kernels_on_cpu::only_now();
 }
 inline cudaError_t cudaMemcpy(void* to, const void* from, std::size_t num_bytes, cudaMemcpyKind kind) {
   return cudaMemcpyAsync(to, from, num_bytes, kind, nullptr);
@@ -289,7 +352,7 @@ inline cudaError_t cudaEventDestroy(cudaEvent_t event) {
 }
 inline cudaError_t cudaEventRecord(cudaEvent_t event, cudaStream_t) {
   *event = std::chrono::steady_clock::now();
-  return cudaSuccess;
+  return kernels_on_cpu::only_now();
 }
 inline cudaError_t cudaEventSynchronize(cudaEvent_t) { return cudaSuccess; }
 inline cudaError_t cudaEventElapsedTime(float* ms, cudaEvent_t begin, cudaEvent_t end) {
@@ -359,7 +422,9 @@ namespace kernels_on_cpu {
 template <class... Parameters>
 void launch(dim3 grid, unsigned block, unsigned, cudaStream_t, void (*kernel)(Parameters...),
             const std::type_identity_t<Parameters>&... arguments) {
-  run({grid.x, grid.y}, block, false, [&] { kernel(arguments...); });
+  now_or_later(cudaGraphNodeTypeKernel, [=] {
+    run({grid.x, grid.y}, block, false, [&] { kernel(arguments...); });
+  });
 }
 
 }  // namespace kernels_on_cpu
@@ -369,5 +434,5 @@ cudaError_t cudaLaunchCooperativeKernel(void (*kernel)(Parameter), dim3 grid, di
                                         std::size_t, cudaStream_t) {
   const auto& argument = *static_cast<const std::remove_cvref_t<Parameter>*>(arguments[0]);
   kernels_on_cpu::run({grid.x, grid.y}, block.x, true, [&] { kernel(argument); });
-  return cudaSuccess;
+  return kernels_on_cpu::only_now();
 }

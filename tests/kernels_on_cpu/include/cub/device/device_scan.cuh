@@ -11,12 +11,14 @@ struct DeviceScan {
                                   std::size_t num, cudaStream_t = nullptr) {
     num_temporary_bytes = 1;
     if (temporary == nullptr) return cudaSuccess;
-    T sum{};
-    for (std::size_t k = 0; k < num; ++k) {
-      const T value = in[k];
-      out[k] = sum;
-      sum += value;
-    }
+    kernels_on_cpu::now_or_later(cudaGraphNodeTypeKernel, [=] {
+      T sum{};
+      for (std::size_t k = 0; k < num; ++k) {
+        const T value = in[k];
+        out[k] = sum;
+        sum += value;
+      }
+    });
     return cudaSuccess;
   }
 };
