@@ -55,11 +55,12 @@ inline CellSize step_cells(const StepConstants& constants) {
 constexpr double kWidestReachToSort = 4.0;
 
 // From so many parcels on, and without a ball up to such an area fraction, three kernels are faster than one.
-// H200, Gps of three and of one at area fraction 0.45 and 0.5: 10^6 20.1 and 17.9, 17.3 and 17.1; 10^7 27.0
-// and 25.3, 23.0 and 23.8. `spring` has ten times as many contacts: H100, 10^7 14.3 and 21.5. With a ball, ms
-// a frame of the court: 2 10^5 0.55 and 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and 0.72; 10^6 at area
-// fraction 0.6 1.56 and 1.67, at 0.7 1.71 and 1.73.
-constexpr std::uint32_t kManyParcels = 450'000, kManyWithBall = 250'000;
+// H200, Gps of three and of one: 5 10^5 21.4 and 22.1, 6 10^5 23.2 and 23.1, 7 10^5 25.0 and 23.7; at area
+// fraction 0.45 and 0.5 10^6 20.1 and 17.9, 17.3 and 17.1; 10^7 27.0 and 25.3, 23.0 and 23.8. `spring` has
+// ten times as many contacts: H100, 10^7 14.3 and 21.5. With a ball, ms a frame of the court: 2 10^5 0.55 and
+// 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and 0.72; 10^6 at area fraction 0.6 1.56 and 1.67, at 0.7 1.71
+// and 1.73.
+constexpr std::uint32_t kManyParcels = 600'000, kManyWithBall = 250'000;
 constexpr double kMaxAreaFraction = 0.48;
 // Below this area fraction parcels that follow each other in the order of the sort are often too far apart to
 // be searched around by one thread. Gps of three kernels, 10^7 on an H200, with one parcel to a thread and

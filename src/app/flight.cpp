@@ -42,9 +42,19 @@ std::optional<double> FlightRecord::energy_drift() const {
 }
 
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights) {
-  const auto first = std::find_if(old_flights.rbegin(), old_flights.rend(),
-                                  [&](const FlightRecord& old) { return old.launch == current.launch; });
-  return first == old_flights.rend() ? current : *first;
+  const auto find = [&](auto is_wanted) {
+    const auto found = std::find_if(old_flights.rbegin(), old_flights.rend(), [&](const FlightRecord& old) {
+      return old.launch == current.launch && is_wanted(old);
+    });
+    return found == old_flights.rend() ? &current : &*found;
+  };
+  const FlightRecord& whole = *find([](const FlightRecord& old) { return old.has_left; });
+  return whole.has_left ? whole : *find([](const FlightRecord&) { return true; });
+}
+
+bool is_compared(const FlightRecord& current, const std::deque<FlightRecord>& old_flights) {
+  return std::any_of(old_flights.begin(), old_flights.end(),
+                     [&](const FlightRecord& old) { return old.launch == current.launch; });
 }
 
 std::vector<const Field*> other_differences(const FlightRecord& a, const FlightRecord& b) {

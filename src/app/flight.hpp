@@ -18,6 +18,7 @@ struct FlightRecord {
   std::int64_t launch = 0;  // flights of equal number have the same ball and the same seed of the air
   bool fresh_air = true;    // the air was spawned for it; otherwise earlier flights went through it
   bool disturbed = false;   // a setting that affects it was changed during the flight
+  bool has_left = false;    // it ended as the ball left the world, and was not cut short
   Air air = Air::parcels;
   Method method = Method::impulse;
   double set_dt_s = 0.0;   // the setting; 0: from the displacement
@@ -48,8 +49,11 @@ Vec2d nearest_way(const World& world, Vec2d from_m, Vec2d to_m);
 // Returns whether that way crosses no edge.
 inline bool is_straight_way(Vec2d from_m, Vec2d to_m, Vec2d way_m) { return way_m == to_m - from_m; }
 
-// The first flight of the current one's launch, which the others are compared with.
+// The flight that the others of the current one's launch are compared with: the first one that was not cut
+// short, or if there is none the first one.
 const FlightRecord& reference_of(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);
+// Returns whether there are others.
+bool is_compared(const FlightRecord& current, const std::deque<FlightRecord>& old_flights);
 
 // The settings in which two flights of a launch differ, apart from method, step, kind of air and spin, which
 // every row shows.

@@ -12,7 +12,9 @@
 namespace pf {
 
 void add_picture_flags(CLI::App& app, Typed& typed, Options& options) {
-  app.add_option("--picture", typed.picture, "write the last frame, .png, or its court, paths and ball, .svg")
+  app.add_option("--picture", typed.picture,
+                 "write the last frame, of the first flight if the ball leaves: .png, or its court, paths and "
+                 "ball, .svg")
       ->type_name("FILE");
   add_text(
       app, "--picture-size", typed.picture_size, "WxH",

@@ -127,7 +127,7 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
   options.log = output_file(app, "--log", typed.log, {".toml"});
 }
 
-// A log contains its settings. With others the flight would differ.
+// A log contains its settings. With others the flight would differ, but not with another number of threads.
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
     throw UserError(fmt::format("{0}: is a list of cues; start it with --cues {0}", *typed.replay));
@@ -138,13 +138,16 @@ void read_replay(const Typed& typed, Options& options) {
         std::pair(options.still_s.has_value(), "--still")}) {
     if (is_given) others.emplace_back(option);
   }
-  for (const GivenSetting& setting : given_settings(typed)) others.push_back(setting.option);
+  for (const GivenSetting& setting : given_settings(typed)) {
+    if (setting.path != "run.threads") others.push_back(setting.option);
+  }
   if (!others.empty()) {
     throw UserError(fmt::format("{}: a log has its own scene and settings; leave out {}",
                                 in_quotes(*typed.replay), fmt::join(others, ", ")));
   }
   refuse_split(typed, "a log of two flights has its own; leave it out");
   options.replay = read_log(*typed.replay);
+  if (gives(typed, "run.threads")) options.replay->settings.threads = options.settings.threads;
   options.settings = options.replay->settings;
   options.data.from = options.replay->from;
   options.data.from_frame = options.replay->from_frame;

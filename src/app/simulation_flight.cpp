@@ -187,10 +187,7 @@ void Simulation::State::compare_methods(std::optional<Method> logged) {
 
 // False after a launch by hand or a comparison, so that the user can look at the flight.
 bool Simulation::State::launches_by_itself() const {
-  const bool is_compared =
-      std::any_of(old_flights.begin(), old_flights.end(),
-                  [this](const FlightRecord& old) { return old.launch == flight.launch; });
-  return settings.relaunch && !by_hand && !is_compared;
+  return settings.relaunch && !by_hand && !is_compared(flight, old_flights);
 }
 
 void Simulation::State::follow_ball() {

@@ -149,6 +149,7 @@ void Simulation::State::end_frame() {
   if (view.flight == Flight::flying && has_left(physics, ball)) {
     view.flight = Flight::landed;
     left_once = true;
+    flight.has_left = true;
     history.end();
     end_flight();
   }

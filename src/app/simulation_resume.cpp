@@ -42,6 +42,7 @@ void Simulation::State::resume(const FlightState& from, const Physics& derived) 
   view.flight = from.landed ? Flight::landed : Flight::flying;
   scene_dt_s = from.scene_dt_s;
   flight = from.flight;
+  flight.has_left = from.landed;
   ghosts = ghosts_of(settings);
   profile_is_due = true;
 }

@@ -10,8 +10,7 @@ namespace pf {
 inline Rgb current_flight_color(Theme theme, const FrameView& frame) {
   if (frame.old_flights == nullptr) return theme_colors(theme).path;
   const FlightRecord& current = *frame.flight_record;
-  const bool is_compared = &reference_of(current, *frame.old_flights) != &current;
-  return is_compared ? flight_color(theme, current) : theme_colors(theme).path;
+  return is_compared(current, *frame.old_flights) ? flight_color(theme, current) : theme_colors(theme).path;
 }
 
 }  // namespace pf

@@ -32,14 +32,6 @@ double step_of(const FlightRecord& flight) {
   return is_known ? flight.time_s() / static_cast<double>(flight.num_steps) : flight.dt_s;
 }
 
-// The ball left the world at its end.
-bool is_complete(const FlightRecord& flight, const Physics& physics) {
-  if (flight.points_m.empty()) return false;
-  BallState last;
-  last.position_m = to_double(flight.points_m.back());
-  return has_left(physics, last);
-}
-
 // The flight up to a time.
 FlightRecord first_part(const FlightRecord& flight, double until_s) {
   FlightRecord part;
@@ -59,11 +51,11 @@ struct Compared {
 
 Compared compared_in(const FrameView& frame) {
   const FlightRecord& current = *frame.flight_record;
+  if (!is_compared(current, *frame.old_flights)) return {};
   const FlightRecord& reference = reference_of(current, *frame.old_flights);
-  if (&reference == &current) return {};
   Compared compared = {&reference, reference.time_s()};
   const auto include = [&](const FlightRecord& flight) {
-    if (flight.launch == reference.launch && is_complete(flight, *frame.physics))
+    if (flight.launch == reference.launch && flight.has_left)
       compared.until_s = std::min(compared.until_s, flight.time_s());
   };
   include(current);
@@ -98,16 +90,27 @@ std::string other_settings(const FlightRecord& flight, const FlightRecord& refer
   return text;
 }
 
+// Computing time for a second of a flight that has ended.
+std::string cost_text(const FlightRecord& flight) {
+  return duration_text(flight.compute_ms / flight.time_s());
+}
+
+// Of flights that are not compared: only what unlike durations do not matter for.
+void add_cost(const FlightRecord& flight, FlightRow& row) {
+  const bool is_known = flight.has_left && flight.time_s() > 0.0;
+  row.cost = is_known ? cost_text(flight) : row.is_current && !flight.has_left ? "..." : "-";
+}
+
 // Figures of unlike durations are not shown beside each other. The energy is known at a flight's end only.
-void compare_row(const FlightRecord& flight, const Compared& compared, bool complete, FlightRow& row) {
+void compare_row(const FlightRecord& flight, const Compared& compared, FlightRow& row) {
+  const bool complete = flight.has_left;
   const bool flies = row.is_current && !complete;
   if (!complete && !flies) row.method += ", cut short";
   const std::string others = other_settings(flight, *compared.reference);
   row.method += others;
   row.has_remark = row.has_remark || (!complete && !flies) || !others.empty();
   row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
-  if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
-    row.cost = duration_text(flight.compute_ms / flight.time_s());
+  if (flight.time_s() > 0.0 && (complete || &flight == compared.reference)) row.cost = cost_text(flight);
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
   if (drift) row.energy = drift_text(*drift);
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;
@@ -187,9 +190,10 @@ std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme) {
       const std::string others = is_current ? "" : other_settings(*flight, *frame.flight_record);
       rows.back().method += others;
       rows.back().has_remark = rows.back().has_remark || !others.empty();
+      if (!frame.old_flights->empty()) add_cost(*flight, rows.back());
       continue;
     }
-    compare_row(*flight, compared, is_complete(*flight, *frame.physics), rows.back());
+    compare_row(*flight, compared, rows.back());
   }
   for (FlightRow& row : rows) {
     if (row.has_remark) row.name += " *";

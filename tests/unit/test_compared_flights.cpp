@@ -52,6 +52,20 @@ TEST_F(ComparedFlights, TheFirstFlightOfALaunchStays) {
   EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), view().flight_record);
 }
 
+TEST_F(ComparedFlights, AFlightThatWasCutShortIsNoReferenceForAWholeOne) {
+  advance(3);
+  Commands next;
+  next.compare = Comparison::next_method;
+  advance(1, next);
+  EXPECT_EQ(reference_of(*view().flight_record, *view().old_flights).number, 1);
+  for (int k = 0; k < 5000 && view().flight == Flight::flying; ++k) advance(1);
+  ASSERT_TRUE(view().flight_record->has_left);
+  EXPECT_EQ(reference_of(*view().flight_record, *view().old_flights).number, 2);
+  advance(1, next);
+  EXPECT_EQ(view().flight_record->number, 3);
+  EXPECT_EQ(reference_of(*view().flight_record, *view().old_flights).number, 2);
+}
+
 TEST_F(ComparedFlights, SceneStepComesBackAfterHalves) {
   advance(3);
   const double set_dt_s = simulation_.settings().dt_s, dt_s = view().dt_s;

@@ -48,6 +48,7 @@ FlightRecord leaving(Method method, float speed_mps, int num_steps) {
   flight.compute_ms = 2.0 * num_steps;
   flight.start_energy_j = 3.0;
   flight.end_energy_j = 2.0;
+  flight.has_left = flight.points_m.back().x > 6.7F;
   return flight;
 }
 
@@ -67,6 +68,43 @@ TEST(FlightLegend, ComparesOverTheShortestCompleteFlight) {
   EXPECT_EQ(rows[2].method, "spring, 100 ms, cut short");
   EXPECT_EQ(rows[2].apart, "-");
   EXPECT_EQ(rows[2].energy, "-");
+}
+
+TEST(FlightLegend, FlightsOfOtherLaunchesHaveTheirCost) {
+  Frames frames;
+  frames.flight = leaving(Method::exact, 10.0F, 5);
+  frames.flight.launch = 2;
+  EXPECT_EQ(flight_rows(frames.view)[0].cost, "");  // a flight alone
+  frames.old_flights = {leaving(Method::exact, 10.0F, 8), leaving(Method::exact, 10.0F, 3)};
+  const auto rows = flight_rows(frames.view);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].cost, "...");
+  EXPECT_EQ(rows[1].cost, "20 ms");  // for a second
+  EXPECT_EQ(rows[2].cost, "-");      // cut short
+  EXPECT_EQ(rows[1].energy + rows[1].apart, "");
+}
+
+TEST(FlightLegend, ComparesWithTheFirstWholeFlight) {
+  Frames frames;
+  frames.flight = leaving(Method::exact, 10.0F, 6);  // on its way
+  const FlightRecord cut = leaving(Method::spring, 8.0F, 3);
+  frames.old_flights = {cut};
+  EXPECT_EQ(&reference_of(frames.flight, frames.old_flights), &frames.old_flights[0]);
+  frames.flight = leaving(Method::exact, 10.0F, 8);
+  EXPECT_EQ(&reference_of(frames.flight, frames.old_flights), &frames.flight);
+  auto rows = flight_rows(frames.view);
+  ASSERT_EQ(rows.size(), 2U);
+  EXPECT_EQ(rows[0].method, "exact, 100 ms");
+  EXPECT_EQ(rows[0].cost, "20 ms");
+  EXPECT_EQ(rows[1].method, "spring, 100 ms, cut short");
+  EXPECT_EQ(rows[1].apart, "-");
+  frames.old_flights = {frames.flight, cut};
+  frames.flight = leaving(Method::impulse, 8.0F, 10);
+  rows = flight_rows(frames.view);
+  ASSERT_EQ(rows.size(), 3U);
+  EXPECT_EQ(rows[0].method, "exact, 100 ms");
+  EXPECT_EQ(rows[1].method, "impulse, 100 ms");
+  EXPECT_EQ(rows[1].apart, "1.6 m, 1.6 m");  // at 0.8 s
 }
 
 // Else a changed setting would look like a method's error.
