@@ -94,7 +94,7 @@ DeviceLimits device_limits() {
   for (std::string limit; in >> limit;) {
     constexpr std::string_view kMultiprocessors = "multiprocessors=", kMemory = "memory_mb=",
                                kSolver = "solver_blocks=", kMany = "many_parcels=", kForTwo = "many_for_two=",
-                               kOneKernel = "one_kernel=";
+                               kOneKernel = "one_kernel=", kManySteps = "many_steps=";
     if (limit.starts_with(kMultiprocessors)) {
       limits.num_multiprocessors = static_cast<std::uint32_t>(number_of(limit, kMultiprocessors.size()));
     } else if (limit.starts_with(kMemory)) {
@@ -103,14 +103,16 @@ DeviceLimits device_limits() {
       limits.many_parcels = static_cast<std::uint32_t>(number_of(limit, kMany.size()));
     } else if (limit.starts_with(kForTwo)) {
       limits.many_for_two = static_cast<std::uint32_t>(number_of(limit, kForTwo.size()));
+    } else if (limit.starts_with(kManySteps)) {
+      limits.many_steps = static_cast<std::uint32_t>(number_of(limit, kManySteps.size()));
     } else if (limit.starts_with(kOneKernel)) {
       limits.one_kernel = static_cast<std::uint32_t>(number_of(limit, kOneKernel.size(), 3));
     } else if (limit.starts_with(kSolver)) {
       limits.solver_blocks = static_cast<std::uint32_t>(number_of(limit, kSolver.size(), 2));
     } else {
       throw UserError(
-          fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, "
-                      "many_parcels=N, many_for_two=N, one_kernel=N, solver_blocks=N",
+          fmt::format("{}: {} is not a limit; known: multiprocessors=N, memory_mb=N, many_parcels=N, "
+                      "many_for_two=N, many_steps=N, one_kernel=N, solver_blocks=N",
                       kLimitsVariable, in_quotes(limit)));
     }
   }

@@ -24,6 +24,8 @@ struct DeviceLimits {
   std::uint32_t many_parcels = 0;
   // From so many on a thread looks around two parcels in steps in parts; 0: where that is faster.
   std::uint32_t many_for_two = 0;
+  // From so many on the launches of a request without a ball are batched; 0: where that is faster.
+  std::uint32_t many_steps = 0;
   std::uint32_t one_kernel = 0;     // of steps that are not in parts: 1 + OneKernel; 0: the fastest
   std::uint32_t solver_blocks = 0;  // of `exact` on a multiprocessor, 1 or 2; 0: by the number of parcels
 };

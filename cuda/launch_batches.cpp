@@ -11,8 +11,8 @@ namespace {
 // the others takes up to twice as many calls as the one before.
 constexpr unsigned kFirstCalls = 4, kMostCalls = 16;
 
-// Returns whether launches that may start early (cuda/launch.cuh) do so in a graph, too.
-bool has_graphs() {
+// Returns whether launches that may start early (cuda/launch.cuh) may do so in a graph, too.
+bool graphs_start_early() {
 #if CUDART_VERSION >= 12030
   static const bool has = [] {
     int version = 0;
@@ -26,11 +26,9 @@ bool has_graphs() {
 
 // Takes over what the nodes do, if the graphs have the same shape.
 bool update(cudaGraphExec_t executable, cudaGraph_t graph) {
-#if CUDART_VERSION >= 12030
   cudaGraphExecUpdateResultInfo result{};
   if (cudaGraphExecUpdate(executable, graph, &result) == cudaSuccess) return true;
   cudaGetLastError();
-#endif
   return false;
 }
 
@@ -56,7 +54,7 @@ LaunchBatches::~LaunchBatches() {
 
 LaunchBatches::Scope::Scope(LaunchBatches& batches, cudaStream_t stream) : batches_(batches) {
   batches.stream_ = stream;
-  batches.is_enabled_ = has_graphs();
+  batches.is_enabled_ = graphs_start_early();
   batches.num_calls_ = 0;
   batches.max_calls_ = kFirstCalls;
 }
@@ -64,7 +62,9 @@ LaunchBatches::Scope::Scope(LaunchBatches& batches, cudaStream_t stream) : batch
 LaunchBatches::Scope::~Scope() {
   batches_.is_enabled_ = false;
   cudaGraph_t dropped{};
-  if (batches_.is_recording_ && batches_.end_recording(dropped) == cudaSuccess) cudaGraphDestroy(dropped);
+  if (!batches_.is_recording_) return;
+  if (batches_.end_recording(dropped) == cudaSuccess) cudaGraphDestroy(dropped);
+  cudaGetLastError();  // so that the next check does not report what was reported
 }
 
 void LaunchBatches::extend(unsigned kind) {

@@ -1,6 +1,6 @@
-// Batches of launches. To launch a kernel costs the host 4 microseconds and more, while a short one takes the
-// device half a microsecond. Recorded from the stream, and launched as a CUDA graph of the same shape that
-// was made before, it costs the host 2 microseconds.
+// Batches of launches. To launch a kernel costs the host 3.7 microseconds beside an H200, while a short one
+// takes the device half a microsecond. A batch is recorded from the stream and launched as a CUDA graph of
+// the same shape that was made before: 2 microseconds for each kernel.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -30,9 +30,9 @@ class LaunchBatches {
     LaunchBatches& batches_;
   };
 
-  // What is launched next is added to the batch, without which a new one begins. Events may not be recorded
-  // there, and nothing may wait. kind: batches that begin with the same one, and are as long, have kernels of
-  // the same sort.
+  // What is launched next joins the batch; if there is none, it begins one. Events may not be recorded there,
+  // and nothing may wait. Batches that begin with the same kind, and have as many nodes, have nodes of the
+  // same types.
   void extend(unsigned kind = 0);
   // Launches the batch. What follows is launched at once, until extend().
   void flush();

@@ -118,9 +118,9 @@ __global__ void begin_request_kernel(const __grid_constant__ StepConstants c, St
   begin_in_turn();
   slots[threadIdx.x] = {};
   if (threadIdx.x < kMaxOpenSteps) state->displacement[threadIdx.x] = 0;
-  if (threadIdx.x >= 32) return;
-  plan_roundings(c, state->step, *state);
-  if (threadIdx.x == 0) state->totals = {};
+  if (threadIdx.x < 32) plan_roundings(c, state->step, *state);
+  if (threadIdx.x != 0) return;
+  state->totals = {};
   if (c.physics.ball.exists) plan_ball(c, state->ball, *state);
 }
 

@@ -48,8 +48,8 @@ const FlightRecord& reference_of(const FlightRecord& current, const std::deque<F
     });
     return found == old_flights.rend() ? &current : &*found;
   };
-  const FlightRecord& whole = *find([](const FlightRecord& old) { return old.has_left; });
-  return whole.has_left ? whole : *find([](const FlightRecord&) { return true; });
+  const FlightRecord& first_whole = *find([](const FlightRecord& old) { return old.has_left; });
+  return first_whole.has_left ? first_whole : *find([](const FlightRecord&) { return true; });
 }
 
 bool is_compared(const FlightRecord& current, const std::deque<FlightRecord>& old_flights) {

@@ -127,6 +127,24 @@ void read_record(const CLI::App& app, const Typed& typed, Options& options) {
   options.log = output_file(app, "--log", typed.log, {".toml"});
 }
 
+// Returns whether a log changes the number of threads, which restarts the time of `exact`.
+bool changes_threads(const RunLog& log) {
+  return std::any_of(log.frames.begin(), log.frames.end(), [](const LoggedFrame& frame) {
+    const auto is_of_threads = [](const std::string& edit) { return edit.starts_with("run.threads"); };
+    return frame.restart || std::any_of(frame.edits.begin(), frame.edits.end(), is_of_threads);
+  });
+}
+
+void set_threads(const Typed& typed, Options& options) {
+  if (!gives(typed, "run.threads")) return;
+  if (changes_threads(*options.replay))
+    throw UserError(fmt::format("--threads: {} changes scene or threads on its way; leave it out",
+                                in_quotes(*typed.replay)));
+  options.replay->settings.threads = options.settings.threads;
+  if (!options.replay->from.empty())
+    options.data.from_edits.push_back(edit_text(find_field("run.threads", "--threads"), options.settings));
+}
+
 // A log contains its settings. With others the flight would differ, but not with another number of threads.
 void read_replay(const Typed& typed, Options& options) {
   if (is_cue_list(*typed.replay))
@@ -147,7 +165,7 @@ void read_replay(const Typed& typed, Options& options) {
   }
   refuse_split(typed, "a log of two flights has its own; leave it out");
   options.replay = read_log(*typed.replay);
-  if (gives(typed, "run.threads")) options.replay->settings.threads = options.settings.threads;
+  set_threads(typed, options);
   options.settings = options.replay->settings;
   options.data.from = options.replay->from;
   options.data.from_frame = options.replay->from_frame;

@@ -40,19 +40,13 @@ struct BallFlight {
 // Flight of the ball alone over dt_s. The velocity turns at magnus * spin and slows by drag |v| v. Turn and
 // slowing commute, so that direction and speed are exact: 1/v = 1/v0 + drag t. Without drag the displacement
 // is the exact chord of the arc. With drag it is a five-point Gauss-Legendre quadrature of the velocity.
-// evaluate(f, values) sets each values[k] to f(k); the threads of a warp can share that.
-template <class Evaluate>
-PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s,
-                            Evaluate evaluate) {
+PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
   if (ball.held) return {{0.0, 0.0}, {0.0, 0.0}, dt_s};
   const double turn_rate = ball.magnus_per_rad * state.spin_radps;
   const Vec2d v = state.velocity_mps;
   if (turn_rate == 0.0 && ball.drag_per_m == 0.0) return {v * dt_s, v, dt_s};
-  const double speed = sqrt(dot(v, v));
-  const auto velocity_at = [&](double t) {
-    const SinCos turn = sin_cos(turn_rate * t);
-    const double slowed = 1.0 / (1.0 + ball.drag_per_m * speed * t);
-    return Vec2d{(v.x * turn.cos - v.y * turn.sin) * slowed, (v.x * turn.sin + v.y * turn.cos) * slowed};
+  const auto turned = [&](const SinCos& turn) {
+    return Vec2d{v.x * turn.cos - v.y * turn.sin, v.x * turn.sin + v.y * turn.cos};
   };
   if (ball.drag_per_m == 0.0) {
     const double theta = turn_rate * dt_s;
@@ -60,27 +54,20 @@ PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, d
     const bool small = theta < 1e-4 && theta > -1e-4;
     const double along = small ? dt_s * (1.0 - theta * theta / 6.0) : turn.sin / turn_rate;
     const double across = small ? dt_s * theta * (0.5 - theta * theta / 24.0) : (1.0 - turn.cos) / turn_rate;
-    return {v * along + perpendicular(v) * across, velocity_at(dt_s), dt_s};
+    return {v * along + perpendicular(v) * across, turned(turn), dt_s};
   }
+  const double speed = sqrt(dot(v, v));
+  const auto velocity_at = [&](double t) {
+    return turned(sin_cos(turn_rate * t)) * (1.0 / (1.0 + ball.drag_per_m * speed * t));
+  };
   constexpr double kNode[2] = {0.53846931010568309104, 0.90617984593866399280};
   constexpr double kWeight[3] = {128.0 / 225.0, 0.47862867049936646804, 0.23692688505618908751};
-  const auto velocity_of = [&](unsigned k) {  // in the middle, at pairs of nodes around it, at the end
-    if (k == 5) return velocity_at(dt_s);
-    const double offset = k == 0 ? 0.0 : 0.5 * kNode[k < 3 ? 0 : 1];
-    return velocity_at((k % 2 == 1 ? 0.5 - offset : 0.5 + offset) * dt_s);
-  };
-  Vec2d velocity[6];
-  evaluate(velocity_of, velocity);
-  Vec2d mean = velocity[0] * kWeight[0];
-  mean += (velocity[1] + velocity[2]) * kWeight[1];
-  mean += (velocity[3] + velocity[4]) * kWeight[2];
-  return {mean * (0.5 * dt_s), velocity[5], dt_s};
-}
-
-PF_HD inline BallFlight fly(const BallConstants& ball, const BallState& state, double dt_s) {
-  return fly(ball, state, dt_s, [](auto velocity_of, Vec2d(&velocity)[6]) {
-    for (unsigned k = 0; k < 6; ++k) velocity[k] = velocity_of(k);
-  });
+  Vec2d mean = velocity_at(0.5 * dt_s) * kWeight[0];
+  for (int k = 0; k < 2; ++k) {
+    const double offset = 0.5 * kNode[k];
+    mean += (velocity_at((0.5 - offset) * dt_s) + velocity_at((0.5 + offset) * dt_s)) * kWeight[k + 1];
+  }
+  return {mean * (0.5 * dt_s), velocity_at(dt_s), dt_s};
 }
 
 PF_HD inline std::int32_t saturated_units(double units) {

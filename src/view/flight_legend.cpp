@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scene/derive.hpp"
 #include "view/current_color.hpp"
 #include "view/figure_text.hpp"
 #include "view/overlay_paint.hpp"
@@ -90,15 +89,14 @@ std::string other_settings(const FlightRecord& flight, const FlightRecord& refer
   return text;
 }
 
-// Computing time for a second of a flight that has ended.
-std::string cost_text(const FlightRecord& flight) {
+std::string cost_per_second(const FlightRecord& flight) {
   return duration_text(flight.compute_ms / flight.time_s());
 }
 
 // Of flights that are not compared: only what unlike durations do not matter for.
 void add_cost(const FlightRecord& flight, FlightRow& row) {
-  const bool is_known = flight.has_left && flight.time_s() > 0.0;
-  row.cost = is_known ? cost_text(flight) : row.is_current && !flight.has_left ? "..." : "-";
+  const bool flies = row.is_current && !flight.has_left;
+  row.cost = flies ? "..." : flight.time_s() > 0.0 ? cost_per_second(flight) : "-";
 }
 
 // Figures of unlike durations are not shown beside each other. The energy is known at a flight's end only.
@@ -110,7 +108,8 @@ void compare_row(const FlightRecord& flight, const Compared& compared, FlightRow
   row.method += others;
   row.has_remark = row.has_remark || (!complete && !flies) || !others.empty();
   row.apart = row.apart_end = row.energy = row.cost = flies ? "..." : "-";
-  if (flight.time_s() > 0.0 && (complete || &flight == compared.reference)) row.cost = cost_text(flight);
+  if (flight.time_s() > 0.0 && (complete || &flight == compared.reference))
+    row.cost = cost_per_second(flight);
   const auto drift = complete ? flight.energy_drift() : std::nullopt;
   if (drift) row.energy = drift_text(*drift);
   if (&flight == compared.reference || flight.time_s() < compared.until_s - 1e-9) return;

@@ -14,9 +14,10 @@
 
 namespace pf {
 
-// The flights of a frame: the first of the current launch, the current one, then the others, newest first. If
-// several belong to the current launch, their columns apart, energy and cost are filled; apart: the distance
-// from the first of them, final and largest, over the duration that it and all complete ones have in common.
+// The flights of a frame: the reference of the current launch, the current one, then the others, newest
+// first. If several belong to the current launch, their columns apart and energy are filled; apart: the
+// distance from the reference, final and largest, over the duration that it and all complete ones have in
+// common. Where there are several flights at all, each has its cost.
 std::vector<FlightRow> flight_rows(const FrameView& frame, Theme theme = Theme::dark);
 
 class FlightLegend {

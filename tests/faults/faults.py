@@ -51,7 +51,7 @@ STEPPED = [
           "the arc's displacement across the velocity"),
     Fault("drag_of_speed", "ball.hpp", "1.0 + ball.drag_per_m * speed * t", "ball.drag_per_m",
           "0.999 * ball.drag_per_m", "drag slows the ball by 0.1 % too little"),
-    Fault("drag_nodes", "ball.hpp", "k % 2 == 1 ? 0.5 - offset : 0.5 + offset", "0.5 - offset", "0.5 - 0.99 * offset",
+    Fault("drag_nodes", "ball.hpp", "velocity_at((0.5 - offset) * dt_s)", "offset", "0.99 * offset",
           "a node of the quadrature of the ball's displacement"),
     Fault("ball_reach", "ball.hpp", "(contact_distance_m + chord_m)", "chord_m", "0.0 * chord_m",
           "the first test for hits forgets that the ball moves"),

@@ -46,12 +46,12 @@ inline std::vector<Settings> narrow_scenes(std::int64_t n) {
   return list;
 }
 
-// Values of PICKLEFLIGHT_DEVICE_LIMITS: the fastest way, each kernel that does a whole step, and steps in
-// parts, in which a thread looks around one parcel or two.
+// Values of PICKLEFLIGHT_DEVICE_LIMITS: the fastest way; each kernel that does a whole step, launched one by
+// one and in batches; and steps in parts, in which a thread looks around one parcel or two.
 constexpr const char* kEveryWay[] = {"",
-                                     "one_kernel=1",
+                                     "one_kernel=1 many_steps=1",
                                      "one_kernel=2",
-                                     "one_kernel=3",
+                                     "one_kernel=3 many_steps=1",
                                      "many_parcels=1 many_for_two=4000000000",
                                      "many_parcels=1 many_for_two=1"};
 

@@ -251,6 +251,22 @@ TEST(Options, LogExcludesOtherSettings) {
   // The flight does not depend on the number of threads.
   EXPECT_EQ(options_of({"run", log, "--headless", "--threads", "3"}).settings.threads, 3);
   EXPECT_EQ(options_of({"run", log, "--set", "run.threads=2"}).replay->settings.threads, 2);
+  for (const std::string key : {"set = [\"run.threads = 4\"]", "scene = \"other\"\nsettings = []"}) {
+    const std::string changing =
+        folder.write("b.toml", "scene = \"mine\"\nsettings = []\n[[frame]]\nnumber = 9\n" + key + "\n")
+            .string();
+    EXPECT_EQ(refusal({"run", changing}), "accepted");
+    EXPECT_TRUE(
+        contains(refusal({"run", changing, "--threads", "3"}), "changes scene or threads on its way"));
+  }
+  const std::string from =
+      folder
+          .write("c.toml",
+                 "scene = \"mine\"\nsettings = []\nfrom = \"a.state\"\nfrom_hash = \"00\"\n"
+                 "[[frame]]\nnumber = 9\n")
+          .string();
+  EXPECT_EQ(options_of({"run", from, "--threads", "3"}).data.from_edits,
+            std::vector<std::string>{"run.threads = 3"});
 }
 
 }  // namespace
