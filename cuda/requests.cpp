@@ -173,7 +173,7 @@ void CudaBackend::step(StepLaunch& launch, LaunchStep launch_parcels) {
   set_source(launch);
   if (launch.sort.is_due) {
     const PhaseRange range(Phase::sort);
-    batches_.flush();
+    batches_.flush();  // a batch has one sort at most, at its begin
     if (!timer_.marks_sums()) batches_.extend(kSortFirst);
     begin_sort_in_step(launch);
     timer_.mark_sums(stream_);

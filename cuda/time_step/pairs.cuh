@@ -119,7 +119,7 @@ struct OneCircleOfWarp {
   }
   __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
                                            std::uint32_t (&near)[kNum]) const {
-    OneCircle<Boundary::open>{circle}.shift_in(space, there, near);  // the box crosses no edge
+    OneCircle<Boundary::open, kRows>{circle}.shift_in(space, there, near);  // the box crosses no edge
   }
 };
 
