@@ -12,6 +12,10 @@ namespace {
 constexpr std::size_t kMinSlack = 4096;
 constexpr std::size_t kMaxAppended = 1U << 20;  // at a time
 
+std::int32_t clamp_to_int32(std::int64_t value) {
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, INT32_MIN, INT32_MAX));
+}
+
 CpuTally tally_of(const TallySlot* slots) {
   CpuTally sum;
   for (unsigned k = 0; k < kNumSlots; ++k) {
@@ -153,8 +157,8 @@ void CudaDomain::start(const TimeStep& step) {
   launch_.num = num_;
   if (num_ghosts_ > 0) {
     const std::int64_t width = step.constants.contact_reach + displacement_;
-    launch_.low_without_ghosts = slabs_.edge(index_) + width;
-    launch_.high_without_ghosts = slabs_.edge(index_ + 1) - width;
+    launch_.low_without_ghosts = clamp_to_int32(slabs_.edge(index_) + width);
+    launch_.high_without_ghosts = clamp_to_int32(slabs_.edge(index_ + 1) - width - 1);
   }
   launch_.near = near_.data();
   launch_.num_near = num_near_;

@@ -65,6 +65,19 @@ __device__ inline std::uint32_t place_of(const StepLaunch& launch, Vec2i positio
   return rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
 }
 
+// These read or write a position or a velocity at once. The id keeps its kGhostBit.
+__device__ inline Parcel parcel_with_bits(const ParcelPointers& parcels, std::uint32_t i) {
+  const int2 position = reinterpret_cast<const int2*>(parcels.position)[i];
+  const float2 velocity = reinterpret_cast<const float2*>(parcels.velocity)[i];
+  return {{position.x, position.y}, {velocity.x, velocity.y}, parcels.id[i]};
+}
+__device__ inline void store_at_once(Vec2i& to, Vec2i value) {
+  reinterpret_cast<int2&>(to) = {value.x, value.y};
+}
+__device__ inline void store_at_once(Vec2f& to, Vec2f value) {
+  reinterpret_cast<float2&>(to) = {value.x, value.y};
+}
+
 // If this step is drawn.
 __device__ inline void draw_moved(const StepLaunch& launch, std::uint32_t place, const Parcel& after) {
   if (launch.draw.position_m != nullptr)
@@ -73,8 +86,8 @@ __device__ inline void draw_moved(const StepLaunch& launch, std::uint32_t place,
 
 // Writes a parcel to its place in a step that sorts, and draws it.
 __device__ inline void put_in_place(const StepLaunch& launch, std::uint32_t place, const Parcel& after) {
-  launch.to.position[place] = after.position;
-  launch.to.velocity[place] = after.velocity;
+  store_at_once(launch.to.position[place], after.position);
+  store_at_once(launch.to.velocity[place], after.velocity);
   launch.to.id[place] = after.id;
   if (after.is_heated != 0) set_heated(launch.to, place, 1);
   draw_moved(launch, place, after);
@@ -110,6 +123,11 @@ __device__ inline ContactSums as_sums(const DeviceSums& sums) {
   const std::uint64_t count = (sums.counted_push_x - static_cast<std::uint64_t>(push_x)) >> kCountShift;
   return {static_cast<std::int64_t>(sums.velocity_x), static_cast<std::int64_t>(sums.velocity_y), push_x,
           static_cast<std::int64_t>(sums.push_y), static_cast<std::uint8_t>(count)};
+}
+
+__device__ inline void clear_touched(const ContactScratch& contacts, std::uint32_t list) {
+  reinterpret_cast<uint4*>(contacts.touched)[list] = {};
+  reinterpret_cast<uint4*>(contacts.touched_again)[list] = {};
 }
 
 // A word for each 32 parcels of a list.

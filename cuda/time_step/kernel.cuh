@@ -55,13 +55,13 @@ inline CellSize step_cells(const StepConstants& constants) {
 constexpr double kWidestReachToSort = 4.0;
 
 // From so many parcels on, and without a ball up to such an area fraction, three kernels are faster than one.
-// H200, Gps of three and of one: 5 10^5 21.4 and 22.1, 6 10^5 23.2 and 23.1, 7 10^5 25.0 and 23.7; at area
-// fraction 0.45 and 0.5 10^6 20.1 and 17.9, 17.3 and 17.1; 10^7 27.0 and 25.3, 23.0 and 23.8. `spring` has
-// ten times as many contacts: H100, 10^7 14.3 and 21.5. With a ball, ms a frame of the court: 2 10^5 0.55 and
-// 0.51, 2.5 10^5 0.56 and 0.58, 4 10^5 0.66 and 0.72; 10^6 at area fraction 0.6 1.56 and 1.67, at 0.7 1.71
+// H200, Gps of three and of one: 5 10^5 22.0 and 21.9, 6 10^5 23.8 and 22.8, 7 10^5 25.7 and 23.4; at area
+// fraction 0.44 and 0.48 10^6 20.8 and 19.8, 18.5 and 19.0; 10^7 27.8 and 26.8, 25.1 and 25.8. `spring` has
+// ten times as many contacts: H100, 10^7 14.3 and 21.5. With a ball, ms a frame of the court: 2 10^5 0.56 and
+// 0.54, 2.5 10^5 0.57 and 0.57, 3 10^5 0.61 and 0.65; 10^6 at area fraction 0.6 1.56 and 1.67, at 0.7 1.71
 // and 1.73.
-constexpr std::uint32_t kManyParcels = 600'000, kManyWithBall = 250'000;
-constexpr double kMaxAreaFraction = 0.48;
+constexpr std::uint32_t kManyParcels = 500'000, kManyWithBall = 250'000;
+constexpr double kMaxAreaFraction = 0.46;
 // Below this area fraction parcels that follow each other in the order of the sort are often too far apart to
 // be searched around by one thread. Gps of three kernels, 10^7 on an H200, with one parcel to a thread and
 // with two: 0.1 41.7 and 44.3, 0.05 44.5 and 43.1, 0.02 46.8 and 37.8.
@@ -134,8 +134,8 @@ struct StepLaunch {
   Method method = Method::impulse;
   OneKernel one_kernel = OneKernel::plain;  // of launch_step; a search of all pairs takes the plain one
   std::uint32_t num = 0;                    // parcels, ghosts included
-  // Parcels that are here along x, low <= x < high, neither have kGhostBit nor touch one that has.
-  std::int64_t low_without_ghosts = INT64_MIN, high_without_ghosts = INT64_MAX;
+  // Parcels that are here along x, low <= x <= high, neither have kGhostBit nor touch one that has.
+  std::int32_t low_without_ghosts = INT32_MIN, high_without_ghosts = INT32_MAX;
   bool by_two = false;  // set by launch_contacts for its kernels: a thread looks around two parcels
   const std::uint32_t* near = nullptr;  // of launch_border_contacts: the own parcels that may touch ghosts
   std::uint32_t num_near = 0;

@@ -28,8 +28,8 @@ __device__ __forceinline__ bool move_parcel(const StepLaunch& launch, const std:
   Parcel after = before;
   if (!is_retired(before.position) && !is_ghost) {
     after = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, key, before, effect, tally);
-    launch.from.position[i] = after.position;
-    if (!is_same(after.velocity, before.velocity)) launch.from.velocity[i] = after.velocity;
+    store_at_once(launch.from.position[i], after.position);
+    if (!is_same(after.velocity, before.velocity)) store_at_once(launch.from.velocity[i], after.velocity);
     is_heated_after = after.is_heated != 0;
   }
   draw_moved(launch, i, after);
@@ -64,7 +64,7 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
 #pragma unroll
   for (unsigned k = 0; k < kPerThread; ++k) {
     const std::uint32_t i = base + k * kMoveBlock;
-    if (i < launch.num) parcels[k] = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+    if (i < launch.num) parcels[k] = parcel_with_bits(launch.from, i);
   }
   begin_in_turn();
   __shared__ TallySlot block_tally;
@@ -92,8 +92,6 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
     const std::uint32_t i = base + k * kMoveBlock;
     bool is_heated_after = false;
     if (i < launch.num) {
-      if (i % 32 == 0 && touched[k] != 0)
-        launch.contacts.touched[i / 32] = launch.contacts.touched_again[i / 32] = 0;
       ContactEffect effect = effect_of_none(parcels[k].velocity);
       const bool is_first = !kBall && (k == 0 || !touches[0]);
       if (touches[k]) effect = is_first ? first : effect_on(launch, i, parcels[k].velocity);
@@ -103,6 +101,10 @@ __global__ void __launch_bounds__(kMoveBlock, blocks_per_sm(kBall ? 8 : 16, kMov
   }
   clear_pool(launch.contacts);
   add_block(launch, tally, block_tally);
+  // Behind a barrier in add_block no thread reads these words.
+  static_assert(kMoveBlock == kPairList);
+  const std::uint32_t list = blockIdx.x * kPerThread + threadIdx.x;
+  if (threadIdx.x < kPerThread && list * kPairList < launch.num) clear_touched(launch.contacts, list);
 }
 
 }  // namespace

@@ -11,8 +11,9 @@ __device__ inline bool is_ghost(const StepLaunch& launch, std::uint32_t i) {
   return (launch.from.id[i] & kGhostBit) != 0;
 }
 
-__device__ inline bool is_without_ghosts(const StepLaunch& launch, Vec2i position) {
-  return position.x >= launch.low_without_ghosts && position.x < launch.high_without_ghosts;
+// Returns whether parcels with an x from low_x to high_x neither are ghosts nor touch one.
+__device__ inline bool is_without_ghosts(const StepLaunch& launch, std::int32_t low_x, std::int32_t high_x) {
+  return low_x >= launch.low_without_ghosts && high_x <= launch.high_without_ghosts;
 }
 
 // Number of parcels that are searched around.
@@ -38,7 +39,7 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
   const int2 there = __ldg(reinterpret_cast<const int2*>(position) + i);
   const Vec2i centre{there.x, there.y};
   if (is_retired(centre)) return;
-  const bool is_inside = is_without_ghosts(launch, centre);
+  const bool is_inside = is_without_ghosts(launch, centre.x, centre.x);
   if (kBorders && is_inside) return;
   const SearchCircle circle{centre, i, search_reach(launch.constants, displacement),
                             launch.constants.filter_distance2};
@@ -138,10 +139,11 @@ struct TwoParcels {
   SearchBounds bounds;  // of both positions
   bool are_together;    // can be searched around at once
 
-  // Of the search around both.
+  // Of the search around both; some box or other if they are not together.
   __device__ __forceinline__ SearchBounds box() const {
-    return {bounds.low_x - first.reach, bounds.high_x + first.reach, bounds.low_y - first.reach,
-            bounds.high_y + first.reach};
+    const std::int32_t reach = first.reach;
+    return {wrapping_sum(bounds.low_x, -reach), wrapping_sum(bounds.high_x, reach),
+            wrapping_sum(bounds.low_y, -reach), wrapping_sum(bounds.high_y, reach)};
   }
   __device__ __forceinline__ TwoCircles circles() const {
     return {first, static_cast<float>(second.x - first.centre.x),
@@ -184,8 +186,7 @@ __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std
   const TwoParcels two =
       two_parcels<kBoundary>(launch, i, positions, search_reach(launch.constants, displacement));
   if (!two.are_together) return false;
-  const bool are_inside =
-      is_without_ghosts(launch, two.first.centre) && is_without_ghosts(launch, two.second);
+  const bool are_inside = is_without_ghosts(launch, two.bounds.low_x, two.bounds.high_x);
   SearchBounds box = two.box();
   box.low_y = two.bounds.high_y - displacement;  // those that come later were in no row before that of either
   search_box(launch.space, launch.from.position, TwoCirclesLater{two.circles()}, box, true,
@@ -203,8 +204,8 @@ __device__ __forceinline__ bool visit_partners(const StepLaunch& launch, std::ui
                                                Visit visit) {
   if constexpr (kPerThread == 2) {
     const TwoParcels two = two_parcels<kBoundary>(launch, i, positions_of_two(launch, i), reach);
-    search_box(launch.space, launch.from.position, TwoCirclesOfWarp{two.circles()},
-               two.are_together ? two.box() : SearchBounds{}, two.are_together, visit);
+    search_box(launch.space, launch.from.position, TwoCirclesOfWarp{two.circles()}, two.box(),
+               two.are_together, visit);
     return two.are_together;
   } else {
     int2 position{};

@@ -47,7 +47,7 @@ __global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
   const std::uint32_t i = blockIdx.x * kPairList + threadIdx.x;
   const bool is_parcel = i < launch.num;
   Parcel before{};
-  if (is_parcel) before = {launch.from.position[i], launch.from.velocity[i], launch.from.id[i]};
+  if (is_parcel) before = parcel_with_bits(launch.from, i);
   if (threadIdx.x == 0) {
     block_tally = {};
     list = {key_of(launch), words_of_list(launch.contacts.touched, blockIdx.x)};
@@ -68,10 +68,7 @@ __global__ void __launch_bounds__(kPairList, blocks_per_sm(8, kPairList))
   }
   clear_pool(launch.contacts);
   add_block(launch, tally, block_tally);
-  if (threadIdx.x == 0) {
-    reinterpret_cast<uint4*>(launch.contacts.touched)[blockIdx.x] = {};
-    reinterpret_cast<uint4*>(launch.contacts.touched_again)[blockIdx.x] = {};
-  }
+  if (threadIdx.x == 0) clear_touched(launch.contacts, blockIdx.x);
 }
 
 }  // namespace

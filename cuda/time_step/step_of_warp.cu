@@ -64,16 +64,20 @@ __device__ __forceinline__ void store_parcels(const StepLaunch& launch, std::uin
   to.velocity[i] = one.velocity;
 }
 
-// Sets the bits of a warp's parcels. Whole warps call it.
-template <unsigned kPerThread>
-__device__ __forceinline__ void set_heated_of_parcels(const StepLaunch& launch, std::uint32_t i,
+// Sets the bits of a warp's parcels, of which first is the first one. Whole warps call it.
+template <class Contact, unsigned kPerThread>
+__device__ __forceinline__ void set_heated_of_parcels(const StepLaunch& launch, std::uint32_t first,
                                                       const Parcels<kPerThread>& parcels) {
   const unsigned lane = threadIdx.x % 32;
+  if constexpr (!Contact::kPushes) {  // nor does it heat
+    const std::uint32_t i = first + lane * 32;
+    if (lane < kPerThread && i < launch.num) launch.to.heated[i / 32] = 0;
+    return;
+  }
   unsigned bits = 0;
 #pragma unroll
   for (unsigned n = 0; n < kPerThread; ++n)
-    bits |= i + n < launch.num && parcels.of[n].is_heated != 0 ? 1U << n : 0U;
-  const std::uint32_t first = i - lane * kPerThread;
+    bits |= first + lane * kPerThread + n < launch.num && parcels.of[n].is_heated != 0 ? 1U << n : 0U;
 #pragma unroll
   for (unsigned part = 0; part < kPerThread; ++part) {
     const unsigned of = part * 32 + lane;  // parcel of the warp
@@ -83,7 +87,7 @@ __device__ __forceinline__ void set_heated_of_parcels(const StepLaunch& launch, 
 }
 
 // Writes the parcels of a warp. Whole warps call it.
-template <unsigned kPerThread>
+template <class Contact, unsigned kPerThread>
 __device__ __forceinline__ void write_parcels(const StepLaunch& launch, std::uint32_t i,
                                               const Parcels<kPerThread>& before,
                                               const Parcels<kPerThread>& after) {
@@ -96,10 +100,12 @@ __device__ __forceinline__ void write_parcels(const StepLaunch& launch, std::uin
     return;
   }
   store_parcels(launch, i, after);
+  if (launch.draw.position_m != nullptr) {
 #pragma unroll
-  for (unsigned n = 0; n < kPerThread; ++n)
-    if (i + n < launch.num) draw_moved(launch, i + n, after.of[n]);
-  set_heated_of_parcels(launch, i, after);
+    for (unsigned n = 0; n < kPerThread; ++n)
+      if (i + n < launch.num) draw_moved(launch, i + n, after.of[n]);
+  }
+  set_heated_of_parcels<Contact>(launch, i - threadIdx.x % 32 * kPerThread, after);
 }
 
 template <class Contact, unsigned kPerThread, bool kBall, Boundary kBoundary>
@@ -124,13 +130,13 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm<kBall>)
       after.of[n] = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, of_step.key,
                                                   before.of[n], warp.sums_of(n), tally);
   }
-  write_parcels(launch, i, before, after);
+  write_parcels<Contact>(launch, i, before, after);
   add_block(launch, tally, block_tally);
 }
 
 // From so many parcels on two to a thread are faster than one. Gps of `spring` with one and with two: 6 10^5
-// 20.6 and 19.0, 9 10^5 21.6 and 21.7, 1.2 10^6 22.2 and 23.3.
-constexpr std::uint32_t kManyForTwoOfWarp = 900'000;
+// 20.9 and 21.0, 8 10^5 21.6 and 22.8, 10^6 22.0 and 24.1.
+constexpr std::uint32_t kManyForTwoOfWarp = 600'000;
 // With a ball so many parcels pay. Ms a frame of the court, of step_kernel and of warps: 2 10^4 0.15 and
 // 0.17, 10^5 0.32 and 0.31, 2 10^5 0.53 and 0.54, at restitution 0.2 0.87 and 0.57; `spring`, 4 10^5 0.92 and
 // 0.76, 6 10^5 1.02 and 1.00, 10^6 1.45 and 1.58.

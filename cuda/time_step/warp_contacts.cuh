@@ -18,7 +18,12 @@ struct alignas(16) WarpContacts {
   // The parcel of the warp, 0 to kParcels - 1, in the lowest bits, and how far ahead of the warp's first one
   // its partner is in the others. Negative if it comes before.
   std::int32_t pairs[kMaxPairs];
-  std::uint32_t num_pairs;  // found, also if there are more than kMaxPairs
+  std::uint32_t
+      num_pairs;  // found, also if there are more than kMaxPairs; later, those still to be worked off
+  // A bit for each thread: all pairs that it has found are among them. In shared memory, as num_pairs, since
+  // registers for them would be spilled, to the cache that all multiprocessors share.
+  std::uint32_t listed;
+  std::uint32_t first;  // index of the warp's first parcel
 
   static constexpr unsigned kOwnBits = kPerThread == 2 ? 6 : 5;
   static_assert(kParcels == 1U << kOwnBits);
@@ -28,14 +33,20 @@ struct alignas(16) WarpContacts {
     return ahead + kRange / 2 < kRange;
   }
 
-  __device__ __forceinline__ void clear() {
+  __device__ __forceinline__ unsigned num_left() const { return min(num_pairs, kMaxPairs); }
+  __device__ __forceinline__ bool are_listed(unsigned thread) const { return (listed >> thread & 1U) != 0; }
+
+  __device__ __forceinline__ void begin(std::uint32_t first_of_warp) {
     const unsigned lane = threadIdx.x % 32;
 #pragma unroll
     for (unsigned w = 0; w < kWords; ++w) {
 #pragma unroll
       for (unsigned n = 0; n < kPerThread; ++n) sums[w][lane * kPerThread + n] = 0;
     }
-    if (lane == 0) num_pairs = 0;
+    if (lane == 0) {
+      num_pairs = 0;
+      first = first_of_warp;
+    }
     __syncwarp();
   }
 
@@ -152,20 +163,21 @@ __device__ __noinline__ void touch_one_by_one(const StepLaunch& launch, std::uin
 }
 
 // Sums the contacts of the warp's parcels, from `first` on. Whole warps call it, and have the sums then.
+// reach: in shared memory.
 template <class Contact, unsigned kPerThread, Boundary kBoundary>
 __device__ __forceinline__ void sum_contacts_of_warp(const StepLaunch& launch, std::uint32_t first,
-                                                     std::int32_t reach,
+                                                     const std::int32_t& reach,
                                                      WarpContacts<Contact, kPerThread>& warp,
                                                      DeviceTally& tally) {
   using Warp = WarpContacts<Contact, kPerThread>;
   constexpr unsigned kAll = 0xFFFFFFFFU;
   const unsigned lane = threadIdx.x % 32;
-  warp.clear();
+  warp.begin(first);
   bool has_room = true;
   const bool are_together = visit_partners<kPerThread, kBoundary>(
       launch, first + kPerThread * lane, reach, [&](unsigned n, std::uint32_t j) {
         const unsigned own = kPerThread * lane + n;
-        const std::uint32_t ahead = j - first;
+        const std::uint32_t ahead = j - warp.first;
         if (!finds<Contact, kPerThread>(own, ahead)) return;
         unsigned slot = Warp::kMaxPairs;
         if (Warp::is_in_range(ahead)) slot = atomicAdd(&warp.num_pairs, 1U);
@@ -177,22 +189,24 @@ __device__ __forceinline__ void sum_contacts_of_warp(const StepLaunch& launch, s
   __syncwarp();
   const bool are_listed = first + kPerThread * lane >= launch.num || (are_together && has_room);
   const unsigned listed = __ballot_sync(kAll, are_listed);
-  const unsigned num_pairs = min(warp.num_pairs, Warp::kMaxPairs);
-#pragma unroll 1
-  for (unsigned base = 0; base < num_pairs; base += 32) {
-    if (base + lane < num_pairs) {
-      const std::int32_t pair = warp.pairs[base + lane];
+  if (lane == 0) warp.listed = listed;
+  __syncwarp();
+  while (warp.num_left() > 0) {
+    if (lane < warp.num_left()) {
+      const std::int32_t pair = warp.pairs[warp.num_left() - 1 - lane];
       const unsigned own = static_cast<unsigned>(pair) % Warp::kParcels;
       const auto ahead = static_cast<std::uint32_t>(pair >> Warp::kOwnBits);
-      if ((listed >> (own / kPerThread) & 1U) != 0)
-        touch_of_warp<Contact, kPerThread, kBoundary>(launch, first, own, ahead, warp, tally);
+      if (warp.are_listed(own / kPerThread))
+        touch_of_warp<Contact, kPerThread, kBoundary>(launch, warp.first, own, ahead, warp, tally);
     }
     __syncwarp();
+    if (lane == 0) warp.num_pairs = max(warp.num_left(), 32) - 32;
+    __syncwarp();
   }
-  if (listed != kAll) {
-    if (!are_listed) {
+  if (warp.listed != kAll) {
+    if (!warp.are_listed(lane)) {
       DeviceTally of_thread = tally;
-      touch_one_by_one<Contact, kPerThread, kBoundary>(launch, first, reach, warp, of_thread);
+      touch_one_by_one<Contact, kPerThread, kBoundary>(launch, warp.first, reach, warp, of_thread);
       tally = of_thread;
     }
     __syncwarp();

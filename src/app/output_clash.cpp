@@ -54,18 +54,32 @@ std::vector<NamedFile> inputs_of(const Typed& typed, const Options& options) {
           {"--from", options.data.from}};
 }
 
-// Output files that are written under a temporary name and renamed.
-std::vector<NamedFile> outputs_aside(const Options& options) {
-  std::vector<NamedFile> files = {{"--checkpoint", options.data.checkpoint},
-                                  {"--report", options.report},
-                                  {"--picture", options.picture},
-                                  {"--still", options.still},
-                                  {"--save-scene", options.save_scene},
-                                  {"--panel-map", options.panel_map},
-                                  {"--json", options.bench_json}};
-  std::erase_if(files, [](const NamedFile& f) { return f.file.empty() || !is_written_aside(f.file); });
-  return files;
+// An output that was asked for.
+struct Output {
+  NamedFile named;
+  bool is_whole = true;  // written at the end, under a temporary name, and renamed
+};
+
+// The film is the first one, so that the others are compared with its frames.
+std::vector<Output> outputs_of(const Options& options) {
+  std::vector<Output> outputs = {
+      {{"--record", options.command == Command::run ? options.record : fs::path()}, false},
+      {{"--report", options.report}},
+      {{"--log", options.log}, false},
+      {{"--overlay-csv", options.overlay_csv}, false},
+      {{"--profile-csv", options.profile_csv}, false},
+      {{"--checkpoint", options.data.checkpoint}},
+      {{"--dump", options.data.dump}, false},
+      {{"--picture", options.picture}},
+      {{"--still", options.still}},
+      {{"--save-scene", options.save_scene}},
+      {{"--panel-map", options.panel_map}},
+      {{"--json", options.bench_json}}};
+  std::erase_if(outputs, [](const Output& output) { return output.named.file.empty(); });
+  return outputs;
 }
+
+bool has_part(const Output& output) { return output.is_whole && is_written_aside(output.named.file); }
 
 // Adds the other files of a dump: its index for ParaView, its temporary file, and with cues one dump for each
 // world, at most as many as there are cues.
@@ -103,23 +117,16 @@ void check_logs(const Options& options) {
   }
 }
 
-std::vector<NamedFile> outputs_of(const Options& options) {
-  // The film is the first one, so that the others are compared with its frames.
-  std::vector<NamedFile> files = {{"--record", options.command == Command::run ? options.record : fs::path()},
-                                  {"--report", options.report},
-                                  {"--log", options.log},
-                                  {"--overlay-csv", options.overlay_csv},
-                                  {"--profile-csv", options.profile_csv},
-                                  {"--checkpoint", options.data.checkpoint},
-                                  {"--dump", options.data.dump},
-                                  {"--picture", options.picture},
-                                  {"--still", options.still},
-                                  {"--save-scene", options.save_scene},
-                                  {"--panel-map", options.panel_map},
-                                  {"--json", options.bench_json}};
+// All files that a run may write.
+std::vector<NamedFile> written_files(const Options& options) {
+  const std::vector<Output> outputs = outputs_of(options);
+  std::vector<NamedFile> files;
+  for (const Output& output : outputs) files.push_back(output.named);
   add_files_of_dump(options, files);
-  for (const auto& [flag, file] : outputs_aside(options))
-    files.push_back({flag + " (while it is written)", part_of(file)});
+  for (const Output& output : outputs) {
+    const auto& [flag, file] = output.named;
+    if (has_part(output)) files.push_back({flag + " (while it is written)", part_of(file)});
+  }
   if (!options.panel_map.empty())
     files.push_back({"--panel-map (the number of frames)", frames_beside(options.panel_map)});
   for (const NamedFile& log : logs_of(options))
@@ -131,7 +138,7 @@ std::vector<NamedFile> outputs_of(const Options& options) {
 
 void check_outputs(const Typed& typed, const Options& options) {
   std::vector<NamedFile> others = inputs_of(typed, options);
-  for (const NamedFile& output : outputs_of(options)) {
+  for (const NamedFile& output : written_files(options)) {
     if (output.file.empty()) continue;
     for (const NamedFile& other : others) {
       const bool goes_on = output.flag == "--checkpoint" && other.flag == "--from" &&
@@ -143,7 +150,10 @@ void check_outputs(const Typed& typed, const Options& options) {
     others.push_back(output);
   }
   check_logs(options);
-  for (const auto& [flag, file] : outputs_aside(options)) check_writable(flag, part_of(link_target(file)));
+  for (const Output& output : outputs_of(options)) {
+    const auto& [flag, file] = output.named;
+    if (has_part(output)) check_writable(flag, part_of(link_target(file)));
+  }
 }
 
 }  // namespace pf

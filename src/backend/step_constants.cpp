@@ -29,6 +29,14 @@ void set_floats(StepConstants& c) {
   c.exchange = static_cast<float>(exchange_of(c.physics.parcels));
 }
 
+// half: extent of the world along an axis. radius: of a parcel. Position units.
+InsideRange inside_range(Boundary boundary, std::int32_t half, std::int32_t radius) {
+  const std::int32_t low = boundary == Boundary::walls ? radius - half : -half;
+  if (low > 0) return {low, 0};  // a world too narrow for a parcel
+  const std::uint32_t both_sides = 2U * static_cast<std::uint32_t>(-low);
+  return {low, boundary == Boundary::periodic ? both_sides : both_sides + 1};
+}
+
 // Smallest power of two that is at least value. value > 0.
 double next_power_of_two(double value) {
   int exponent = 0;
@@ -54,6 +62,9 @@ StepConstants make_step_constants(const Physics& physics, double dt_s, double sp
   c.impulse_unit_kg_mps = reference * 0x1p-32 * physics.parcels.mass_kg;
   c.per_impulse_count = 1.0 / (reference * 0x1p-20);
   set_floats(c);
+  const std::int32_t radius = c.contact_reach / 2;
+  c.inside_x = inside_range(physics.world.boundary, physics.world.half.x, radius);
+  c.inside_y = inside_range(physics.world.boundary, physics.world.half.y, radius);
   if (spring_contact_s > 0.0) set_spring(c, spring_contact_s);
   return c;
 }

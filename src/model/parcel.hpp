@@ -23,6 +23,16 @@ struct Parcel {
   std::uint32_t is_heated = 0;
 };
 
+// The coordinates along an axis that the boundary leaves as they are: `num` of them from the lowest one on.
+struct InsideRange {
+  std::int32_t low = 0;
+  std::uint32_t num = 0;
+
+  PF_HD bool has(std::int32_t coordinate) const {
+    return static_cast<std::uint32_t>(coordinate) - static_cast<std::uint32_t>(low) < num;
+  }
+};
+
 // Constants of a step, derived once per request on the host.
 struct StepConstants {
   Physics physics;
@@ -43,6 +53,7 @@ struct StepConstants {
   float per_touch_distance = 0.0F;
   float advance = 0.0F;  // position units per (m/s), for this dt: the sum of these two
   float advance_rest = 0.0F;
+  InsideRange inside_x, inside_y;
   float velocity_step_mps = 0.0F;  // 2^kVelocityBits velocity units: a power of two
   float per_velocity_step = 0.0F;
   float per_impulse = 0.0F;    // per_impulse_count: a power of two

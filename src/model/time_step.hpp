@@ -14,15 +14,21 @@
 
 namespace pf {
 
+// Modulo 2^32.
+PF_HD inline std::int32_t wrapping_sum(std::int32_t a, std::int32_t b) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
+}
+
 // Displacement of a step along an axis, in position units. It is rounded without bias: 16 random bits per
-// axis, keyed by (seed, id, step), choose between the two neighbours. Undefined for 2^30 units and more. Two
+// axis, keyed by (seed, id, step), choose between the two neighbours. Any number for 2^30 units and more. Two
 // floats hold the product to 2^-46 of it, of which the fraction of a unit is then rounded to 2^-16 units.
 PF_HD inline std::int32_t displacement(const StepConstants& c, float velocity_mps, std::uint32_t random16) {
   const float moved = velocity_mps * c.advance;
   const std::int32_t whole = round_to_int32(moved);
   const float lost = lost_in_product(velocity_mps, c.advance, moved) + velocity_mps * c.advance_rest;
   const float rest = (moved - static_cast<float>(whole)) + lost;
-  return whole + ((round_to_int32(rest * 65536.0F) + static_cast<std::int32_t>(random16)) >> 16);
+  const std::int32_t counts = round_to_int32(rest * 65536.0F);
+  return wrapping_sum(whole, wrapping_sum(counts, static_cast<std::int32_t>(random16)) >> 16);
 }
 
 // In 2^-32 position units, and for a fraction of the step.
@@ -110,31 +116,18 @@ PF_HD inline bool may_reach_ball(const BallMotion& ball, std::int32_t separation
   return magnitude(separation) <= static_cast<std::uint32_t>(ball.reach) + own + 2;
 }
 
-// Returns whether the boundary leaves a position after the step as it is, along one axis.
-template <Boundary kBoundary>
-PF_HD inline bool is_within(std::int32_t position, std::int32_t half, std::int32_t radius) {
-  if constexpr (kBoundary == Boundary::open) return position >= -half && position <= half;
-  if constexpr (kBoundary == Boundary::periodic) return position >= -half && position < half;
-  return position >= radius - half && position <= half - radius;
-}
-
 // Applies the boundary along one axis to the position after the step. Returns true if the parcel is inside.
 template <Boundary kBoundary>
-PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::int32_t half,
-                                 std::int32_t radius) {
-  if (is_within<kBoundary>(position, half, radius)) return true;
+PF_HD inline bool apply_boundary(const InsideRange& range, std::int32_t& position, float& velocity) {
+  if (range.has(position)) return true;
+  const std::int64_t limit = -static_cast<std::int64_t>(range.low);
+  std::int64_t inside = position;
   if constexpr (kBoundary == Boundary::open) {
     return false;
   } else if constexpr (kBoundary == Boundary::periodic) {
-    const std::int64_t period = 2LL * half;
-    std::int64_t inside = position;
-    while (inside >= half) inside -= period;  // more than once in a step through a thin world
-    while (inside < -static_cast<std::int64_t>(half)) inside += period;
-    position = static_cast<std::int32_t>(inside);
-    return true;
+    while (inside >= limit) inside -= 2 * limit;  // more than once in a step through a thin world
+    while (inside < -limit) inside += 2 * limit;
   } else {
-    const std::int64_t limit = static_cast<std::int64_t>(half) - radius;
-    std::int64_t inside = position;
     if (inside > limit) {
       inside = 2 * limit - inside;
       velocity = velocity > 0.0F ? -velocity : velocity;
@@ -144,17 +137,16 @@ PF_HD inline bool apply_boundary(std::int32_t& position, float& velocity, std::i
       velocity = velocity < 0.0F ? -velocity : velocity;
       if (inside > limit) inside = limit;
     }
-    position = static_cast<std::int32_t>(inside);
-    return true;
   }
+  position = static_cast<std::int32_t>(inside);
+  return true;
 }
 
 // The change of a velocity by all contacts along an axis. NaN if one of them was out of the range of
 // to_fixed(), 2^10 of the reference speed: that leaves a sum which 2^8 contacts within it cannot have. (Two
 // such contacts of a parcel in one step cancel.)
 PF_HD inline float velocity_change_mps(const StepConstants& c, std::int64_t sum) {
-  constexpr std::int64_t kLimit = 1LL << (30 + kVelocityBits + 8);
-  if (sum <= -kLimit || sum >= kLimit) return std::numeric_limits<float>::quiet_NaN();
+  if (!is_within_bits<30 + kVelocityBits + 8>(sum)) return std::numeric_limits<float>::quiet_NaN();
   return from_fixed<kVelocityBits>(sum) * c.velocity_step_mps;
 }
 
@@ -201,43 +193,36 @@ PF_HD inline ContactEffect effect_of_none(Vec2f velocity_mps) { return {velocity
 template <bool kBall, Boundary kBoundary, StepTally Tally>
 PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, std::uint32_t step_key,
                                 const Parcel& self, const ContactEffect& effect, Tally& tally) {
-  const World& world = c.physics.world;
-  const Vec2i push = effect.push;
   const std::uint32_t bits = mix32(self.id ^ step_key);
   const RandomBits random{bits >> 16, bits & 0xFFFFU};
-  Movement movement;
-  movement.velocity = effect.velocity_mps;
-  bool is_valid = is_in_range(c, movement.velocity) && push.x != kHalfSide && push.y != kHalfSide;
-  const Vec2i start = is_valid ? self.position + push : self.position;
-  if (is_valid) {
-    movement.moved = {displacement(c, movement.velocity.x, random.x),
-                      displacement(c, movement.velocity.y, random.y)};
-  }
+  const Vec2i push = effect.push;
+  const std::uint32_t push_x = magnitude(push.x), push_y = magnitude(push.y);
+  // Any position if the push is out of range, which is found below.
+  const Vec2i start{wrapping_sum(self.position.x, push.x), wrapping_sum(self.position.y, push.y)};
+  Movement movement{
+      effect.velocity_mps,
+      {displacement(c, effect.velocity_mps.x, random.x), displacement(c, effect.velocity_mps.y, random.y)}};
+  bool is_valid = is_in_range(c, movement.velocity);
   if constexpr (kBall) {
-    const Vec2i near = separation<kBoundary>(world, ball.centre, start);
-    if (is_valid && may_reach_ball(ball, near.x, movement.moved.x) &&
-        may_reach_ball(ball, near.y, movement.moved.y)) {
-      const std::uint32_t push_x = magnitude(push.x), push_y = magnitude(push.y);
+    const Vec2i near = separation<kBoundary>(c.physics.world, ball.centre, start);
+    if (is_valid && push.x != kHalfSide && push.y != kHalfSide &&
+        may_reach_ball(ball, near.x, movement.moved.x) && may_reach_ball(ball, near.y, movement.moved.y)) {
       const std::int64_t max_moved = std::int64_t{kHalfSide} - (push_x > push_y ? push_x : push_y);
       is_valid = hit_ball<kBoundary>(c, ball, {start, random, max_moved}, movement, tally);
     }
   }
-  const std::uint32_t displaced_x = magnitude(movement.moved.x) + magnitude(push.x);
-  const std::uint32_t displaced_y = magnitude(movement.moved.y) + magnitude(push.y);
+  const std::uint32_t displaced_x = magnitude(movement.moved.x) + push_x;
+  const std::uint32_t displaced_y = magnitude(movement.moved.y) + push_y;
   const std::uint32_t displaced = displaced_x > displaced_y ? displaced_x : displaced_y;
-  const float speed2 = dot(movement.velocity, movement.velocity);
-  if (!is_valid || !(speed2 < kMaxFiniteSpeed2) || displaced >= static_cast<std::uint32_t>(kHalfSide)) {
+  if (!is_valid || displaced >= static_cast<std::uint32_t>(kHalfSide)) {
     tally.invalid(self.id);
     return {self.position, self.velocity, self.id};
   }
-  tally.moved(static_cast<std::int32_t>(displaced), speed2);
+  tally.moved(static_cast<std::int32_t>(displaced), dot(movement.velocity, movement.velocity));
   Parcel after{start + movement.moved, movement.velocity, self.id, effect.is_heated};
-  const std::int32_t radius = c.contact_reach / 2;
-  if (is_within<kBoundary>(after.position.x, world.half.x, radius) &&
-      is_within<kBoundary>(after.position.y, world.half.y, radius))
-    return after;
-  const bool inside_x = apply_boundary<kBoundary>(after.position.x, after.velocity.x, world.half.x, radius);
-  const bool inside_y = apply_boundary<kBoundary>(after.position.y, after.velocity.y, world.half.y, radius);
+  if (c.inside_x.has(after.position.x) && c.inside_y.has(after.position.y)) return after;
+  const bool inside_x = apply_boundary<kBoundary>(c.inside_x, after.position.x, after.velocity.x);
+  const bool inside_y = apply_boundary<kBoundary>(c.inside_y, after.position.y, after.velocity.y);
   if (!inside_x || !inside_y) {
     tally.retired();
     after.position = {kRetired, 0};

@@ -12,7 +12,8 @@
 namespace pf {
 namespace {
 
-constexpr float kHeight_px = 118.0F, kText_px = 20.0F, kStripMargin_px = 6.0F;
+constexpr float kHeight_px = 132.0F, kText_px = 20.0F, kAxis_px = 18.0F, kStripMargin_px = 6.0F;
+constexpr float kMinTickSpacing_px = 90.0F;
 
 // A quantity over the bins, and its scale.
 struct Curve {
@@ -101,14 +102,34 @@ void write_names(const std::vector<Curve>& curves, const Box& box, float scale) 
   }
 }
 
+// Metres below the plot, with a line at each: x, or the distance from the middle.
+void paint_axis(const ScenePlace& scene, ProfileAxis axis, const Box& plot) {
+  const Camera& camera = scene.camera;
+  const OverlayColors& colors = overlay_colors(scene.look.theme);
+  ImDrawList* list = ImGui::GetWindowDrawList();
+  const double step_m = round_up(kMinTickSpacing_px * scene.place.scale * camera.metres_per_px);
+  const double left_m = camera.center_m.x + (plot.left - camera.anchor_px.x) * camera.metres_per_px;
+  for (double tick = std::ceil(left_m / step_m);; ++tick) {
+    const float x = x_of(camera, tick * step_m);
+    const double metres = axis == ProfileAxis::radius ? std::fabs(tick * step_m) : tick * step_m;
+    const std::string label = fmt::format("{:.6g} m", metres + 0.0);
+    const float half_width = 0.5F * text_width(label);
+    if (x > plot.right) break;
+    list->AddLine(ImVec2(x, plot.top), ImVec2(x, plot.bottom), colors.edge, scene.place.scale);
+    if (x - half_width >= plot.left && x + half_width <= plot.right)
+      list->AddText(ImVec2(x - half_width, plot.bottom), colors.text, label.c_str());
+  }
+}
+
 void paint_strip(const FrameView& frame, const ScenePlace& scene, const Box& box) {
   const float scale = scene.place.scale;
   const OverlayColors& colors = overlay_colors(scene.look.theme);
   ImDrawList* list = ImGui::GetWindowDrawList();
   list->AddRectFilled(ImVec2(box.left, box.top), ImVec2(box.right, box.bottom), colors.ground, 4.0F * scale);
-  const Box plot{box.left, box.top + kText_px * scale, box.right, box.bottom - 4.0F * scale};
+  const Box plot{box.left, box.top + kText_px * scale, box.right, box.bottom - kAxis_px * scale};
   const float middle = 0.5F * (plot.top + plot.bottom);
   list->AddLine(ImVec2(plot.left, middle), ImVec2(plot.right, middle), colors.edge, scale);
+  paint_axis(scene, frame.profile->shape.axis, plot);
   const std::vector<ProfileRow> rows = rows_of(*frame.profile, frame.physics->parcels);
   const std::vector<Curve> curves = curves_of(rows, scene.look.theme);
   write_names(curves, box, scale);

@@ -46,18 +46,20 @@ float max_velocity(const StepConstants& c) {
   return static_cast<float>(0.99 * std::min(by_step, std::sqrt(0.5 * static_cast<double>(kMaxFiniteSpeed2))));
 }
 
-template <Boundary kBoundary>
+// The highest coordinate; below the lowest one if there is none.
+std::int32_t last_of(const InsideRange& range) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(range.low) + range.num - 1U);
+}
+
 __attribute__((PF_AVX2)) Lanes make_lanes(const FreeFlightInput& in) {
   const StepConstants& c = in.constants;
   const Vec2i half = c.physics.world.half;
-  const std::int32_t margin = kBoundary == Boundary::walls ? c.contact_reach / 2 : 0;
-  const std::int32_t last = kBoundary == Boundary::periodic ? 1 : margin;
   return {_mm256_set1_ps(c.advance),
           _mm256_set1_ps(c.advance_rest),
           _mm256_set1_ps(max_velocity(c)),
           _mm256_set1_epi32(static_cast<std::int32_t>(in.step_key)),
-          pairs_of({half.x - last, half.y - last}),
-          pairs_of({margin - half.x, margin - half.y}),
+          pairs_of({last_of(c.inside_x), last_of(c.inside_y)}),
+          pairs_of({c.inside_x.low, c.inside_y.low}),
           pairs_of(in.ball.centre),
           _mm256_set1_epi32(std::min(in.ball.reach, kMaxBallReach) + 4),
           pairs_of(half),
@@ -122,7 +124,7 @@ template <bool kBall, Boundary kBoundary>
 __attribute__((PF_AVX2)) void fly_range(const FreeFlightInput& in, std::size_t begin, std::size_t end,
                                         FreeFlights& result) {
   constexpr std::size_t kAhead = 1024;  // parcels: they are searched before they move
-  const Lanes lanes = make_lanes<kBoundary>(in);
+  const Lanes lanes = make_lanes(in);
   __m256i max_displacement = _mm256_setzero_si256();
   const std::size_t whole = kBall && in.ball.reach > kMaxBallReach ? begin : end - (end - begin) % 8;
   for (std::size_t i = begin; i < whole; i += 8) {
