@@ -29,14 +29,6 @@ void set_floats(StepConstants& c) {
   c.exchange = static_cast<float>(exchange_of(c.physics.parcels));
 }
 
-// half: extent of the world along an axis. radius: of a parcel. Position units.
-InsideRange inside_range(Boundary boundary, std::int32_t half, std::int32_t radius) {
-  const std::int32_t low = boundary == Boundary::walls ? radius - half : -half;
-  if (low > 0) return {low, 0};  // a world too narrow for a parcel
-  const std::uint32_t both_sides = 2U * static_cast<std::uint32_t>(-low);
-  return {low, boundary == Boundary::periodic ? both_sides : both_sides + 1};
-}
-
 // Smallest power of two that is at least value. value > 0.
 double next_power_of_two(double value) {
   int exponent = 0;

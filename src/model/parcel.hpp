@@ -33,6 +33,14 @@ struct InsideRange {
   }
 };
 
+// half: extent of the world along an axis. radius: of a parcel. Position units.
+inline InsideRange inside_range(Boundary boundary, std::int32_t half, std::int32_t radius) {
+  const std::int32_t low = boundary == Boundary::walls ? radius - half : -half;
+  if (low > 0) return {low, 0};  // a world too narrow for a parcel
+  const std::uint32_t both_sides = 2U * static_cast<std::uint32_t>(-low);
+  return {low, boundary == Boundary::periodic ? both_sides : both_sides + 1};
+}
+
 // Constants of a step, derived once per request on the host.
 struct StepConstants {
   Physics physics;
