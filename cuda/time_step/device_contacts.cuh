@@ -65,11 +65,17 @@ __device__ inline std::uint32_t place_of(const StepLaunch& launch, Vec2i positio
   return rank_in_cell(launch.sort.grid, launch.sort.places, cell_key(launch.sort.grid, position), is_parcel);
 }
 
-// These read or write a position or a velocity at once. The id keeps its kGhostBit.
-__device__ inline Parcel parcel_with_bits(const ParcelPointers& parcels, std::uint32_t i) {
+// These read or write a position or a velocity at once. id, is_heated: 0.
+__device__ __forceinline__ Parcel motion_at(const ParcelPointers& parcels, std::uint32_t i) {
   const int2 position = reinterpret_cast<const int2*>(parcels.position)[i];
   const float2 velocity = reinterpret_cast<const float2*>(parcels.velocity)[i];
-  return {{position.x, position.y}, {velocity.x, velocity.y}, parcels.id[i]};
+  return {{position.x, position.y}, {velocity.x, velocity.y}, 0};
+}
+// The id keeps its kGhostBit.
+__device__ __forceinline__ Parcel parcel_with_bits(const ParcelPointers& parcels, std::uint32_t i) {
+  Parcel parcel = motion_at(parcels, i);
+  parcel.id = parcels.id[i];
+  return parcel;
 }
 __device__ inline void store_at_once(Vec2i& to, Vec2i value) {
   reinterpret_cast<int2&>(to) = {value.x, value.y};

@@ -18,8 +18,8 @@ struct alignas(16) WarpContacts {
   // The parcel of the warp, 0 to kParcels - 1, in the lowest bits, and how far ahead of the warp's first one
   // its partner is in the others. Negative if it comes before.
   std::int32_t pairs[kMaxPairs];
-  std::uint32_t
-      num_pairs;  // found, also if there are more than kMaxPairs; later, those still to be worked off
+  // Found, also if there are more than kMaxPairs; later, those still to be worked off.
+  std::uint32_t num_pairs;
   // A bit for each thread: all pairs that it has found are among them. In shared memory, as num_pairs, since
   // registers for them would be spilled, to the cache that all multiprocessors share.
   std::uint32_t listed;
@@ -102,13 +102,6 @@ __device__ __noinline__ void touch_from_one_side(const StepLaunch& launch, std::
   warp.add(of, sums);
 }
 
-// The position and the velocity each at once. id, is_heated: 0.
-__device__ __forceinline__ Parcel motion_at(const StepLaunch& launch, std::uint32_t i) {
-  const int2 position = reinterpret_cast<const int2*>(launch.from.position)[i];
-  const float2 velocity = reinterpret_cast<const float2*>(launch.from.velocity)[i];
-  return {{position.x, position.y}, {velocity.x, velocity.y}, 0};
-}
-
 // Adds a contact to the sums of the warp's parcels, if they touch. first: index of the warp's first parcel;
 // own, ahead: as in WarpContacts::pairs.
 template <class Contact, unsigned kPerThread, Boundary kBoundary>
@@ -117,7 +110,7 @@ __device__ __forceinline__ void touch_of_warp(const StepLaunch& launch, std::uin
                                               DeviceTally& tally) {
   const std::uint32_t i = first + own, j = first + ahead;
   const bool are_both = ahead < WarpContacts<Contact, kPerThread>::kParcels;
-  Parcel one = motion_at(launch, i), two = motion_at(launch, j);
+  Parcel one = motion_at(launch.from, i), two = motion_at(launch.from, j);
   // Of both ids matter for coincident centres only, and to tally the pair once.
   one.id = are_both ? 0 : launch.from.id[i];
   two.id = are_both ? 1 : launch.from.id[j];
