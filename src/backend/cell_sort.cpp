@@ -7,25 +7,31 @@
 #include "core/resize.hpp"
 
 namespace pf {
+namespace {
+
+constexpr std::size_t kMinSlice = 1500;  // parcels
+
+}  // namespace
 
 void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
   num_cells_ = in.grid.num_cells();
   resize_tightly(keys_, in.parcels.id.size());
-  resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMaxCounts) + team.size());
+  const std::size_t num_parts = team.num_parts(keys_.size(), kMinSlice);
+  resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMaxCounts) + num_parts);
   resize_tightly(out.cell_start, num_cells_ + 2);
   {
     ScopedPhase timing(times, Phase::sort);
     if (team.size() == 1) {
       count_at_once(in.grid, in.where);
     } else {
-      find_cells(team, in.grid, in.where);
+      find_cells(team, num_parts, in.grid, in.where);
       lay_out_counts(team.size());
       count(team);
     }
   }
   {
     ScopedPhase timing(times, Phase::grid);
-    accumulate(team, out.cell_start);
+    accumulate(team, num_parts, out.cell_start);
   }
   ScopedPhase timing(times, Phase::sort);
   scatter(team, in.parcels, out.parcels);
@@ -40,11 +46,12 @@ void CellSort::count_at_once(const GridShape& grid, const Vec2i* where) {
   }
 }
 
-void CellSort::find_cells(ThreadTeam& team, const GridShape& grid, const Vec2i* where) {
-  slices_.resize(team.size());
+void CellSort::find_cells(ThreadTeam& team, std::size_t num_slices, const GridShape& grid,
+                          const Vec2i* where) {
+  slices_.resize(num_slices);
   const auto num_cells = static_cast<std::uint32_t>(num_cells_);
-  team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, keys_.size());
+  team.run_parts(num_slices, [&](unsigned, std::size_t k) {
+    const auto [begin, end] = ThreadTeam::share(k, num_slices, keys_.size());
     std::uint32_t first_cell = num_cells, end_cell = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const std::uint32_t key = cell_key(grid, where[i]);
@@ -52,7 +59,7 @@ void CellSort::find_cells(ThreadTeam& team, const GridShape& grid, const Vec2i* 
       first_cell = std::min(first_cell, key);
       end_cell = std::max(end_cell, key == num_cells ? 0U : key + 1);
     }
-    slices_[thread] = {begin, end, std::min(first_cell, end_cell), end_cell, 0};
+    slices_[k] = {begin, end, std::min(first_cell, end_cell), end_cell, 0};
   });
 }
 
@@ -67,41 +74,40 @@ void CellSort::lay_out_counts(unsigned num_threads) {
   if (num_counts <= offsets_.size()) return;
   slices_.resize(std::min(num_threads, kMaxCounts));
   for (std::size_t s = 0; s < slices_.size(); ++s) {
-    const std::size_t num = keys_.size(), num_slices = slices_.size();
-    slices_[s] = {num * s / num_slices, num * (s + 1) / num_slices, 0, num_cells_, s * (num_cells_ + 1)};
+    const auto [begin, end] = ThreadTeam::share(s, slices_.size(), keys_.size());
+    slices_[s] = {begin, end, 0, num_cells_, s * (num_cells_ + 1)};
   }
 }
 
 void CellSort::count(ThreadTeam& team) {
-  team.run([&](unsigned thread) {
-    if (thread >= slices_.size()) return;
-    const Slice slice = slices_[thread];
+  team.run_parts(slices_.size(), [&](unsigned, std::size_t k) {
+    const Slice slice = slices_[k];
     std::fill_n(offsets_.data() + slice.first_count, slice.num_counts(), 0U);
     for (std::size_t i = slice.begin; i < slice.end; ++i) ++offsets_[slice.count_of(keys_[i])];
   });
 }
 
 // Exclusive sums over (cell, slice) in that order: first over chunks of cells, then within them.
-void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start) {
-  chunk_sums_.assign(team.size() + 1, 0U);
-  team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, num_cells_);
+void CellSort::accumulate(ThreadTeam& team, std::size_t num_chunks, std::vector<std::uint32_t>& cell_start) {
+  chunk_sums_.assign(num_chunks + 1, 0U);
+  team.run_parts(num_chunks, [&](unsigned, std::size_t chunk) {
+    const auto [begin, end] = ThreadTeam::share(chunk, num_chunks, num_cells_);
     std::uint32_t sum = 0;
     for (const Slice& slice : slices_) {
       const std::size_t last = std::min(end, slice.end_cell);
       for (std::size_t cell = std::max(begin, slice.first_cell); cell < last; ++cell)
         sum += offsets_[slice.first_count + (cell - slice.first_cell)];
     }
-    chunk_sums_[thread + 1] = sum;
+    chunk_sums_[chunk + 1] = sum;
   });
-  for (unsigned t = 0; t < team.size(); ++t) chunk_sums_[t + 1] += chunk_sums_[t];
-  team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, num_cells_);
+  for (std::size_t k = 0; k < num_chunks; ++k) chunk_sums_[k + 1] += chunk_sums_[k];
+  team.run_parts(num_chunks, [&](unsigned, std::size_t chunk) {
+    const auto [begin, end] = ThreadTeam::share(chunk, num_chunks, num_cells_);
     std::vector<Slice> slices;  // that have cells of the chunk
     for (const Slice& slice : slices_) {
       if (slice.first_cell < end && begin < slice.end_cell) slices.push_back(slice);
     }
-    std::uint32_t next = chunk_sums_[thread];
+    std::uint32_t next = chunk_sums_[chunk];
     for (std::size_t cell = begin; cell < end; ++cell) {
       cell_start[cell] = next;
       for (const Slice& slice : slices) {
@@ -111,7 +117,7 @@ void CellSort::accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_sta
       }
     }
   });
-  std::uint32_t next = chunk_sums_[team.size()];
+  std::uint32_t next = chunk_sums_[num_chunks];
   cell_start[num_cells_] = next;
   for (const Slice& slice : slices_) {
     std::uint32_t& offset = offsets_[slice.count_of_retired()];
@@ -127,9 +133,8 @@ void CellSort::scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays&
   std::ranges::fill(to.is_heated, 0);  // few are
   const bool has_tick = !from.tick.empty(), has_contacts = !from.last_contact_tick.empty(),
              has_slot = !from.slot.empty();
-  team.run([&](unsigned thread) {
-    if (thread >= slices_.size()) return;
-    const Slice slice = slices_[thread];
+  team.run_parts(slices_.size(), [&](unsigned, std::size_t k) {
+    const Slice slice = slices_[k];
     // Pointers, because the compiler must assume that a written byte may alias any vector.
     const std::uint32_t *keys = keys_.data(), *from_id = from.id.data();
     const Vec2i* from_position = from.position.data();

@@ -35,7 +35,7 @@ class CellSort {
   std::size_t num_slices() const { return slices_.size(); }
 
  private:
-  // Consecutive parcels that one thread sorts, and the cells that those of them may be in that are not
+  // Consecutive parcels that are sorted together, and the cells that those of them may be in that are not
   // retired.
   struct Slice {
     std::size_t begin, end;
@@ -50,10 +50,10 @@ class CellSort {
   };
 
   void count_at_once(const GridShape& grid, const Vec2i* where);  // by one thread
-  void find_cells(ThreadTeam& team, const GridShape& grid, const Vec2i* where);
+  void find_cells(ThreadTeam& team, std::size_t num_slices, const GridShape& grid, const Vec2i* where);
   void lay_out_counts(unsigned num_threads);
   void count(ThreadTeam& team);
-  void accumulate(ThreadTeam& team, std::vector<std::uint32_t>& cell_start);
+  void accumulate(ThreadTeam& team, std::size_t num_chunks, std::vector<std::uint32_t>& cell_start);
   void scatter(ThreadTeam& team, const ParcelArrays& from, ParcelArrays& to);
 
   std::size_t num_cells_ = 0;

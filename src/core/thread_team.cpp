@@ -1,5 +1,6 @@
 #include "core/thread_team.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #if defined(__x86_64__)
@@ -12,6 +13,7 @@ namespace {
 constexpr int kMaxSpins = 4000;  // before a thread sleeps; some 100 microseconds
 constexpr int kSpinsPerYield = 128;
 constexpr int kSpinsBeforeHelp = 32;  // for each part; some microseconds
+constexpr std::size_t kMaxPartsOfThread = 4;
 
 void pause() {
 #if defined(__x86_64__)
@@ -97,6 +99,54 @@ bool ThreadTeam::take(unsigned part, std::uint32_t number) {
 void ThreadTeam::do_part(unsigned part) {
   attempt(part);
   if (running_.fetch_sub(1, std::memory_order_acq_rel) == 1) running_.notify_one();
+}
+
+std::size_t ThreadTeam::num_parts(std::size_t count, std::size_t min_items) const {
+  if (num_threads_ == 1) return 1;
+  return num_threads_ * std::clamp(count / (min_items * num_threads_), std::size_t{1}, kMaxPartsOfThread);
+}
+
+void ThreadTeam::run_parts(std::size_t num_parts, const std::function<void(unsigned, std::size_t)>& work) {
+  for (unsigned thread = 0; thread < num_threads_; ++thread) {
+    const Share share = this->share(thread, num_parts);
+    parts_[thread].left.store(share.begin | share.end << 32, std::memory_order_relaxed);
+  }
+  run([&](unsigned thread) {
+    std::size_t part = 0;
+    while (take_first(thread, part) || take_of_others(part)) work(thread, part);
+  });
+}
+
+// Takes the first part that is left of a thread's share. Returns false if there is none.
+bool ThreadTeam::take_first(unsigned thread, std::size_t& part) {
+  std::atomic<std::uint64_t>& left = parts_[thread].left;
+  std::uint64_t range = left.load(std::memory_order_relaxed);
+  do {
+    part = range & UINT32_MAX;
+    if (part == range >> 32) return false;
+  } while (!left.compare_exchange_weak(range, range + 1, std::memory_order_relaxed));
+  return true;
+}
+
+// Takes the last part of the share of which most are left. Returns false if nothing is left of any.
+bool ThreadTeam::take_of_others(std::size_t& part) {
+  constexpr auto num_of = [](std::uint64_t range) { return (range >> 32) - (range & UINT32_MAX); };
+  while (true) {
+    std::uint64_t longest = 0;
+    unsigned victim = 0;
+    for (unsigned thread = 0; thread < num_threads_; ++thread) {
+      const std::uint64_t range = parts_[thread].left.load(std::memory_order_relaxed);
+      if (num_of(range) > num_of(longest)) {
+        longest = range;
+        victim = thread;
+      }
+    }
+    if (num_of(longest) == 0) return false;
+    part = (longest >> 32) - 1;
+    if (parts_[victim].left.compare_exchange_strong(longest, longest - (std::uint64_t{1} << 32),
+                                                    std::memory_order_relaxed))
+      return true;
+  }
 }
 
 void ThreadTeam::serve(unsigned part) {

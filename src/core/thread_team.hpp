@@ -1,7 +1,8 @@
 // A fixed team of threads that runs one function at a time over a fixed partition. Idle threads spin for a
 // while before they sleep: waking a thread takes ten times as long as many of the functions it runs. The
 // calling thread does the part of a thread that is late, because it is still waking or the system runs
-// something else in its place.
+// something else in its place. Longer work is divided into more parts than threads: those that are done
+// early take parts of others. Processors of a virtual machine are up to a third slower than others at times.
 #pragma once
 
 #include <atomic>
@@ -36,14 +37,26 @@ class ThreadTeam {
   struct Share {
     std::size_t begin, end;
   };
-  Share share(unsigned part, std::size_t count) const {
-    return {count * part / num_threads_, count * (part + 1) / num_threads_};
+  static Share share(std::size_t part, std::size_t num_parts, std::size_t count) {
+    return {count * part / num_parts, count * (part + 1) / num_parts};
   }
+  Share share(unsigned part, std::size_t count) const { return share(part, num_threads_, count); }
+
+  // Number of parts that `count` items are divided into for run_parts(): as many for each thread, each of at
+  // least `min_items` if it is more than one.
+  std::size_t num_parts(std::size_t count, std::size_t min_items) const;
+  // Runs work(thread, part) once for every part, 0 .. num_parts - 1, and returns when all are done. Each
+  // thread, 0 .. size() - 1, does a share of them in order, and then the last ones of others. No two calls
+  // with the same `thread` overlap. A part may not wait for another one. Throws as run() does; then some
+  // parts may not be done.
+  void run_parts(std::size_t num_parts, const std::function<void(unsigned thread, std::size_t part)>& work);
 
  private:
   // In a cache line of its own: threads take their parts at the same time.
   struct alignas(64) Part {
     std::atomic<std::uint32_t> taken{0};  // number of the last function of which a thread took this part
+    // Parts of run_parts() that are left of its share: the first one, and in the high half the end.
+    std::atomic<std::uint64_t> left{0};
   };
 
   void stop();
@@ -51,6 +64,8 @@ class ThreadTeam {
   void attempt(unsigned part);
   bool take(unsigned part, std::uint32_t number);
   void do_part(unsigned part);
+  bool take_first(unsigned thread, std::size_t& part);
+  bool take_of_others(std::size_t& part);
   bool finishes_soon() const;
 
   unsigned num_threads_;

@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <new>
+#include <numeric>
 #include <thread>
 #include <vector>
 
@@ -42,6 +43,49 @@ TEST(ThreadTeam, SharesAreWhole) {
   EXPECT_EQ(end, 100U);
 }
 
+TEST(ThreadTeam, PartsAreAsManyForEachThread) {
+  EXPECT_EQ(ThreadTeam(1).num_parts(1'000'000, 10), 1U);
+  const ThreadTeam team(3);
+  EXPECT_EQ(team.num_parts(0, 10), 3U);
+  EXPECT_EQ(team.num_parts(59, 10), 3U);
+  EXPECT_EQ(team.num_parts(60, 10), 6U);
+  const std::size_t most = team.num_parts(1'000'000, 10);
+  EXPECT_GT(most, 6U);
+  EXPECT_EQ(most % 3, 0U);
+}
+
+TEST(ThreadTeam, DoesEachOfManyPartsOnce) {
+  for (const unsigned size : {1U, 2U, 3U, 8U}) {
+    ThreadTeam team(size);
+    std::vector<int> by_thread(size, 0);
+    for (const std::size_t num_parts :
+         {std::size_t{0}, std::size_t{1}, std::size_t{size}, std::size_t{100}}) {
+      std::vector<int> times_done(num_parts, 0);
+      constexpr int kFunctions = 500;
+      for (int number = 0; number < kFunctions; ++number) {
+        team.run_parts(num_parts, [&](unsigned thread, std::size_t part) {
+          ++times_done[part];
+          ++by_thread[thread];
+        });
+      }
+      EXPECT_EQ(times_done, std::vector<int>(num_parts, kFunctions)) << size << " threads";
+    }
+    // Calls with the same thread have not overlapped.
+    EXPECT_EQ(std::accumulate(by_thread.begin(), by_thread.end(), 0),
+              500 * (1 + static_cast<int>(size) + 100));
+  }
+}
+
+TEST(ThreadTeam, ThreadsThatAreDoneTakePartsOfASlowOne) {
+  ThreadTeam team(2);
+  std::vector<unsigned> done_by(8);
+  team.run_parts(done_by.size(), [&](unsigned thread, std::size_t part) {
+    done_by[part] = thread;
+    if (part == 0) std::this_thread::sleep_for(200ms);
+  });
+  for (std::size_t part = 2; part < done_by.size(); ++part) EXPECT_NE(done_by[part], done_by[0]) << part;
+}
+
 // Threads that have waited for long sleep, and wake later than the calling one is done with its own part.
 TEST(ThreadTeam, DoesNotWaitForAThreadThatIsLate) {
   ThreadTeam team(8);
@@ -55,6 +99,18 @@ TEST(ThreadTeam, DoesNotWaitForAThreadThatIsLate) {
     }
   }
   EXPECT_GT(parts_of_others, 0);
+}
+
+TEST(ThreadTeam, ThrowsWhatOneOfManyPartsHasThrownAndGoesOn) {
+  ThreadTeam team(3);
+  EXPECT_THROW(team.run_parts(12,
+                              [](unsigned, std::size_t part) {
+                                if (part % 5 == 4) throw std::bad_alloc();
+                              }),
+               std::bad_alloc);
+  std::vector<int> times_done(12, 0);
+  team.run_parts(times_done.size(), [&](unsigned, std::size_t part) { ++times_done[part]; });
+  EXPECT_EQ(times_done, std::vector<int>(times_done.size(), 1));
 }
 
 TEST(ThreadTeam, ThrowsWhatAPartHasThrownAndGoesOn) {

@@ -29,19 +29,29 @@ void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
   });
 }
 
+// The same, but a worker that is done early takes items of others: what it visits is not contiguous.
+// min_together: items that a worker takes at a time, at least.
+template <class Visit>
+void for_each_item_by_any(WindowContext& window, std::size_t num, std::size_t min_together,
+                          const Visit& visit) {
+  std::vector<WorkerState>& workers = window.memory.workers;
+  const std::size_t num_parts = num < 2 * min_together ? 1 : window.team.num_parts(num, min_together);
+  const auto visit_part = [&](unsigned thread, std::size_t part) {
+    const auto [begin, end] = ThreadTeam::share(part, num_parts, num);
+    for (std::size_t k = begin; k < end; ++k) visit(workers[thread], k);
+  };
+  if (num_parts == 1) return visit_part(0, 0);
+  window.team.run_parts(num_parts, visit_part);
+}
+
 // Calls visit(worker, chunk) for the chunks of all parcels, which stay in the cache. Chunk k has the parcels
 // from kChunkSize k on.
 template <class Visit>
 void for_each_chunk(WindowContext& window, const Visit& visit) {
-  std::vector<WorkerState>& workers = window.memory.workers;
+  constexpr std::size_t kMinChunks = 4;
   const std::size_t num_chunks = (window.num_parcels() + kChunkSize - 1) / kChunkSize;
-  const auto visit_chunks = [&](WorkerState& worker, std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) visit(worker, static_cast<std::uint32_t>(k));
-  };
-  if (num_chunks == 1) return visit_chunks(workers[0], 0, 1);
-  window.team.run([&](unsigned thread) {
-    const auto [begin, end] = window.team.share(thread, num_chunks);
-    visit_chunks(workers[thread], begin, end);
+  for_each_item_by_any(window, num_chunks, kMinChunks, [&](WorkerState& worker, std::size_t k) {
+    visit(worker, static_cast<std::uint32_t>(k));
   });
 }
 

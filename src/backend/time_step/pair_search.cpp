@@ -47,8 +47,11 @@ void PairSearch::prepare(ThreadTeam& team, const GridShape& grid, Boundary bound
   resize_tightly(ranges_, num_parcels);
   num_in_cells_ = cell_start[grid.num_cells()];
   std::atomic<bool> has_boxes = false;
-  team.run([&](unsigned thread) {
-    const auto [begin, end] = team.share(thread, static_cast<std::size_t>(grid.y.num));
+  constexpr std::size_t kMinRows = 4;
+  const auto num_rows = static_cast<std::size_t>(grid.y.num);
+  const std::size_t num_parts = team.num_parts(num_rows, kMinRows);
+  team.run_parts(num_parts, [&](unsigned, std::size_t part) {
+    const auto [begin, end] = ThreadTeam::share(part, num_parts, num_rows);
     for (std::size_t row = begin; row < end; ++row) {
       if (prepare_row(grid, boundary, cell_start, row)) has_boxes = true;
     }

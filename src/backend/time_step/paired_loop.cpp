@@ -15,6 +15,7 @@ namespace {
 // Position units. With the longest flight that free_flight.cpp makes it is less than 2^30, which no step may
 // reach.
 constexpr std::uint32_t kMaxPush = 1 << 22;
+constexpr std::size_t kMinShare = 1500, kRowsOfShare = 4;
 
 }  // namespace
 
@@ -28,9 +29,20 @@ double PairedLoop::cell_width(const GridArea& area, std::size_t num_parcels, dou
   return std::clamp(std::sqrt(area_of_cell), kMinWidth * contact_distance, kMaxWidth * contact_distance);
 }
 
+void PairedLoop::Share::start(std::size_t first, std::size_t last, std::size_t end_of_head) {
+  begin = first;
+  head_end = end_of_head;
+  end = last;
+  beyond.clear();
+  beyond_begin = std::numeric_limits<std::size_t>::max();
+  beyond_end = 0;
+}
+
 void PairedLoop::Share::add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts) {
   if (i < begin || i >= end) {
     beyond.push_back({i, sums});
+    beyond_begin = std::min<std::size_t>(beyond_begin, i);
+    beyond_end = std::max<std::size_t>(beyond_end, i + 1);
     return;
   }
   if (contacts[i] == 0) {
@@ -82,27 +94,30 @@ template <class Contact, bool kBall, Boundary kBoundary>
 void PairedLoop::search_and_move(const Work& work) {
   constexpr std::size_t kBlock = 1024;  // whose state stays in the cache
   constexpr std::size_t kAhead = 8;     // pairs
-  Share& share = work.share;
+  const Share& share = work.share;
+  std::vector<TouchingPair>& pairs = work.scratch.pairs;
   for (std::size_t begin = share.begin; begin < share.end; begin += kBlock) {
     const std::size_t end = std::min(begin + kBlock, share.end);
-    share.pairs.clear();
-    search_.find(work.input.space, work.input.search, rough_, begin, end, share.pairs);
-    for (std::size_t k = 0; k < share.pairs.size(); ++k) {
-      if (k + kAhead < share.pairs.size()) prefetch(work.parcels.current, share.pairs[k + kAhead].second);
-      touch<Contact, kBoundary>(work, share.pairs[k]);
+    pairs.clear();
+    search_.find(work.input.space, work.input.search, rough_, begin, end, pairs);
+    for (std::size_t k = 0; k < pairs.size(); ++k) {
+      if (k + kAhead < pairs.size()) prefetch(work.parcels.current, pairs[k + kAhead].second);
+      touch<Contact, kBoundary>(work, pairs[k]);
     }
     if (end > share.head_end) move<kBall, kBoundary>(work, std::max(begin, share.head_end), end);
   }
 }
 
-// Lists the parcels begin .. end - 1 that touch others in share.due, and no longer in share.touched.
-void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
-  share.due.clear();
+// Lists the parcels begin .. end - 1 that touch others in scratch.due, and no longer in share.touched.
+void PairedLoop::list_due(const Work& work, std::size_t begin, std::size_t end) {
+  Share& share = work.share;
+  std::vector<TouchedParcel>& due = work.scratch.due;
+  due.clear();
   std::size_t num_kept = 0;
   for (const TouchedParcel& touched : share.touched) {
     if (touched.parcel >= begin && touched.parcel < end) {
-      share.due.push_back(touched);
-      contacts_[touched.parcel] = static_cast<std::uint32_t>(share.due.size());
+      due.push_back(touched);
+      contacts_[touched.parcel] = static_cast<std::uint32_t>(due.size());
     } else {
       share.touched[num_kept] = touched;
       contacts_[touched.parcel] = static_cast<std::uint32_t>(++num_kept);
@@ -114,12 +129,15 @@ void PairedLoop::list_due(Share& share, std::size_t begin, std::size_t end) {
 // Applies the contacts of the parcels that are due, so that they fly on like those that touch none. Returns a
 // bound on how far they are pushed, position units. One that is pushed farther gets NaN for a velocity, so
 // that the free flight leaves it to finish_step(), which starts from its state before.
-std::int32_t PairedLoop::apply_contacts(const StepConstants& constants, Share& share, ParcelArrays& now) {
+std::int32_t PairedLoop::apply_contacts(const Work& work) {
+  const StepConstants& constants = work.input.constants;
+  ParcelArrays& now = work.parcels.current;
+  Scratch& scratch = work.scratch;
   std::uint32_t farthest = 0;
-  share.before.clear();
-  for (const TouchedParcel& touched : share.due) {
+  scratch.before.clear();
+  for (const TouchedParcel& touched : scratch.due) {
     const std::uint32_t i = touched.parcel;
-    share.before.push_back(now[i]);
+    scratch.before.push_back(now[i]);
     const Vec2i push = push_after(touched.sums);
     const std::uint32_t pushed = std::max(magnitude(push.x), magnitude(push.y));
     now.velocity[i] = velocity_after(constants, now.velocity[i], touched.sums);
@@ -138,22 +156,22 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
   const StepInput& input = work.input;
   const SortedParcels& parcels = work.parcels;
   ParcelArrays& now = work.parcels.current;
-  Share& share = work.share;
+  auto& [pairs, due, before_step, flights] = work.scratch;
   CpuTally& tally = work.tally;
-  list_due(share, begin, end);
-  const std::int32_t farthest_push = apply_contacts(input.constants, share, now);
-  share.flights.others.clear();
+  list_due(work, begin, end);
+  const std::int32_t farthest_push = apply_contacts(work);
+  flights.others.clear();
   const FreeFlight fly = choose_free_flight(kBall, kBoundary);
   fly({input.constants, input.ball, input.key, now.velocity.data(), now.id.data(), now.position.data(),
        rough_.data(), rough_.scale().shift()},
-      begin, end, share.flights);
-  tally.moved(share.flights.max_displacement + farthest_push, 0.0F);
+      begin, end, flights);
+  tally.moved(flights.max_displacement + farthest_push, 0.0F);
   std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
-  for (const std::uint32_t i : share.flights.others) {
+  for (const std::uint32_t i : flights.others) {
     if (parcels.is_ghost(i) || is_retired(now.position[i])) continue;
     const bool is_due = contacts_[i] != 0;
-    const Parcel before = is_due ? share.before[contacts_[i] - 1] : now[i];
-    const ContactSums sums = is_due ? share.due[contacts_[i] - 1].sums : ContactSums{};
+    const Parcel before = is_due ? before_step[contacts_[i] - 1] : now[i];
+    const ContactSums sums = is_due ? due[contacts_[i] - 1].sums : ContactSums{};
     const Parcel after =
         finish_step<kBall, kBoundary>(input.constants, input.ball, input.key, before, sums, tally);
     now.position[i] = after.position;
@@ -162,11 +180,11 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
     rough_.set(i, after.position);
     contacts_[i] = 0;
   }
-  for (std::size_t k = 0; k < share.due.size(); ++k) {
-    const TouchedParcel& touched = share.due[k];
+  for (std::size_t k = 0; k < due.size(); ++k) {
+    const TouchedParcel& touched = due[k];
     const std::uint32_t i = touched.parcel;
     if (contacts_[i] == 0) continue;
-    const Vec2f before = share.before[k].velocity, after = now.velocity[i];
+    const Vec2f before = before_step[k].velocity, after = now.velocity[i];
     tally.moved(0, dot(after, after));
     now.is_heated[i] = static_cast<std::uint8_t>(is_heated_by(touched.sums, before, after));
     contacts_[i] = 0;
@@ -176,7 +194,9 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
 template <bool kBall, Boundary kBoundary>
 void PairedLoop::move_head(const Work& work) {
   Share& share = work.share;
-  for (const Share& other : shares_) {
+  for (std::size_t k = 0; k < num_shares_; ++k) {
+    const Share& other = shares_[k];
+    if (other.beyond_begin >= share.end || other.beyond_end <= share.begin) continue;
     for (const TouchedParcel& part : other.beyond) {
       if (share.holds(part.parcel)) share.add(part.parcel, part.sums, contacts_);
     }
@@ -190,14 +210,14 @@ void PairedLoop::move_head(const Work& work) {
 
 void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
   const bool is_in_one_pass = has_contacts && (team_.size() == 1 || !search_.has_boxes());
+  // The head of a share is a row of cells.
+  const auto row = static_cast<std::size_t>(std::sqrt(static_cast<double>(num_parcels)));
+  num_shares_ = team_.num_parts(num_parcels, std::max(kMinShare, kRowsOfShare * row));
+  if (shares_.size() < num_shares_) shares_.resize(num_shares_);
   std::size_t reach = 0;  // of the shares before
-  for (unsigned thread = 0; thread < team_.size(); ++thread) {
-    Share& share = shares_[thread];
-    const auto [begin, end] = team_.share(thread, num_parcels);
-    share.begin = begin;
-    share.end = end;
-    share.head_end = is_in_one_pass ? std::clamp(reach, begin, end) : end;
-    share.beyond.clear();
+  for (std::size_t k = 0; k < num_shares_; ++k) {
+    const auto [begin, end] = ThreadTeam::share(k, num_shares_, num_parcels);
+    shares_[k].start(begin, end, is_in_one_pass ? std::clamp(reach, begin, end) : end);
     if (is_in_one_pass) reach = std::max(reach, search_.reach(end) + kSearchPadding);
   }
 }
@@ -209,12 +229,13 @@ void PairedLoop::run(const StepInput& input, Method method, SortedParcels& parce
   divide(parcels.size(), input.constants.physics.parcels.contacts);
   for_terms(input.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     if constexpr (has_contacts<Contact>) {
-      team_.run([&](unsigned thread) {
-        search_and_move<Contact, kBall, kBoundary>({input, parcels, shares_[thread], tallies[thread]});
+      team_.run_parts(num_shares_, [&](unsigned thread, std::size_t k) {
+        search_and_move<Contact, kBall, kBoundary>(
+            {input, parcels, shares_[k], scratch_[thread], tallies[thread]});
       });
     }
-    team_.run([&](unsigned thread) {
-      move_head<kBall, kBoundary>({input, parcels, shares_[thread], tallies[thread]});
+    team_.run_parts(num_shares_, [&](unsigned thread, std::size_t k) {
+      move_head<kBall, kBoundary>({input, parcels, shares_[k], scratch_[thread], tallies[thread]});
     });
   });
 }

@@ -15,7 +15,7 @@ namespace pf {
 
 class PairedLoop {
  public:
-  explicit PairedLoop(ThreadTeam& team) : team_(team), shares_(team.size()) {}
+  explicit PairedLoop(ThreadTeam& team) : team_(team), scratch_(team.size()) {}
 
   // Width of the cells for so many parcels in an area, position units.
   static double cell_width(const GridArea& area, std::size_t num_parcels, double contact_distance);
@@ -52,23 +52,29 @@ class PairedLoop {
     ContactSums sums;
   };
 
-  // Share of a thread, begin .. end - 1, and its working memory. Parcels of other shares may be compared with
-  // those of the head, begin .. head_end - 1, which move after all searches.
+  // Consecutive parcels, begin .. end - 1. Those of other shares may be compared with those of the head,
+  // begin .. head_end - 1, which move after all searches.
   struct alignas(64) Share {
     std::size_t begin = 0, head_end = 0, end = 0;
-    std::vector<TouchingPair> pairs;     // whose first parcel is in the share
-    std::vector<TouchedParcel> touched;  // parcels of the share that have not moved
-    std::vector<TouchedParcel> beyond;   // parcels of other shares
-    std::vector<TouchedParcel> due;      // those that move now
-    std::vector<Parcel> before;          // of each of `due`, before the step
-    FreeFlights flights;
+    std::vector<TouchedParcel> touched;            // parcels of the share that have not moved
+    std::vector<TouchedParcel> beyond;             // parcels of other shares
+    std::size_t beyond_begin = 0, beyond_end = 0;  // these are among beyond_begin .. beyond_end - 1
     bool holds(std::uint32_t i) const { return i >= begin && i < end; }
+    void start(std::size_t first, std::size_t last, std::size_t end_of_head);
     void add(std::uint32_t i, const ContactSums& sums, std::vector<std::uint32_t>& contacts);
+  };
+  // Working memory of a thread.
+  struct alignas(64) Scratch {
+    std::vector<TouchingPair> pairs;  // of a block of parcels
+    std::vector<TouchedParcel> due;   // those that move now
+    std::vector<Parcel> before;       // of each of `due`, before the step
+    FreeFlights flights;
   };
   struct Work {
     const StepInput& input;
     SortedParcels& parcels;
     Share& share;
+    Scratch& scratch;
     CpuTally& tally;
   };
 
@@ -82,13 +88,15 @@ class PairedLoop {
   void move_head(const Work& work);
   template <bool kBall, Boundary kBoundary>
   void move(const Work& work, std::size_t begin, std::size_t end);
-  void list_due(Share& share, std::size_t begin, std::size_t end);
-  std::int32_t apply_contacts(const StepConstants& constants, Share& share, ParcelArrays& now);
+  void list_due(const Work& work, std::size_t begin, std::size_t end);
+  static std::int32_t apply_contacts(const Work& work);
 
   ThreadTeam& team_;
   PairSearch search_;
   RoughPositions rough_;  // current ones
-  std::vector<Share> shares_;
+  std::size_t num_shares_ = 0;
+  std::vector<Share> shares_;     // num_shares_ or more
+  std::vector<Scratch> scratch_;  // of each thread
   // 1 + place in `touched` of the parcel's share, or in `due` once it is there; 0: the parcel touches none.
   std::vector<std::uint32_t> contacts_;
 };
