@@ -42,13 +42,14 @@ __device__ __forceinline__ float past_circle(const DeviceSearch& space, const Se
 
 // A circle that search_box() searches, for parcels with an index of `from` or more. Other types, which search
 // two at once (TwoCircles) or with whole warps, have the same members. kRowsOfLoop: of cells that are one
-// loop; with two, begin() is the first index.
-template <Boundary kBoundary, int kRowsOfLoop>
+// loop; with two, begin() is the first index. kIsReadOnly: nothing writes positions while the kernel runs.
+template <Boundary kBoundary, int kRowsOfLoop, bool kIsReadOnly>
 struct OneCircle {
   static constexpr unsigned kNum = 1;  // circles
   // Of the circles from this one on, the parcels that they are around, own(n), are left out.
   static constexpr unsigned kFirstLeftOut = 1;
   static constexpr int kRows = kRowsOfLoop;
+  static constexpr bool kReadOnly = kIsReadOnly;
   // Whether whole warps search, so that the threads of a warp wait for each other now and then. Otherwise
   // those that have found many may be left to work one after the other.
   static constexpr bool kWholeWarps = false;
@@ -129,7 +130,6 @@ struct RangeLoop {
 // Calls visit(n, j) for every parcel j of the ranges within the n-th circle. The ranges are one loop, so that
 // a thread goes on with the next one while others of its warp still are in one before: with parcels read by
 // twos the loop has 5.6 turns instead of 7.4 (two ranges, one circle; gas, area fraction 0.2), by fours 3.4.
-// Nothing writes positions while the kernel runs.
 template <class Circles, unsigned kNumRanges, class Visit>
 __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const Vec2i* position,
                                               const Circles& circles, const ParcelRange (&ranges)[kNumRanges],
@@ -149,7 +149,8 @@ __device__ __forceinline__ void search_ranges(const DeviceSearch& space, const V
         const int2* from = reinterpret_cast<const int2*>(position) + loop.index_at(k);
         int2 there[kReadTogether];
 #pragma unroll
-        for (unsigned u = 0; u < kReadTogether; ++u) there[u] = __ldg(from + u);
+        for (unsigned u = 0; u < kReadTogether; ++u)
+          there[u] = Circles::kReadOnly ? __ldg(from + u) : from[u];
 #pragma unroll
         for (unsigned u = 0; u < kReadTogether; ++u) circles.shift_in(space, there[u], near);
         k += kReadTogether;
@@ -221,12 +222,12 @@ __device__ __forceinline__ bool crosses_edge(const World& world, const SearchBou
 }
 
 // Calls visit(j) for every parcel within the circle that has an index of `begin` or more. None of these was,
-// at the sort, in a row of cells before that of y = lowest. Nothing writes positions while the kernel runs.
-template <Boundary kBoundary, int kRowsOfLoop, class Visit>
+// at the sort, in a row of cells before that of y = lowest.
+template <Boundary kBoundary, int kRowsOfLoop, bool kReadOnly, class Visit>
 __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec2i* position,
                                             const SearchCircle& circle, std::int32_t lowest,
                                             std::uint32_t begin, Visit visit) {
-  const OneCircle<kBoundary, kRowsOfLoop> circles{circle, begin};
+  const OneCircle<kBoundary, kRowsOfLoop, kReadOnly> circles{circle, begin};
   const auto visit_one = [&](unsigned, std::uint32_t j) { visit(j); };
   const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {
     const std::uint32_t from = max(first, begin);
@@ -247,26 +248,28 @@ __device__ __forceinline__ void search_rows(const DeviceSearch& space, const Vec
 }
 
 // The same for parcels that come after circle.self in the order of the sort, and so in no row before its own
-// at the sort. displacement: bound since the sort, along an axis.
+// at the sort. displacement: bound since the sort, along an axis. Nothing writes positions while the kernel
+// runs.
 template <Boundary kBoundary, class Visit>
 __device__ __forceinline__ void search_later(const DeviceSearch& space, const Vec2i* position,
                                              const SearchCircle& circle, std::int32_t displacement,
                                              Visit visit) {
-  search_rows<kBoundary, 2>(space, position, circle, circle.centre.y - displacement, circle.self + 1, visit);
+  search_rows<kBoundary, 2, true>(space, position, circle, circle.centre.y - displacement, circle.self + 1,
+                                  visit);
 }
 
 // Calls visit(j) for every parcel within the circle but circle.self. position: num_parcels entries, in the
-// order of the sort. kReadOnly: no thread writes them while the kernel runs; then kReadBeyond entries more.
-// kLanes consecutive threads may share one search; each sees its share of the parcels.
+// order of the sort, and kReadBeyond more. kReadOnly: no thread writes them while the kernel runs. kLanes
+// consecutive threads may share one search; each sees its share of the parcels.
 template <Boundary kBoundary, bool kReadOnly, unsigned kLanes = 1, class Visit>
 __device__ void search(const DeviceSearch& space, const Vec2i* position, const SearchCircle& circle,
                        Visit visit) {
-  if constexpr (kReadOnly && kLanes == 1) {
+  if constexpr (kLanes == 1) {
     // A step of 4 10^5 parcels in one kernel makes 21.1 Gps so, with two rows in a loop 20.6 (H200).
-    search_rows<kBoundary, 3>(space, position, circle, circle.centre.y - circle.reach, 0,
-                              [&](std::uint32_t j) {
-                                if (j != circle.self) visit(j);
-                              });
+    search_rows<kBoundary, 3, kReadOnly>(space, position, circle, circle.centre.y - circle.reach, 0,
+                                         [&](std::uint32_t j) {
+                                           if (j != circle.self) visit(j);
+                                         });
   } else {
     const unsigned lane = threadIdx.x % kLanes;
     const auto visit_range = [&](std::uint32_t first, std::uint32_t last) {

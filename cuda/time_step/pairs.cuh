@@ -57,6 +57,7 @@ __device__ __forceinline__ void visit_pairs(const StepLaunch& launch, std::uint3
 // Two circles of one radius, around parcels that follow each other in the order of the sort.
 struct TwoCircles {
   static constexpr unsigned kNum = 2;
+  static constexpr bool kReadOnly = true;
 
   const SearchCircle& first;
   float to_second_x, to_second_y;
@@ -110,6 +111,7 @@ struct TwoCirclesOfWarp : TwoCircles {
 struct OneCircleOfWarp {
   static constexpr unsigned kNum = 1, kFirstLeftOut = 1;
   static constexpr int kRows = 3;
+  static constexpr bool kReadOnly = true;
   static constexpr bool kWholeWarps = true;
 
   const SearchCircle& circle;
@@ -120,7 +122,7 @@ struct OneCircleOfWarp {
   }
   __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
                                            std::uint32_t (&near)[kNum]) const {
-    OneCircle<Boundary::open, kRows>{circle}.shift_in(space, there, near);  // the box crosses no edge
+    OneCircle<Boundary::open, kRows, true>{circle}.shift_in(space, there, near);  // the box crosses no edge
   }
 };
 

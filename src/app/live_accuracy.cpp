@@ -48,6 +48,7 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   if (then.momentum_scale_kg_mps > 0.0) {
     readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
   }
+  readout_.free_flow = free_flow_figures(view, start_->totals, start_->simulated_s);
   const ParcelConstants& parcels = view.physics->parcels;
   if (parcels.num < 2 || !parcels.contacts || readout_.simulated_s <= 0.0) return;
   // From the mean of both energies per parcel.
@@ -71,6 +72,10 @@ nlohmann::json to_json(const AccuracyReadout& r) {
           {"rate_over_enskog", number_or_null(r.rate_over_enskog)},
           {"rate_error", number_or_null(r.rate_error)},
           {"missed_fraction", number_or_null(r.missed_fraction)},
+          {"drag_over_theory", r.free_flow ? nlohmann::json(r.free_flow->drag_over_theory) : nullptr},
+          {"drag_error", r.free_flow ? nlohmann::json(r.free_flow->drag_error) : nullptr},
+          {"hits_over_theory", r.free_flow ? nlohmann::json(r.free_flow->hits_over_theory) : nullptr},
+          {"hits_error", r.free_flow ? nlohmann::json(r.free_flow->hits_error) : nullptr},
           {"max_overlap_diameters", r.max_overlap_diameters},
           {"num_retired", r.num_retired},
           {"num_retried_steps", r.num_retried_steps}};

@@ -3,35 +3,11 @@
 #include <cmath>
 
 #include "core/portable_math.hpp"
+#include "model/free_flow.hpp"
 #include "model/kinetic_theory.hpp"
 #include "model/measures.hpp"
 
 namespace pf::theory {
-namespace {
-
-// exp(-x) I_n(x), n = 0 or 1. Beyond x = 300, where I_n nears the end of the double range, the asymptotic
-// series (Abramowitz and Stegun 9.7.1) replaces it: its first dropped term is below 1e-11 there.
-double scaled_bessel_i(int n, double x) {
-  if (x <= 300.0) return std::exp(-x) * std::cyl_bessel_i(n, x);
-  const double mu = 4.0 * n * n;
-  double term = 1.0, sum = 1.0;
-  for (int k = 1; k <= 4; ++k) {
-    const double odd = 2.0 * k - 1.0;
-    term *= -(mu - odd * odd) / (k * 8.0 * x);
-    sum += term;
-  }
-  return sum / std::sqrt(2.0 * kPi * x);
-}
-
-// Drag coefficient of the incident momentum: two thirds are of its normal part, one third of its tangential
-// part (docs/physics.md, 'Drag on the ball').
-double incident_momentum(double s) {
-  const double x = 0.5 * s * s;
-  const double bessel = (s * s + 1.5) * scaled_bessel_i(0, x) + (s * s + 0.5) * scaled_bessel_i(1, x);
-  return std::sqrt(kPi) / s * bessel;
-}
-
-}  // namespace
 
 double compressibility(double area_fraction) {
   constexpr double kA[13] = {
@@ -146,18 +122,15 @@ double cooled_fraction_in_box(double area_fraction, double restitution, double n
 
 double drag_specular(double s) { return drag_smooth(s, 1.0); }
 
-double drag_smooth(double s, double e) { return (1.0 + e) * (2.0 / 3.0) * incident_momentum(s); }
+double drag_smooth(double s, double e) { return smooth_drag(s, e); }
 
-double drag_rough(double s, double e) { return drag_smooth(s, e) + incident_momentum(s) / 3.0; }
+double drag_rough(double s, double e) { return drag_smooth(s, e) + incident_momentum_drag(s) / 3.0; }
 
 double drag_diffuse(double s, double wall_over_gas) {
-  return incident_momentum(s) + 0.25 * kPi * std::sqrt(kPi) / s * std::sqrt(wall_over_gas);
+  return incident_momentum_drag(s) + 0.25 * kPi * std::sqrt(kPi) / s * std::sqrt(wall_over_gas);
 }
 
-double hit_factor(double s) {
-  const double x = 0.5 * s * s;
-  return 0.5 * std::sqrt(kPi) / s * ((1.0 + s * s) * scaled_bessel_i(0, x) + s * s * scaled_bessel_i(1, x));
-}
+double hit_factor(double s) { return free_flow_hits(s); }
 
 double hits_per_s(double contact_m, double number_density_per_m2, double speed_mps, double speed_ratio) {
   return 2.0 * contact_m * number_density_per_m2 * speed_mps * hit_factor(speed_ratio);

@@ -36,6 +36,10 @@ void row(SettingRows& rows, const char* label, const std::string& value, const s
   rows.end_row(label, help);
 }
 
+std::string ratio_text(double ratio, double error) {
+  return std::isfinite(ratio) ? fmt::format("{:.3f} \xC2\xB1 {:.2g}", ratio, error) : "-";
+}
+
 void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReadout& r) {
   const bool loses = frame.physics->parcels.restitution < 1.0;
   row(rows, "Energy drift", signed_text(r.energy_drift) + (loses ? " (e < 1 loses some)" : ""),
@@ -44,10 +48,15 @@ void show_readout(SettingRows& rows, const FrameView& frame, const AccuracyReado
   row(rows, "Momentum drift", plain_text(r.momentum_drift),
       "relative to the sum of all |m v|; walls, a held ball and the Magnus term change momentum, and that "
       "is physics");
-  std::string rate = "-";
-  if (std::isfinite(r.rate_over_enskog))
-    rate = fmt::format("{:.3f} \xC2\xB1 {:.2g}", r.rate_over_enskog, r.rate_error);
-  row(rows, "Rate / Enskog", rate,
+  if (r.free_flow) {
+    row(rows, "Drag / theory", ratio_text(r.free_flow->drag_over_theory, r.free_flow->drag_error),
+        "force on the held ball along the stream over that of free-molecular flow past a smooth disc (Schaaf "
+        "and Chambre 1961), with its statistical error; it holds until parcels that hit the ball return "
+        "through the periodic world");
+    row(rows, "Hits / theory", ratio_text(r.free_flow->hits_over_theory, r.free_flow->hits_error),
+        "hits on the held ball over those of free-molecular flow, with their statistical error");
+  }
+  row(rows, "Rate / Enskog", ratio_text(r.rate_over_enskog, r.rate_error),
       "collisions counted over those of a gas in equilibrium, with their statistical error; fewer in the "
       "first mean free times, since parcels start evenly spaced, and near open edges; a gas that cools in "
       "clusters, or one that a ball stirs, is not in equilibrium either");

@@ -57,6 +57,11 @@ float Overlay::used_height_px(OverlayMode mode, float scale) const {
 void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                         const DrawTimes& drawing) {
   history_.add(times, frame_ms, frame, drawing);
+  if (!is_free_flow(frame)) {
+    flow_start_.reset();
+  } else if (const FlightKey key = key_of(frame); !flow_start_ || flow_start_->key != key) {
+    flow_start_ = {key, frame.totals, frame.simulated_s};
+  }
 }
 
 void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look) {
@@ -198,14 +203,14 @@ void Overlay::write_legend(const FrameView& frame, float x, float y, float scale
   if (text_width(middle) < room)
     texts_.add(x + 0.5F * (width - text_width(middle)), y + 2.2F * row, colors_.text, middle);
   if (!frame.physics->ball.exists) return;
-  const Vec2d v = frame.ball.velocity_mps;
-  texts_.add(x, y + 3.9F * row, colors_.dim, "ball");
-  texts_.add_right(x + width, y + 3.9F * row, colors_.text, fmt::format("{:.2f} m/s", length(v)));
-  texts_.add(x, y + 4.95F * row, colors_.dim, "spin");
-  texts_.add_right(x + width, y + 4.95F * row, colors_.text,
-                   fmt::format("{:.1f} rad/s", frame.ball.spin_radps));
-  texts_.add(x, y + 6.0F * row, colors_.dim, "flown");
-  texts_.add_right(x + width, y + 6.0F * row, colors_.text, fmt::format("{:.2f} m", frame.ball_distance_m));
+  std::optional<FreeFlowFigures> flow;
+  if (flow_start_) flow = free_flow_figures(frame, flow_start_->totals, flow_start_->simulated_s);
+  float line = 3.9F;
+  for (const auto& [name, figure] : ball_texts(frame, flow)) {
+    texts_.add(x, y + line * row, colors_.dim, name);
+    texts_.add_right(x + width, y + line * row, colors_.text, figure);
+    line += 1.05F;
+  }
 }
 
 void Overlay::paint_legend(const OverlayPlace& place, const Look& look) const {

@@ -89,6 +89,20 @@ std::string cluster_text(const StepTotals& totals) {
                      grouped(totals.num_retried_steps));
 }
 
+std::array<NamedText, 3> ball_texts(const FrameView& frame, const std::optional<FreeFlowFigures>& flow) {
+  if (!flow) {
+    return {{{"ball", fmt::format("{:.2f} m/s", length(frame.ball.velocity_mps))},
+             {"spin", fmt::format("{:.1f} rad/s", frame.ball.spin_radps)},
+             {"flown", fmt::format("{:.2f} m", frame.ball_distance_m)}}};
+  }
+  const auto share = [](double ratio, double error) {
+    return fmt::format("{:.1f} \xC2\xB1 {:.1f} %", 100.0 * ratio, 100.0 * error);
+  };
+  return {{{"held ball", "of theory"},
+           {"drag", share(flow->drag_over_theory, flow->drag_error)},
+           {"hits", share(flow->hits_over_theory, flow->hits_error)}}};
+}
+
 std::string fitting_parts(std::vector<LinePart> parts, float width,
                           const std::function<float(const std::string&)>& width_of) {
   const auto joined = [&] {

@@ -1,11 +1,14 @@
 // Figures as the overlay writes them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "app/free_flow_figures.hpp"
 #include "app/simulation.hpp"
 
 namespace pf {
@@ -31,6 +34,13 @@ std::string clock_text(const FrameView& frame);
 
 // Largest cluster and repetitions of method `exact`.
 std::string cluster_text(const StepTotals& totals);
+
+struct NamedText {
+  std::string name, text;
+};
+// The ball's motion, or how the forces on a held one compare with theory.
+std::array<NamedText, 3> ball_texts(const FrameView& frame, const std::optional<FreeFlowFigures>& flow);
+
 // A part of a line. The least important part goes first if there is no room.
 struct LinePart {
   std::string text;

@@ -52,6 +52,29 @@ def accuracy(bench):
     check(step == steps["path"], f"{percent} % of path: {step}")
 
 
+def free_flow(bench):
+    """In the tunnel drag and hits of the held ball stand beside theory. In a gas there is nothing to compare."""
+    with bench.open("--scene", "tunnel", "-p", "50000", "--paused") as window:
+        open_accuracy(window)
+        window.press_key("space")
+        window.wait_for_control("Drag / theory")
+        window.wait_for_control("Hits / theory")
+        time.sleep(1.0)
+        window.press_key("space")
+        time.sleep(0.7)
+        shown = window.stop()["accuracy"]
+    for of in ("drag", "hits"):
+        ratio, error = shown[f"{of}_over_theory"], shown[f"{of}_error"]
+        check(0.0 < error < 0.3 and abs(ratio - 1.0) < 4.0 * error, f"{of} over theory: {ratio:.3f} +- {error:.2g}")
+    with bench.open(*ELASTIC) as window:
+        open_accuracy(window)
+        window.press_key("space")
+        time.sleep(1.0)
+        window.wait_for_control("Drag / theory", there=False)
+        shown = window.stop()["accuracy"]
+    check(shown["simulated_s"] > 0.0 and shown["drag_over_theory"] is None, "a gas is not compared with it")
+
+
 def chosen_by_flag(bench, scene, percent, of):
     """The report of a short run with --accuracy."""
     file = bench.folder / "chosen.json"

@@ -10,7 +10,7 @@ area fraction 0.1, method impulse, search grid, ball 15 m/s and 25 rad/s, all th
 import sys
 import tempfile
 
-from accuracy_cases import accuracy
+from accuracy_cases import accuracy, free_flow
 from bench import Bench
 from camera_cases import follow_key, follow_option, large_text, magnifier_alone, magnifier_key
 from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, ring, slingshot,
@@ -24,8 +24,8 @@ from window import Screen, skip_if_missing
 
 CASES = {case.__name__: case for case in (values, typed, tapped, ball_spin, magnus, launch, terms, scene_menu, scene_words, keys,
                                           launch_key, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
-                                          back_key, compared, time_keys, save, looks, vsync_key, accuracy, unstable,
-                                          measured_terms, dense_screen, narrow, key_card, knobs, tooltips, labels, chart, answers,
+                                          back_key, compared, time_keys, save, looks, vsync_key, accuracy, free_flow,
+                                          unstable, measured_terms, dense_screen, narrow, key_card, knobs, tooltips, labels, chart, answers,
                                           stays, escape, leave, follow_key, follow_option, magnifier_alone, magnifier_key,
                                           large_text, split_key, split_panel)}
 
