@@ -48,7 +48,7 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   if (then.momentum_scale_kg_mps > 0.0) {
     readout_.momentum_drift = length(now.momentum_kg_mps - then.momentum_kg_mps) / then.momentum_scale_kg_mps;
   }
-  readout_.free_flow = free_flow_figures(view, start_->totals, start_->simulated_s);
+  readout_.free_flow = view.free_flow;
   const ParcelConstants& parcels = view.physics->parcels;
   if (parcels.num < 2 || !parcels.contacts || readout_.simulated_s <= 0.0) return;
   // From the mean of both energies per parcel.

@@ -6,7 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-#include "app/free_flow_figures.hpp"
+#include "app/free_flow_watch.hpp"
 #include "app/simulation.hpp"
 
 namespace pf {
@@ -22,7 +22,7 @@ struct AccuracyReadout {
   double rate_over_enskog = kUnknown;  // collision rate over Enskog's
   double rate_error = kUnknown;        // its standard error, from the number of collisions
   double missed_fraction = kUnknown;   // share of collisions that the step misses, by theory; 0: exact
-  std::optional<FreeFlowFigures> free_flow;
+  std::optional<FreeFlowFigures> free_flow;  // since parcels were spawned
   double max_overlap_diameters = 0.0;
   std::uint64_t num_retired = 0;        // parcels that left an open world
   std::uint64_t num_retried_steps = 0;  // of method exact
@@ -63,7 +63,7 @@ class LiveAccuracy {
   double measured_at_s_ = 0.0;  // simulated
 };
 
-// Keys: the members. null for NaN.
+// Keys: the members, and those of free_flow. null for NaN, and for figures that there are none of.
 nlohmann::json to_json(const AccuracyReadout& readout);
 
 }  // namespace pf

@@ -69,6 +69,7 @@ void Simulation::State::respawn(const NewAir& air) {
   physics = air.physics;
   ball = air.ball;
   profile_is_due = true;
+  free_flow.spawned();
   begin_history();
 }
 
@@ -144,6 +145,7 @@ void Simulation::State::update_view() {
   view.settings = &settings;
   view.physics = &physics;
   view.ball = ball;
+  view.free_flow = free_flow.figures();
   view.flight_record = &flight;
   view.old_flights = &old_flights;
   view.ghosts = &ghosts;

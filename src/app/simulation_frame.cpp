@@ -146,6 +146,8 @@ void Simulation::State::end_frame() {
   flight.dt_s = plan.dt_s;
   flight.num_steps += ended.num_done;
   follow_ball();
+  view.ball = ball;
+  free_flow.follow(view, ended.totals, ended.num_done * plan.dt_s);
   if (view.flight == Flight::flying && has_left(physics, ball)) {
     view.flight = Flight::landed;
     left_once = true;

@@ -75,6 +75,7 @@ void Simulation::State::resume_run(const RunState& from) {
   left_once = from.left_once;
   by_hand = from.by_hand;
   view.paused = from.paused;
+  free_flow.forget();
   begin_history();
   show_plan();
 }

@@ -63,6 +63,7 @@ struct Simulation::State {
   bool in_flight = false;             // steps of it are submitted
   PhaseTimes mapping;                 // of the picture
   EnergyWatch energy_watch;
+  FreeFlowWatch free_flow;
   Profile profile;
   bool profile_is_due = false;           // the state has changed since
   double budget_share = 0.0;             // of run.frame_budget_ms; 0: off

@@ -7,16 +7,16 @@
 #include "core/resize.hpp"
 
 namespace pf {
-namespace {
-
-constexpr std::size_t kMinSlice = 1500;  // parcels
-
-}  // namespace
+std::size_t min_parcels_together(const GridShape& grid, std::size_t num_parcels) {
+  constexpr std::size_t kMinParcels = 1500, kMinRows = 4;
+  const auto num_rows = static_cast<std::size_t>(std::max(grid.y.num, 1));
+  return std::max(kMinParcels, kMinRows * num_parcels / num_rows);
+}
 
 void CellSort::sort(ThreadTeam& team, const Input& in, const Output& out, PhaseTimes& times) {
   num_cells_ = in.grid.num_cells();
   resize_tightly(keys_, in.parcels.id.size());
-  const std::size_t num_parts = team.num_parts(keys_.size(), kMinSlice);
+  const std::size_t num_parts = team.num_parts(keys_.size(), min_parcels_together(in.grid, keys_.size()));
   resize_tightly(offsets_, num_cells_ * std::min(team.size(), kMaxCounts) + num_parts);
   resize_tightly(out.cell_start, num_cells_ + 2);
   {

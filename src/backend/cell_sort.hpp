@@ -13,6 +13,10 @@ namespace pf {
 
 struct ParcelArrays;
 
+// Parcels in memory order that a thread takes at a time, at least, if others may take some of its share: four
+// mean rows of cells, since a part of them is bound to those beside it by a row.
+std::size_t min_parcels_together(const GridShape& grid, std::size_t num_parcels);
+
 class CellSort {
  public:
   struct Input {

@@ -1,4 +1,4 @@
-// The CPU backend: the same step as on the device, as plain loops over a fixed partition. The device is
+// The CPU backend: the same step as on the device, as plain loops that threads share. The device is
 // tested against it, so that its correctness should be evident from the text.
 #pragma once
 

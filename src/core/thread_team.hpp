@@ -1,8 +1,9 @@
-// A fixed team of threads that runs one function at a time over a fixed partition. Idle threads spin for a
-// while before they sleep: waking a thread takes ten times as long as many of the functions it runs. The
-// calling thread does the part of a thread that is late, because it is still waking or the system runs
-// something else in its place. Longer work is divided into more parts than threads: those that are done
-// early take parts of others. Processors of a virtual machine are up to a third slower than others at times.
+// A fixed team of threads that runs one function at a time, over one part for each of them, or over parts
+// that any of them may take. Idle threads spin for a while before they sleep: waking a thread takes ten times
+// as long as many of the functions it runs. The calling thread does the part of a thread that is late,
+// because it is still waking or the system runs something else in its place. Processors of a virtual machine
+// are up to a third slower than others at times: so longer work has more parts than threads, and those that
+// are done early take some of others.
 #pragma once
 
 #include <atomic>

@@ -45,10 +45,10 @@ inline double free_flow_hits(double speed_ratio) {
 
 // Relative standard error of the drag on a smooth ball after so many hits that are independent of each other:
 // the root of R / num_hits with R = <J^2> / <J>^2 of the impulses J along the stream. R is 6/5 in a cold
-// stream; the rest is fitted to means by Monte Carlo at S = 0.2 to 10, within 1 %.
+// stream; the rest is fitted to quadratures at S = 0.3 to 10, within 1 % of R.
 inline double smooth_drag_error(double speed_ratio, double num_hits) {
   const double s2 = speed_ratio * speed_ratio;
-  return std::sqrt((1.2 + (0.49 + 0.26 * s2 / (s2 + 6.0)) / s2) / num_hits);
+  return std::sqrt((1.2 + (0.49 + 0.26 * s2 * s2 / (s2 * s2 + 26.0)) / s2) / num_hits);
 }
 
 }  // namespace pf

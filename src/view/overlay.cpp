@@ -57,11 +57,6 @@ float Overlay::used_height_px(OverlayMode mode, float scale) const {
 void Overlay::add_frame(const PhaseTimes& times, double frame_ms, const FrameView& frame,
                         const DrawTimes& drawing) {
   history_.add(times, frame_ms, frame, drawing);
-  if (!is_free_flow(frame)) {
-    flow_start_.reset();
-  } else if (const FlightKey key = key_of(frame); !flow_start_ || flow_start_->key != key) {
-    flow_start_ = {key, frame.totals, frame.simulated_s};
-  }
 }
 
 void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace& place, const Look& look) {
@@ -203,10 +198,8 @@ void Overlay::write_legend(const FrameView& frame, float x, float y, float scale
   if (text_width(middle) < room)
     texts_.add(x + 0.5F * (width - text_width(middle)), y + 2.2F * row, colors_.text, middle);
   if (!frame.physics->ball.exists) return;
-  std::optional<FreeFlowFigures> flow;
-  if (flow_start_) flow = free_flow_figures(frame, flow_start_->totals, flow_start_->simulated_s);
   float line = 3.9F;
-  for (const auto& [name, figure] : ball_texts(frame, flow)) {
+  for (const auto& [name, figure] : ball_texts(frame)) {
     texts_.add(x, y + line * row, colors_.dim, name);
     texts_.add_right(x + width, y + line * row, colors_.text, figure);
     line += 1.05F;

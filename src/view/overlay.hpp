@@ -2,11 +2,10 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <span>
 #include <string>
 
-#include "app/live_accuracy.hpp"
+#include "app/simulation.hpp"
 #include "view/look.hpp"
 #include "view/overlay_figures.hpp"
 #include "view/overlay_paint.hpp"
@@ -78,16 +77,8 @@ class Overlay {
   double usual_max_ms() const;
   std::string pace(const FrameView& frame) const;
 
-  // The first frame that was added of a flight whose drag is known in closed form.
-  struct FlowStart {
-    FlightKey key;
-    StepTotals totals;
-    double simulated_s = 0.0;
-  };
-
   OverlayInfo info_;
   bool every_frame_;
-  std::optional<FlowStart> flow_start_;
   FrameHistory history_;
   // The texts written last, and for what and when.
   TextSheet texts_;

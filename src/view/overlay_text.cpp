@@ -89,7 +89,8 @@ std::string cluster_text(const StepTotals& totals) {
                      grouped(totals.num_retried_steps));
 }
 
-std::array<NamedText, 3> ball_texts(const FrameView& frame, const std::optional<FreeFlowFigures>& flow) {
+std::array<NamedText, 3> ball_texts(const FrameView& frame) {
+  const std::optional<FreeFlowFigures>& flow = frame.free_flow;
   if (!flow) {
     return {{{"ball", fmt::format("{:.2f} m/s", length(frame.ball.velocity_mps))},
              {"spin", fmt::format("{:.1f} rad/s", frame.ball.spin_radps)},

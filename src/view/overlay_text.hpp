@@ -4,11 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "app/free_flow_figures.hpp"
 #include "app/simulation.hpp"
 
 namespace pf {
@@ -39,7 +37,7 @@ struct NamedText {
   std::string name, text;
 };
 // The ball's motion, or how the forces on a held one compare with theory.
-std::array<NamedText, 3> ball_texts(const FrameView& frame, const std::optional<FreeFlowFigures>& flow);
+std::array<NamedText, 3> ball_texts(const FrameView& frame);
 
 // A part of a line. The least important part goes first if there is no room.
 struct LinePart {

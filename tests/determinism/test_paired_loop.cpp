@@ -98,6 +98,31 @@ TEST(PairedLoop, EqualsThePlainLoop) {
   EXPECT_GT(num_retired, 1000U);
 }
 
+// Eight shares for two threads, twelve for three, which take them from each other. Of fewer parcels, which
+// the same backend gets next, each thread has one share.
+TEST(PairedLoop, MoreSharesThanThreadsEqualThePlainLoop) {
+  if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";
+  for (const Boundary boundary : {Boundary::open, Boundary::walls, Boundary::periodic}) {
+    for (const Method method : {Method::impulse, Method::spring}) {
+      SCOPED_TRACE(std::to_string(static_cast<int>(boundary)) + " " + method_name(method));
+      const double dt_s = method == Method::spring ? 0.004 : 0.04;
+      SceneRun plain = run_of(gas(10, 0.2, boundary), 1, true),
+               two = run_of(gas(10, 0.2, boundary), 2, false),
+               three = run_of(gas(10, 0.2, boundary), 3, false);
+      for (const std::int64_t num : {20'000, 2'000, 26'000}) {
+        Settings settings = with_ball(gas(num, num == 26'000 ? 0.5 : 0.2, boundary), 4.0);
+        settings.method = method;
+        for (SceneRun* run : {&plain, &two, &three}) *run = SceneRun(settings, std::move(run->backend));
+        const StepTotals expected = plain.advance(30, dt_s).totals;
+        expect_same(two.advance(30, dt_s).totals, expected);
+        expect_same(three.advance(30, dt_s).totals, expected);
+        ASSERT_EQ(two.backend->state_hash(), plain.backend->state_hash()) << num;
+        ASSERT_EQ(three.backend->state_hash(), plain.backend->state_hash()) << num;
+      }
+    }
+  }
+}
+
 // In a hundredth of the width of the world: hundreds of candidates for each parcel.
 TEST(PairedLoop, CrowdsEqualThePlainLoop) {
   if (!PairedLoop::is_supported()) GTEST_SKIP() << "this processor lacks AVX2";

@@ -9,7 +9,6 @@
 #include "core/error.hpp"
 #include "model/kinetic_theory.hpp"
 #include "model/spring.hpp"
-#include "scene/scene_file.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -55,46 +54,6 @@ TEST(LiveAccuracy, ExactGasHasEnskogsRateAndConservesEnergy) {
   EXPECT_EQ(r.missed_fraction, 0.0);
   EXPECT_EQ(r.num_retired, 0U);
   EXPECT_NEAR(r.simulated_s, 301 * 0.035, 1e-9);
-}
-
-// The tunnel: 600,000 parcels that do not touch each other stream past a held ball at speed ratio 2, for
-// 0.5 s, in which some 7,000 hit it. Both figures are those of free-molecular flow within 3 standard errors.
-TEST(LiveAccuracy, BallInFreeFlowHasTheDragAndTheHitsOfTheory) {
-  for (const double restitution : {1.0, 0.4}) {
-    Settings settings = load_scene("tunnel");
-    settings.num_parcels = 600'000;
-    settings.restitution = restitution;
-    Followed run(settings);
-    run.frames(119);
-    run.measure();
-    const AccuracyReadout& r = run.accuracy.readout();
-    EXPECT_NEAR(r.simulated_s, 0.5, 1e-6);
-    ASSERT_TRUE(r.free_flow);
-    const FreeFlowFigures& f = *r.free_flow;
-    EXPECT_NEAR(f.drag_over_theory, 1.0, 3.0 * f.drag_error) << restitution;
-    EXPECT_NEAR(f.hits_over_theory, 1.0, 3.0 * f.hits_error) << restitution;
-    EXPECT_GT(f.drag_error, f.hits_error);
-    EXPECT_LT(f.drag_error, 0.016);
-    EXPECT_TRUE(std::isnan(r.rate_over_enskog));
-  }
-}
-
-// A rough ball, parcels that touch, a stream that is none, or one that ends: no figures, rather than wrong
-// ones.
-TEST(LiveAccuracy, DragIsComparedOnlyWhereTheoryHolds) {
-  using Change = void (*)(Settings&);
-  for (const Change change :
-       {Change([](Settings& s) { s.friction = 0.3; }), Change([](Settings& s) { s.contacts = true; }),
-        Change([](Settings& s) { s.flow_x_mps = 0.0; }), Change([](Settings& s) { s.ball_held = false; }),
-        Change([](Settings& s) { s.boundary = Boundary::open; })}) {
-    Settings settings = load_scene("tunnel");
-    settings.num_parcels = 5'000;
-    change(settings);
-    Followed run(settings);
-    run.frames(20);
-    run.measure();
-    EXPECT_FALSE(run.accuracy.readout().free_flow);
-  }
 }
 
 TEST(LiveAccuracy, LongStepsMissCollisionsAndOverlap) {

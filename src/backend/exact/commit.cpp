@@ -10,12 +10,13 @@ namespace {
 template <class Visit>
 void for_each_cluster(WindowContext& window, const Visit& visit) {
   const EpochMemory& memory = window.memory;
-  for_each_item_by_any(
-      window, memory.clusters.size(), kMinSharedItems / 2, [&](WorkerState& worker, std::size_t k) {
-        const Cluster& cluster = memory.clusters[k];
-        if (cluster.is_merged) return;
-        visit(worker, cluster, memory.workers[cluster.thread].members.data() + cluster.first_member);
-      });
+  for_each_item_by_any(window, memory.clusters.size(), kMinSharedItems, kMinSharedItems / 2,
+                       [&](WorkerState& worker, std::size_t k) {
+                         const Cluster& cluster = memory.clusters[k];
+                         if (cluster.is_merged) return;
+                         visit(worker, cluster,
+                               memory.workers[cluster.thread].members.data() + cluster.first_member);
+                       });
 }
 
 template <Boundary kBoundary>

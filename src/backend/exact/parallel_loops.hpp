@@ -30,12 +30,13 @@ void for_each_item(WindowContext& window, std::size_t num, const Visit& visit) {
 }
 
 // The same, but a worker that is done early takes items of others: what it visits is not contiguous.
-// min_together: items that a worker takes at a time, at least.
+// With fewer than min_shared items the calling thread works alone. min_together: items that a worker takes at
+// a time, at least, if it has more than one such part.
 template <class Visit>
-void for_each_item_by_any(WindowContext& window, std::size_t num, std::size_t min_together,
-                          const Visit& visit) {
+void for_each_item_by_any(WindowContext& window, std::size_t num, std::size_t min_shared,
+                          std::size_t min_together, const Visit& visit) {
   std::vector<WorkerState>& workers = window.memory.workers;
-  const std::size_t num_parts = num < 2 * min_together ? 1 : window.team.num_parts(num, min_together);
+  const std::size_t num_parts = num < min_shared ? 1 : window.team.num_parts(num, min_together);
   const auto visit_part = [&](unsigned thread, std::size_t part) {
     const auto [begin, end] = ThreadTeam::share(part, num_parts, num);
     for (std::size_t k = begin; k < end; ++k) visit(workers[thread], k);
@@ -50,7 +51,7 @@ template <class Visit>
 void for_each_chunk(WindowContext& window, const Visit& visit) {
   constexpr std::size_t kMinChunks = 4;
   const std::size_t num_chunks = (window.num_parcels() + kChunkSize - 1) / kChunkSize;
-  for_each_item_by_any(window, num_chunks, kMinChunks, [&](WorkerState& worker, std::size_t k) {
+  for_each_item_by_any(window, num_chunks, 2, kMinChunks, [&](WorkerState& worker, std::size_t k) {
     visit(worker, static_cast<std::uint32_t>(k));
   });
 }

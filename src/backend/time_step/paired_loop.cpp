@@ -15,7 +15,6 @@ namespace {
 // Position units. With the longest flight that free_flight.cpp makes it is less than 2^30, which no step may
 // reach.
 constexpr std::uint32_t kMaxPush = 1 << 22;
-constexpr std::size_t kMinShare = 1500, kRowsOfShare = 4;
 
 }  // namespace
 
@@ -208,11 +207,10 @@ void PairedLoop::move_head(const Work& work) {
     draw_parcel(*work.input.draw, work.input.constants.physics.world, i, now.position[i], now.velocity[i]);
 }
 
-void PairedLoop::divide(std::size_t num_parcels, bool has_contacts) {
+void PairedLoop::divide(const SortedParcels& parcels, bool has_contacts) {
+  const std::size_t num_parcels = parcels.size();
   const bool is_in_one_pass = has_contacts && (team_.size() == 1 || !search_.has_boxes());
-  // The head of a share is a row of cells.
-  const auto row = static_cast<std::size_t>(std::sqrt(static_cast<double>(num_parcels)));
-  num_shares_ = team_.num_parts(num_parcels, std::max(kMinShare, kRowsOfShare * row));
+  num_shares_ = team_.num_parts(num_parcels, min_parcels_together(parcels.grid, num_parcels));
   if (shares_.size() < num_shares_) shares_.resize(num_shares_);
   std::size_t reach = 0;  // of the shares before
   for (std::size_t k = 0; k < num_shares_; ++k) {
@@ -226,7 +224,7 @@ void PairedLoop::run(const StepInput& input, Method method, SortedParcels& parce
                      std::vector<CpuTally>& tallies) {
   resize_tightly(contacts_, parcels.size());
   rough_.follow(team_, RoughScale(input.constants), parcels.current.position.data(), parcels.size());
-  divide(parcels.size(), input.constants.physics.parcels.contacts);
+  divide(parcels, input.constants.physics.parcels.contacts);
   for_terms(input.constants.physics, method, [&]<class Contact, bool kBall, Boundary kBoundary>() {
     if constexpr (has_contacts<Contact>) {
       team_.run_parts(num_shares_, [&](unsigned thread, std::size_t k) {

@@ -78,7 +78,7 @@ class PairedLoop {
     CpuTally& tally;
   };
 
-  void divide(std::size_t num_parcels, bool has_contacts);
+  void divide(const SortedParcels& parcels, bool has_contacts);
   template <class Contact, bool kBall, Boundary kBoundary>
   void search_and_move(const Work& work);
   void prefetch(const ParcelArrays& parcels, std::uint32_t i) const;
