@@ -102,6 +102,9 @@ TEST(FreeFlow, IsComparedAsLongAsNothingDisturbsIt) {
   Commands restart;
   restart.restart = other;
   EXPECT_TRUE(run.frames(20, restart));
+  Settings lossy = other;
+  lossy.restitution = 0.5;
+  EXPECT_FALSE(run.frames_with(lossy, 20));
 }
 
 TEST(FreeFlow, AirOfAFileIsOfUnknownAge) {
