@@ -24,7 +24,7 @@ std::optional<FreeFlow> free_flow_of(const FrameView& view) {
   const double contact_m = ball.radius_m + parcels.radius_m;
   const double num_per_m2 = parcels.num / (area_m2(world) - kPi * contact_m * contact_m);
   flow.speed_ratio = speed_mps / (std::sqrt(2.0) * thermal_mps);
-  flow.hits_per_s = 2.0 * contact_m * num_per_m2 * speed_mps * free_flow_hits(flow.speed_ratio);
+  flow.hits_per_s = free_flow_hits_per_s(contact_m, num_per_m2, speed_mps, flow.speed_ratio);
   flow.drag_n = smooth_drag(flow.speed_ratio, parcels.restitution) * num_per_m2 * parcels.mass_kg *
                 speed_mps * speed_mps * contact_m;
   constexpr double kFastest = 4.5;  // thermal speeds: one parcel in 25,000 has more in two dimensions

@@ -93,16 +93,15 @@ struct FrameView {
   std::optional<double> sought_s;          // the flight is being flown again, to this time
   bool paused = false;
   Flight flight = Flight::flying;
-  bool waits = false;            // a landed ball is not launched again automatically
-  double ball_distance_m = 0.0;  // flown since the launch
-  PhaseTimes times;              // of the last frame, physics phases
-  StepTotals totals;             // of the run so far
-  StepTotals frame_totals;       // of the last frame
-  std::optional<FreeFlowFigures>
-      free_flow;                     // how the forces on a held ball compare with theory, if it is known
-  const Profile* profile = nullptr;  // after the last whole frame; null: off, or no parcels
-  std::string message;               // one line about a failure, or empty
-  std::string notice;                // one line about a success, or empty
+  bool waits = false;                        // a landed ball is not launched again automatically
+  double ball_distance_m = 0.0;              // flown since the launch
+  PhaseTimes times;                          // of the last frame, physics phases
+  StepTotals totals;                         // of the run so far
+  StepTotals frame_totals;                   // of the last frame
+  std::optional<FreeFlowFigures> free_flow;  // of a held ball; none: theory does not hold
+  const Profile* profile = nullptr;          // after the last whole frame; null: off, or no parcels
+  std::string message;                       // one line about a failure, or empty
+  std::string notice;                        // one line about a success, or empty
 };
 
 class Simulation {

@@ -7,6 +7,7 @@
 #include "core/resize.hpp"
 
 namespace pf {
+
 std::size_t min_parcels_together(const GridShape& grid, std::size_t num_parcels) {
   constexpr std::size_t kMinParcels = 1500, kMinRows = 4;
   const auto num_rows = static_cast<std::size_t>(std::max(grid.y.num, 1));

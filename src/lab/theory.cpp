@@ -133,7 +133,7 @@ double drag_diffuse(double s, double wall_over_gas) {
 double hit_factor(double s) { return free_flow_hits(s); }
 
 double hits_per_s(double contact_m, double number_density_per_m2, double speed_mps, double speed_ratio) {
-  return 2.0 * contact_m * number_density_per_m2 * speed_mps * hit_factor(speed_ratio);
+  return free_flow_hits_per_s(contact_m, number_density_per_m2, speed_mps, speed_ratio);
 }
 
 double spin_torque_n_m(double accommodation, double spin_radps, double radius_m, double hit_mass_kgps) {

@@ -43,6 +43,12 @@ inline double free_flow_hits(double speed_ratio) {
   return 0.5 * std::sqrt(kPi) / s * ((1.0 + s * s) * scaled_bessel_i(0, x) + s * s * scaled_bessel_i(1, x));
 }
 
+// Hits per second at a speed V of the stream. contact_m: R_c. num_per_m2: n.
+inline double free_flow_hits_per_s(double contact_m, double num_per_m2, double speed_mps,
+                                   double speed_ratio) {
+  return 2.0 * contact_m * num_per_m2 * speed_mps * free_flow_hits(speed_ratio);
+}
+
 // Relative standard error of the drag on a smooth ball after so many hits that are independent of each other:
 // the root of R / num_hits with R = <J^2> / <J>^2 of the impulses J along the stream. R is 6/5 in a cold
 // stream; the rest is fitted to quadratures at S = 0.3 to 10, within 1 % of R.
