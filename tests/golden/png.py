@@ -1,6 +1,6 @@
-"""Reads PNG pictures as the program writes them: 8 bits, RGB or RGBA, not interlaced."""
+"""Reads PNG pictures with ffmpeg."""
 import struct
-import zlib
+import subprocess
 
 
 class Picture:
@@ -18,53 +18,31 @@ class Picture:
 
 
 def read_png(path):
+    width, height = _size(path)
+    return Picture(width, height, _decoded(path, "rgb24", 3 * width * height))
+
+
+def read_alpha(path):
+    """Width, height and (r, g, b, a) of each pixel."""
+    width, height = _size(path)
+    raw = _decoded(path, "rgba", 4 * width * height)
+    return width, height, [tuple(raw[at:at + 4]) for at in range(0, len(raw), 4)]
+
+
+def _size(path):
     with open(path, "rb") as file:
-        data = file.read()
-    if data[:8] != b"\x89PNG\r\n\x1a\n":
+        head = file.read(33)
+    if head[:8] != b"\x89PNG\r\n\x1a\n":
         raise ValueError(f"{path}: not a PNG")
-    chunks = list(_chunks(data))
-    width, height, bits, colors, _, _, interlaced = struct.unpack(">IIBBBBB", chunks[0][1])
-    if bits != 8 or colors not in (2, 6) or interlaced:
-        raise ValueError(f"{path}: only 8-bit RGB or RGBA without interlacing is supported")
-    channels = 3 if colors == 2 else 4
-    packed = b"".join(body for name, body in chunks if name == b"IDAT")
-    raw = _unfiltered(zlib.decompress(packed), height, width * channels, channels)
-    if channels == 4:
-        del raw[3::4]
-    return Picture(width, height, bytes(raw))
+    width, height, bits, colors = struct.unpack(">IIBB", head[16:26])
+    if bits != 8 or colors not in (2, 6):
+        raise ValueError(f"{path}: not 8 bits of RGB or RGBA")
+    return width, height
 
 
-def _chunks(data):
-    at = 8
-    while at < len(data):
-        size, name = struct.unpack(">I4s", data[at:at + 8])
-        yield name, data[at + 8:at + 8 + size]
-        at += 12 + size
-
-
-def _unfiltered(data, height, stride, channels):
-    """Undoes the filters of PNG (second edition), section 9."""
-    picture = bytearray()
-    above = bytearray(stride)
-    for row in range(height):
-        start = row * (stride + 1)
-        line = bytearray(data[start + 1:start + 1 + stride])
-        _unfilter_line(data[start], line, above, channels)
-        picture += line
-        above = line
-    return picture
-
-
-def _unfilter_line(kind, line, above, channels):
-    for i in range(len(line) if kind else 0):
-        left = line[i - channels] if i >= channels else 0
-        corner = above[i - channels] if i >= channels else 0
-        predicted = (0, left, above[i], (left + above[i]) // 2, _paeth(left, above[i], corner))[kind]
-        line[i] = (line[i] + predicted) & 255
-
-
-def _paeth(left, up, corner):
-    to_left, to_up, to_corner = abs(up - corner), abs(left - corner), abs(left + up - 2 * corner)
-    if to_left <= to_up and to_left <= to_corner:
-        return left
-    return up if to_up <= to_corner else corner
+def _decoded(path, pixel_format, num_bytes):
+    done = subprocess.run(["ffmpeg", "-v", "error", "-xerror", "-i", f"file:{path}", "-frames:v", "1", "-f", "rawvideo",
+                           "-pix_fmt", pixel_format, "-"], capture_output=True, stdin=subprocess.DEVNULL)
+    if done.returncode != 0 or done.stderr or len(done.stdout) != num_bytes:
+        raise ValueError(f"{path}: {len(done.stdout)} of {num_bytes} bytes: {done.stderr.decode().strip()}")
+    return done.stdout

@@ -4,6 +4,7 @@ A small scanner, not a parser: it needs balanced braces, and it looks at definit
 function around it.
 """
 
+import functools
 import re
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ TOKEN = re.compile(
     r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:[^"\\\n]|\\.)*"|(?<![0-9A-Fa-f])\'(?:[^\'\\\n]|\\.)+\'', re.DOTALL
 )
 DIRECTIVE = re.compile(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", re.MULTILINE)
+BRACKET = re.compile(r"[(){}\[\]]")
 SCOPE = re.compile(r"\b(namespace|class|struct|union|enum|concept)\b|^\s*extern\b[^()]*$")
 # Words before a parenthesis that does not open a parameter list.
 NO_NAME = {"alignas", "decltype", "noexcept", "requires", "__attribute__", "__launch_bounds__", "explicit", "__align__"}
@@ -37,14 +39,14 @@ def end_of_group(text, start):
     """Index after the bracket that closes the one at start."""
     pairs = {"(": ")", "{": "}", "[": "]"}
     stack = []
-    for at in range(start, len(text)):
-        c = text[at]
+    for bracket in BRACKET.finditer(text, start):
+        c = bracket.group()
         if c in pairs:
             stack.append(pairs[c])
         elif stack and c == stack[-1]:
             stack.pop()
             if not stack:
-                return at + 1
+                return bracket.end()
     return len(text)
 
 
@@ -85,6 +87,7 @@ def signature(head):
     return None
 
 
+@functools.cache  # a copy of the tree with a planted fault has the same files but one
 def functions(text):
     code = blank(text)
     found = []
