@@ -42,7 +42,7 @@ bool pays_in_batches(const Physics& physics, std::uint32_t num_steps) {
 
 double widest_reach(bool in_parts, OneKernel one_kernel) {
   if (in_parts) return kWidestReachInParts;
-  return one_kernel == OneKernel::plain ? kWidestStepReach : kWidestReachOfWarp;
+  return one_kernel == OneKernel::plain ? kWidestStepReach : kWidestReachOfBlock;
 }
 
 constexpr unsigned kSortFirst = 1;  // a kind of batches

@@ -21,7 +21,7 @@ void main() {
   vec4 color = imageLoad(ground, at);
   if (sums != 0u) {
     pixel[i] = 0u;
-    float count = float(sums & 8191u);
+    float count = max(float(sums & 8191u), 1.0);  // 0: more than it has room for
     float cover = 1.0 - pow(1.0 - alpha, count * one_in);
     vec3 parcels = speed_color(float(sums >> 13) / (63.0 * count));
     color = vec4(mix(color.rgb, parcels, cover), cover + color.a * (1.0 - cover));

@@ -49,7 +49,7 @@ int device_for(const GlContextInfo& info) {
 void set_draw_target(const Options& options, [[maybe_unused]] const Backend& backend,
                      [[maybe_unused]] StageHooks& hooks) {
 #if PF_HAVE_CUDA
-  if (backend.name() == "cuda" && backend.num_domains() == 1) {
+  if (backend.name() == "cuda" && backend.num_domains() == 1 && options.draw_target != "images") {
     hooks.max_parcels = 1'000'000'000;
     hooks.make_draw_target = [kind = options.draw_target](Backend& running) -> std::unique_ptr<GlDrawTarget> {
       if (running.name() == "cuda") return make_cuda_draw_target(kind);
@@ -268,6 +268,7 @@ void choose_settings(Options& options, const Ranks& ranks) {
   options.chosen->table = table;
   options.settings = options.chosen->settings;
   fmt::print("{}", describe(*options.chosen, table));
+  std::fflush(stdout);  // before the flight, also into a pipe
 }
 
 int dispatch(int argc, char** argv, const Ranks& ranks) {

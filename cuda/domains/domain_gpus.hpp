@@ -7,7 +7,7 @@
 
 namespace pf {
 
-// Throws DeviceError with the reason if one of the devices cannot be used.
+// Throws DeviceError with the reason if there is no device that can be used.
 std::unique_ptr<DomainGpus> make_domain_gpus();
 
 }  // namespace pf

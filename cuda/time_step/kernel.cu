@@ -177,7 +177,7 @@ void launch_kernel(void (*kernel)(StepLaunch), const StepLaunch& launch, cudaStr
 void launch_step(const StepLaunch& launch, cudaStream_t stream) {
   if (launch.num == 0) return;
   if (launch.one_kernel != OneKernel::plain && !launch.space.all_pairs) {
-    launch_step_of_warp(launch, stream);
+    launch_step_of_block(launch, stream);
     return;
   }
   for_terms(launch.constants.physics, launch.method, [&]<class Contact, bool kBall, Boundary kBoundary>() {

@@ -7,8 +7,8 @@
 // parcels by the cells that they are in before the step, CUB sums the counts, and step_kernel puts each
 // parcel, moved, in its place.
 //
-// Where many parcels touch, as they do before a ball, step_of_warp_kernel does the same, but a warp works off
-// the contacts of its parcels together. Of very many a thread has two, which are searched around at once.
+// Where many parcels touch, as they do before a ball, step_of_block_kernel does the same, but a block works
+// off the contacts of its parcels together. Of very many a thread has two, which are searched around at once.
 //
 // For many that seldom touch three kernels do it, with fewer instructions: find_pairs_kernel (or in
 // large runs find_pairs_of_two_kernel) finds each pair that touches once, contact_kernel sums their contacts,
@@ -24,11 +24,14 @@
 // All sums are integers, so the results do not depend on the order of threads. The stream comes last.
 #pragma once
 
+#include <algorithm>
+
 #include "backend/draw_buffers.hpp"
 #include "cuda/cell_sort.cuh"
 #include "cuda/circle_search.cuh"
 #include "cuda/parcel_arrays.cuh"
 #include "cuda/time_step/state.cuh"
+#include "model/kinetic_theory.hpp"
 #include "model/parcel.hpp"
 
 namespace pf {
@@ -40,13 +43,19 @@ namespace pf {
 // reach 2.75 26.8, 20.9, 9.37; with height 3.0 26.4, 20.6, 9.33. Steps in parts that sort on their way, on an
 // H200: reach 3.0 33.7, 27.8, 8.22, and 35.0 at 10^8; 3.25 33.8, 27.8, 8.21, and 35.6.
 constexpr double kStepCellWidth = 1.25, kStepCellHeight = 3.5;
+// In a dense gas cells are narrower, this over the area fraction, so that they hold 1.1 parcels as before.
+// Gps of 10^7 with wide and with narrow ones, area fraction 0.35 33.1 and 33.2, `spring` 28.2 and 28.9;
+// 0.5 26.7 and 27.5; 0.65 18.3 and 19.4, `spring` 20.5 and 21.9.
+constexpr double kStepCellWidthInGas = 0.25, kMinStepCellWidth = 0.5;
 constexpr double kWidestStepReach = 3.0, kWidestReachInParts = 3.25;
-// Of steps of step_of_warp_kernel. With two parcels to a thread, Gps of `spring` and of `impulse` at area
+// Of steps of step_of_block_kernel. With two parcels to a thread, Gps of `spring` and of `impulse` at area
 // fraction 0.65, 10^7 on an H200: 2.5 32.3, 16.6; 2.75 32.4, 16.6; 3.0 32.2, 15.5; 3.25 31.6, 15.4.
-constexpr double kWidestReachOfWarp = 2.75;
+constexpr double kWidestReachOfBlock = 2.75;
 
 inline CellSize step_cells(const StepConstants& constants) {
-  return {kStepCellWidth * constants.contact_distance, kDeviceCellsPerParcel,
+  const double in_gas = kStepCellWidthInGas / area_fraction_of(constants.physics);
+  const double width = std::clamp(in_gas, kMinStepCellWidth, kStepCellWidth);
+  return {width * constants.contact_distance, kDeviceCellsPerParcel,
           kStepCellHeight * constants.contact_distance};
 }
 
@@ -112,9 +121,9 @@ struct StepSort {
 
 // Kernels that do a whole step.
 enum class OneKernel : std::uint8_t {
-  plain,       // step_kernel
-  of_warp,     // step_of_warp_kernel
-  two_of_warp  // the same, with two parcels to a thread; with a ball one
+  plain,        // step_kernel
+  of_block,     // step_of_block_kernel
+  two_of_block  // the same, with two parcels to a thread; with a ball one
 };
 
 struct StepLaunch {
@@ -152,7 +161,7 @@ void launch_count(const StepLaunch& launch, cudaStream_t stream);
 // One step of the parcels. With a ball launch_end_steps follows each, without one at the latest after
 // kMaxOpenSteps.
 void launch_step(const StepLaunch& launch, cudaStream_t stream);
-void launch_step_of_warp(const StepLaunch& launch, cudaStream_t stream);  // by launch_step
+void launch_step_of_block(const StepLaunch& launch, cudaStream_t stream);  // by launch_step
 // The one that is fastest for so many parcels.
 OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t num_parcels);
 

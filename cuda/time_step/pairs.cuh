@@ -87,28 +87,31 @@ struct TwoCirclesLater : TwoCircles {
   __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const { return max(from, own(1)); }
 };
 
+// Threads of a block whose parcels' contacts are worked off together.
+constexpr unsigned kSharingBlock = 128;
+
 // The first parcel to look at, of a range from `first` on, around parcel i, and maybe those that follow in
-// the same thread. If it is of the warp these are what comes after i: earlier ones find it.
+// the same thread. If it is of the block these are what comes after i: earlier ones find it.
 template <unsigned kPerThread>
-__device__ __forceinline__ std::uint32_t skip_earlier_of_warp(std::uint32_t first, std::uint32_t i) {
-  const std::uint32_t before = threadIdx.x % 32 * kPerThread;  // the warp's parcels before i
+__device__ __forceinline__ std::uint32_t skip_earlier_of_block(std::uint32_t first, std::uint32_t i) {
+  const std::uint32_t before = threadIdx.x * kPerThread;  // the block's parcels before i
   return first - (i - before) <= before ? i + 1 : first;
 }
 
-// For all parcels but those of the warp that are skipped so. Three rows are one loop: `spring` makes 32.2 Gps
-// of a gas of 10^7, with two 30.1.
-struct TwoCirclesOfWarp : TwoCircles {
+// For all parcels but those of the block that are skipped so. Three rows are one loop: `spring` makes 32.2
+// Gps of a gas of 10^7, with two 30.1.
+struct TwoCirclesOfBlock : TwoCircles {
   static constexpr unsigned kFirstLeftOut = 0;
   static constexpr int kRows = 3;
   static constexpr bool kWholeWarps = true;
 
   __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const {
-    return skip_earlier_of_warp<2>(from, first.self);
+    return skip_earlier_of_block<2>(from, first.self);
   }
 };
 
 // The same with one parcel to a thread. It may be visited itself: few are in a range.
-struct OneCircleOfWarp {
+struct OneCircleOfBlock {
   static constexpr unsigned kNum = 1, kFirstLeftOut = 1;
   static constexpr int kRows = 3;
   static constexpr bool kReadOnly = true;
@@ -118,7 +121,7 @@ struct OneCircleOfWarp {
 
   __device__ __forceinline__ std::uint32_t own(unsigned) const { return circle.self; }
   __device__ __forceinline__ std::uint32_t skip(std::uint32_t from) const {
-    return skip_earlier_of_warp<1>(from, circle.self);
+    return skip_earlier_of_block<1>(from, circle.self);
   }
   __device__ __forceinline__ void shift_in(const DeviceSearch& space, int2 there,
                                            std::uint32_t (&near)[kNum]) const {
@@ -199,14 +202,14 @@ __device__ __forceinline__ bool visit_pairs_of_two(const StepLaunch& launch, std
 }
 
 // Calls visit(n, j) for each parcel j that touches parcel i + n, 0 <= n < kPerThread, within the float's
-// margin. It leaves out j < i of the same warp, most of them, and may visit j = i + n. Whole warps call it.
+// margin. It leaves out j < i of the same block, most of them, and may visit j = i + n. Whole warps call it.
 // Returns false, with none visited, if the thread's parcels have to be searched around one by one.
 template <unsigned kPerThread, Boundary kBoundary, class Visit>
 __device__ __forceinline__ bool visit_partners(const StepLaunch& launch, std::uint32_t i, std::int32_t reach,
                                                Visit visit) {
   if constexpr (kPerThread == 2) {
     const TwoParcels two = two_parcels<kBoundary>(launch, i, positions_of_two(launch, i), reach);
-    search_box(launch.space, launch.from.position, TwoCirclesOfWarp{two.circles()}, two.box(),
+    search_box(launch.space, launch.from.position, TwoCirclesOfBlock{two.circles()}, two.box(),
                two.are_together, visit);
     return two.are_together;
   } else {
@@ -220,7 +223,7 @@ __device__ __forceinline__ bool visit_partners(const StepLaunch& launch, std::ui
       box = {centre.x - reach, centre.x + reach, centre.y - reach, centre.y + reach};
       searches = !crosses_edge<kBoundary>(launch.space.world, box);
     }
-    search_box(launch.space, launch.from.position, OneCircleOfWarp{circle}, box, searches, visit);
+    search_box(launch.space, launch.from.position, OneCircleOfBlock{circle}, box, searches, visit);
     return searches;
   }
 }

@@ -25,7 +25,7 @@ std::size_t Checkpoints::max_count(std::size_t num_parcels) const {
 
 bool Checkpoints::is_due(double shown_s, std::size_t num_parcels) const {
   const std::size_t limit = max_count(num_parcels);
-  if (limit == 0 || (limit == 1 && !kept_.empty())) return false;
+  if (is_stopped_ || limit == 0 || (limit == 1 && !kept_.empty())) return false;
   const double interval_s =
       std::max(kMinInterval_s, static_cast<double>(bytes_of(num_parcels)) / kBytesPerSecond);
   return kept_.empty() || shown_s - kept_.back().shown_s >= interval_s - 1e-9;

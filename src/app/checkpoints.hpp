@@ -29,7 +29,12 @@ class Checkpoints {
   const Checkpoint* newest_until(std::int64_t frame) const;
   // Drops checkpoints after a frame, and one at that frame taken after later changes of settings.
   void drop_after(std::int64_t frame, std::size_t num_changes);
-  void clear() { kept_.clear(); }
+  // Keeps no more of them until clear(), for lack of memory.
+  void stop() { is_stopped_ = true; }
+  void clear() {
+    kept_.clear();
+    is_stopped_ = false;
+  }
   std::size_t size() const { return kept_.size(); }
   const std::deque<Checkpoint>& kept() const { return kept_; }  // oldest first
 
@@ -37,6 +42,7 @@ class Checkpoints {
   void thin_out();
 
   std::uint64_t max_bytes_;
+  bool is_stopped_ = false;
   std::deque<Checkpoint> kept_;
 };
 

@@ -18,8 +18,7 @@ std::optional<FreeFlow> free_flow_of(const FrameView& view) {
   const double speed_mps = length(flow.flow_mps);
   const bool is_known = ball.exists && ball.held && ball.friction == 0.0 && settings.air == Air::parcels &&
                         !parcels.contacts && world.boundary == Boundary::periodic && thermal_mps > 0.0 &&
-                        speed_mps > 0.0 && settings.hot_radius_m == 0.0 &&
-                        length(view.ball.velocity_mps) == 0.0;
+                        speed_mps > 0.0 && settings.hot_radius_m == 0.0;
   if (!is_known) return std::nullopt;
   const double contact_m = ball.radius_m + parcels.radius_m;
   const double num_per_m2 = parcels.num / (area_m2(world) - kPi * contact_m * contact_m);

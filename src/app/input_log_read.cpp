@@ -45,6 +45,9 @@ class Reader {
 
 toml::table Reader::parse() const {
   std::error_code error;
+  if (!fs::exists(file_, error))
+    throw UserError(
+        fmt::format("{}: there is no such file; give a log that --log or --record has written", file_));
   const std::uintmax_t bytes = fs::is_regular_file(file_, error) ? fs::file_size(file_, error) : 0;
   if (error || bytes == 0 || bytes > kMaxLogBytes) {
     throw UserError(

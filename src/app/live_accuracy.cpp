@@ -22,7 +22,7 @@ FlightKey key_of(const FrameView& view) {
 
 void LiveAccuracy::follow(const FrameView& view, Backend& backend, Clock::time_point now) {
   const FlightKey key = key_of(view);
-  if (!start_ || start_->key != key) {
+  if (!start_ || start_->key != key || view.simulated_s < start_->simulated_s) {  // it may seek
     start_ = {key, backend.measure(), view.simulated_s, view.totals};
     readout_ = {};
     measured_ = now;
@@ -51,9 +51,9 @@ void LiveAccuracy::measure(const FrameView& view, Backend& backend) {
   readout_.free_flow = view.free_flow;
   const ParcelConstants& parcels = view.physics->parcels;
   if (parcels.num < 2 || !parcels.contacts || readout_.simulated_s <= 0.0) return;
-  // From the mean of both energies per parcel.
+  // Root of the mean square of both.
   const double speed_mps =
-      std::sqrt(0.5 * (now.parcel_energy_j + then.parcel_energy_j) / (parcels.num * parcels.mass_kg));
+      std::hypot(thermal_speed_mps(parcels, now), thermal_speed_mps(parcels, then)) / std::sqrt(2.0);
   const double enskog = enskog_rate_per_s(area_fraction_of(*view.physics), speed_mps, parcels.radius_m);
   const auto num = static_cast<double>(readout_.num_collisions);
   if (enskog > 0.0 && num > 0.0) {

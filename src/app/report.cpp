@@ -64,11 +64,6 @@ double render_ms(const PhaseTimes& times) {
   return times[Phase::map] + times[Phase::unmap] + times[Phase::draw] + times[Phase::present];
 }
 
-// c = sqrt(kT/m), the speed per component: in two dimensions K = N m c^2. NaN without parcels.
-double thermal_speed_mps(const Physics& physics, double kinetic_energy_j) {
-  return std::sqrt(kinetic_energy_j / (physics.parcels.num * physics.parcels.mass_kg));
-}
-
 json energy_report(const Measures& initial, const Measures& final) {
   return {{"initial_j", number_or_null(initial.energy_j())},
           {"final_j", number_or_null(final.energy_j())},
@@ -138,7 +133,7 @@ json exact_report(const Settings& settings, const Physics& physics, const StepTo
 RunRecord::RunRecord(const Physics& physics, const Measures& initial, std::string device)
     : initial_(initial),
       device_(std::move(device)),
-      speed_mps_(thermal_speed_mps(physics, initial.parcel_energy_j)),
+      speed_mps_(thermal_speed_mps(physics.parcels, initial)),
       start_(Clock::now()),
       timed_from_(start_),
       last_frame_(start_) {}
@@ -204,7 +199,7 @@ json RunRecord::finish(const Settings& settings, const Physics& physics, Backend
   const bool has_parcels = parcels.num > 0;
   StepTotals all = earlier_;
   all += totals_;
-  const double final_speed_mps = thermal_speed_mps(physics, final.parcel_energy_j);
+  const double final_speed_mps = thermal_speed_mps(physics.parcels, final);
   // The thermal speed that belongs to the mean of the initial and the final energy.
   const double speed_mps = std::sqrt(0.5 * (speed_mps_ * speed_mps_ + final_speed_mps * final_speed_mps));
   const double compute_s = 1e-3 * compute_ms_;

@@ -42,14 +42,15 @@ class RunRecord {
 
   // Keys: those of set_part (record: the last film, files: dump and checkpoint, replay, display: the window
   // at the end, chosen: what --accuracy chose (accuracy.hpp), accuracy: the last readout of the panel's
-  // section, split: see FlightPair, terms: the cost of each term per step, measured beside a window, clock_s:
-  // simulated time at the end, which jumps back make less than simulated_s), version, device, domain_link
-  // (how motion goes between domains on GPUs; otherwise null), scene, method, neighbors, num_parcels,
-  // area_fraction, restitution, dt_s, steps, simulated_s, wall_s, frame_ms.{median,p99} (from one frame's end
-  // to the next), phase_ms.<phase>.{median,p99} (each name of kPhaseNames; draw: the longer of both clocks;
-  // panel and later phases: the host's clock), host_ms.{draw,panel}.{median,p99},
-  // gpu_ms.{draw,panel}.{median,p99} (the GL device's clock; null where it has none), ns_per_parcel_step,
-  // parcel_steps_per_s, energy.{initial_j,final_j,relative_drift}, momentum.{initial,final,relative_drift},
+  // section, interrupted: by a signal, split: see FlightPair, terms: the cost of each term per step, measured
+  // beside a window, clock_s: simulated time at the end, which jumps back make less than simulated_s),
+  // version, device, domain_link (how motion goes between domains on GPUs; otherwise null), scene, method,
+  // neighbors, num_parcels, area_fraction, restitution, dt_s, steps, simulated_s, wall_s,
+  // frame_ms.{median,p99} (from one frame's end to the next), phase_ms.<phase>.{median,p99} (each name of
+  // kPhaseNames; draw: the longer of both clocks; panel and later phases: the host's clock),
+  // host_ms.{draw,panel}.{median,p99}, gpu_ms.{draw,panel}.{median,p99} (the GL device's clock; null where it
+  // has none), ns_per_parcel_step, parcel_steps_per_s, energy.{initial_j,final_j,relative_drift},
+  // momentum.{initial,final,relative_drift},
   // collisions.{count,rate_per_parcel_per_s,enskog_rate_per_parcel_per_s}, compressibility,
   // max_overlap_diameters, num_retired, exact.{rounds,retried_steps,events,solved_events (in all
   // rounds),largest_cluster (events),event_hash,max_overlap_units} (null for other methods),

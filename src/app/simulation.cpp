@@ -66,6 +66,7 @@ void Simulation::State::respawn(const NewAir& air) {
   view.mid_step = false;
   step_ms = 0.0;
   num_frame_pictures = 1;
+  collision_rate_per_s = 0.0;
   physics = air.physics;
   ball = air.ball;
   profile_is_due = true;

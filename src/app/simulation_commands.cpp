@@ -31,7 +31,7 @@ void Simulation::State::apply_settings(const Settings& wanted) {
   }
   const Physics derived = derive_physics(with);
   check_backend(with, derived, *backend);
-  std::vector<Ghost> ghosts_with = ghosts_of(with);
+  std::vector<Ghost> ghosts_with = ghosts_of_flight(with);
   const bool is_respawned = differ(settings, with, &Effects::parcels);
   std::optional<NewAir> air;
   if (is_respawned) air.emplace(new_air(with, ball));  // throws before anything changes

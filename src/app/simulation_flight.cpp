@@ -44,6 +44,12 @@ void Simulation::State::begin_history() {
   settings_at_sought.reset();
 }
 
+// Of the same launch as the flight, whose spin may have been changed since.
+std::vector<Ghost> Simulation::State::ghosts_of_flight(Settings with) const {
+  if (flight.points_m.size() > 1) with.ball_spin_radps = flight.spin_radps;
+  return ghosts_of(with);
+}
+
 void Simulation::State::keep_old_flight() {
   end_flight();
   if (flight.points_m.size() > 1) {

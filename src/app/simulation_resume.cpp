@@ -43,7 +43,7 @@ void Simulation::State::resume(const FlightState& from, const Physics& derived) 
   scene_dt_s = from.scene_dt_s;
   flight = from.flight;
   flight.has_left = from.landed;
-  ghosts = ghosts_of(settings);
+  ghosts = ghosts_of_flight(settings);
   profile_is_due = true;
 }
 

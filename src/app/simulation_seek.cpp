@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 #include <utility>
 
 #include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
+#include "core/error.hpp"
 
 namespace pf {
 namespace {
@@ -20,8 +22,14 @@ void Simulation::State::keep_checkpoint_when_due() {
   Checkpoint now;
   now.frame = history.position();
   now.num_changes = history.num_changes();
-  save(now);
-  checkpoints->keep(std::move(now));
+  try {
+    save(now);
+    checkpoints->keep(std::move(now));
+  } catch (const std::bad_alloc&) {
+    checkpoints->stop();
+  } catch (const DeviceError&) {  // no memory for a copy; if it is more than that the next step tells it
+    checkpoints->stop();
+  }
 }
 
 void Simulation::State::restore(const Checkpoint& then) {

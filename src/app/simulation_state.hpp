@@ -83,6 +83,7 @@ struct Simulation::State {
   void respawn(const NewAir& air);
   void launch(bool fresh_air);
   void end_flight();
+  std::vector<Ghost> ghosts_of_flight(Settings with) const;
   void keep_old_flight();
   void drop_old_flights();
   void begin_flight(bool fresh_air);

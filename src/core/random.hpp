@@ -27,7 +27,7 @@ PF_HD constexpr std::uint64_t random_bits(std::uint64_t seed, std::uint64_t id, 
   return mix64(mix64(mix64(seed) ^ id) ^ (stream * 0xD1B54A32D192ED03ULL));
 }
 
-// Uniform in the open interval (0, 1), one of 2^53 equidistant values.
+// Uniform above 0 and up to 1, one of 2^53 values half a step off a grid; in the upper half rounded to it.
 PF_HD constexpr double uniform(std::uint64_t bits) {
   return (static_cast<double>(bits >> 11) + 0.5) * (1.0 / 9007199254740992.0);
 }

@@ -3,11 +3,18 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iostream>
 #include <system_error>
 
 #include "core/link_target.hpp"
 
 namespace pf {
+
+std::ostream* standard_stream(const std::filesystem::path& file) {
+  if (file == "/dev/stdout") return &std::cout;
+  if (file == "/dev/stderr") return &std::cerr;
+  return nullptr;
+}
 
 bool is_written_aside(const std::filesystem::path& file) {
   const std::string name = file.string();
@@ -24,6 +31,10 @@ std::string replace_file(const std::filesystem::path& file, std::string_view byt
   const bool is_aside = is_written_aside(file);
   const std::filesystem::path written = is_aside ? part_of(target) : file;
   errno = 0;
+  if (std::ostream* stream = standard_stream(file))
+    return stream->write(bytes.data(), static_cast<std::streamsize>(bytes.size())).flush()
+               ? ""
+               : std::strerror(errno);
   std::ofstream stream(written, std::ios::binary | std::ios::trunc);
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.close();

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <string>
 #include <string_view>
 
@@ -9,6 +10,10 @@ namespace pf {
 
 // Temporary name under which a file is written.
 inline std::filesystem::path part_of(const std::filesystem::path& file) { return file.string() + ".part"; }
+
+// The stream of /dev/stdout and /dev/stderr; null for other files. Opened by such a name, a file behind it
+// would be written from its beginning.
+std::ostream* standard_stream(const std::filesystem::path& file);
 
 // Returns false for devices, pipes and open files such as /dev/stdout: these are written directly.
 bool is_written_aside(const std::filesystem::path& file);

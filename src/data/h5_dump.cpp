@@ -142,8 +142,9 @@ bool H5DumpFile::continues(const RunState& state) const {
   return other.num_parcels == layout_.num_parcels &&
          is_same_world(other.physics.world, layout_.physics.world) &&
          other.physics.parcels.radius_m == layout_.physics.parcels.radius_m &&
+         other.physics.parcels.mass_kg == layout_.physics.parcels.mass_kg &&
          other.physics.ball.exists == layout_.physics.ball.exists &&
-         (layout_.has_exact || !other.has_exact) && (layout_.has_contact_ticks || !other.has_contact_ticks) &&
+         (!other.has_exact || (layout_.has_exact && layout_.has_contact_ticks == other.has_contact_ticks)) &&
          has_room && (num_frames_ == 0 || state.totals.num_steps > last_step_);
 }
 

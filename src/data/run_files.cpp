@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <nlohmann/json.hpp>
 
 #include "core/file_ending.hpp"
@@ -77,8 +78,14 @@ void RunFiles::write(Target& target, const Simulation& simulation, const RunCloc
   if (!target.writer->has_room(target.when_full)) return tell_failure(target);
   if (!last_) {
     const Clock::time_point start = Clock::now();
-    const std::shared_ptr<RunState> state = free_state();
-    simulation.save(*state);
+    std::shared_ptr<RunState> state;
+    try {
+      state = free_state();
+      simulation.save(*state);
+    } catch (const std::exception& error) {  // for lack of memory; if it is more the next step tells it
+      target.writer->fail(fmt::format("the state cannot be copied ({})", error.what()));
+      return tell_failure(target);
+    }
     state->initial = clock.initial;
     state->num_frames = clock.num_frames;
     state->frames_after_flight = clock.frames_after_flight;

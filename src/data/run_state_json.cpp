@@ -35,6 +35,7 @@ struct Storing {
       to[key] = value;
   }
   void time(const char* key, const auto& value) { (*this)(key, value); }
+  void if_known(const char* key, Vec2d value) { (*this)(key, value); }
   void at_most(std::uint32_t, const char* key, std::uint32_t value) { (*this)(key, value); }
 };
 
@@ -70,6 +71,10 @@ class Reading {
     } else {
       value = static_cast<T>(whole(key, kMin, std::numeric_limits<T>::max()));
     }
+  }
+  // Leaves what older files lack as it is.
+  void if_known(const char* key, Vec2d& value) const {
+    if (from_.contains(key)) (*this)(key, value);
   }
   // Reads a time or a duration, which must not be negative.
   void time(const char* key, double& value) const {
@@ -187,6 +192,7 @@ void visit_initial(Archive& a, Initial& initial) {
   a("parcel_energy_j", initial.parcel_energy_j);
   a("ball_energy_j", initial.ball_energy_j);
   a("momentum_kg_mps", initial.momentum_kg_mps);
+  a.if_known("ball_momentum_kg_mps", initial.ball_momentum_kg_mps);
   a("momentum_scale_kg_mps", initial.momentum_scale_kg_mps);
   a("num_live", initial.num_live);
 }

@@ -71,6 +71,11 @@ void StateWriter::try_to(const Action& action) {
   if (failure_.empty()) failure_ = failure;
 }
 
+void StateWriter::fail(const std::string& reason) {
+  const std::scoped_lock lock(mutex_);
+  if (failure_.empty()) failure_ = reason;
+}
+
 void StateWriter::work() {
   std::unique_lock lock(mutex_);
   while (true) {

@@ -41,6 +41,8 @@ class StateWriter {
   // false if the sink has failed.
   bool has_room(WhenFull when_full);
   void add(std::shared_ptr<const RunState> state);
+  // The sink fails for this reason.
+  void fail(const std::string& reason);
   // Writes what is held and ends the file.
   void finish();
 

@@ -13,6 +13,7 @@
 #include "lab/error_entry.hpp"
 #include "lab/mean_error.hpp"
 #include "lab/theory.hpp"
+#include "model/free_flow.hpp"
 
 namespace pf {
 namespace {
@@ -118,13 +119,14 @@ void add_blast(json& table, const Runs& runs) {
   add_row(table, runs, {"prefactor", runs.first.at("theory").get<double>(), runs.mean(prefactor)});
 }
 
-// Mean over the runs; its error is at least that of the number of hits, which the scatter of a few runs may
-// miss.
+// Mean over the runs; its error is at least that of so many independent hits, which the scatter of a few runs
+// may miss.
 MeanError mean_drag(const Runs& runs) {
   MeanError drag = runs.mean_of("drag");
   double hits = 0.0;
   for (const json& row : runs.rows) hits += row.at("hits").get<double>();
-  drag.sigma = std::max(drag.sigma, drag.mean / std::sqrt(std::max(hits, 1.0)));
+  const double speed_ratio = runs.first.at("speed_ratio").get<double>();
+  drag.sigma = std::max(drag.sigma, drag.mean * smooth_drag_error(speed_ratio, std::max(hits, 1.0)));
   return drag;
 }
 
@@ -206,6 +208,11 @@ std::string percent(const json& value) {
 }
 
 std::string sentence(const json& row) {
+  if (row.at("error").is_null() || row.at("sigma").is_null()) {
+    return fmt::format("{}, {}, {}: {} was not measured, FAIL.", row.at("group").get<std::string>(),
+                       row.at("case").get<std::string>(), row.at("method").get<std::string>(),
+                       row.at("figure").get<std::string>());
+  }
   return fmt::format("{}, {}, {}: {} {:.4g}, expected {:.4g}: {} +- {:.2f} %{}.",
                      row.at("group").get<std::string>(), row.at("case").get<std::string>(),
                      row.at("method").get<std::string>(), row.at("figure").get<std::string>(),
@@ -252,7 +259,7 @@ void conclude_gas_dynamics(json& result) {
   result["table"] = table_of(result.at("points"), result.value("quick", false) ? kQuickEase : 1.0);
   int num_judged = 0;
   for (const json& row : result["table"]) {
-    if (row.at("verdict") == "-" || row.at("error").is_null()) continue;
+    if (row.at("verdict") == "-") continue;
     ++num_judged;
     words.push_back(sentence(row));
     if (row.at("verdict") == "FAIL") failed.push_back(sentence(row));

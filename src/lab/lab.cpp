@@ -65,7 +65,7 @@ void note_load(const MachineLoad& load, json& machine) {
   machine["measured_under_load"] = machine["measured_under_load"].get<bool>() || share > kMaxUnloadedShare;
 }
 
-json start_result(const Study& study, const LabContext& context) {
+json start_result(const Study& study, const LabContext& context, const std::filesystem::path& out) {
   const std::string scene =
       study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
   return {{"kind", "lab"},
@@ -75,9 +75,9 @@ json start_result(const Study& study, const LabContext& context) {
           {"version", PF_VERSION},
           {"quick", context.quick},
           {"command",
-           fmt::format("pickleflight lab {}{}{}{} --out lab-{}", study.name, context.quick ? " --quick" : "",
+           fmt::format("pickleflight lab {}{}{}{} --out {}", study.name, context.quick ? " --quick" : "",
                        context.devices.size() > 1 && study.has_device_series ? " --cuda" : "", scene,
-                       study.name)},
+                       out.string())},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
@@ -183,7 +183,7 @@ bool draw(const std::string& script, const std::filesystem::path& folder) {
 
 // Returns whether all points are measured and agree with their references.
 bool run_study(const Study& study, const LabContext& context, const LabOptions& options, LabRanks& ranks) {
-  json result = start_result(study, context);
+  json result = start_result(study, context, options.out);
   if (ranks.num() > 1) result["machine"]["processes"] = ranks.num();
   const json devices = result["machine"]["devices"];
   if (options.resume) {
@@ -221,7 +221,7 @@ void check_scene(const json& points, const LabContext& context, const LabOptions
 
 // Throws UserError if the earlier run in the folder cannot be continued.
 void check_resume(const Study& study, const LabContext& context, const LabOptions& options) {
-  json result = start_result(study, context);
+  json result = start_result(study, context, options.out);
   resume_study(options.out, study, result);
   if (study.name == "terms") check_scene(result["points"], context, options);
   try {

@@ -178,8 +178,7 @@ void Reference::collide_with_ball(std::uint32_t i) {
   const Vec2d ball_position = ball_.position + ball_.velocity * (now_ - ball_.time_s);
   const Vec2d offset = nearest_image(body.position - ball_position);
   const double distance = length(offset);
-  if (dot(offset, body.velocity - ball_.velocity) < 0.0)
-    exchange_with_ball(body, offset, distance, current_restitution(i, i));
+  if (dot(offset, body.velocity - ball_.velocity) < 0.0) exchange_with_ball(body, offset, distance);
   ++totals_.num_ball_hits;
   totals_.max_overlap_m = std::max(totals_.max_overlap_m, ball_contact_m_ - distance);
   ++body.num_changes;
@@ -188,11 +187,10 @@ void Reference::collide_with_ball(std::uint32_t i) {
 }
 
 // Exchanges momentum between an approaching parcel and the ball. offset: of the parcel from the ball.
-void Reference::exchange_with_ball(Body& body, Vec2d offset, double distance, double restitution) {
+void Reference::exchange_with_ball(Body& body, Vec2d offset, double distance) {
   const Vec2d relative = body.velocity - ball_.velocity;
   const Vec2d normal = offset * (1.0 / distance);
-  ParcelConstants parcels = physics_.parcels;
-  parcels.restitution = restitution;
+  const ParcelConstants& parcels = physics_.parcels;
   const BallImpulse impulse = ball_impulse(physics_.ball, parcels, normal, relative, ball_spin_);
   body.velocity += impulse.per_mass_mps;
   pending_impulse_ -= impulse.per_mass_mps;

@@ -35,7 +35,7 @@ struct ReferenceOptions {
   bool ball_frozen = false;
   // Contact duration t_c of the TC model [s], >= 0, 0 = off (Luding and McNamara 1998). A collision of two
   // parcels loses energy only if the last contact of both, with a parcel or a wall, is more than t_c ago. A
-  // collision with the ball reads the parcel's last contact and does not set it.
+  // collision with the ball always loses energy, and is no such contact.
   double contact_clock_s = 0.0;
 };
 
@@ -108,7 +108,7 @@ class Reference {
   void collide(std::uint32_t i, std::uint32_t j);
   double current_restitution(std::uint32_t i, std::uint32_t j) const;
   void collide_with_ball(std::uint32_t i);
-  void exchange_with_ball(Body& body, Vec2d offset, double distance, double restitution);
+  void exchange_with_ball(Body& body, Vec2d offset, double distance);
   bool ball_is_free() const { return !options_.ball_frozen && !physics_.ball.held; }
   void apply_pending_impulses();
   void reflect(std::uint32_t i, bool along_x);

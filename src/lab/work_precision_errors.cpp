@@ -59,16 +59,15 @@ json elastic_errors(const json& row) {
 json cooling_errors(const json& row, const json& reference) {
   const double events = 0.5 * figure(row, "collisions") * figure(row, "num_parcels");
   const double share = 1.0 / std::sqrt(std::max(1.0, events));
-  const auto counted = [&](const char* key, double factor) {
-    const double sigma = factor * share * figure(reference, key);
-    return relative_error(row, reference, key, sigma);
-  };
+  // Of the pressure only what collisions add scatters.
+  const double excess = figure(reference, "compressibility") - 1.0;
   // Each collision takes (1 - e^2)/2 of the energy of a pair: the loss scatters like the count.
   const double loss = -std::log(std::max(1e-300, figure(reference, "energy_ratio")));
-  return {{"rate", counted("collisions", 1.0)},
-          {"pressure", counted("compressibility", 2.0 / std::sqrt(kPi))},
-          {"energy", error_of(figure(row, "energy_ratio") / figure(reference, "energy_ratio") - 1.0,
-                              std::sqrt(2.0) * loss * share)}};
+  return {
+      {"rate", relative_error(row, reference, "collisions", share * figure(reference, "collisions"))},
+      {"pressure", relative_error(row, reference, "compressibility", 2.0 / std::sqrt(kPi) * share * excess)},
+      {"energy", error_of(figure(row, "energy_ratio") / figure(reference, "energy_ratio") - 1.0,
+                          std::sqrt(2.0) * loss * share)}};
 }
 
 // Flights against those of `exact` from the same starts. The mean over the seeds averages out chaos. path:

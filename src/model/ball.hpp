@@ -81,7 +81,7 @@ PF_HD inline BallMotion ball_motion(const World& world, const BallConstants& bal
                                     const BallFlight& flight, double contact_distance_m) {
   BallMotion motion;
   motion.position_m = state.position_m;
-  motion.velocity_mps = ball.held ? state.velocity_mps : flight.displacement_m * (1.0 / flight.dt_s);
+  motion.velocity_mps = ball.held ? Vec2d{} : flight.displacement_m * (1.0 / flight.dt_s);
   motion.spin_radps = state.spin_radps;
   motion.centre = {saturated_units(state.position_m.x / world.unit_m),
                    saturated_units(state.position_m.y / world.unit_m)};

@@ -62,6 +62,7 @@ struct Measures {
   double parcel_energy_j = 0.0;
   double ball_energy_j = 0.0;  // translation plus rotation
   Vec2d momentum_kg_mps;
+  Vec2d ball_momentum_kg_mps;          // the ball's share of it
   double momentum_scale_kg_mps = 0.0;  // sum of |m v|, the scale of drifts
   std::uint64_t num_live = 0;
 
@@ -70,6 +71,7 @@ struct Measures {
     parcel_energy_j += o.parcel_energy_j;
     ball_energy_j += o.ball_energy_j;
     momentum_kg_mps += o.momentum_kg_mps;
+    ball_momentum_kg_mps += o.ball_momentum_kg_mps;
     momentum_scale_kg_mps += o.momentum_scale_kg_mps;
     num_live += o.num_live;
     return *this;
@@ -93,8 +95,18 @@ inline void add_ball(const BallConstants& ball, const BallState& state, Measures
   const double speed2 = dot(state.velocity_mps, state.velocity_mps);
   measures.ball_energy_j =
       0.5 * ball.mass_kg * speed2 + 0.5 * ball.inertia_kg_m2 * state.spin_radps * state.spin_radps;
-  measures.momentum_kg_mps += state.velocity_mps * ball.mass_kg;
+  measures.ball_momentum_kg_mps = state.velocity_mps * ball.mass_kg;
+  measures.momentum_kg_mps += measures.ball_momentum_kg_mps;
   measures.momentum_scale_kg_mps += ball.mass_kg * std::sqrt(speed2);
+}
+
+// c = sqrt(kT/m), the parcels' thermal speed per component, of their motion relative to their mean: in two
+// dimensions that motion has the energy N m c^2. NaN without parcels.
+inline double thermal_speed_mps(const ParcelConstants& parcels, const Measures& measures) {
+  const double mass_kg = parcels.num * parcels.mass_kg;
+  const Vec2d mean_mps = (measures.momentum_kg_mps - measures.ball_momentum_kg_mps) * (1.0 / mass_kg);
+  const double c2 = measures.parcel_energy_j / mass_kg - 0.5 * dot(mean_mps, mean_mps);
+  return std::sqrt(c2 < 0.0 ? 0.0 : c2);
 }
 
 // One parcel's term of the state hash. The hash of a state is the sum over parcels modulo 2^64, so that it

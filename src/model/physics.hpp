@@ -28,7 +28,8 @@ struct ParcelConstants {
 
 struct BallConstants {
   bool exists = true;
-  bool held = false;  // it neither moves nor turns; impulses on it are still summed
+  bool held = false;  // it stays, whatever its velocity is, and its spin does not change; impulses on it are
+                      // still summed
   double mass_kg = 0.026;
   double radius_m = 0.185;
   double inertia_kg_m2 = 0.0;

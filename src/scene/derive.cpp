@@ -42,7 +42,13 @@ ParcelConstants derive_parcels(const Settings& s, double area_m2) {
   return parcels;
 }
 
-BallConstants derive_ball(const Settings& s) {
+// Mass per area of the air: of so many parcels, or of air without them.
+double areal_density_of(const Settings& s, double area_m2) {
+  if (!(s.parcel_mass_kg > 0.0) || s.num_parcels <= 0) return s.areal_density_kg_m2;
+  return static_cast<double>(s.num_parcels) * s.parcel_mass_kg / area_m2;
+}
+
+BallConstants derive_ball(const Settings& s, double area_m2) {
   BallConstants ball;
   ball.exists = s.ball_present;
   ball.held = s.ball_held;
@@ -52,7 +58,7 @@ BallConstants derive_ball(const Settings& s) {
   ball.friction = s.friction;
   ball.magnus_per_rad = s.magnus ? s.k_magnus / s.ball_mass_kg : 0.0;
   if (s.air == Air::drag) {
-    ball.drag_per_m = s.areal_density_kg_m2 * cold_drag_coefficient(s.restitution, s.friction) *
+    ball.drag_per_m = areal_density_of(s, area_m2) * cold_drag_coefficient(s.restitution, s.friction) *
                       s.ball_radius_m / s.ball_mass_kg;
   }
   return ball;
@@ -182,7 +188,7 @@ Physics derive_physics(const Settings& s) {
   physics.world = make_world(size.x, size.y, s.boundary);
   physics.air = s.air;
   physics.parcels = derive_parcels(s, size.x * size.y);
-  physics.ball = derive_ball(s);
+  physics.ball = derive_ball(s, size.x * size.y);
   physics.seed = static_cast<std::uint64_t>(s.seed);
   const double ball_mps =
       s.ball_present ? norm(s.ball_vx_mps, s.ball_vy_mps) + std::fabs(s.ball_spin_radps) * s.ball_radius_m

@@ -34,7 +34,8 @@ inline bool paces_by_substeps(const Settings& settings) {
   return settings.dt_s > 0.0 && settings.substeps > 0;
 }
 // collision_rate_per_s: last known rate of a parcel; 0: unknown, then Enskog's. Steps of method `exact` have
-// at most 0.1 collisions per parcel. That affects speed alone: its events do not depend on the step.
+// at most 0.1 collisions per parcel. That affects speed alone, unless the ball flies along chords
+// (docs/exact.md).
 FramePlan plan_frame(const Settings& settings, const Physics& physics, const BallState& ball,
                      double collision_rate_per_s = 0.0);
 

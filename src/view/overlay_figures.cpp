@@ -6,6 +6,7 @@
 #include <span>
 
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -60,7 +61,9 @@ OverlayFigures FrameHistory::figures(double copy_bytes_per_s) const {
   return figures;
 }
 
-OverlayCsv::OverlayCsv(const std::filesystem::path& file) : stream_(file, std::ios::trunc) {
+OverlayCsv::OverlayCsv(const std::filesystem::path& file)
+    : stream_(standard_stream(file) != nullptr ? *standard_stream(file) : file_) {
+  if (&stream_ == &file_) file_.open(file, std::ios::trunc);
   stream_ << "frame,simulated_s,slow_motion,frames_per_s";
   const auto add = [this](const char* name) {
     stream_ << fmt::format(",{0}_ms,{0}_median_ms,{0}_p99_ms", name);

@@ -88,7 +88,8 @@ class OverlayCsv {
   bool broke_off() const { return !stream_; }  // the disk is full, for example
 
  private:
-  std::ofstream stream_;
+  std::ofstream file_;
+  std::ostream& stream_;  // this file, or one that is open
   std::uint64_t num_lines_ = 0;
 };
 

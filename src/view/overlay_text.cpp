@@ -72,8 +72,11 @@ std::string pace_text(const FrameView& frame, double frames_per_s) {
   constexpr double kNoticed = 1.25;
   std::string speed = speed_text(frame.slow_motion);
   const double faster = frames_per_s / frame.settings->frame_rate_hz;
-  if (frame.slow_motion > 0.0 && faster > 0.0 && (faster > kNoticed || faster < 1.0 / kNoticed))
-    speed += fmt::format(", {} on screen", factor_text(faster * frame.slow_motion));
+  if (frame.slow_motion > 0.0 && faster > 0.0 && (faster > kNoticed || faster < 1.0 / kNoticed)) {
+    const double on_screen = faster * frame.slow_motion;
+    speed = frame.num_pictures > 1 ? speed_text(on_screen) + " on screen"
+                                   : fmt::format("{}, {} on screen", speed, factor_text(on_screen));
+  }
   return frame.num_pictures > 1 ? fmt::format("{} pictures a frame, {}", frame.num_pictures, speed) : speed;
 }
 

@@ -20,19 +20,19 @@ std::string hex(const Rgb& color) {
 }
 
 std::string rectangle(Vec2d half_m, const char* style) {
-  return fmt::format("<rect x=\"{:.4f}\" y=\"{:.4f}\" width=\"{:.4f}\" height=\"{:.4f}\" {}/>\n", -half_m.x,
+  return fmt::format("<rect x=\"{:.6g}\" y=\"{:.6g}\" width=\"{:.6g}\" height=\"{:.6g}\" {}/>\n", -half_m.x,
                      -half_m.y, 2.0 * half_m.x, 2.0 * half_m.y, style);
 }
 
 std::string line(double x0, double y0, double x1, double y1) {
-  return fmt::format("<path d=\"M{:.4f} {:.4f}L{:.4f} {:.4f}\"/>\n", x0, y0, x1, y1);
+  return fmt::format("<path d=\"M{:.6g} {:.6g}L{:.6g} {:.6g}\"/>\n", x0, y0, x1, y1);
 }
 
 // The lines of the court, drawn along their middles, and the net.
 std::string court_lines() {
   using namespace court;
   std::string lines =
-      fmt::format("<g fill=\"none\" stroke=\"#8a979d\" stroke-width=\"{:.4f}\">\n", 2.0 * kHalfLine_m);
+      fmt::format("<g fill=\"none\" stroke=\"#8a979d\" stroke-width=\"{:.6g}\">\n", 2.0 * kHalfLine_m);
   lines += rectangle({kHalfLength_m - kHalfLine_m, kHalfWidth_m - kHalfLine_m}, "");
   for (const double side : {-1.0, 1.0}) {
     lines += line(side * kZone_m, -kHalfWidth_m, side * kZone_m, kHalfWidth_m);
@@ -44,7 +44,7 @@ std::string court_lines() {
 std::string ground(Vec2d half_m, Boundary boundary) {
   const std::string dashed = boundary == Boundary::open ? " stroke-dasharray=\"0.1\"" : "";
   const std::string frame =
-      fmt::format("fill=\"none\" stroke=\"#b8c2c7\" stroke-width=\"{:.4f}\"{}", 0.002 * half_m.x, dashed);
+      fmt::format("fill=\"none\" stroke=\"#b8c2c7\" stroke-width=\"{:.6g}\"{}", 0.002 * half_m.x, dashed);
   const bool is_court = court::fits(2.0 * half_m.x, 2.0 * half_m.y);
   return rectangle(half_m, frame.c_str()) + (is_court ? court_lines() : "");
 }
@@ -60,12 +60,12 @@ std::string polyline(const std::vector<Vec2f>& points_m, const Stroke& stroke) {
   if (points_m.size() < 2) return "";
   std::string points;
   for (const Vec2f& point : points_m)
-    points += fmt::format("{}{:.4f},{:.4f}", points.empty() ? "" : " ", point.x, -point.y);
-  const std::string dash = stroke.dash_m > 0.0 ? fmt::format(" stroke-dasharray=\"{:.4f} {:.4f}\"",
+    points += fmt::format("{}{:.6g},{:.6g}", points.empty() ? "" : " ", point.x, -point.y);
+  const std::string dash = stroke.dash_m > 0.0 ? fmt::format(" stroke-dasharray=\"{:.6g} {:.6g}\"",
                                                              0.6 * stroke.dash_m, 0.4 * stroke.dash_m)
                                                : "";
   return fmt::format(
-      "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:.4f}\" stroke-linejoin=\"round\"{} "
+      "<polyline fill=\"none\" stroke=\"{}\" stroke-width=\"{:.6g}\" stroke-linejoin=\"round\"{} "
       "points=\"{}\"><title>{}</title></polyline>\n",
       stroke.color, stroke.width_m, dash, points, xml_text(stroke.title));
 }
@@ -105,7 +105,7 @@ std::string path_svg(const FrameView& frame, const Look& look) {
   const double line_m = 0.0025 * std::max(half_m.x, half_m.y);
   std::string svg = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "
-      "viewBox=\"{:.4f} {:.4f} {:.4f} {:.4f}\" width=\"1280\" height=\"{:.0f}\">\n",
+      "viewBox=\"{:.6g} {:.6g} {:.6g} {:.6g}\" width=\"1280\" height=\"{:.0f}\">\n",
       -0.5 * size_m.x, -0.5 * size_m.y, size_m.x, size_m.y, std::ceil(1280.0 * size_m.y / size_m.x));
   svg +=
       fmt::format("<title>{}</title>\n<desc>{}\nLengths are in metres; t = {:.6g} s</desc>\n",
@@ -113,8 +113,8 @@ std::string path_svg(const FrameView& frame, const Look& look) {
   svg += ground(half_m, world.boundary) + paths(frame, look, line_m);
   if (frame.physics->ball.exists) {
     svg += fmt::format(
-        "<circle cx=\"{:.4f}\" cy=\"{:.4f}\" r=\"{:.4f}\" fill=\"#f2d43f\" stroke=\"#3c3710\" "
-        "stroke-width=\"{:.4f}\"><title>ball</title></circle>\n",
+        "<circle cx=\"{:.6g}\" cy=\"{:.6g}\" r=\"{:.6g}\" fill=\"#f2d43f\" stroke=\"#3c3710\" "
+        "stroke-width=\"{:.6g}\"><title>ball</title></circle>\n",
         frame.ball.position_m.x, -frame.ball.position_m.y, frame.physics->ball.radius_m, 0.4 * line_m);
   }
   return svg + "</svg>\n";

@@ -15,7 +15,10 @@ void Stage::complete_frame() {
   const int num_fallbacks = simulation_.num_fallbacks();
   while (simulation_.view().unfinished) {
     try {
-      simulation_.advance_frame({}, nullptr);
+      const Commands commands = simulation_.admit({});  // input that waited for the end of a step
+      log_.begin_frame(commands, simulation_);
+      simulation_.begin_frame(commands, nullptr);
+      simulation_.finish_frame();
     } catch (const DeviceError&) {
       return;
     }

@@ -122,6 +122,18 @@ def files(bench):
                   ("--panel-map", missing)):
         bench.refused(2, (f"{words[0]}: ", "the folder", "does not exist"), "--headless", *words)
     bench.refused(2, ("--record: ", "must end in .mp4 or .mkv"), "--headless", "--record", "a.avi")
+    open_file = bench.folder / "open.txt"
+    for flag, found in (("--report", '"state_hash"'), ("--overlay-csv", "frame,simulated_s")):
+        with open_file.open("w") as stream:
+            stream.write("before\n")
+            stream.flush()
+            done = subprocess.run([bench.program, "--headless", "-p", "100", "--seconds", "0.05", flag, "/dev/stdout"],
+                                  stdout=stream, stderr=subprocess.DEVNULL)
+            subprocess.run(["echo", "after"], stdout=stream)
+        text = open_file.read_text()
+        check(done.returncode in (0, 3) and text.startswith("before\n") and text.endswith("after\n"),
+              f"{flag} /dev/stdout goes on where the open file is: {text[:20]!r} ... {text[-20:]!r}")
+        check(done.returncode == 3 or found in text, f"{flag}: {found} in it")
 
 
 def memory(bench):

@@ -160,6 +160,47 @@ TEST_F(Dump, BeginsAnotherFileWhereARunDoesNotContinue) {
   EXPECT_EQ(sink->further_files(), (std::vector{folder_.path() / "a-3.h5", folder_.path() / "a-5.h5"}));
 }
 
+// A state without ticks of last contacts would get them as zeros, and its trajectories would begin anew.
+TEST_F(Dump, BeginsAnotherFileWhereTheContactClockStops) {
+  Settings settings = gas(40);
+  settings.method = Method::exact;
+  settings.restitution = 0.8;
+  settings.contact_clock = 0.01;
+  const auto sink = make_h5_dump(file_, {});
+  Simulation simulation(settings, make_cpu_backend(1));
+  RunState state;
+  for (const double restitution : {0.8, 1.0}) {
+    settings.restitution = restitution;
+    Commands commands;
+    commands.settings = settings;
+    simulation.begin_frame(commands, nullptr);
+    simulation.finish_frame();
+    advance(simulation, 2);
+    simulation.save(state);
+    sink->write(state);
+  }
+  sink->finish();
+  EXPECT_TRUE(read_h5_frame(file_, 0).backend.exact.last_contact_tick.size() == 40U);
+  const RunState second = read_h5_frame(folder_.path() / "a-2.h5", 0);
+  EXPECT_TRUE(second.backend.exact.active && second.backend.exact.last_contact_tick.empty());
+}
+
+// Energies in the file are of one mass.
+TEST_F(Dump, BeginsAnotherFileWithTheMass) {
+  Settings settings = gas(40);
+  const auto sink = make_h5_dump(file_, {});
+  RunState state;
+  for (const double mass_kg : {1.0, 2.0}) {
+    settings.parcel_mass_kg = mass_kg;
+    Simulation simulation(settings, make_cpu_backend(1));
+    advance(simulation, mass_kg < 2.0 ? 2 : 4);
+    simulation.save(state);
+    sink->write(state);
+  }
+  sink->finish();
+  EXPECT_TRUE(std::filesystem::exists(folder_.path() / "a-2.h5"));
+}
+
 #else
 
 TEST_F(Dump, WithoutHdf5IsRefusedWithThePackage) {
@@ -223,6 +264,16 @@ TEST(StateWriter, EndsTheFileAndNotTheRunOnAnError) {
   writer.add(state);
   EXPECT_FALSE(writer.has_room(StateWriter::WhenFull::wait));
   EXPECT_EQ(writer.failure(), "the disk is full");
+  writer.fail("no memory");
+  EXPECT_EQ(writer.failure(), "the disk is full") << "the first reason stays";
+}
+
+TEST(StateWriter, FailsForAReasonFromOutside) {
+  std::atomic<bool> may_write{true};
+  StateWriter writer(std::make_unique<SlowSink>(may_write), 1);
+  writer.fail("the state cannot be copied (no memory)");
+  EXPECT_FALSE(writer.has_room(StateWriter::WhenFull::wait));
+  EXPECT_EQ(writer.failure(), "the state cannot be copied (no memory)");
 }
 
 }  // namespace

@@ -51,6 +51,14 @@ Settings court_like(std::int64_t n) {
   return s;
 }
 
+// With a contact duration that makes a third of the collisions elastic, but no hit of the ball.
+Settings court_like_with_clock(std::int64_t n) {
+  Settings s = court_like(n);
+  s.restitution = 0.5;
+  s.contact_clock = 0.2;
+  return s;
+}
+
 // Returns whether the gas neither cools nor disperses.
 bool stays_in_equilibrium(const Settings& s) { return s.restitution == 1.0 && s.boundary != Boundary::open; }
 
@@ -116,7 +124,8 @@ INSTANTIATE_TEST_SUITE_P(
         MatchCase{"100_frozen", with_ball(exact(gas(100, 0.1, kPeriodic)), 1e9, 3.0), 0.3, 1, 100},
         MatchCase{"2000_walls", with_ball(exact(gas(2000, 0.6, kWalls))), 0.5, 1, 40},
         MatchCase{"2000_fast_periodic", with_ball(exact(gas(2000, 0.2, kPeriodic)), 200.0, 15.0), 0.3, 1, 40},
-        MatchCase{"2000_court", court_like(2000), 0.3, 3, 30}),
+        MatchCase{"2000_court", court_like(2000), 0.3, 3, 30},
+        MatchCase{"2000_court_clock", court_like_with_clock(2000), 0.3, 3, 30}),
     [](const auto& param_info) { return std::string(param_info.param.name); });
 
 // The radius is too small by 1e-4 of it.

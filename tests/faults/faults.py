@@ -55,7 +55,7 @@ STEPPED = [
           "a node of the quadrature of the ball's displacement"),
     Fault("ball_reach", "ball.hpp", "(contact_distance_m + chord_m)", "chord_m", "0.0 * chord_m",
           "the first test for hits forgets that the ball moves"),
-    Fault("ball_chord", "ball.hpp", "ball.held ? state.velocity_mps : flight.displacement_m * (1.0 / flight.dt_s)",
+    Fault("ball_chord", "ball.hpp", "ball.held ? Vec2d{} : flight.displacement_m * (1.0 / flight.dt_s)",
           "flight.displacement_m * (1.0 / flight.dt_s)", "state.velocity_mps", "hits see the tangent of the ball's arc"),
     Fault("ball_leaves_wall", "ball.hpp", "v = moves_up ? fabs(v) : -fabs(v);", "moves_up ? fabs(v) : -fabs(v)",
           "is_odd ? -v : v",

@@ -108,6 +108,13 @@ TEST(GasDynamics, VerdictsWeighTheErrorAgainstItsStandardError) {
   EXPECT_NEAR(blunt.at("table")[0].at("sigma").get<double>(), 0.01, 1e-9);
 }
 
+TEST(GasDynamics, AFigureThatWasNotMeasuredFails) {
+  json lost = {{"points", {shock_row(1, 2.0), shock_row(2, NAN)}}};
+  conclude_gas_dynamics(lost);
+  ASSERT_EQ(lost.at("failed").size(), 1U);
+  EXPECT_NE(lost.at("failed")[0].get<std::string>().find("was not measured"), std::string::npos);
+}
+
 json layer_row(const char* device, const char* method, double displacement, double drag, double cost) {
   return {{"device", device}, {"group", "layer"},
           {"case", "x"},      {"method", method},

@@ -192,8 +192,8 @@ TEST(Reference, ContactClockMakesQuickSuccessionElastic) {
   }
 }
 
-// A wall starts the contact duration. The ball reads it but does not start it.
-TEST(Reference, WallsSetTheContactClockAndTheBallReadsIt) {
+// Hits of the ball lose energy whatever the contact duration, as those of `exact`, and walls never do.
+TEST(Reference, TheContactClockIsOfCollisionsOfParcels) {
   Physics physics = box(16.0, Boundary::walls, 1, 0.5);
   physics.ball = {true, true, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0};
   const BallState ball{{5.0, 0.0}, {0.0, 0.0}, 0.0, 0.0};
@@ -203,12 +203,10 @@ TEST(Reference, WallsSetTheContactClockAndTheBallReadsIt) {
     reference.run_until(time_s);
     return reference.parcels()[0].velocity_mps.x;
   };
-  // Wall at 0.5 s, ball at 1.5 s, wall at 2.5 s, ball at 3.5 s.
+  // Wall at 0.5 s, ball at 1.5 s.
   EXPECT_EQ(speed_after(0.0, 0.6), -1.0) << "walls are elastic";
   EXPECT_NEAR(speed_after(0.5, 1.6), 0.5, 1e-15) << "the contact duration of the wall is over";
-  EXPECT_NEAR(speed_after(1.2, 1.6), 1.0, 1e-15) << "elastic within the contact duration of the wall";
-  // The second hit of the ball is elastic again because of the second wall.
-  EXPECT_NEAR(speed_after(1.2, 3.6), 1.0, 1e-15);
+  EXPECT_NEAR(speed_after(1.2, 1.6), 0.5, 1e-15) << "within that of the wall";
 }
 
 // Inelastic collapse (McNamara and Young 1994): without a contact duration a chain of parcels collides ever

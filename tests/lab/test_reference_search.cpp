@@ -121,8 +121,7 @@ struct PlainSearch {
       q.last_event_s = now;
     }
     if (next.kind == Kind::ball) {
-      ParcelConstants constants = physics.parcels;
-      constants.restitution = restitution(parcels[next.a].last_event_s);
+      const ParcelConstants& constants = physics.parcels;
       const BallImpulse impulse =
           ball_impulse(physics.ball, constants, normal, velocity - ball.velocity_mps, ball.spin_radps);
       velocity += impulse.per_mass_mps;

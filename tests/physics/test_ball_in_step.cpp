@@ -53,13 +53,15 @@ TEST_P(BallInStep, HitsEveryParcelInItsPath) {
 }
 
 // A parcel 0.75 m from the centre of a held ball, 0.5 m from its surface, comes in at 3.75 m/s and leaves at
-// half of that. After 4/15 s it is 0.25 m from the surface, whatever the steps. Velocities are rounded to
-// float (1.2e-7 m/s for 0.13 s: 2e-8 m), positions to units of 4e-9 m in each step, ticks to 1e-9 s.
+// half of that. After 4/15 s it is 0.25 m from the surface, whatever the steps, and whatever velocity the
+// ball has, since it is held. Velocities are rounded to float (1.2e-7 m/s for 0.13 s: 2e-8 m), positions to
+// units of 4e-9 m in each step, ticks to 1e-9 s.
 TEST_P(BallInStep, AParcelMovesUpToTheBallAndBackWithinTheStep) {
-  for (const std::uint32_t num_steps : {1U, 2U, 5U}) {
+  for (const auto& [num_steps, velocity_mps] :
+       {std::pair(1U, 0.0), std::pair(2U, 2.0), std::pair(5U, -2.0)}) {
     Settings s = ball_among(2, GetParam());
     s.ball_held = true;
-    s.ball_vx_mps = 0.0;
+    s.ball_vx_mps = velocity_mps;
     s.restitution = 0.5;
     SceneRun run(s, 1);
     const World& world = run.physics.world;

@@ -75,10 +75,27 @@ TEST(Measures, BallEnergyIsOfFlightAndSpin) {
   add_ball(ball, {{7.0, 7.0}, {3.0, -4.0}, 6.0, 0.0}, sum);
   EXPECT_DOUBLE_EQ(sum.ball_energy_j, 0.5 * 2.0 * 25.0 + 0.5 * 0.5 * 36.0);
   EXPECT_EQ(sum.momentum_kg_mps, (Vec2d{7.0, -7.0}));
+  EXPECT_EQ(sum.ball_momentum_kg_mps, (Vec2d{6.0, -8.0}));
   EXPECT_EQ(sum.momentum_scale_kg_mps, 10.0);
   ball.exists = false;
   add_ball(ball, {{7.0, 7.0}, {3.0, -4.0}, 6.0, 0.0}, sum);
   EXPECT_EQ(sum.momentum_kg_mps, (Vec2d{7.0, -7.0}));
+}
+
+// 100 parcels of 0.5 kg with c = 3 m/s in a stream of (8, -6) m/s, and a ball against it.
+TEST(Measures, ThermalSpeedIsRelativeToTheMeanOfTheParcels) {
+  ParcelConstants parcels;
+  parcels.num = 100;
+  parcels.mass_kg = 0.5;
+  Measures sum;
+  sum.parcel_energy_j = 50.0 * (9.0 + 0.5 * 100.0);
+  sum.momentum_kg_mps = {400.0 - 30.0, -300.0};
+  sum.ball_momentum_kg_mps = {-30.0, 0.0};
+  EXPECT_DOUBLE_EQ(thermal_speed_mps(parcels, sum), 3.0);
+  sum.parcel_energy_j = 50.0 * 0.5 * 100.0 * (1.0 - 1e-15);
+  EXPECT_EQ(thermal_speed_mps(parcels, sum), 0.0);
+  parcels.num = 0;
+  EXPECT_TRUE(std::isnan(thermal_speed_mps(parcels, sum)));
 }
 
 // The unit is 2^-31 of the larger side. Positions in metres are off by half a unit.

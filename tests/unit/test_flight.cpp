@@ -147,6 +147,16 @@ TEST(Checkpoints, KeepsTheFirstAndThinsOutTheRest) {
     EXPECT_LE(checkpoints.kept()[i].shown_s - checkpoints.kept()[i - 1].shown_s, 8.0);
 }
 
+TEST(Checkpoints, WithoutMemoryTheNextFlightHasSomeAgain) {
+  Checkpoints checkpoints;
+  checkpoints.keep(checkpoint_at(0.0, 10));
+  checkpoints.stop();
+  EXPECT_FALSE(checkpoints.is_due(50.0, 10));
+  EXPECT_EQ(checkpoints.size(), 1U) << "those that it has stay";
+  checkpoints.clear();
+  EXPECT_TRUE(checkpoints.is_due(50.0, 10));
+}
+
 TEST(Checkpoints, FindTheNewestUntilAFrame) {
   Checkpoints checkpoints;
   for (double t : {0.0, 1.0, 2.0}) checkpoints.keep(checkpoint_at(t, 10));

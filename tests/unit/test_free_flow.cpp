@@ -66,7 +66,6 @@ TEST(FreeFlow, IsComparedOnlyWhereTheoryHolds) {
       {"no stream", [](Settings& s) { s.flow_x_mps = 0.0; }},
       {"a hot disc", [](Settings& s) { s.hot_radius_m = 1.0; }},
       {"free", [](Settings& s) { s.ball_held = false; }},
-      {"held, but with a moving surface", [](Settings& s) { s.ball_vx_mps = 1.0; }},
       {"open", [](Settings& s) { s.boundary = Boundary::open; }}};
   for (const auto& [what, change] : changes) {
     Settings settings = tunnel(5'000);

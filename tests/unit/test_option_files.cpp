@@ -247,7 +247,7 @@ TEST(Options, LogExcludesOtherSettings) {
     words.insert(words.end(), more.begin(), more.end());
     EXPECT_TRUE(contains(refusal(words), "a log has its own scene and settings; leave out " + more[0]));
   }
-  EXPECT_TRUE(contains(refusal({"run", (folder.path() / "none.toml").string()}), "cannot be read as a log"));
+  EXPECT_TRUE(contains(refusal({"run", (folder.path() / "none.toml").string()}), "there is no such file"));
   // The flight does not depend on the number of threads.
   EXPECT_EQ(options_of({"run", log, "--headless", "--threads", "3"}).settings.threads, 3);
   EXPECT_EQ(options_of({"run", log, "--set", "run.threads=2"}).replay->settings.threads, 2);

@@ -54,7 +54,7 @@ TEST(OverlayText, PaceOnAScreenOfAnotherRate) {
   EXPECT_EQ(pace_text(frame, 8.0), "time stands still");
   frame.slow_motion = 0.1;
   frame.num_pictures = 3;
-  EXPECT_EQ(pace_text(frame, 20.0), "3 pictures a frame, 10\xC3\x97 slow motion, 30\xC3\x97 on screen");
+  EXPECT_EQ(pace_text(frame, 20.0), "3 pictures a frame, 30\xC3\x97 slow motion on screen");
 }
 
 TEST(OverlayText, BallMovesOrIsComparedWithTheory) {

@@ -30,8 +30,8 @@ TEST(PathSvg, HasCourtPathsAndBallInMetres) {
   frames.view.ghosts = &ghosts;
   const std::string svg = path_svg(frames.view, {});
   EXPECT_EQ(count(svg, "<polyline"), 2U);
-  EXPECT_NE(svg.find("points=\"-6.4000,1.4000 0.0000,-0.5000 6.0000,-1.2500\""), std::string::npos) << svg;
-  EXPECT_NE(svg.find("<circle cx=\"6.0000\" cy=\"-1.2500\" r=\"0.1850\""), std::string::npos) << svg;
+  EXPECT_NE(svg.find("points=\"-6.4,1.4 0,-0.5 6,-1.25\""), std::string::npos) << svg;
+  EXPECT_NE(svg.find("<circle cx=\"6\" cy=\"-1.25\" r=\"0.185\""), std::string::npos) << svg;
   EXPECT_NE(svg.find("x=\"-6.6802\""), std::string::npos)
       << "the middle of the court's outline, 22 feet less an inch";
   EXPECT_NE(svg.find("a &lt; b &amp; &quot;c&quot;"), std::string::npos);

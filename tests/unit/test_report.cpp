@@ -57,7 +57,7 @@ Measures measures_of(double parcel_energy_j, double ball_energy_j, Vec2d momentu
   Measures measures;
   measures.parcel_energy_j = parcel_energy_j;
   measures.ball_energy_j = ball_energy_j;
-  measures.momentum_kg_mps = momentum;
+  measures.momentum_kg_mps = measures.ball_momentum_kg_mps = momentum;
   measures.momentum_scale_kg_mps = scale;
   return measures;
 }

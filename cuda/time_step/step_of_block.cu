@@ -1,10 +1,10 @@
-// A step of one kernel in which warps work off the contacts of their parcels together. A thread has one
+// A step of one kernel in which blocks work off the contacts of their parcels together. A thread has one
 // parcel, or two that follow each other in the order of the sort.
 #include "cuda/architecture.cuh"
 #include "cuda/blocks.cuh"
 #include "cuda/cuda_devices.hpp"
 #include "cuda/launch.cuh"
-#include "cuda/time_step/warp_contacts.cuh"
+#include "cuda/time_step/block_contacts.cuh"
 #include "model/for_boundary.hpp"
 #include "model/kinetic_theory.hpp"
 #include "model/methods.hpp"
@@ -13,10 +13,10 @@
 namespace pf {
 namespace {
 
-// 12 blocks limit registers to 40, 8 to 64. Gps of `spring` with two parcels to a thread, 10^6 and 10^7:
-// 12 blocks 22.5, 32.2; 10 blocks 22.6, 31.1. With one, 10^5: 10.7; with 16 8.0. With a ball, ms a frame of
-// the court of 2 10^5 with one, restitution 0.2: 12 blocks 0.69, 10 0.61, 8 0.56.
-constexpr unsigned kBlock = 128;
+// 12 blocks limit registers to 40, 8 to 64. When each warp worked by itself, Gps of `spring` with two parcels
+// to a thread, 10^6 and 10^7: 12 blocks 22.5, 32.2; 10 blocks 22.6, 31.1. With one, 10^5: 10.7; with 16 8.0.
+// With a ball, ms a frame of the court of 2 10^5 with one, restitution 0.2: 12 blocks 0.69, 10 0.61, 8 0.56.
+constexpr unsigned kBlock = kSharingBlock;
 template <bool kBall>
 constexpr unsigned kBlocksPerSm = blocks_per_sm(kBall ? 8 : 12, kBlock);
 
@@ -110,25 +110,24 @@ __device__ __forceinline__ void write_parcels(const StepLaunch& launch, std::uin
 
 template <class Contact, unsigned kPerThread, bool kBall, Boundary kBoundary>
 __global__ void __launch_bounds__(kBlock, kBlocksPerSm<kBall>)
-    step_of_warp_kernel(const __grid_constant__ StepLaunch launch) {
+    step_of_block_kernel(const __grid_constant__ StepLaunch launch) {
   begin_in_turn();
   __shared__ TallySlot block_tally;
   __shared__ OfStep of_step;
-  __shared__ WarpContacts<Contact, kPerThread> contacts[kBlock / 32];
+  __shared__ BlockContacts<Contact, kPerThread> contacts;
+  const std::uint32_t first = blockIdx.x * kBlock * kPerThread, i = first + threadIdx.x * kPerThread;
+  contacts.begin(first);
   if (threadIdx.x == 0) of_step = begin_block(launch, block_tally);
   __syncthreads();
   DeviceTally tally{&block_tally};
-  WarpContacts<Contact, kPerThread>& warp = contacts[threadIdx.x / 32];
-  const std::uint32_t i = (blockIdx.x * kBlock + threadIdx.x) * kPerThread;
-  sum_contacts_of_warp<Contact, kPerThread, kBoundary>(launch, i - threadIdx.x % 32 * kPerThread,
-                                                       of_step.reach, warp, tally);
+  sum_contacts_of_block<Contact, kPerThread, kBoundary>(launch, first, of_step.reach, contacts, tally);
   const Parcels<kPerThread> before = load_parcels<kPerThread>(launch, i);
   Parcels<kPerThread> after = before;
 #pragma unroll
   for (unsigned n = 0; n < kPerThread; ++n) {
     if (i + n < launch.num && !is_retired(before.of[n].position))
       after.of[n] = finish_step<kBall, kBoundary>(launch.constants, launch.state->motion, of_step.key,
-                                                  before.of[n], warp.sums_of(n), tally);
+                                                  before.of[n], contacts.sums_of(n), tally);
   }
   write_parcels<Contact>(launch, i, before, after);
   add_block(launch, tally, block_tally);
@@ -136,17 +135,17 @@ __global__ void __launch_bounds__(kBlock, kBlocksPerSm<kBall>)
 
 // From so many parcels on two to a thread are faster than one. Gps of `spring` with one and with two: 6 10^5
 // 20.9 and 21.0, 8 10^5 21.6 and 22.8, 10^6 22.0 and 24.1.
-constexpr std::uint32_t kManyForTwoOfWarp = 600'000;
+constexpr std::uint32_t kManyForTwoOfBlock = 600'000;
 // With a ball so many parcels pay. Ms a frame of the court, of step_kernel and of warps: 2 10^4 0.15 and
 // 0.17, 10^5 0.32 and 0.31, 2 10^5 0.53 and 0.54, at restitution 0.2 0.87 and 0.57; `spring`, 4 10^5 0.92 and
 // 0.76, 6 10^5 1.02 and 1.00, 10^6 1.45 and 1.58.
-constexpr std::uint32_t kFewForWarpsWithBall = 50'000, kManyForWarpsWithBall = 600'000;
+constexpr std::uint32_t kFewForBlocksWithBall = 50'000, kManyForBlocksWithBall = 600'000;
 
 template <unsigned kPerThread, bool kBall>
-void launch_of_warp(const StepLaunch& launch, cudaStream_t stream) {
+void launch_of_block(const StepLaunch& launch, cudaStream_t stream) {
   for_boundary(launch.constants.physics.world.boundary, [&]<Boundary kBoundary>() {
     for_method(TimeStepMethods{}, launch.method, [&]<class M>() {
-      launch_in_turn(step_of_warp_kernel<typename M::Contact, kPerThread, kBall, kBoundary>,
+      launch_in_turn(step_of_block_kernel<typename M::Contact, kPerThread, kBall, kBoundary>,
                      blocks_for(launch.num, kPerThread * kBlock), kBlock, stream, launch);
     });
   });
@@ -159,23 +158,23 @@ OneKernel choose_one_kernel(const Physics& physics, Method method, std::uint32_t
   if (const std::uint32_t limit = device_limits().one_kernel; limit > 0)
     return static_cast<OneKernel>(limit - 1);
   if (physics.ball.exists)
-    return num_parcels >= kFewForWarpsWithBall && num_parcels < kManyForWarpsWithBall ? OneKernel::of_warp
-                                                                                      : OneKernel::plain;
+    return num_parcels >= kFewForBlocksWithBall && num_parcels < kManyForBlocksWithBall ? OneKernel::of_block
+                                                                                        : OneKernel::plain;
   const double area_fraction = area_fraction_of(physics);
   // In a thin gas of many parcels, which seldom touch, step_kernel is faster: at 0.05, 10^6 26.6 instead
   // of 24.5.
   const bool often_touch = row_of(method).contacts_last || area_fraction > kMaxAreaFraction;
   if (!often_touch || area_fraction < kThinForTwo) return OneKernel::plain;
-  return num_parcels < kManyForTwoOfWarp ? OneKernel::of_warp : OneKernel::two_of_warp;
+  return num_parcels < kManyForTwoOfBlock ? OneKernel::of_block : OneKernel::two_of_block;
 }
 
-void launch_step_of_warp(const StepLaunch& launch, cudaStream_t stream) {
+void launch_step_of_block(const StepLaunch& launch, cudaStream_t stream) {
   if (launch.constants.physics.ball.exists)
-    launch_of_warp<1, true>(launch, stream);
-  else if (launch.one_kernel == OneKernel::two_of_warp)
-    launch_of_warp<2, false>(launch, stream);
+    launch_of_block<1, true>(launch, stream);
+  else if (launch.one_kernel == OneKernel::two_of_block)
+    launch_of_block<2, false>(launch, stream);
   else
-    launch_of_warp<1, false>(launch, stream);
+    launch_of_block<1, false>(launch, stream);
 }
 
 }  // namespace pf
