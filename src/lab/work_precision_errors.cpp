@@ -139,9 +139,15 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
   if (row.at("group") == "parcels" && row.contains("ends")) return scatter_errors(row, points);
   if (row.at("group") != "ball" && row.at("restitution") == 1.0) return elastic_errors(row);
   if (reference == references.end()) return json::object();
-  if (row.at("group") == "gas") return cooling_errors(row, *reference->second);
-  if (row.at("method") == "exact") return {{"path", reference_entry()}, {"drag", reference_entry()}};
-  return ball_errors(row, *reference->second);
+  const bool is_gas = row.at("group") == "gas", is_exact = row.at("method") == "exact";
+  json errors;
+  if (is_exact && is_gas)
+    for (const char* key : {"rate", "pressure", "energy"}) errors[key] = reference_entry();
+  else if (is_exact)
+    for (const char* key : {"path", "drag"}) errors[key] = reference_entry();
+  else
+    errors = is_gas ? cooling_errors(row, *reference->second) : ball_errors(row, *reference->second);
+  return errors;
 }
 
 // Least-squares slope of log error over log step, for errors of 1e-5 to 0.1 diameters. Larger errors are

@@ -57,15 +57,17 @@ struct Camera {
   }
 };
 
-// Shows all of a world, and a strip beyond an open one, through which the ball leaves. scale: pixels per
-// layout pixel.
+// Shows all of a world, and strips beyond an open one, through which the ball leaves and in which the posts
+// of the net are. scale: pixels per layout pixel.
 inline void fit_world(Camera& camera, const World& world, const ViewRegion& region, float scale) {
   constexpr double kMargin_px = 14.0;  // layout pixels
   constexpr double kApron_m = 0.30;    // for a court, which reaches 3.05 m from its middle
+  constexpr double kPosts_m = 3.42;    // of the net, from its middle (shaders/court.frag)
   const Vec2d half_m = to_metres(world, world.half);
-  const double apron_m =
-      world.boundary == Boundary::open ? kApron_m * std::min(half_m.x, half_m.y) / 3.05 : 0.0;
-  camera.fit(2.0 * (half_m.x + apron_m), 2.0 * half_m.y, region, kMargin_px * scale);
+  const bool is_open = world.boundary == Boundary::open;
+  const double as_court = is_open ? std::min(half_m.x, half_m.y) / 3.05 : 0.0;
+  const double beyond_m = std::clamp(kPosts_m - half_m.y, 0.0, 0.4 * as_court);
+  camera.fit(2.0 * (half_m.x + kApron_m * as_court), 2.0 * (half_m.y + beyond_m), region, kMargin_px * scale);
 }
 
 }  // namespace pf

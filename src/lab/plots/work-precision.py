@@ -11,6 +11,7 @@ Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
 import pathlib
 import sys
+import textwrap
 
 import style
 from style import COLOURS, FAINT, INK, MARKS, METHODS, plt
@@ -99,10 +100,13 @@ def add_legend(figure, study, corner=(0.99, 0.985)):
 def draw(study):
     cases = sorted({(row["restitution"], row["area_fraction"]) for row in study["points"] if row["group"] == "gas"},
                    key=lambda case: (-case[0], case[1]))
-    figure, grid = plt.subplots(len(ERRORS), len(cases), figsize=(2.55 * len(cases) + 1.0, 2.1 * len(ERRORS) + 1.2),
-                                sharex="col", squeeze=False)
-    figure.subplots_adjust(left=0.085, right=0.985, top=0.905, bottom=0.075, wspace=0.12, hspace=0.16)
-    for row_axes, (error, title) in zip(grid, ERRORS):
+    # A run that was ended early has not measured all.
+    errors = [(error, title) for error, title in ERRORS
+              if any(error in row.get("errors", {}) for row in study["points"])] or ERRORS
+    width, height = 2.55 * len(cases) + 1.0, 2.1 * len(errors) + 1.2
+    figure, grid = plt.subplots(len(errors), len(cases), figsize=(width, height), sharex="col", squeeze=False)
+    figure.subplots_adjust(left=0.085, right=0.985, top=1.0 - 1.11 / height, bottom=0.88 / height, wspace=0.12, hspace=0.16)
+    for row_axes, (error, title) in zip(grid, errors):
         for axes, (restitution, eta) in zip(row_axes, cases):
             axes.case = (eta, restitution)
             draw_panel(axes, study, error, eta, restitution)
@@ -113,12 +117,12 @@ def draw(study):
     for axes in grid[0]:
         axes.set_title(f"area fraction {axes.case[0]:g}, e = {axes.case[1]:g}", loc="left", fontsize=9.5, color=INK)
     add_legend(figure, study)
-    figure.text(0.01, 0.975, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
-    figure.text(0.01, 0.95, "Lower is more accurate, further left is cheaper. Grey: the front that no other dot beats. Hollow with "
-                "arrow: upper bound. Dotted line: cost of exact where it is the reference.",
-                fontsize=9.5, color=FAINT, va="top")
-    figure.supxlabel("nanoseconds per disc and time d/c (diameter over thermal speed)", fontsize=10.5, color=INK, y=0.028)
-    figure.text(0.01, 0.006, style.machine_text(study), fontsize=8, color=FAINT)
+    figure.text(0.01, 1.0 - 0.29 / height, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
+    reading = ("Lower is more accurate, further left is cheaper. Grey: the front that no other dot beats. Hollow with arrow: "
+               "upper bound. Dotted line: cost of exact where it is the reference.")
+    figure.text(0.01, 1.0 - 0.58 / height, textwrap.fill(reading, int(14.5 * width)), fontsize=9.5, color=FAINT, va="top")
+    figure.supxlabel("nanoseconds per disc and time d/c (diameter over thermal speed)", fontsize=10.5, color=INK, y=0.33 / height)
+    figure.text(0.01, 0.07 / height, style.machine_text(study), fontsize=8, color=FAINT)
     return figure
 
 
