@@ -52,7 +52,7 @@ def shrunk(picture, factor):
 
 def enlarged(program):
     """A picture of three times the size is the picture of the window's size, enlarged: lines and text, too."""
-    small, usual, large = (read_png(still(program, name, "--overlay", "compact", *words)) for name, words in (
+    small, usual, large = (read_png(still(program, name, "--overlay", "compact", *words, num_parcels=1000)) for name, words in (
         ("small.png", ("--picture-size", "640x360")), ("usual.png", ()),
         ("large.png", ("--picture-size", "1920x1080"))))
     check((large.width, large.height) == (1920, 1080), f"its size: {large.width} x {large.height}")
