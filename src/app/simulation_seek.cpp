@@ -3,12 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <new>
+#include <exception>
 #include <utility>
 
 #include "app/command_queue.hpp"
 #include "app/simulation_state.hpp"
-#include "core/error.hpp"
 
 namespace pf {
 namespace {
@@ -25,9 +24,7 @@ void Simulation::State::keep_checkpoint_when_due() {
   try {
     save(now);
     checkpoints->keep(std::move(now));
-  } catch (const std::bad_alloc&) {
-    checkpoints->stop();
-  } catch (const DeviceError&) {  // no memory for a copy; if it is more than that the next step tells it
+  } catch (const std::exception&) {  // for lack of memory; if it is more the next step tells it
     checkpoints->stop();
   }
 }

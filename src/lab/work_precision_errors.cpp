@@ -139,14 +139,10 @@ json errors_of(const json& row, const json& points, const std::map<std::string, 
   if (row.at("group") == "parcels" && row.contains("ends")) return scatter_errors(row, points);
   if (row.at("group") != "ball" && row.at("restitution") == 1.0) return elastic_errors(row);
   if (reference == references.end()) return json::object();
-  const bool is_gas = row.at("group") == "gas", is_exact = row.at("method") == "exact";
-  json errors;
-  if (is_exact && is_gas)
-    for (const char* key : {"rate", "pressure", "energy"}) errors[key] = reference_entry();
-  else if (is_exact)
-    for (const char* key : {"path", "drag"}) errors[key] = reference_entry();
-  else
-    errors = is_gas ? cooling_errors(row, *reference->second) : ball_errors(row, *reference->second);
+  json errors = row.at("group") == "gas" ? cooling_errors(row, *reference->second)
+                                         : ball_errors(row, *reference->second);
+  if (row.at("method") == "exact")
+    for (json& error : errors) error = reference_entry();
   return errors;
 }
 

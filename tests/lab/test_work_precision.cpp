@@ -57,6 +57,20 @@ TEST(WorkPrecision, ComparesWithTheoryAndMarksTheFront) {
   EXPECT_NEAR(error(2)["value"].get<double>(), 0.0002 + 2.0 * 0.001 / expected, 1e-9);
 }
 
+// At e = 0.9 `exact` is what the others are measured against. Of Z = 1.5 only 0.5 scatters: with n = 5,000
+// collisions the error of a difference is 2 sqrt(2 / (pi n)) 0.5 / 1.5.
+TEST(WorkPrecision, InACoolingGasExactIsTheReference) {
+  json result = {{"points", {gas_row("impulse", 1.0, 10.0), gas_row("exact", 1.0, 30.0)}}};
+  for (json& row : result["points"]) row["restitution"] = 0.9;
+  result["points"][0]["compressibility"] = 1.5 * 1.1;
+  conclude_work_precision(result);
+  for (const char* error : {"rate", "pressure", "energy"})
+    EXPECT_EQ(result["points"][1]["errors"][error].value("yardstick", false), true) << error;
+  const json& pressure = result["points"][0]["errors"]["pressure"];
+  EXPECT_NEAR(pressure["value"].get<double>(), 0.1, 1e-12);
+  EXPECT_NEAR(pressure["sigma"].get<double>(), 2.0 * std::sqrt(2.0 / (kPi * 5000.0)) / 3.0, 1e-9);
+}
+
 // A file of results that somebody has edited.
 TEST(WorkPrecision, ARowWithoutItsFiguresIsNoResult) {
   for (const char* key : {"rate", "compressibility_sigma", "collisions"}) {

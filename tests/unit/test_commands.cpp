@@ -159,6 +159,18 @@ TEST_F(SimulationCommands, NumberOfParcelsIsRestored) {
   EXPECT_EQ(view().num_parcels, 500U);
 }
 
+TEST_F(SimulationCommands, GhostsAreOfTheFlightsLaunch) {
+  advance(5);
+  const auto end_of = [&] { return view().ghosts->at(0).points_m.back(); };
+  const Vec2f end = end_of();
+  edit([](Settings& s) { s.ball_spin_radps += 40.0; });
+  EXPECT_EQ(end_of(), end) << "its spin is changed in flight";
+  Commands again;
+  again.launch = true;
+  simulation_.advance_frame(again, nullptr);
+  EXPECT_NE(end_of(), end) << "the next launch has that spin";
+}
+
 TEST_F(SimulationCommands, ResetRepeatsTheRun) {
   advance(6);
   const std::uint64_t hash = simulation_.backend().state_hash();
