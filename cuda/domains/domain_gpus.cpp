@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <set>
+#include <algorithm>
+#include <map>
+#include <vector>
 
 #include "cuda/cuda_devices.hpp"
 #include "cuda/domains/cuda_domain.cuh"
@@ -20,15 +22,23 @@ class CudaDomainGpus final : public DomainGpus {
 
   std::string name() const override {
     cudaDeviceProp properties{};
-    PF_CUDA(cudaGetDeviceProperties(&properties, used_.empty() ? 0 : *used_.begin()));
-    return used_.size() > 1 ? fmt::format("{} {}", used_.size(), properties.name) : properties.name;
+    PF_CUDA(cudaGetDeviceProperties(&properties, num_on_.empty() ? 0 : num_on_.begin()->first));
+    return num_on_.size() > 1 ? fmt::format("{} {}", num_on_.size(), properties.name) : properties.name;
   }
 
-  void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const override {
-    for (const int device : used_) {
+  void find_sharing(Carrier& carrier) override {
+    std::vector<GpuName> mine;  // of each domain: as many as any rank has
+    for (const int device : devices_) mine.push_back(name_of_gpu(device));
+    std::vector<GpuName> all(mine.size() * carrier.num_ranks());
+    carrier.all_gather(mine.data(), sizeof(GpuName) * mine.size(), all.data());
+    for (std::size_t k = 0; k < mine.size(); ++k)
+      num_on_[devices_[k]] = static_cast<unsigned>(std::ranges::count(all, mine[k]));
+  }
+
+  void check_room(std::size_t num_parcels, unsigned num_domains, std::uint64_t held_bytes) const override {
+    for (const auto& [device, here] : num_on_) {
       const DeviceScope scope(device);
-      const unsigned here = num_on(device, all.num_here);
-      const double share = static_cast<double>(here) / all.num_domains;
+      const double share = static_cast<double>(here) / num_domains;
       const double needed = CudaDomain::kBytesPerParcel * share * static_cast<double>(num_parcels);
       const double available = kUsableShare * (static_cast<double>(usable_memory_bytes()) +
                                                static_cast<double>(here * held_bytes));
@@ -36,7 +46,7 @@ class CudaDomainGpus final : public DomainGpus {
       throw UserError(
           fmt::format("air.num_parcels: {} of the {} domains share a GPU, and their parcels need {:.2f} GB "
                       "of its memory, {:.2f} GB are free; at most about {:.0f} parcels fit",
-                      here, all.num_domains, needed * 1e-9, available * 1e-9,
+                      here, num_domains, needed * 1e-9, available * 1e-9,
                       static_cast<double>(num_parcels) * available / needed));
     }
   }
@@ -45,11 +55,12 @@ class CudaDomainGpus final : public DomainGpus {
   std::unique_ptr<Domain> make(unsigned index, unsigned place) override {
     const int device = static_cast<int>(place % static_cast<unsigned>(num_));
     const DeviceScope scope(device);
-    if (used_.count(device) == 0) {
+    if (num_on_.count(device) == 0) {
       const std::string obstacle = cuda_device_obstacle(device);
       if (!obstacle.empty()) throw DeviceError(obstacle);
-      used_.insert(device);
     }
+    devices_.push_back(device);
+    ++num_on_[device];
     return std::make_unique<CudaDomain>(index, device);
   }
 
@@ -62,7 +73,7 @@ class CudaDomainGpus final : public DomainGpus {
 
   double measure_copy_bandwidth(std::size_t num_bytes) override {
     double total = 0.0;
-    for (const int device : used_) {
+    for (const auto& [device, num] : num_on_) {
       const DeviceScope scope(device);
       total += measure_device_copy(num_bytes, nullptr);
     }
@@ -70,14 +81,9 @@ class CudaDomainGpus final : public DomainGpus {
   }
 
  private:
-  // Domains of this machine that are on the device.
-  unsigned num_on(int device, unsigned num_here) const {
-    const auto first = static_cast<unsigned>(device), num = static_cast<unsigned>(num_);
-    return num_here > first ? (num_here - first - 1) / num + 1 : 0;
-  }
-
   int num_;
-  std::set<int> used_;
+  std::vector<int> devices_;        // of each domain of this rank, in order
+  std::map<int, unsigned> num_on_;  // domains that are known to be on each of them
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 // Links between domains on GPUs: copies within a process, NCCL between processes.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -9,6 +10,11 @@
 #include "cuda/domains/cuda_domain.cuh"
 
 namespace pf {
+
+// Names a GPU among those of all machines.
+using GpuName = std::array<char, 16>;
+// Throws nothing: a GPU whose name cannot be had is called as all of those.
+GpuName name_of_gpu(int device);
 
 // Between all domains of the world, which are those of this process.
 std::unique_ptr<MotionLink> link_peers(std::vector<CudaDomain*> domains, std::string& why);

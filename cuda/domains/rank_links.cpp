@@ -20,7 +20,7 @@ struct RankFacts {
   int version = 0;  // of NCCL
   unsigned num_domains = 0;
   bool may_share = false;  // a GPU with another rank
-  cudaUUID_t gpu{};
+  GpuName gpu{};
 };
 
 RankFacts facts_of(const std::vector<CudaDomain*>& domains) {
@@ -29,10 +29,7 @@ RankFacts facts_of(const std::vector<CudaDomain*>& domains) {
   facts.num_domains = static_cast<unsigned>(domains.size());
   const char* sharing = std::getenv(kSharingVariable);
   facts.may_share = sharing != nullptr && std::strcmp(sharing, "1") == 0 && facts.version >= kSharingVersion;
-  // Throws nothing, since the others wait for this. A GPU without a name shares with all that have none.
-  cudaDeviceProp properties{};
-  if (cudaGetDeviceProperties(&properties, domains[0]->device()) == cudaSuccess) facts.gpu = properties.uuid;
-  cudaGetLastError();
+  facts.gpu = name_of_gpu(domains[0]->device());
   return facts;
 }
 
@@ -40,7 +37,7 @@ RankFacts facts_of(const std::vector<CudaDomain*>& domains) {
 std::optional<std::pair<std::size_t, std::size_t>> sharing_ranks(const std::vector<RankFacts>& all) {
   for (std::size_t b = 0; b < all.size(); ++b) {
     for (std::size_t a = 0; a < b; ++a) {
-      if (std::memcmp(&all[a].gpu, &all[b].gpu, sizeof(cudaUUID_t)) == 0) return std::pair(a, b);
+      if (all[a].gpu == all[b].gpu) return std::pair(a, b);
     }
   }
   return std::nullopt;
@@ -68,6 +65,15 @@ std::string obstacle(const std::vector<RankFacts>& all) {
 }
 
 }  // namespace
+
+GpuName name_of_gpu(int device) {
+  GpuName name{};
+  cudaDeviceProp properties{};
+  if (cudaGetDeviceProperties(&properties, device) == cudaSuccess)
+    std::memcpy(name.data(), properties.uuid.bytes, name.size());
+  cudaGetLastError();
+  return name;
+}
 
 std::string nccl_version_text(int version) {
   return fmt::format("{}.{}.{}", version / 10000, version / 100 % 100, version % 100);

@@ -5,8 +5,9 @@ install(TARGETS pickleflight RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONE
 install(DIRECTORY shaders DESTINATION ${pf_data} COMPONENT program)
 install(DIRECTORY src/lab/plots DESTINATION ${pf_data} COMPONENT program PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY assets/cues assets/scenes assets/lab DESTINATION ${pf_data}/assets COMPONENT program)
-install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+install(DIRECTORY assets/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}/assets COMPONENT program)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright COMPONENT program)
 install(FILES scripts/package/pickleflight.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
         COMPONENT program)

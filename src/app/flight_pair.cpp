@@ -64,6 +64,7 @@ bool FlightPair::finished_flights() const {
 
 Commands FlightPair::admit(const Commands& wanted) {
   if (second_ || wanted.split || changes_anything(waiting_)) return admit_two(wanted);
+  if (!only_steps(wanted)) message_.clear();
   is_new_frame_ = first_goes_ = true;
   return first_.admit(wanted);
 }
@@ -139,18 +140,22 @@ void FlightPair::refuse_bad_edits(Commands& commands) {
 
 void FlightPair::change(const Difference& wanted, Commands& commands) {
   if (wanted.empty()) return drop("");
+  const bool had_second = second_ != nullptr;
+  std::optional<Difference> difference;
   try {
     if (!make_) throw UserError("--split: there is no second flight here");
     const Settings settings = commands.settings.value_or(first_.settings());
-    const Difference difference = resolved(wanted, settings);
+    difference = resolved(wanted, settings);
     drop("");  // its memory
     auto backend = make_(first_.backend().name(), settings.threads);
-    second_ = std::make_unique<Simulation>(differing(settings, difference), std::move(backend));
-    difference_ = difference;
+    second_ = std::make_unique<Simulation>(differing(settings, *difference), std::move(backend));
+    difference_ = *difference;
     measure_second();
   } catch (const std::exception& error) {  // settings, memory or a device: the first flight goes on
-    drop(error.what());
     commands.split.reset();
+    if (had_second && difference) commands.split.emplace();  // it ends
+    if (!difference) message_ = error.what();                // it stays as it was
+    if (difference || !had_second) drop(error.what());
     return;
   }
   if (has_budget_) first_.keep_to_budget(kShareOfBudget);

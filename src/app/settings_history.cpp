@@ -53,6 +53,11 @@ void SettingsHistory::follow(const FrameView& view, int num_fallbacks, std::int6
     scene_->num_parcels = known_->num_parcels;
   }
   const Change change = change_to(view, gesture, cue);
+  const bool is_jump = view.num_recalls != std::exchange(num_recalls_, view.num_recalls);
+  if (is_jump && change.effect != ChangeEffect::new_scene) {  // back to settings that the flight had
+    known_ = *view.settings;
+    return;
+  }
   if (!take_step(view, change)) {
     scene_ = change.scene_after;
     if (!(change.before == change.after)) note(change);

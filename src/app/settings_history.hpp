@@ -55,6 +55,7 @@ class SettingsHistory {
   std::optional<Settings> known_, scene_;
   std::int64_t num_scenes_ = 0;
   std::int64_t num_flights_ = 0;
+  std::int64_t num_recalls_ = 0;
   int num_fallbacks_ = 0;
   int cue_ = 0;
   int step_ = 0;  // -1: an undo, 1: a redo is on its way; 0: none

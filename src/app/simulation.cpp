@@ -10,11 +10,6 @@
 #include "app/simulation_state.hpp"
 
 namespace pf {
-std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name) {
-  if (settings.air != Air::parcels) return 0;
-  if (settings.num_parcels > 0) return settings.num_parcels;
-  return backend_name == "cuda" ? settings.num_parcels_gpu : settings.num_parcels_cpu;
-}
 
 void Simulation::State::resolve(Settings& with) const {
   // Without parcels, their number is kept for a later change of the air.

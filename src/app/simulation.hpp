@@ -72,6 +72,7 @@ struct FrameView {
   const std::vector<Ghost>* ghosts = nullptr;             // of the current launch
   bool half_step = false;                                 // a comparison halved the scene's step
   std::int64_t num_flights = 0;                           // launches and jumps in time so far
+  std::int64_t num_recalls = 0;                           // of settings that the flight had
   std::uint32_t num_parcels = 0;
   std::uint64_t memory_bytes = 0;  // of the backend
   double min_bytes_moved = 0.0;    // by the last frame's steps (Backend::min_bytes_moved)
@@ -157,8 +158,5 @@ class Simulation {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-// The setting num_parcels, or the backend's default. 0 if the air is not made of parcels.
-std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name);
 
 }  // namespace pf

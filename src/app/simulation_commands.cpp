@@ -157,7 +157,7 @@ void Simulation::State::execute(const Commands& commands) {
   } catch (const UserError& error) {
     view.message = error.what();
   }
-  if (commands.launch) launch(false);
+  if (commands.launch && physics.ball.exists) launch(false);
   if (commands.toggle_pause) view.paused = !view.paused;
 }
 

@@ -32,7 +32,7 @@ bool Simulation::State::can_start_anew() const {
     if (!waiting.scene.empty()) with = load_scene(waiting.scene);
     if (waiting.restart) with = *waiting.restart;
     resolve(with);
-    const Spawner tried(with, derive_physics(with), initial_ball(with));
+    new_air(with, initial_ball(with));
     return true;
   } catch (const UserError&) {
     return false;

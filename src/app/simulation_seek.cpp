@@ -35,6 +35,7 @@ void Simulation::State::restore(const Checkpoint& then) {
   if (then.settings.threads != settings.threads) change_threads(then.settings);
   resume(then, derive_physics(then.settings));
   landed_for_s = 0.0;
+  ++view.num_recalls;
   history.go_to(then.frame, then.num_changes);
 }
 
@@ -78,6 +79,7 @@ void Simulation::State::repeat_changes() {
     const Settings to = change->settings;
     history.pass_change();
     apply_settings(to);
+    ++view.num_recalls;
   }
 }
 
@@ -106,6 +108,7 @@ void Simulation::State::end_seek() {
   sought.reset();
   repeat_changes();
   ++view.num_flights;
+  ++view.num_recalls;
   const std::optional<Settings> wanted = std::exchange(settings_at_sought, std::nullopt);
   if (wanted && !(*wanted == settings)) change_settings(*wanted);
 }

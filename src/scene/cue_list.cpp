@@ -190,12 +190,12 @@ Settings base_of(const Settings& settings) {
   return load_scene(kBaseScene);
 }
 
-// A number of parcels that the backend chose is not written.
-bool is_written(const Field& field, const Settings& settings, const Settings& base) {
+// A number of parcels that the backend chooses is not written.
+bool is_written(const Field& field, const Settings& settings, const Settings& base,
+                const std::string& backend) {
   if (field.section == "scene" || holds_for_the_run(field)) return false;
-  const bool is_chosen_by_backend =
-      field.path() == "air.num_parcels" && base.num_parcels == 0 &&
-      (settings.num_parcels == base.num_parcels_cpu || settings.num_parcels == base.num_parcels_gpu);
+  const bool is_chosen_by_backend = field.path() == "air.num_parcels" && base.num_parcels == 0 &&
+                                    settings.num_parcels == resolve_num_parcels(base, backend);
   return !is_chosen_by_backend && !is_same(field, settings, base);
 }
 
@@ -278,14 +278,14 @@ void check_cue(const Cue& cue) {
   }
 }
 
-std::string cue_text(const Cue& cue) {
+std::string cue_text(const Cue& cue, const std::string& backend) {
   const Settings base = base_of(cue.settings);
   std::string text = fmt::format("\n[[cue]]\ntitle = {}\n", toml_string(cue.title));
   if (!cue.subtitle.empty()) text += fmt::format("subtitle = {}\n", toml_string(cue.subtitle));
   if (cue.title_s != kTitle_s) text += fmt::format("title_s = {}\n", cue.title_s);
   text += fmt::format("scene = {}\n", toml_string(base.name));
   for (const Field& field : fields()) {
-    if (is_written(field, cue.settings, base)) text += setting_line(field, cue.settings);
+    if (is_written(field, cue.settings, base, backend)) text += setting_line(field, cue.settings);
   }
   if (cue.camera) {
     const auto& [center_m, width_m] = *cue.camera;
@@ -296,7 +296,7 @@ std::string cue_text(const Cue& cue) {
   return text;
 }
 
-void append_cue(const fs::path& file, const Cue& cue) {
+void append_cue(const fs::path& file, const Cue& cue, const std::string& backend) {
   std::error_code ignored;
   const bool is_new = !fs::exists(fs::symlink_status(file, ignored));
   std::string text = "# Cues of a talk. Start it with: pickleflight run --cues THIS_FILE\n";
@@ -307,7 +307,7 @@ void append_cue(const fs::path& file, const Cue& cue) {
           fmt::format("{} has {} cues already; choose another file", in_quotes(file.string()), kMaxCues));
     if (!text.ends_with('\n')) text += '\n';
   }
-  text += cue_text(cue);
+  text += cue_text(cue, backend);
   check_added(file, text);
   const std::string problem = replace_file(file, text);
   if (!problem.empty()) {

@@ -47,11 +47,12 @@ bool is_cue_list(const std::filesystem::path& file);
 void check_cue(const Cue& cue);
 
 // The cue as text of a list. Writes only the differences from the scene of that name, or from the court if
-// there is none. Settings that hold for the whole run are left out.
-std::string cue_text(const Cue& cue);
+// there is none. Settings that hold for the whole run are left out, and so is the number of parcels that
+// `backend` chooses for the scene.
+std::string cue_text(const Cue& cue, const std::string& backend);
 
 // Appends the cue to a list, or begins one. Throws UserError, without any change, if the file is no list of
 // cues without errors, or cannot be written.
-void append_cue(const std::filesystem::path& file, const Cue& cue);
+void append_cue(const std::filesystem::path& file, const Cue& cue, const std::string& backend);
 
 }  // namespace pf

@@ -241,6 +241,12 @@ double max_step_s(const Settings& s, const Physics& physics, const BallState& ba
 
 }  // namespace
 
+std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name) {
+  if (settings.air != Air::parcels) return 0;
+  if (settings.num_parcels > 0) return settings.num_parcels;
+  return backend_name == "cuda" ? settings.num_parcels_gpu : settings.num_parcels_cpu;
+}
+
 FramePlan plan_frame(const Settings& s, const Physics& physics, const BallState& ball,
                      double collision_rate_per_s) {
   const double frame_s = s.time_scale / s.frame_rate_hz;

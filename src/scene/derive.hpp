@@ -33,6 +33,8 @@ struct FramePlan {
 inline bool paces_by_substeps(const Settings& settings) {
   return settings.dt_s > 0.0 && settings.substeps > 0;
 }
+// The setting num_parcels, or the backend's default. 0 if the air is not made of parcels.
+std::int64_t resolve_num_parcels(const Settings& settings, const std::string& backend_name);
 // collision_rate_per_s: last known rate of a parcel; 0: unknown, then Enskog's. Steps of method `exact` have
 // at most 0.1 collisions per parcel. That affects speed alone, unless the ball flies along chords
 // (docs/exact.md).

@@ -65,8 +65,7 @@ void FilmScene::draw_air(const FrameView& frame, const ParcelBuffers& parcels, c
   magnifier_->draw_air(frame, parcels, ball_in_picture(frame), camera_, magnifier_px_, scale_);
 }
 
-void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTitle& title,
-                          Gui& window_gui) {
+void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTitle& title, Gui& window_gui) {
   const Viewport viewport = {canvas_.framebuffer(), canvas_.texture(), size_, scale_};
   renderer_.draw_flight(frame, camera_, viewport);
   if (split_ != nullptr) second_.draw_flight(*split_, camera_, viewport);
@@ -84,10 +83,13 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTit
     Look look = look_;
     look.paths = look.paths && split_ == nullptr;  // the legend's flights
     const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale});
+    std::vector<PxRect> titles;
+    if (title.opacity() > 0.0F)
+      titles.push_back({title_place_[0], title_place_[1], title_place_[2], title_place_[3]});
+    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale, titles});
     place = above_profile_strip(place, frame);
   }
-  title.show(place, look_.theme, SceneMarks::start_rect(frame, camera_, height_px, scale_));
+  title_place_ = title.show(place, look_.theme, SceneMarks::start_rect(frame, camera_, height_px, scale_));
   gui_.end_frame();
   if (marks_.magnifier()) {
     magnifier_->draw_flight(frame);

@@ -165,6 +165,7 @@ void note_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
 }
 
 void note_keys(GLFWwindow* window) { key_callback_of_imgui = glfwSetKeyCallback(window, note_key); }
+void note_pointer(GLFWwindow* /*window*/) {}  // count_in_pixels() changes what the library has read
 
 void begin_imgui_frame() {
   auto& down = ImGui::GetIO().KeysDown;
@@ -181,6 +182,18 @@ void begin_imgui_frame() {
 #else
 
 void note_keys(GLFWwindow* /*window*/) {}
+
+// The library takes places of the pointer as events.
+void note_pointer(GLFWwindow* window) {
+  glfwSetCursorPosCallback(window, [](GLFWwindow* in, double x, double y) {
+    SizePx pixels, units;
+    glfwGetFramebufferSize(in, &pixels.width, &pixels.height);
+    glfwGetWindowSize(in, &units.width, &units.height);
+    if (units.width <= 0 || units.height <= 0) return;
+    ImGui_ImplGlfw_CursorPosCallback(in, x * pixels.width / units.width, y * pixels.height / units.height);
+  });
+}
+
 void begin_imgui_frame() { ImGui::NewFrame(); }
 
 #endif
@@ -200,6 +213,7 @@ Gui::Gui(GLFWwindow* window, float scale) : window_(window) {
   apply_style(Theme::dark, scale);
   if (window_ != nullptr) {
     ImGui_ImplGlfw_InitForOpenGL(window_, true);
+    note_pointer(window_);
     note_keys(window_);
   }
   keep_gl_library();
@@ -262,8 +276,10 @@ void count_in_pixels(SizePx size) {
   if (io.DisplaySize.x <= 0.0F || io.DisplaySize.y <= 0.0F) return;
   const ImVec2 per_unit(static_cast<float>(size.width) / io.DisplaySize.x,
                         static_cast<float>(size.height) / io.DisplaySize.y);
+#if IMGUI_VERSION_NUM < 18700
   if (ImGui::IsMousePosValid(&io.MousePos))
     io.MousePos = ImVec2(io.MousePos.x * per_unit.x, io.MousePos.y * per_unit.y);
+#endif
   io.DisplaySize = ImVec2(static_cast<float>(size.width), static_cast<float>(size.height));
   io.DisplayFramebufferScale = ImVec2(1.0F, 1.0F);
 }

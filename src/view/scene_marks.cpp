@@ -90,8 +90,8 @@ void show_figures(const BallLaunch& launch, ImVec2 at, const ScenePlace& scene) 
                                        kRpmPerRadps * launch.spin_radps);
   const float box_px = std::max(text_width(speed, 1.25F), text_width(spin)) + 20.0F * s;
   const float line_px = 24.0F * s;
-  at.x = std::clamp(at.x, left + 6.0F * s, left + width - box_px - 6.0F * s);
-  at.y = std::clamp(at.y, 6.0F * s, bottom - 2.2F * line_px - 6.0F * s);
+  at.x = std::max(std::min(at.x, left + width - box_px - 6.0F * s), left + 6.0F * s);
+  at.y = std::max(std::min(at.y, bottom - 2.2F * line_px - 6.0F * s), 6.0F * s);
   ImDrawList* list = ImGui::GetForegroundDrawList();
   list->AddRectFilled(at, ImVec2(at.x + box_px, at.y + 2.2F * line_px), colors.ground, 5.0F * s);
   list->AddText(ImGui::GetFont(), 1.25F * ImGui::GetFontSize(), ImVec2(at.x + 10.0F * s, at.y + 5.0F * s),
@@ -300,8 +300,10 @@ void SceneMarks::show_ring(Vec2d ball_m, double radius_px, const std::string& hi
   ImDrawList* list = ImGui::GetBackgroundDrawList();
   list->AddCircle(ball, radius, colors.accent, 0, 2.0F * s);
   if (hint.empty()) return;
-  const ImVec2 at(ball.x + radius + 10.0F * s, ball.y - 0.5F * ImGui::GetFontSize());
-  const ImVec2 end(at.x + text_width(hint) + 6.0F * s, at.y + ImGui::GetFontSize() + 3.0F * s);
+  const float gap = radius + 10.0F * s, hint_px = text_width(hint);
+  const bool is_left = ball.x + gap + hint_px > scene.place.left_px + scene.place.width_px - 6.0F * s;
+  const ImVec2 at(is_left ? ball.x - gap - hint_px : ball.x + gap, ball.y - 0.5F * ImGui::GetFontSize());
+  const ImVec2 end(at.x + hint_px + 6.0F * s, at.y + ImGui::GetFontSize() + 3.0F * s);
   list->AddRectFilled(ImVec2(at.x - 6.0F * s, at.y - 3.0F * s), end, colors.ground, 4.0F * s);
   list->AddText(at, colors.text, hint.c_str());
 }

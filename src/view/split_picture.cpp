@@ -129,8 +129,12 @@ void SplitPicture::paint_names(const SplitScene& scene, const Camera& camera, fl
       return ImVec2(static_cast<float>(region.left_px) + gap,
                     height_px - static_cast<float>(region.bottom_px + region.height_px) + gap);
     };
-    paint_name(corner(layout_.first), "1  " + names.first, colors.first, theme, scale);
-    paint_name(corner(layout_.second_half), "2  " + names.second, colors.second, theme, scale);
+    const auto name = [&](const ViewRegion& region, const std::string& text, const Rgb& color) {
+      const float room = static_cast<float>(region.width_px) - 2.0F * gap - name_width_px("", scale);
+      paint_name(corner(region), fitting(text, room), color, theme, scale);
+    };
+    name(layout_.first, "1  " + names.first, colors.first);
+    name(layout_.second_half, "2  " + names.second, colors.second);
     return;
   }
   const FrameView first = scene.pair->view();

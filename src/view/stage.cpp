@@ -101,7 +101,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (!options.profile_csv.empty()) profile_csv_.emplace(options.profile_csv);
   if (options.replay) replay_.emplace(*options.replay).check_start(simulation);
   if (options.data.start) {
-    first_frame_ = num_frames_ = options.data.start->num_frames;
+    first_frame_ = num_frames_ = num_scene_frames_ = options.data.start->num_frames;
     frames_after_flight_ = options.data.start->frames_after_flight;
   }
   if (!options.log.empty()) log_.open(options.log);
@@ -152,6 +152,7 @@ int Stage::run() {
     }
     keep_pace();
     ++num_frames_;
+    if (context_.window() == nullptr || is_frame_flown()) ++num_scene_frames_;
     files_.follow(simulation_, clock());
     say_if_slowed();
     show_progress();
@@ -215,6 +216,7 @@ void Stage::begin_steps() {
   const bool is_new_scene = simulation_.view().num_scenes != num_scenes;
   const bool begins_again = pair_.num_begun() != num_begun && commands_.hold;  // else it has just begun
   if (is_new_scene || begins_again) begin_record();
+  if (is_new_scene) num_scene_frames_ = 0;
   follow_cues(is_new_scene);
 }
 
@@ -242,10 +244,16 @@ void Stage::finish_steps() {
 void Stage::begin_record() {
   Backend& backend = simulation_.backend();
   record_ = RunRecord(*simulation_.view().physics, backend.measure(), backend.device());
+  record_.set_warmup(options_.warmup_frames);
   record_.start_clock();
 }
 
-RunClock Stage::clock() const { return {record_.initial(), num_frames_, frames_after_flight_}; }
+RunClock Stage::clock() const { return {record_.initial(), num_scene_frames_, frames_after_flight_}; }
+
+// The picture is the last one of a frame, and that had steps.
+bool Stage::is_frame_flown() const {
+  return pair_.is_whole() && simulation_.view().frame_totals.num_steps > 0;
+}
 
 // The scene starts anew on the other backend.
 void Stage::follow_fallback() {
@@ -268,7 +276,8 @@ void Stage::keep_pace() {
     csv_->add_line(times_, drawing_, 1e3 * frame_s_, simulation_.view(),
                    overlay_.history().figures(overlay_.info().copy_bytes_per_s), overlay_.info());
   }
-  if (profile_csv_) profile_csv_->add_frame(simulation_.view());
+  if (profile_csv_ && (num_frames_ == first_frame_ || is_frame_flown()))
+    profile_csv_->add_frame(simulation_.view());
   if (context_.window() == nullptr) return;
   const auto period = std::chrono::duration_cast<Clock::duration>(
       std::chrono::duration<double>(1.0 / simulation_.settings().frame_rate_hz));

@@ -62,7 +62,7 @@ void Stage::save_cue(const CueRequest& request) {
     const std::filesystem::path file = with_toml_ending(request.save_to);
     Cue cue = present_cue();
     cue.title = request.title.empty() ? cue.settings.name : request.title;
-    append_cue(file, cue);
+    append_cue(file, cue, simulation_.backend().name());
     CueList list = load_cue_list(file.string());
     const int added = static_cast<int>(list.cues.size()) - 1;
     notice_.show(fmt::format("Saved as cue {} of {}", added + 1, file.string()), Clock::now());
@@ -99,6 +99,8 @@ void Stage::follow_cues(bool is_new_scene) {
 void Stage::begin_cue() {
   const Cue& cue = *cues_.current_cue();
   title_.begin(cue);
+  ball_camera_.stop(camera_, false);  // what it went back to was the camera before the cue
+  camera_.shows_images = false;
   camera_.fitted = !cue.camera;
   if (cue.camera) {
     const ViewRegion free = free_region();

@@ -119,6 +119,7 @@ class Stage {
   void follow_fallback();
   void begin_record();
   RunClock clock() const;
+  bool is_frame_flown() const;
   void write_panel_map();
   void write_frame_count();
   void steer();
@@ -198,9 +199,10 @@ class Stage {
   std::string panel_layout_;
   std::ofstream frame_count_;  // beside the panel map
   std::int64_t num_mapped_frames_ = 0;
-  std::int64_t first_frame_ = 0;  // above 0 for a run that goes on from a file
-  std::int64_t num_frames_ = 0;
-  std::int64_t cue_frame_ = 0;  // the first of the current cue, in a run without a window
+  std::int64_t first_frame_ = 0;       // above 0 for a run that goes on from a file
+  std::int64_t num_frames_ = 0;        // pictures, in a window also of a pause
+  std::int64_t num_scene_frames_ = 0;  // whole frames since the scene began
+  std::int64_t cue_frame_ = 0;         // the first of the current cue, in a run without a window
   std::int64_t frames_after_flight_ = 0;
   double frame_s_ = 1.0 / 60.0;
   Clock::time_point last_frame_ = Clock::now();

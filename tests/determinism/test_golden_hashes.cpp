@@ -1,5 +1,5 @@
 // The CPU backend against the golden hashes. To write new ones, run in the build folder:
-//   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests
+//   PF_WRITE_GOLDEN_HASHES=../../tests/determinism/golden_hashes.txt tests/determinism_tests
 //     --gtest_filter='GoldenHashes.*'
 #include <gtest/gtest.h>
 

@@ -65,10 +65,11 @@ class LateGpus final : public DomainGpus {
   explicit LateGpus(unsigned late) : late_(late) {}
 
   std::string name() const override { return gpus_->name(); }
-  void check_room(std::size_t num, const Placement& all, std::uint64_t held) const override {
-    gpus_->check_room(num, all, held);
-  }
   std::unique_ptr<Domain> make(unsigned index, unsigned place) override { return gpus_->make(index, place); }
+  void find_sharing(Carrier& carrier) override { gpus_->find_sharing(carrier); }
+  void check_room(std::size_t num_parcels, unsigned num_domains, std::uint64_t held_bytes) const override {
+    gpus_->check_room(num_parcels, num_domains, held_bytes);
+  }
   std::unique_ptr<MotionLink> link(const std::vector<std::unique_ptr<Domain>>& domains, Carrier& carrier,
                                    std::string& why) override {
     return std::make_unique<LateLink>(gpus_->link(domains, carrier, why),

@@ -1,5 +1,9 @@
 // Domains on GPUs give the bits of one backend on the CPU. On a machine with one GPU all domains share it.
 #include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <vector>
 
 #include "core/error.hpp"
 #include "cuda/domains/domain_gpus.hpp"
@@ -53,16 +57,47 @@ TEST_F(GpuDomains, WorkBesideOneBackend) {
   EXPECT_EQ(one.backend->state_hash(), pair.plain.backend->state_hash());
 }
 
+// Of two ranks, whose GPUs are told by the first rank's carrier: `shared` or another than its own.
+class TwoRanks final : public LocalCarrier {
+ public:
+  explicit TwoRanks(bool shared) : shared_(shared) {}
+  unsigned num_ranks() const override { return 2; }
+  void all_gather(const void* mine, std::size_t num_bytes, void* all) override {
+    auto* to = static_cast<std::byte*>(all);
+    std::memcpy(to, mine, num_bytes);
+    std::memcpy(to + num_bytes, mine, num_bytes);
+    if (!shared_) to[num_bytes] ^= std::byte{1};
+  }
+
+ private:
+  bool shared_;
+};
+
 TEST_F(GpuDomains, RefuseWhatDoesNotFit) {
   const auto gpus = make_domain_gpus();
   const std::unique_ptr<Domain> domain = gpus->make(0, 0);
-  EXPECT_NO_THROW(gpus->check_room(1000, {2, 1}, 0));
+  TwoRanks apart(false), together(true);
+  gpus->find_sharing(apart);
+  EXPECT_NO_THROW(gpus->check_room(1000, 2, 0));
   const std::size_t free_bytes = usable_memory_bytes();
-  EXPECT_NO_THROW(gpus->check_room(free_bytes / 40, {2, 1}, 0));
-  EXPECT_THROW(gpus->check_room(free_bytes / 25, {2, 1}, 0), UserError);
-  if (num_cuda_devices() == 1) {
-    EXPECT_THROW(gpus->check_room(free_bytes / 40, {2, 2}, 0), UserError);
-  }
+  EXPECT_NO_THROW(gpus->check_room(free_bytes / 40, 2, 0));
+  EXPECT_THROW(gpus->check_room(free_bytes / 25, 2, 0), UserError);
+  gpus->find_sharing(together);
+  EXPECT_NO_THROW(gpus->check_room(1000, 2, 0));
+  EXPECT_THROW(gpus->check_room(free_bytes / 40, 2, 0), UserError);
+}
+
+// Each process of a cluster may be given one GPU and number it 0.
+TEST_F(GpuDomains, OfARankShareItsGpus) {
+  const auto gpus = make_domain_gpus();
+  std::vector<std::unique_ptr<Domain>> domains;
+  const unsigned num = 2 * static_cast<unsigned>(num_cuda_devices());
+  for (unsigned k = 0; k < num; ++k) domains.push_back(gpus->make(k, k));
+  LocalCarrier alone;
+  gpus->find_sharing(alone);
+  const std::size_t free_bytes = usable_memory_bytes();
+  EXPECT_NO_THROW(gpus->check_room(free_bytes / 80, num, 0));
+  EXPECT_THROW(gpus->check_room(num * free_bytes / 50, num, 0), UserError);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ inline constexpr const char* kGoldenHeader =
     "# They are equal for every compiler, every optimisation and every backend. After an intended change, "
     "write\n"
     "# new ones in the build folder and check the difference:\n"
-    "#   PF_WRITE_GOLDEN_HASHES=../tests/determinism/golden_hashes.txt tests/determinism_tests "
+    "#   PF_WRITE_GOLDEN_HASHES=../../tests/determinism/golden_hashes.txt tests/determinism_tests "
     "--gtest_filter='GoldenHashes.*'\n";
 
 // Lines of the file by scene.

@@ -129,11 +129,11 @@ TEST_F(CueLists, SaveTheStateAsACue) {
   cue.camera = CueView{{0.25, -1.0}, 3.5};
   cue.paused = true;
   const auto file = folder_.path() / "new.toml";
-  append_cue(file, cue);
+  append_cue(file, cue, "cpu");
   cue.camera.reset();
   cue.paused = false;
   cue.settings.name = "of a file";  // no scene has the name
-  append_cue(file, cue);
+  append_cue(file, cue, "cpu");
   const CueList list = load_cue_list(file.string());
   ASSERT_EQ(list.cues.size(), 2U);
   Settings expected = load_scene("regulation");
@@ -149,23 +149,35 @@ TEST_F(CueLists, SaveTheStateAsACue) {
   EXPECT_FALSE(list.cues[1].camera || list.cues[1].paused);
 }
 
+TEST_F(CueLists, TheNumberOfAnotherBackendIsKept) {
+  Cue cue;
+  cue.settings = load_scene("court");
+  cue.settings.num_parcels = cue.settings.num_parcels_gpu;
+  const auto file = folder_.path() / "new.toml";
+  append_cue(file, cue, "cpu");
+  append_cue(file, cue, "cuda");
+  const CueList list = load_cue_list(file.string());
+  EXPECT_EQ(list.cues[0].settings.num_parcels, cue.settings.num_parcels_gpu);
+  EXPECT_EQ(list.cues[1].settings.num_parcels, 0);
+}
+
 TEST_F(CueLists, SavingChangesNoBrokenFile) {
   const auto file = folder_.write("broken.toml", "[[cue]]\ntitel = 1\n");
-  EXPECT_THROW(append_cue(file, Cue{}), UserError);
+  EXPECT_THROW(append_cue(file, Cue{}, "cpu"), UserError);
   EXPECT_EQ(contents_of(file), "[[cue]]\ntitel = 1\n");
-  EXPECT_THROW(append_cue(folder_.path() / "none" / "a.toml", Cue{}), UserError);
+  EXPECT_THROW(append_cue(folder_.path() / "none" / "a.toml", Cue{}, "cpu"), UserError);
 }
 
 TEST_F(CueLists, SavingKeepsAListReadable) {
   std::string full = "[[cue]]\ntitle = \"without an end of line\"";
   const auto file = folder_.write("full.toml", full);
-  append_cue(file, Cue{});
+  append_cue(file, Cue{}, "cpu");
   EXPECT_EQ(load_cue_list(file.string()).cues.size(), 2U);
   for (int num = 1; num < 100; ++num) full += "\n[[cue]]";
   folder_.write("full.toml", full);
   const auto refusal_of = [](const std::filesystem::path& to, const Cue& cue) -> std::string {
     try {
-      append_cue(to, cue);
+      append_cue(to, cue, "cpu");
     } catch (const UserError& error) {
       return error.what();
     }
@@ -192,8 +204,8 @@ TEST_F(CueLists, SavingOnAFullDiskChangesNoList) {
   const auto file = folder_.write("a.toml", before), other = folder_.path() / "b.toml";
   {
     const test::FullDisk full(before.size() + 10);
-    EXPECT_THROW(append_cue(file, Cue{}), UserError);
-    EXPECT_THROW(append_cue(other, Cue{}), UserError);
+    EXPECT_THROW(append_cue(file, Cue{}, "cpu"), UserError);
+    EXPECT_THROW(append_cue(other, Cue{}, "cpu"), UserError);
   }
   EXPECT_EQ(contents_of(file), before);
   EXPECT_FALSE(std::filesystem::exists(other)) << "so that it can be saved when there is room";

@@ -10,49 +10,10 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "support/scene_support.hpp"
+#include "support/flight_pair_support.hpp"
 
-namespace pf {
+namespace pf::test {
 namespace {
-
-std::unique_ptr<Backend> cpu(const std::string&, std::int64_t threads) {
-  return make_cpu_backend(static_cast<unsigned>(threads));
-}
-
-Commands split_by(Difference difference) {
-  Commands commands;
-  commands.split = std::move(difference);
-  return commands;
-}
-
-Settings two_threads(Settings s) {
-  s.threads = 2;
-  return s;
-}
-
-struct Pair {
-  explicit Pair(const Settings& settings, Difference difference = {"run.method = spring"})
-      : first(two_threads(settings), make_cpu_backend(2)), pair(first, cpu) {
-    picture(split_by(std::move(difference)));
-  }
-  void picture(const Commands& commands = {}) {
-    pair.begin(pair.admit(commands), nullptr, nullptr);
-    pair.finish();
-  }
-  Simulation& second() { return *pair.second(); }
-
-  Simulation first;
-  FlightPair pair;
-};
-
-std::uint64_t hash_of(Simulation& flight) { return flight.backend().state_hash(); }
-
-Commands edit(const Settings& settings, const std::function<void(Settings&)>& change) {
-  Commands commands;
-  commands.settings = settings;
-  change(*commands.settings);
-  return commands;
-}
 
 // One input of every kind, for a flight with these settings.
 Commands inputs_at(int frame, const Settings& settings) {
@@ -72,7 +33,7 @@ Commands inputs_at(int frame, const Settings& settings) {
 }
 
 TEST(FlightPair, EachFliesToTheSameBitsAsAlone) {
-  Settings settings = two_threads(test::court(500));
+  Settings settings = two_threads(court(500));
   settings.time_scale = 0.4;
   for (const char* difference : {"run.method = spring", "air.restitution = 0.3", "ball.friction = 0"}) {
     Pair both(settings, {difference});
@@ -104,7 +65,7 @@ TEST(FlightPair, EachFliesToTheSameBitsAsAlone) {
 
 // A frame of 1.6 ms has two steps of 1 ms, so that the first half is ahead now and then.
 TEST(FlightPair, TheOneAheadWaitsAndStaysTheSame) {
-  Settings settings = test::court(300);
+  Settings settings = court(300);
   settings.dt_s = 1e-3;
   Pair both(settings, {"run.dt_s = 0"});
   Simulation alone_first(two_threads(settings), make_cpu_backend(1));
@@ -131,7 +92,7 @@ TEST(FlightPair, TheOneAheadWaitsAndStaysTheSame) {
 
 // The lighter ball leaves earlier and waits for the other one, and both are launched again in the same frame.
 TEST(FlightPair, BothAreLaunchedAgainTogether) {
-  Settings settings = test::court(200);
+  Settings settings = court(200);
   settings.time_scale = 1.0;
   Pair both(settings, {"ball.mass_kg = 0.006"});
   int first_landed = 0;
@@ -173,7 +134,7 @@ Commands seek_to(double time_s) {
 
 // Both halves go back and forth on one timeline, over changes of settings, to the bits that they had.
 TEST(FlightPair, BothSeekToWhatTheyHad) {
-  Pair both(test::court(300), {"run.method = exact"});
+  Pair both(court(300), {"run.method = exact"});
   both.pair.keep_checkpoints();
   Commands anew;
   anew.reset = true;
@@ -202,7 +163,7 @@ TEST(FlightPair, BothSeekToWhatTheyHad) {
 
 // A change that only the first half has ends what the second one flew later, too.
 TEST(FlightPair, AChangeInThePastDropsTheFutureOfBoth) {
-  Pair both(test::court(300), {"air.restitution = 0.3"});
+  Pair both(court(300), {"air.restitution = 0.3"});
   both.pair.keep_checkpoints();
   Commands anew;
   anew.reset = true;
@@ -224,7 +185,7 @@ TEST(FlightPair, AChangeInThePastDropsTheFutureOfBoth) {
 }
 
 TEST(FlightPair, BeginsAnewAndEndsWithoutAChangeOfTheFirst) {
-  Simulation first(test::court(300), make_cpu_backend(2));
+  Simulation first(court(300), make_cpu_backend(2));
   FlightPair pair(first, cpu);
   const auto picture = [&](const Commands& commands) {
     pair.begin(pair.admit(commands), nullptr, nullptr);
@@ -253,46 +214,8 @@ TEST(FlightPair, BeginsAnewAndEndsWithoutAChangeOfTheFirst) {
   EXPECT_EQ(hash_of(first), hash);
 }
 
-TEST(FlightPair, RefusesWhatCannotBeComparedInOneLine) {
-  Simulation first(test::court(300), make_cpu_backend(2));
-  FlightPair pair(first, cpu);
-  for (int frame = 0; frame < 5; ++frame) first.advance_frame({}, nullptr);
-  const auto refusal_of = [&](const Difference& difference) {
-    pair.begin(pair.admit(split_by(difference)), nullptr, nullptr);
-    pair.finish();
-    EXPECT_FALSE(pair.second());
-    return pair.view().message;
-  };
-  const std::string unstable =
-      refusal_of({"run.method = spring", "run.spring_contact_s = 1e-6", "run.dt_s = 0.001"});
-  EXPECT_NE(unstable.find("--split: the second half cannot fly: "), std::string::npos) << unstable;
-  EXPECT_EQ(unstable.find('\n'), std::string::npos);
-  EXPECT_GT(first.view().simulated_s, 0.0) << "the first one flies on";
-  EXPECT_GT(first.view().flight_record->points_m.size(), 5U);
-}
-
-TEST(FlightPair, RefusesEditsThatTheSecondCannotFollow) {
-  Pair both(test::court(300), {"run.method = spring"});
-  const Settings before = both.first.settings();
-  both.picture(edit(before, [](Settings& s) { s.spring_contact_s = 1e-7, s.dt_s = 1e-3; }));
-  EXPECT_EQ(both.pair.view().message.substr(0, 13), "Second half: ") << both.pair.view().message;
-  ASSERT_TRUE(both.pair.second());
-  EXPECT_EQ(both.first.settings(), before);
-  both.picture(edit(before, [](Settings& s) { s.restitution = 0.5; }));
-  EXPECT_EQ(both.pair.view().message, "");
-  EXPECT_EQ(both.second().settings().restitution, 0.5);
-}
-
-// One parcel would be wider than half the court, with either method.
-TEST(FlightPair, RefusesWithTheWordsOfOneFlightWhatNeitherCanFollow) {
-  Pair both(test::court(300), {"run.method = spring"});
-  both.picture(edit(both.first.settings(), [](Settings& s) { s.num_parcels = 1; }));
-  EXPECT_EQ(both.pair.view().message.substr(0, 14), "air: 1 parcel ") << both.pair.view().message;
-  EXPECT_EQ(both.first.settings().num_parcels, 300);
-}
-
 TEST(FlightPair, HalvesTheStepOfAFlightThatHasNotBegun) {
-  Simulation first(two_threads(test::court(300)), make_cpu_backend(2));
+  Simulation first(two_threads(court(300)), make_cpu_backend(2));
   FlightPair pair(first, cpu);
   Commands start = split_by({"run.method = spring"});
   start.toggle_pause = true;
@@ -309,7 +232,7 @@ TEST(FlightPair, HalvesTheStepOfAFlightThatHasNotBegun) {
 }
 
 TEST(FlightPair, FiguresAreThoseOfTheFlights) {
-  Settings settings = test::court(300);
+  Settings settings = court(300);
   Pair both(settings, {"air.restitution = 0.1"});
   for (int frame = 0; frame < 41; ++frame) both.picture();
   const nlohmann::json report = both.pair.report();
@@ -332,4 +255,4 @@ TEST(FlightPair, FiguresAreThoseOfTheFlights) {
 }
 
 }  // namespace
-}  // namespace pf
+}  // namespace pf::test

@@ -140,6 +140,33 @@ TEST_F(History, ARefusedUndoStaysPossible) {
   EXPECT_EQ(undo(), "Undone: ball.friction is 0.3");
 }
 
+// What a jump in time brings back was changed once, by whoever changed it.
+TEST_F(History, JumpsAreNoChanges) {
+  simulation_.keep_checkpoints();
+  for (int frame = 0; frame < 30; ++frame) advance({}, 0);
+  const double before_s = simulation_.view().simulated_s;
+  edit([](Settings& s) { s.restitution = 0.5; }, 1);
+  for (int frame = 0; frame < 30; ++frame) advance({}, 0);
+  const double latest_s = simulation_.view().simulated_s;
+  const auto jump = [&](double to_s) {
+    Commands commands;
+    commands.seek_s = to_s - simulation_.view().simulated_s + simulation_.view().flight_record->time_s();
+    advance(commands, ++key_);
+    for (int picture = 0; picture < 50 && simulation_.view().sought_s; ++picture) advance({}, key_);
+    ASSERT_FALSE(simulation_.view().sought_s);
+  };
+  jump(0.5 * before_s);
+  EXPECT_EQ(now().restitution, 0.9);
+  EXPECT_EQ(history_.num_undoable(), 1U);
+  jump(latest_s);
+  EXPECT_EQ(now().restitution, 0.5);
+  EXPECT_EQ(history_.num_undoable(), 1U);
+  jump(0.5 * before_s);
+  edit([](Settings& s) { s.friction = 0.1; }, ++key_);
+  EXPECT_EQ(history_.num_undoable(), 2U);
+  EXPECT_EQ(undo(), "Undone: ball.friction is 0.3");
+}
+
 TEST_F(History, ARefusedChangeIsNone) {
   edit([](Settings& s) { s.restitution = 2.0; }, 1);
   EXPECT_EQ(history_.num_undoable(), 0U);

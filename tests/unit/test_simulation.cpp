@@ -9,6 +9,7 @@
 #include "app/memory.hpp"
 #include "core/error.hpp"
 #include "scene/derive.hpp"
+#include "scene/scene_file.hpp"
 #include "support/scene_support.hpp"
 
 namespace pf::test {
@@ -179,6 +180,16 @@ TEST(Simulation, ALaunchThatIsRefusedDoesNotEndTheFlight) {
     EXPECT_EQ(simulation.view().message, "not now");
     EXPECT_FALSE(simulation.view().flight_record->end_energy_j);
   }
+}
+
+TEST(Simulation, NothingIsLaunchedWithoutABall) {
+  Simulation simulation(load_scene("gas"), make_cpu_backend(1));
+  simulation.keep_checkpoints();
+  for (int frame = 0; frame < 10; ++frame) simulation.advance_frame({}, nullptr);
+  Commands launch;
+  launch.launch = true;
+  simulation.advance_frame(launch, nullptr);
+  EXPECT_EQ(simulation.view().history->latest(), 11);
 }
 
 // The settings that a jump would have kept are not those of a later one.

@@ -84,22 +84,20 @@ class Domain {
   Slabs slabs_;  // of the last clear()
 };
 
-// Number of domains in the world, and on this machine.
-struct Placement {
-  unsigned num_domains, num_here;
-};
-
 // The GPUs of this machine, for domains.
 class DomainGpus {
  public:
   virtual ~DomainGpus() = default;
 
   virtual std::string name() const = 0;  // for the report
-  // Throws UserError if the parcels of the world do not fit when shared equally among the domains.
-  // held_bytes: what a domain holds now.
-  virtual void check_room(std::size_t num_parcels, const Placement& all, std::uint64_t held_bytes) const = 0;
   // Domain of slab `index`. place: its number among the domains of this machine, which take the GPUs in turn.
   virtual std::unique_ptr<Domain> make(unsigned index, unsigned place) = 0;
+  // Learns which domains of all ranks are on the GPUs of this one. All ranks call it, after make(). Throws
+  // nothing.
+  virtual void find_sharing(Carrier& carrier) = 0;
+  // Throws UserError if the parcels of the world do not fit the GPUs of this rank when shared equally among
+  // num_domains. held_bytes: what a domain holds now.
+  virtual void check_room(std::size_t num_parcels, unsigned num_domains, std::uint64_t held_bytes) const = 0;
   // A link between `domains`, which make() has made for this rank, and those of the other ranks; or null, and
   // the reason. All ranks call it, and get the same. The domains must outlive the link.
   virtual std::unique_ptr<MotionLink> link(const std::vector<std::unique_ptr<Domain>>& domains,

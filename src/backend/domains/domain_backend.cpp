@@ -101,9 +101,7 @@ class DomainBackend final : public Backend, public ParcelImages {
  private:
   // By the GPUs of this rank, before the other ranks hear of anything.
   void check_room(std::size_t num_parcels) const {
-    if (gpus_ == nullptr) return;
-    const Placement all = {num_domains_, num_domains_ / carrier_->num_ranks() * carrier_->num_ranks_here()};
-    gpus_->check_room(num_parcels, all, group_.memory_bytes() / num_domains_);
+    if (gpus_ != nullptr) gpus_->check_room(num_parcels, num_domains_, group_.memory_bytes() / num_domains_);
   }
   void order(Message& message) { carrier_->broadcast(message.bytes()); }
   // The others do what this rank does in `part`.

@@ -50,6 +50,7 @@ DomainGroup::DomainGroup(Carrier& carrier, unsigned num_domains, unsigned num_th
 
 void DomainGroup::link(LinkChoice choice) {
   if (gpus_ == nullptr) return;
+  gpus_->find_sharing(carrier_);
   std::string why = "--domain-link host";
   if (choice != LinkChoice::host) link_ = gpus_->link(domains_, carrier_, why);
   link_name_ = link_ != nullptr ? link_->name() : "through the host's memory (" + why + ")";
