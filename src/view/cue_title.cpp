@@ -91,7 +91,7 @@ float CueTitle::opacity() const {
   return static_cast<float>(std::clamp(std::min(in, out), 0.0, 1.0));
 }
 
-std::array<float, 4> CueTitle::show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) {
+PxRect CueTitle::show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear) {
   const float s = place.scale, width = place.width_px;
   const float opacity_now = opacity();
   if (opacity_now == 0.0F) return {};

@@ -2,7 +2,6 @@
 // and calm: they fade in, stay and go.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 
@@ -31,9 +30,9 @@ class CueTitle {
   const std::string& title() const { return title_; }
 
   // Describes it to ImGui, in the first corner of the place where it covers nothing of `keep_clear`: lower
-  // left, lower right, upper left. It stays in the corner where it was first shown. Returns its rectangle:
-  // x0, y0, x1, y1.
-  std::array<float, 4> show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear);
+  // left, lower right, upper left. It stays in the corner where it was first shown. Returns its rectangle,
+  // an empty one if there is nothing to show.
+  PxRect show(const OverlayPlace& place, Theme theme, const PxRect& keep_clear);
 
  private:
   std::string title_, subtitle_;

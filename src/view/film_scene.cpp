@@ -83,10 +83,7 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTit
     Look look = look_;
     look.paths = look.paths && split_ == nullptr;  // the legend's flights
     const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-    std::vector<PxRect> titles;
-    if (title.opacity() > 0.0F)
-      titles.push_back({title_place_[0], title_place_[1], title_place_[2], title_place_[3]});
-    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale, titles});
+    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale, title_place_});
     place = above_profile_strip(place, frame);
   }
   title_place_ = title.show(place, look_.theme, SceneMarks::start_rect(frame, camera_, height_px, scale_));

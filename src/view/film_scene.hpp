@@ -1,7 +1,6 @@
 // The scene as the film shows it: at the film's size and without the panel, apart from the window's picture.
 #pragma once
 
-#include <array>
 #include <memory>
 
 #include "view/cue_title.hpp"
@@ -56,7 +55,7 @@ class FilmScene {
   std::unique_ptr<Magnifier> magnifier_;
   MagnifierMode magnifier_mode_ = MagnifierMode::automatic;
   float magnifier_px_ = 0.0F;
-  std::array<float, 4> title_place_{};  // in the last picture: x0, y0, x1, y1
+  PxRect title_place_;  // in the last picture
   Look look_;
 };
 

@@ -197,7 +197,7 @@ void SceneMarks::show_magnifier(const FrameView& frame, const ScenePlace& scene)
   const float s = scene.place.scale;
   InsetRequest request = {free_rect(scene), scene.magnifier_px, 10.0F * s, rectangles(), {}, before};
   request.keep_clear.push_back(ball_rect(frame, scene));
-  request.keep_clear.insert(request.keep_clear.end(), scene.titles.begin(), scene.titles.end());
+  if (scene.title.width() > 0.0F) request.keep_clear.push_back(scene.title);
   if (before) magnifier_ = place_inset(request);
   if (!before || magnifier_ != before) {
     request.path_px = path_points(frame, scene);

@@ -26,7 +26,7 @@ struct ScenePlace {
   Look look;
   float magnifier_px = 0.0F;             // side of its square; 0: there is none
   double magnifier_metres_per_px = 0.0;  // in it
-  std::vector<PxRect> titles = {};       // shown over the scene; the magnifier keeps clear of them
+  PxRect title = {};  // of a cue, over the scene, or empty; the magnifier keeps clear of it
 };
 
 // Notices of the window alone, not of a film. Empty: none.

@@ -218,7 +218,9 @@ void Stage::write_panel_map() {
   }
   marks_.note(panel_.controls());
   split_.note(panel_.controls(), static_cast<float>(size_.height));
-  if (title_.opacity() > 0.0F) panel_.controls().note("Cue title: " + title_.title(), title_place_);
+  if (title_.opacity() > 0.0F)
+    panel_.controls().note("Cue title: " + title_.title(),
+                           {title_place_.x0, title_place_.y0, title_place_.x1, title_place_.y1});
   note_followed_ball();
   if (ring_m_) panel_.controls().note(launched_by_hand_ ? "Ring" : "Ring and hint", {});
   const std::string notice = notice_.text(Clock::now());

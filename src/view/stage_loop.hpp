@@ -158,7 +158,7 @@ class Stage {
   Aim aim_;
   CuePlayer cues_;
   CueTitle title_;
-  std::array<float, 4> title_place_{};
+  PxRect title_place_;       // in the last picture
   bool cue_failed_ = false;  // without a window there is nobody to go on then
   SettingsHistory history_;
   std::int64_t gesture_ = 0;  // number of the last press or key

@@ -54,10 +54,8 @@ void Stage::describe_overlay() {
     notices = {recorder_.film_line(), recorder_.news(), notice_.text(Clock::now()),
                split_.covered_at_top_px(place, height_px)};
   const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-  std::vector<PxRect> titles;
-  if (title_.opacity() > 0.0F)
-    titles.push_back({title_place_[0], title_place_[1], title_place_[2], title_place_[3]});
-  marks_.show(view, {camera_, place, height_px, look_of_marks(), magnifier_px_, magnifier_scale, titles},
+  marks_.show(view,
+              {camera_, place, height_px, look_of_marks(), magnifier_px_, magnifier_scale, title_place_},
               notices);
   if (ring_m_) {
     SceneMarks::show_ring(*ring_m_, ring_px(), launched_by_hand_ ? "" : "pull back and let go",

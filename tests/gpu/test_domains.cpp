@@ -57,7 +57,7 @@ TEST_F(GpuDomains, WorkBesideOneBackend) {
   EXPECT_EQ(one.backend->state_hash(), pair.plain.backend->state_hash());
 }
 
-// Of two ranks, whose GPUs are told by the first rank's carrier: `shared` or another than its own.
+// Of two ranks that have given their GPU the same number. shared: it is the same one.
 class TwoRanks final : public LocalCarrier {
  public:
   explicit TwoRanks(bool shared) : shared_(shared) {}
@@ -87,7 +87,6 @@ TEST_F(GpuDomains, RefuseWhatDoesNotFit) {
   EXPECT_THROW(gpus->check_room(free_bytes / 40, 2, 0), UserError);
 }
 
-// Each process of a cluster may be given one GPU and number it 0.
 TEST_F(GpuDomains, OfARankShareItsGpus) {
   const auto gpus = make_domain_gpus();
   std::vector<std::unique_ptr<Domain>> domains;
