@@ -7,14 +7,6 @@
 
 namespace pf {
 
-EventMarks::EventMarks(std::size_t capacity) : events_(capacity) {
-  for (cudaEvent_t& event : events_) PF_CUDA(cudaEventCreate(&event));
-}
-
-EventMarks::~EventMarks() {
-  for (cudaEvent_t event : events_) cudaEventDestroy(event);
-}
-
 void EventMarks::record(cudaStream_t stream) {
   if (num_ < events_.size()) PF_CUDA(cudaEventRecord(events_[num_++], stream));
 }

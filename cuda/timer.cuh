@@ -1,7 +1,6 @@
 // Measures the phases of a request on the device.
 #pragma once
 
-#include <cuda_runtime.h>
 #include <nvtx3/nvToolsExt.h>
 
 #include <cstddef>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "core/timing.hpp"
+#include "cuda/handles.cuh"
 
 namespace pf {
 
@@ -24,10 +24,7 @@ class PhaseRange {
 // CUDA events of a fixed number, made once and recorded in order. Beyond that number none is recorded.
 class EventMarks {
  public:
-  explicit EventMarks(std::size_t capacity);
-  ~EventMarks();
-  EventMarks(const EventMarks&) = delete;
-  EventMarks& operator=(const EventMarks&) = delete;
+  explicit EventMarks(std::size_t capacity) : events_(capacity) {}
 
   void clear() { num_ = 0; }
   std::size_t num() const { return num_; }
@@ -38,7 +35,7 @@ class EventMarks {
   double elapsed_ms(std::size_t from, std::size_t to) const;
 
  private:
-  std::vector<cudaEvent_t> events_;
+  std::vector<OwnedEvent> events_;
   std::size_t num_ = 0;
 };
 

@@ -66,7 +66,7 @@ void set_draw_target(const Options& options, [[maybe_unused]] const Backend& bac
     if (backend.name() == "cuda") hooks.max_parcels = 1'000'000'000;
     const auto num = static_cast<std::size_t>(resolve_num_parcels(options.settings, backend.name()));
     hooks.make_draw_target = [use, num](Backend& running) -> std::unique_ptr<GlDrawTarget> {
-      if (running.images() != nullptr) return std::make_unique<DomainDrawTarget>(*running.images(), use, num);
+      if (running.images() != nullptr) return std::make_unique<DomainDrawTarget>(use, num);
       return std::make_unique<HostDrawTarget>("CPU backend");
     };
   } else if (options.draw_target == "images") {

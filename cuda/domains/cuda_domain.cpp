@@ -12,6 +12,12 @@ namespace {
 constexpr std::size_t kMinSlack = 4096;
 constexpr std::size_t kMaxAppended = 1U << 20;  // at a time
 
+int highest_priority() {
+  int lowest = 0, highest = 0;
+  PF_CUDA(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
+  return highest;
+}
+
 std::int32_t clamp_to_int32(std::int64_t value) {
   return static_cast<std::int32_t>(std::clamp<std::int64_t>(value, INT32_MIN, INT32_MAX));
 }
@@ -47,22 +53,14 @@ void CudaDomain::Margin::make_room() {
   host_motion = PinnedBuffer<ParcelMotion>(capacity);
 }
 
-CudaDomain::CudaDomain(unsigned index, int device) : index_(index), device_(device) {
-  PF_CUDA(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
-  // Launches of NCCL have priority over the contacts of own parcels.
-  int lowest = 0, highest = 0;
-  PF_CUDA(cudaDeviceGetStreamPriorityRange(&lowest, &highest));
-  PF_CUDA(cudaStreamCreateWithPriority(&copy_stream_, cudaStreamNonBlocking, highest));
-  PF_CUDA(cudaEventCreateWithFlags(&copied_, cudaEventDisableTiming));
+CudaDomain::CudaDomain(unsigned index, int device)
+    : index_(index), device_(device), copy_stream_(highest_priority()), copied_(cudaEventDisableTiming) {
   clear_slots();
 }
 
 CudaDomain::~CudaDomain() {
   cudaStreamSynchronize(stream_);
   cudaStreamSynchronize(copy_stream_);
-  cudaStreamDestroy(stream_);
-  cudaStreamDestroy(copy_stream_);
-  cudaEventDestroy(copied_);
 }
 
 // Keeps the parcels.

@@ -8,6 +8,7 @@
 #include "cuda/device_buffer.cuh"
 #include "cuda/device_scope.cuh"
 #include "cuda/domains/kernels.cuh"
+#include "cuda/handles.cuh"
 #include "cuda/time_step/contact_memory.cuh"
 #include "cuda/time_step/kernel.cuh"
 
@@ -105,9 +106,9 @@ class CudaDomain final : public Domain {
 
   unsigned index_;
   int device_;  // current while a function works, and while this is made
-  cudaStream_t stream_{};
-  cudaStream_t copy_stream_{};
-  cudaEvent_t copied_{};
+  OwnedStream stream_;
+  OwnedStream copy_stream_;  // launches of NCCL have priority over the contacts of own parcels
+  OwnedEvent copied_;
   std::uint32_t num_ = 0;            // in the arrays: own parcels, ghosts, and dropped ones until the sort
   std::uint32_t num_ghosts_ = 0;     // of these
   std::uint32_t num_dropped_ = 0;    // of these

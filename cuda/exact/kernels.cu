@@ -85,7 +85,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
     // and planning it again changes nothing.
     if (is_over(launch) && state.paused == 0 && state.unresolvable == 0 && blockIdx.x == 0 &&
         blockIdx.y == 0 && threadIdx.x == 0 && launch.next_until > state.progress.now)
-      plan_next(launch, launch.next_until, launch.next_chord_end);
+      plan_next(launch, launch.next_until, launch.next_chord_ends);
     return;
   }
   const SlicePart part = part_of_block();
@@ -102,7 +102,7 @@ __global__ void __launch_bounds__(kBlock) commit_kernel(const __grid_constant__ 
   state.to_commit = 0;
   state.num_committed = 0;
   if (launch.next_until > state.progress.now && state.paused == 0)
-    plan_next(launch, launch.next_until, launch.next_chord_end);
+    plan_next(launch, launch.next_until, launch.next_chord_ends);
 }
 
 __global__ void __launch_bounds__(kBlock) draw_paused_kernel(const __grid_constant__ ExactLaunch launch) {

@@ -26,7 +26,7 @@ struct ExactLaunch {
   std::uint64_t until = 0, next_until = 0;
   // Latest ends of a ball's chords, ascending, up to `until`; and the first end of the step after
   // it.
-  std::uint64_t chord_ends[kMaxChords] = {}, next_chord_end = 0;
+  std::uint64_t chord_ends[kMaxChords] = {}, next_chord_ends[kMaxChords] = {};
   std::int64_t sort_displacement = 0;  // since the sort; beyond it a step stops for another; 0: never
 };
 

@@ -14,6 +14,7 @@ constexpr std::uint32_t kNeighbourPairShare = 8;  // neighbours in two clusters
 // Room in common lists.
 constexpr std::uint32_t kCommonShare = 16;
 constexpr std::uint32_t kNearBallShare = 16;
+static_assert(kCommonShare <= kNearBallShare);  // see reassign_members()
 constexpr std::uint32_t kMinCommon = 16384;
 constexpr std::uint32_t kMaxBallHits = 16384;  // of all solutions of a window
 

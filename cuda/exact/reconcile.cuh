@@ -14,7 +14,7 @@ constexpr std::uint32_t kMaxConflictsAlone = 1;
 // Beyond it the window is retried, shorter.
 constexpr std::uint32_t kMaxRounds = 200;
 
-// Calls visit(trajectory, end) for the trajectories that events of the step led parcel i to, latest first,
+// Calls visit(trajectory, end) for the trajectories that events of the window led parcel i to, latest first,
 // until it returns true. Returns whether it did. end: tick of the step.
 template <class Visit>
 __device__ bool any_segment(const StepContext& step, std::uint32_t i, Visit visit) {
@@ -128,7 +128,8 @@ __device__ inline void reassign_members(const StepContext& step, std::uint32_t n
   }
   if (last != kInvalidIndex) memory.members[last].next = atomicExch(&into.merged, cluster.members);
   if (cluster.needs_block) into.needs_block = 1;
-  // There is room in `todo`: conflicts are no fewer.
+  // There is room in `todo`: conflicts are no fewer, nor are parcels near the ball, which each cluster that
+  // find_clusters_at_ball() takes has.
   if (root == name) memory.todo.items[atomicAdd(&state.num_todo, 1U)] = root;
 }
 
@@ -136,11 +137,11 @@ __device__ inline void reassign_members(const StepContext& step, std::uint32_t n
 __device__ inline void merge(const StepContext& step, const StepTeam& team, std::uint32_t num_conflicts,
                              std::uint32_t round) {
   const uint2* conflicts = step.memory.conflicts;
-  for (std::uint32_t k = team.warp_rank(); k < num_conflicts; k += team.num_warps())
+  for (std::uint32_t k = team.leader_rank(); k < num_conflicts; k += team.num_warps())
     union_sets(step, holder_of(step, conflicts[k].x), holder_of(step, conflicts[k].y));
   team.barrier();
   if (team.rank() == 0) step.state.num_conflicts[team.alone ? 1 : 0] = 0;
-  for (std::uint32_t k = team.warp_rank(); k < 2 * num_conflicts; k += team.num_warps()) {
+  for (std::uint32_t k = team.leader_rank(); k < 2 * num_conflicts; k += team.num_warps()) {
     const uint2 pair = conflicts[k / 2];
     reassign_members(step, holder_of(step, k % 2 == 0 ? pair.x : pair.y), round);
   }

@@ -21,8 +21,9 @@ constexpr double kWidestReach = 3.0;
 // Within a request parcels may become faster than they were when it was submitted. Their displacement since
 // the sort, position units, must stay far below kMaxReach, or steps become as short as a tick.
 constexpr double kMaxSortDisplacement = kMaxReach / 64.0;
-constexpr std::uint32_t kMaxStepsUnsorted = 64;  // where a ball may hit parcels
-constexpr double kDisplacementRounding = 3.0;    // position units a step
+constexpr double kMaxLaunchDisplacement = kMaxReach / 16.0;  // in steps without a sort on their way
+constexpr std::uint32_t kMaxStepsUnsorted = 64;              // where a ball may hit parcels
+constexpr double kDisplacementRounding = 3.0;                // position units a step
 
 // With a ball the fastest parcel may move this many contact distances in steps that are taken together, and
 // since a sort. Median and worst ms of a frame on an H100, flights of the court: 10^6 (whole) 8.6, 13.9, and
@@ -195,7 +196,8 @@ CudaBackend::ExactRequest CudaBackend::plan_exact(const RunConstants& run, const
   plan.displacement *= plan.num_together;
   // Parcels that move too far in a step are sorted again on its way; the host then waits for each part of it.
   const double widest = (kWidestReach - 1.0) * run.contact_distance;
-  const double farthest = has_ball ? kFarthestWithBall * run.contact_distance : 0.5 * widest;
+  const double farthest =
+      std::min(has_ball ? kFarthestWithBall * run.contact_distance : 0.5 * widest, kMaxLaunchDisplacement);
   plan.sorts_within = plan.searches && plan.displacement > farthest;
   const double unsorted = plan.sorts_within ? 0.5 * widest : widest - 2.0 * plan.displacement;
   plan.sort_displacement =
@@ -243,9 +245,10 @@ void CudaBackend::set_ends(const ExactRequest& plan, std::size_t first, ExactLau
   const std::size_t after_next = std::min(next + plan.num_together, ends.size());
   launch.until = ends[next - 1].tick;
   launch.next_until = next < ends.size() ? ends[after_next - 1].tick : 0;
-  launch.next_chord_end = next < ends.size() ? ends[next].tick : 0;
-  for (std::size_t k = 0; k < cuda::kMaxChords; ++k)
+  for (std::size_t k = 0; k < cuda::kMaxChords; ++k) {
     launch.chord_ends[k] = ends[std::min(first + k, next - 1)].tick;
+    launch.next_chord_ends[k] = next < ends.size() ? ends[std::min(next + k, after_next - 1)].tick : 0;
+  }
 }
 
 void CudaBackend::submit_exact(const StepRequest& request) {

@@ -29,7 +29,7 @@ struct StepTeam {
   __device__ unsigned spread_rank() const { return threadIdx.x % 32 * num_warps() + rank() / 32; }
   // Rank of the warp in its first thread, and more than any number of items in the others: work that mostly
   // waits for memory is no faster with more threads.
-  __device__ unsigned warp_rank() const { return threadIdx.x % 32 == 0 ? rank() / 32 : kInvalidIndex; }
+  __device__ unsigned leader_rank() const { return threadIdx.x % 32 == 0 ? rank() / 32 : kInvalidIndex; }
   __device__ unsigned num_warps() const { return num_threads() / 32; }
   __device__ unsigned block() const { return alone ? 0U : blockIdx.x; }
   __device__ unsigned num_blocks() const { return alone ? 1U : gridDim.x; }

@@ -13,7 +13,6 @@ class BlockLists {
   __device__ __forceinline__ BlockLists(const StepContext& step, BlockSpace& space, SliceCounts& counts)
       : step_(step),
         c_(step.c),
-        state_(step.state),
         space_(space),
         members_{step, step.memory, counts, space},
         window_begin_(static_cast<std::int32_t>(step.state.window_begin)) {}
@@ -186,7 +185,6 @@ class BlockLists {
 
   const StepContext& step_;
   const ExactConstants& c_;
-  ExactState& state_;
   BlockSpace& space_;
   BlockMembers members_;
 

@@ -25,7 +25,7 @@ class BlockPredictions : protected BlockLists<kBoundary> {
   }
 
   using Lists = BlockLists<kBoundary>;
-  using Lists::c_, Lists::members_, Lists::space_, Lists::state_, Lists::step_;
+  using Lists::c_, Lists::members_, Lists::space_, Lists::step_;
   using Lists::kNoPlace, Lists::kNumChanged, Lists::kTeam, Lists::kTeams;
   using Lists::rank, Lists::team, Lists::team_barrier;
   using typename Lists::Body, typename Lists::Cursor, typename Lists::NearParcels, typename Lists::Search,

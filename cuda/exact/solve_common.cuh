@@ -172,7 +172,7 @@ struct MemberSearch {
   std::int32_t reach;
   float radius2;
 
-  // fastest_mps: bound on the member's speeds in the step so far.
+  // fastest_mps: bound on the member's speeds in the window so far.
   template <Boundary kBoundary>
   static __device__ __forceinline__ MemberSearch around(const StepContext& step, Vec2i position,
                                                         const Trajectory& now, float fastest_mps) {

@@ -113,8 +113,8 @@ __device__ __forceinline__ bool run_end(const ExactLaunch& launch, bool solved, 
   grid.sync();
   if (grid.thread_rank() == 0) {
     const std::uint64_t now = state.progress.now;
-    if (!is_done) plan_next(launch, launch.until, chord_until(launch, now));
-    if (is_done && launch.next_until > now) plan_next(launch, launch.next_until, launch.next_chord_end);
+    if (!is_done) plan_next(launch, launch.until, launch.chord_ends);
+    if (is_done && launch.next_until > now) plan_next(launch, launch.next_until, launch.next_chord_ends);
   }
   if (is_done) return false;
   grid.sync();

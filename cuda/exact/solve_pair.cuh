@@ -1,4 +1,4 @@
-// Method `exact` on the device: clusters of two parcels that collide once in the step, which most clusters
+// Method `exact` on the device: clusters of two parcels that collide once in the window, which most clusters
 // are. A few threads solve each, without what larger clusters need. They leave a pair to solve_kernel if a
 // third body might change its events.
 #pragma once

@@ -39,7 +39,7 @@ class WarpSolver : WarpPredictions {
                        max(it.id, own.partner_id)});
   }
 
-  // Applies events in their order up to the step's end. Returns false if another cluster owns a partner.
+  // Applies events in their order up to the window's end. Returns false if another cluster owns a partner.
   __device__ __forceinline__ bool process_events() {
     while (true) {
       const unsigned own = next_event();

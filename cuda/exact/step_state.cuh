@@ -14,7 +14,7 @@
 //
 // A slice is the part of a list that one block of solve_kernel fills and works through: no block waits for a
 // counter that all share. A slot is an index into the members of all slices. A start trajectory is a parcel's
-// trajectory at the step's start.
+// trajectory at the window's start.
 #pragma once
 
 #include "core/index.hpp"
@@ -47,7 +47,7 @@ struct Member {
   std::uint32_t next;  // slot of the cluster's next member, or kInvalidIndex
   std::uint32_t last_contact_tick;
   std::uint32_t last_segment;     // latest completed one, or kInvalidIndex; start trajectories are not stored
-  float fastest_mps;              // in the step so far
+  float fastest_mps;              // in the window so far
   std::uint32_t has_changed;      // one of the values below
   std::uint32_t next_generation;  // see generation_at
 };
@@ -56,7 +56,7 @@ struct Member {
 // unchanged, but its kept event did not happen.
 constexpr std::uint32_t kUnchanged = 0, kChanged = 1, kHitBall = 2, kWasDue = 3;
 
-// A trajectory that an event of the step led to, from its anchor to the parcel's next event.
+// A trajectory that an event of the window led to, from its anchor to the parcel's next event.
 struct TrajectorySegment {
   Trajectory trajectory;
   std::uint32_t end;       // tick of the step
@@ -262,7 +262,6 @@ struct ExactState {
   // Sums over the request.
   unsigned long long num_rounds = 0;
   unsigned long long num_retried = 0;
-  unsigned long long num_windows = 0;
   unsigned long long num_events_committed = 0, num_events_solved = 0;  // the latter in all rounds
   std::uint32_t largest_cluster = 0;                                   // events in a window
   unsigned long long event_hash = 0;

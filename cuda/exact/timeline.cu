@@ -23,7 +23,6 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
     launch.step_state->totals = {};
     state.num_rounds = 0;
     state.num_retried = 0;
-    state.num_windows = 0;
     state.largest_cluster = 0;
     state.num_events_committed = state.num_events_solved = 0;
     state.paused = 0;
@@ -45,8 +44,7 @@ __global__ void begin_request_kernel(const __grid_constant__ ExactLaunch launch)
   __syncthreads();
   if (threadIdx.x != 0) return;
   state.max_ticks = static_cast<std::uint32_t>(kAnchorPeriod);
-  if (launch.until > state.progress.now)
-    plan_next(launch, launch.until, chord_until(launch, state.progress.now));
+  if (launch.until > state.progress.now) plan_next(launch, launch.until, launch.chord_ends);
 }
 
 __global__ void reset_state_kernel(ExactState* state, std::uint64_t now) {
@@ -94,7 +92,7 @@ __global__ void locate_kernel(const __grid_constant__ ExactLaunch launch) {
   c.plan.start = static_cast<std::uint32_t>(state.progress.now >> state.progress.tick_exponent);
   const StepContext step{launch, c};
   const Trajectory trajectory = step.start_trajectory(i);
-  const Vec2i position = position_at<kBoundary>(c, trajectory, 0);
+  const Vec2i position = place_at<kBoundary>(c, trajectory, 0);
   launch.memory.positions[state.current_buffer][i] = position;
   const float speed2 = dot(trajectory.velocity, trajectory.velocity);
   if (is_retired(position) || !(speed2 < kMaxFiniteSpeed2)) return;

@@ -67,12 +67,11 @@ __device__ inline void end_chord(const RunConstants& run, std::uint32_t tick, Ex
   state.progress.ball_trajectory_holds = progress.ball_trajectory_holds;
 }
 
-// Latest end of a chord that begins at that tick of the reference speed.
-__device__ inline std::uint64_t chord_until(const ExactLaunch& launch, std::uint64_t now) {
-  for (const std::uint64_t end : launch.chord_ends) {
-    if (end > now) return end;
-  }
-  return launch.until;
+// Latest end of a chord that begins at that tick of the reference speed. ends: in order, the last one later.
+__device__ inline std::uint64_t chord_until(const std::uint64_t (&ends)[kMaxChords], std::uint64_t now) {
+  std::uint32_t k = 0;
+  while (k + 1 < kMaxChords && ends[k] <= now) ++k;
+  return ends[k];
 }
 
 // At a window's start within the step: the ball's next chord, if the one before has ended. Returns whether
@@ -83,7 +82,7 @@ __device__ inline bool go_on_with_chord(const ExactLaunch& launch, ExactState& s
   end_chord(launch.run, tick, state);
   const std::uint64_t now =
       state.progress.now + (static_cast<std::uint64_t>(tick) << state.progress.tick_exponent);
-  begin_chord(launch.run, chord_until(launch, now), tick, state);
+  begin_chord(launch.run, chord_until(launch.chord_ends, now), tick, state);
   return state.chord.ball == BallRole::participant;
 }
 
@@ -153,7 +152,6 @@ __device__ inline AfterWindow retry_window(const ExactLaunch& launch) {
 __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_committed) {
   ExactState& state = *launch.state;
   if (is_committed) {
-    ++state.num_windows;
     learn_from_window(state);
     state.max_events = kMaxClusterEvents;
     state.fastest_committed_bits = max(state.fastest_committed_bits, state.fastest_after_bits);
@@ -184,13 +182,14 @@ __device__ inline AfterWindow end_window(const ExactLaunch& launch, bool is_comm
 constexpr double kStepInEpochs = 2.5;
 
 // Plans the next step, which ends at the latest at `until`, the ball's next chord if it has none, and the
-// first window. Called by one thread.
-__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until, std::uint64_t chord_end) {
+// first window. chord_ends: as for chord_until(). Called by one thread.
+__device__ inline void plan_next(const ExactLaunch& launch, std::uint64_t until,
+                                 const std::uint64_t (&chord_ends)[kMaxChords]) {
   const RunConstants& run = launch.run;
   ExactState& state = *launch.state;
   ExactProgress progress = state.progress;
   if (run.physics.ball.exists) {
-    if (state.has_chord == 0) begin_chord(run, chord_end, 0, state);
+    if (state.has_chord == 0) begin_chord(run, chord_until(chord_ends, progress.now), 0, state);
     progress.ball.velocity_mps = state.ball.trajectory.velocity_mps;
     progress.ball.spin_radps = state.ball.trajectory.spin_radps;
   }
@@ -287,7 +286,7 @@ __device__ void locate_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   const auto tick = static_cast<std::int32_t>(state.window_begin);
   for (std::uint32_t i = rank; i < launch.space.num_parcels; i += num_threads)
     step.memory.positions[state.current_buffer ^ 1U][i] =
-        position_at<kBoundary>(c, step.start_trajectory(i), tick);
+        place_at<kBoundary>(c, step.start_trajectory(i), tick);
 }
 
 // Speed of the fastest parcel that moves and is finite. The threads with ranks 0 to num_threads - 1 call it;

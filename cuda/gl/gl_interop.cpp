@@ -1,5 +1,7 @@
 #include "cuda/gl/gl_interop.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -20,6 +22,11 @@ std::size_t with_slack(std::size_t num_parcels) { return (num_parcels + num_parc
 GlBuffer make_storage(std::size_t bytes, GLbitfield access) {
   GlBuffer buffer = make_buffer();
   glNamedBufferStorage(buffer.get(), static_cast<GLsizeiptr>(bytes), nullptr, access);
+  GLint64 num_got = 0;
+  glGetNamedBufferParameteri64v(buffer.get(), GL_BUFFER_SIZE, &num_got);
+  if (num_got != static_cast<GLint64>(bytes))
+    throw DeviceError(fmt::format("glNamedBufferStorage: no {} MiB of draw memory; choose fewer parcels (-p)",
+                                  bytes >> 20));
   return buffer;
 }
 
@@ -50,15 +57,12 @@ class InteropDrawTarget final : public GlDrawTarget {
   DrawBuffers map() override {
     glFlush();  // the stream will wait for GL's work, so that must have been submitted
     PF_CUDA(cudaGraphicsMapResources(2, resources_.data(), work_stream()));
-    DrawBuffers out;
-    std::size_t bytes = 0;
-    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.position_m), &bytes,
-                                                 resources_[0]));
-    PF_CUDA(cudaGraphicsResourceGetMappedPointer(reinterpret_cast<void**>(&out.speed_mps), &bytes,
-                                                 resources_[1]));
-    out.capacity = capacity_;
-    out.on_device = true;
-    return out;
+    try {
+      return {mapped<Vec2f>(resources_[0]), mapped<float>(resources_[1]), capacity_, true};
+    } catch (...) {
+      cudaGraphicsUnmapResources(2, resources_.data(), work_stream());
+      throw;
+    }
   }
 
   void unmap() override {
@@ -66,13 +70,21 @@ class InteropDrawTarget final : public GlDrawTarget {
     has_content_ = true;
   }
 
-  ParcelBuffers buffers() const override {
+  ParcelBuffers buffers(ParcelImages*) const override {
     if (!has_content_) return {};
     return {position_.get(), 0, speed_.get(), 0};
   }
   void frame_drawn() override {}  // mapping waits for GL on the device
 
  private:
+  template <class T>
+  static T* mapped(cudaGraphicsResource_t resource) {
+    void* memory = nullptr;
+    std::size_t bytes = 0;
+    PF_CUDA(cudaGraphicsResourceGetMappedPointer(&memory, &bytes, resource));
+    return static_cast<T*>(memory);
+  }
+
   void unregister() {
     for (cudaGraphicsResource_t& resource : resources_) {
       if (resource != nullptr) cudaGraphicsUnregisterResource(resource);
@@ -121,7 +133,7 @@ class StagedDrawTarget final : public GlDrawTarget {
     has_content_ = true;
   }
 
-  ParcelBuffers buffers() const override {
+  ParcelBuffers buffers(ParcelImages*) const override {
     if (!has_content_) return {};
     return {gl_.get(), 0, gl_.get(), static_cast<GLintptr>(capacity_ * sizeof(Vec2f))};
   }

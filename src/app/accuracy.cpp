@@ -99,10 +99,10 @@ std::int64_t num_within(const std::vector<TableSize>& sizes, double wanted, Accu
   if (found != sizes.end()) return static_cast<std::int64_t>(found->num);
   const TableSize& last = sizes.back();
   const double ratio = last.error / wanted;
-  const double num = std::min(std::ceil(last.num * ratio * ratio), kMaxParcels);
-  choice.remarks.push_back(fmt::format("{:.0f} parcels by the law 1/sqrt(N), the table ends at {:.0f}{}", num,
-                                       last.num, num < kMaxParcels ? "" : "; more would be needed"));
-  return static_cast<std::int64_t>(num);
+  const double needed = std::ceil(last.num * ratio * ratio), most = std::max(last.num, kMaxParcels);
+  choice.remarks.push_back(fmt::format("by the law 1/sqrt(N) it takes {:.3g} parcels{}", needed,
+                                       needed <= most ? "" : fmt::format("; {:.0f} is the most", most)));
+  return static_cast<std::int64_t>(std::min(needed, most));
 }
 
 // Sets the number of parcels, unless it was given, and its error.

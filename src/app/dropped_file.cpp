@@ -14,23 +14,8 @@
 #include "scene/cue_list.hpp"
 
 namespace pf {
-namespace {
 
 namespace fs = std::filesystem;
-
-// A name as a shell takes it.
-std::string for_shell(const std::string& name) {
-  const auto is_plain = [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-           std::string("/._-+").find(c) != std::string::npos;
-  };
-  if (std::all_of(name.begin(), name.end(), is_plain)) return name;
-  std::string quoted = "'";
-  for (const char c : name) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
-}  // namespace
 
 DroppedKind kind_of_dropped(const fs::path& file) {
   std::error_code error;
@@ -61,7 +46,7 @@ DropAnswer answer_drop(const std::vector<fs::path>& files) {
     case DroppedKind::log:
       return {"", "",
               fmt::format("{} is the log of a flight; type: pickleflight run {}",
-                          in_quotes(file.filename().string()), for_shell(file.string()))};
+                          in_quotes(file.filename().string()), shell_word(file.string()))};
     default:
       return {"", "",
               fmt::format("{} cannot be dropped here; a scene or a cue list can, NAME.toml",

@@ -81,7 +81,7 @@ void FilmWriter::work() {
     lock.unlock();
     sink_->finish();
   } catch (const std::exception& error) {  // sink failed, or out of memory: the film ends, the run continues
-    failure = error.what();
+    failure = reason_of(error);
   }
   const std::lock_guard lock(mutex_);
   failure_ = failure;

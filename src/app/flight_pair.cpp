@@ -154,8 +154,8 @@ void FlightPair::change(const Difference& wanted, Commands& commands) {
   } catch (const std::exception& error) {  // settings, memory or a device: the first flight goes on
     commands.split.reset();
     if (had_second && difference) commands.split.emplace();  // it ends
-    if (!difference) message_ = error.what();                // it stays as it was
-    if (difference || !had_second) drop(error.what());
+    if (!difference) message_ = reason_of(error);            // it stays as it was
+    if (difference || !had_second) drop(reason_of(error));
     return;
   }
   if (has_budget_) first_.keep_to_budget(kShareOfBudget);
@@ -207,7 +207,7 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   try {
     second_->begin_frame(is_new_frame_ ? second_->admit(own) : own, target);
   } catch (const std::exception& error) {
-    return drop(fmt::format("The split view ended: {}", error.what()));
+    return drop(fmt::format("The split view ended: {}", reason_of(error)));
   }
   if (first_.view().num_scenes != scenes_before_) figures_ = PairFigures(second_->backend().measure());
   if (disturbed && !first_.view().physics->ball.exists) figures_.disturb();
@@ -258,7 +258,7 @@ void FlightPair::finish() {
   try {
     second_->finish_frame();
   } catch (const std::exception& error) {
-    return drop(fmt::format("The split view ended: {}", error.what()));
+    return drop(fmt::format("The split view ended: {}", reason_of(error)));
   }
   const FrameView& second = second_->view();
   if (second.times.step_ms() > 0.0) record_->add_frame(second.times, second.frame_totals, second.dt_s);

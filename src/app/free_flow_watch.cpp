@@ -24,8 +24,8 @@ std::optional<FreeFlow> free_flow_of(const FrameView& view) {
   const double num_per_m2 = parcels.num / (area_m2(world) - kPi * contact_m * contact_m);
   flow.speed_ratio = speed_mps / (std::sqrt(2.0) * thermal_mps);
   flow.hits_per_s = free_flow_hits_per_s(contact_m, num_per_m2, speed_mps, flow.speed_ratio);
-  flow.drag_n = smooth_drag(flow.speed_ratio, parcels.restitution) * num_per_m2 * parcels.mass_kg *
-                speed_mps * speed_mps * contact_m;
+  flow.drag_n = drag_force_n(smooth_drag(flow.speed_ratio, parcels.restitution), num_per_m2 * parcels.mass_kg,
+                             speed_mps, contact_m);
   constexpr double kFastest = 4.5;  // thermal speeds: one parcel in 25,000 has more in two dimensions
   const Vec2d size = size_m(world);
   flow.lasts_s = (std::min(size.x, size.y) - 2.0 * contact_m) / (speed_mps + kFastest * thermal_mps);

@@ -113,7 +113,7 @@ class Backend {
 
   // Starts a request. A device works on it while the caller continues. Draw buffers in device memory are in
   // use until collect(); those in host memory are complete when submit() returns. Until collect(), only
-  // images()->count() may be called.
+  // images() may be asked.
   //
   // A budget may end a request after any step, and method `exact` within a step (mid_step), where state and
   // drawing are those of the moment. The next request then goes on: num_done counts the steps that the series

@@ -40,11 +40,12 @@ PF_HD inline std::uint32_t pixel_share(const CountStyle& style, float speed_mps)
   return (static_cast<std::uint32_t>(level) << 13U) | 1U;
 }
 
+// Both may be called between submit() and collect(), too.
 class ParcelImages {
  public:
   virtual ~ParcelImages() = default;
 
-  // Sums over the parcels, grid.width x grid.height values; also between submit() and collect().
+  // Sums over the parcels, grid.width x grid.height values.
   virtual std::vector<std::uint32_t> count(const PixelGrid& grid, const CountStyle& style) = 0;
   // The parcels whose centres are in the picture.
   virtual std::vector<DrawnParcel> gather(const PixelGrid& grid) = 0;

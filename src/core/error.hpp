@@ -2,6 +2,7 @@
 // that can go on without the failed part (an output, a device, a command) catches the error and reports it.
 #pragma once
 
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -24,5 +25,10 @@ class DeviceError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+
+// The reason for a line that says what failed; that of std::bad_alloc by itself says nothing.
+inline std::string reason_of(const std::exception& error) {
+  return dynamic_cast<const std::bad_alloc*>(&error) != nullptr ? "out of memory" : error.what();
+}
 
 }  // namespace pf

@@ -25,6 +25,18 @@ inline std::string in_quotes(const std::string& text) {
   return "'" + shown + (text.size() > kMaxBytes ? "...'" : "'");
 }
 
+// A word as a shell takes it.
+inline std::string shell_word(const std::string& word) {
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("/._-+").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
+  std::string quoted = "'";
+  for (const char c : word) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 // Number of bytes of the first character of a text in UTF-8; 0 if the text does not begin with one.
 inline std::size_t utf8_length(std::string_view text) {
   constexpr char32_t kMin[] = {0, 0, 0x80, 0x800, 0x10000};  // of a character of so many bytes

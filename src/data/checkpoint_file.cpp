@@ -242,32 +242,26 @@ RunState read_checkpoint(const fs::path& file) {
   Input input(file);
   check_format(input);
   const std::string about_line = input.line(), state_line = input.line();
-  RunState sizes;
+  RunState arrays;
   std::string hash;
   try {
     const json about = json::parse(about_line);
-    check_size(input, about, sizes);
+    check_size(input, about, arrays);
     hash = about.at("state_hash").get<std::string>();
   } catch (const UserError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
     throw;
   } catch (const std::exception&) {
     input.refuse_damaged("is damaged: its second line cannot be read");
   }
   for_each_array(
-      sizes, [&](const char*, auto& array) { input.read(array.data(), array.size() * sizeof(array[0])); });
+      arrays, [&](const char*, auto& array) { input.read(array.data(), array.size() * sizeof(array[0])); });
   const std::uint32_t found = input.crc();
   std::uint32_t crc = 0;
   input.read(&crc, sizeof crc);
   if (found != crc) input.refuse_damaged("is damaged: its checksum is not that of its content");
-  RunState state = run_state_from_text(state_line, {}, input.name());
-  state.backend.parcels.position.swap(sizes.backend.parcels.position);
-  state.backend.parcels.velocity.swap(sizes.backend.parcels.velocity);
-  state.backend.parcels.heated.swap(sizes.backend.parcels.heated);
-  state.backend.exact.anchor.swap(sizes.backend.exact.anchor);
-  state.backend.exact.tick.swap(sizes.backend.exact.tick);
-  state.backend.exact.last_contact_tick.swap(sizes.backend.exact.last_contact_tick);
-  state.flight.points_m.swap(sizes.flight.points_m);
-  state.flight.times_s.swap(sizes.flight.times_s);
+  RunState state = run_state_from_text(state_line, {}, input.name(), std::move(arrays));
   check_consistent(input, state, hash);
   return state;
 }

@@ -130,7 +130,8 @@ void GrowingFile::reserve(std::uint64_t num_bytes_more) {
   constexpr std::uint64_t kSlack = 1U << 20;  // of HDF5's indices
   const std::uint64_t needed = num_bytes() + num_bytes_more + kSlack;
   if (needed <= reserved_) return;
-  reserved_ = needed + 4 * num_bytes_more + 4 * kSlack;
+  constexpr std::uint64_t kMaxAhead = 64 * kSlack;
+  reserved_ = needed + std::min(4 * num_bytes_more, kMaxAhead) + 4 * kSlack;
   if (::ftruncate(superblock_.get(), static_cast<off_t>(reserved_)) != 0) fail(path_);
   put_superblock(reserved_);
 }

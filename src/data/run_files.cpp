@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <exception>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <utility>
 
+#include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "core/timing.hpp"
@@ -17,6 +21,10 @@
 namespace pf {
 namespace {
 
+// What follows a failure.
+constexpr const char *kWithoutIt = "; the run continues without it",
+                     *kNextOne = "; the next one is tried as planned";
+
 constexpr std::size_t kHeldFrames = 3;  // of a dump: one that is written, two that wait
 
 class CheckpointSink final : public StateSink {
@@ -25,6 +33,7 @@ class CheckpointSink final : public StateSink {
   void write(const RunState& state) override { num_bytes_ = write_checkpoint(file_, state); }
   void finish() override {}
   std::uint64_t num_bytes() const override { return num_bytes_; }
+  bool begins_anew() const override { return true; }
 
  private:
   std::filesystem::path file_;
@@ -72,10 +81,13 @@ bool RunFiles::is_due(const Target& target, const FrameView& view) const {
 
 // The state is copied once, also for two files.
 void RunFiles::write(Target& target, const Simulation& simulation, const RunClock& clock) {
+  if (target.is_kept) return;
   const FrameView& view = simulation.view();
   if (target.every_s > 0.0) target.last_interval = interval_of(view.simulated_s, target.every_s);
   target.last_step = view.totals.num_steps;
-  if (!target.writer->has_room(target.when_full)) return tell_failure(target);
+  const bool has_room = target.writer->has_room(target.when_full);
+  tell_failure(target, target.name == "dump" ? kWithoutIt : kNextOne);
+  if (!has_room) return;
   if (!last_) {
     const Clock::time_point start = Clock::now();
     std::shared_ptr<RunState> state;
@@ -83,8 +95,8 @@ void RunFiles::write(Target& target, const Simulation& simulation, const RunCloc
       state = free_state();
       simulation.save(*state);
     } catch (const std::exception& error) {  // for lack of memory; if it is more the next step tells it
-      target.writer->fail(fmt::format("the state cannot be copied ({})", error.what()));
-      return tell_failure(target);
+      target.writer->fail(fmt::format("the state cannot be copied ({})", reason_of(error)));
+      return;
     }
     state->initial = clock.initial;
     state->num_frames = clock.num_frames;
@@ -97,16 +109,33 @@ void RunFiles::write(Target& target, const Simulation& simulation, const RunCloc
 
 std::shared_ptr<RunState> RunFiles::free_state() {
   for (const std::shared_ptr<RunState>& state : states_) {
-    if (state.use_count() == 1) return state;
+    if (state.use_count() > 1) continue;
+    std::atomic_thread_fence(std::memory_order_acquire);  // after what the writer has read of it
+    return state;
   }
   return states_.emplace_back(std::make_shared<RunState>());
 }
 
-void RunFiles::tell_failure(Target& target) {
+void RunFiles::tell_failure(Target& target, const char* outlook) {
   const std::string failure = target.writer->failure();
-  if (failure.empty() || target.is_told) return;
-  target.is_told = true;
-  if (announce_) announce_(fmt::format("--{}: {}; the run continues without it", target.name, failure));
+  const bool is_news = !failure.empty() && failure != target.told;
+  target.told = failure;
+  if (is_news && announce_) announce_(fmt::format("--{}: {}{}", target.name, failure, outlook));
+}
+
+// Where a device has failed the flight begins anew: the checkpoint of before is worth more than a new one.
+void RunFiles::keep_checkpoint(const Simulation& simulation) {
+  if (simulation.num_fallbacks() == std::exchange(seen_fallbacks_, simulation.num_fallbacks())) return;
+  for (Target& target : targets_) {
+    if (target.name != "checkpoint") continue;
+    target.writer->finish();
+    std::error_code ignored;
+    if (!std::filesystem::exists(target.file, ignored)) continue;
+    target.is_kept = true;
+    target.writer->fail(
+        fmt::format("{} stays as it was before the device failed", in_quotes(target.file.string())));
+    tell_failure(target, kWithoutIt);
+  }
 }
 
 // The first state after a new scene, a reset or a jump back is always due: it begins a file.
@@ -124,6 +153,7 @@ void RunFiles::note_beginning(const FrameView& view) {
 void RunFiles::follow(const Simulation& simulation, const RunClock& clock) {
   const FrameView& view = simulation.view();
   last_.reset();
+  keep_checkpoint(simulation);
   if (view.unfinished) return;
   note_beginning(view);
   for (Target& target : targets_) {
@@ -135,6 +165,7 @@ void RunFiles::follow(const Simulation& simulation, const RunClock& clock) {
 // A frame that is worked off in several pictures is completed first.
 void RunFiles::finish(Simulation& simulation, const RunClock& clock) {
   last_.reset();
+  keep_checkpoint(simulation);
   for (Target& target : targets_) {
     if (target.name == "checkpoint") {
       while (simulation.view().unfinished) simulation.advance_frame({}, nullptr);
@@ -143,7 +174,7 @@ void RunFiles::finish(Simulation& simulation, const RunClock& clock) {
       write(target, simulation, clock);
     }
     target.writer->finish();
-    tell_failure(target);
+    tell_failure(target, "");
     std::string further;
     for (const std::filesystem::path& file : target.writer->further_files())
       further += (further.empty() ? "" : ", ") + in_quotes(file.string());

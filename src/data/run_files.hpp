@@ -48,13 +48,15 @@ class RunFiles {
     StateWriter::WhenFull when_full = StateWriter::WhenFull::wait;
     double last_interval = -1.0;
     std::uint64_t last_step = UINT64_MAX;
-    bool is_told = false;
+    std::string told{};    // failure that was announced
+    bool is_kept = false;  // the file stays as it is
   };
 
   void note_beginning(const FrameView& view);
   bool is_due(const Target& target, const FrameView& view) const;
   void write(Target& target, const Simulation& simulation, const RunClock& clock);
-  void tell_failure(Target& target);
+  void keep_checkpoint(const Simulation& simulation);
+  void tell_failure(Target& target, const char* outlook);
   std::shared_ptr<RunState> free_state();
 
   Announce announce_;
@@ -63,6 +65,7 @@ class RunFiles {
   std::shared_ptr<const RunState> last_;
   std::int64_t seen_scenes_ = 0;
   std::uint64_t seen_steps_ = 0;
+  int seen_fallbacks_ = 0;
   double save_ms_ = 0.0;
 };
 

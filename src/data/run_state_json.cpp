@@ -263,8 +263,7 @@ std::string run_state_text(const RunState& state, const std::vector<std::string>
 }
 
 RunState run_state_from_text(const std::string& text, const std::vector<std::string>& base,
-                             const std::string& where) {
-  RunState state;
+                             const std::string& where, RunState state) {
   try {
     const json object = json::parse(text);
     state.settings.name = object.at("scene").get<std::string>();

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/error.hpp"
 #include "core/timing.hpp"
 
 namespace pf {
@@ -14,10 +15,10 @@ StateWriter::~StateWriter() { finish(); }
 bool StateWriter::has_room(WhenFull when_full) {
   const Clock::time_point start = Clock::now();
   std::unique_lock lock(mutex_);
-  const auto is_ready = [this] { return num_held_ < capacity_ || !failure_.empty(); };
+  const auto is_ready = [this] { return num_held_ < capacity_ || has_ended(); };
   if (when_full == WhenFull::wait) changed_.wait(lock, is_ready);
   counts_.wait_ms += milliseconds_since(start);
-  if (!failure_.empty()) return false;
+  if (has_ended()) return false;
   if (num_held_ < capacity_) return true;
   ++counts_.num_dropped;
   return false;
@@ -62,7 +63,7 @@ void StateWriter::try_to(const Action& action) {
   try {
     action();
   } catch (const std::exception& error) {
-    failure = error.what();
+    failure = reason_of(error);
   }
   const std::scoped_lock lock(mutex_);
   counts_.write_ms += milliseconds_since(start);
@@ -83,9 +84,10 @@ void StateWriter::work() {
     if (waiting_.empty()) break;
     std::shared_ptr<const RunState> state = std::move(waiting_.front());
     waiting_.pop_front();
-    const bool has_failed = !failure_.empty();
+    const bool is_wanted = !has_ended();
+    if (is_wanted) failure_.clear();  // of the state before
     lock.unlock();
-    if (!has_failed) try_to([&] { sink_->write(*state); });
+    if (is_wanted) try_to([&] { sink_->write(*state); });
     state.reset();  // its memory can be used again
     lock.lock();
     if (failure_.empty()) ++counts_.num_written;

@@ -23,6 +23,8 @@ class StateSink {
   virtual void write(const RunState& state) = 0;
   virtual void finish() = 0;  // throws as write
   virtual std::uint64_t num_bytes() const = 0;
+  // Each state is a file of its own: one that fails keeps no later one from being written.
+  virtual bool begins_anew() const { return false; }
   // Begun after the first one.
   virtual std::vector<std::filesystem::path> further_files() const { return {}; }
 };
@@ -38,10 +40,10 @@ class StateWriter {
   StateWriter& operator=(const StateWriter&) = delete;
 
   // Returns whether there is room for a state; `wait` waits for it. Counts a drop if there is none. Returns
-  // false if the sink has failed.
+  // false if the sink has failed, unless it begins anew.
   bool has_room(WhenFull when_full);
   void add(std::shared_ptr<const RunState> state);
-  // The sink fails for this reason.
+  // The state fails for this reason, and with it the sink, unless that begins anew.
   void fail(const std::string& reason);
   // Writes what is held and ends the file.
   void finish();
@@ -53,13 +55,14 @@ class StateWriter {
     std::uint64_t num_bytes = 0;
   };
   Counts counts() const;
-  // Reason why the sink failed, one line; empty if it has not.
+  // Reason why the sink failed, or the last state of one that begins anew, one line; empty if it has not.
   std::string failure() const;
   // Further files of the sink so far.
   std::vector<std::filesystem::path> further_files() const;
 
  private:
   void work();
+  bool has_ended() const { return !failure_.empty() && !sink_->begins_anew(); }
   template <class Action>
   void try_to(const Action& action);
 

@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kFirstShare = 0.4;
-constexpr std::size_t kTime = 0, kFront = 2;
+constexpr std::size_t kTime = 0, kFront = 1;
 
 // Slope of y over x.
 template <class X, class Y>

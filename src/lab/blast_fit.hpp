@@ -5,7 +5,7 @@
 
 namespace pf {
 
-// samples: rows of measure_blast(), [time, counted radius, radius of the front]. Both fits take those whose
+// samples: rows of measure_blast(), [time, radius of the front]. Both fits take those whose
 // radius is at least 0.4 of the last.
 
 // p of R = A t^p.

@@ -40,7 +40,6 @@ class EventTree {
  public:
   explicit EventTree(std::uint32_t num_bodies)
       : num_leaves_(std::bit_ceil(std::max(num_bodies, 2U))), nodes_(2UL * num_leaves_) {
-    for (std::size_t k = 0; k < nodes_.size(); ++k) nodes_[k].owner = static_cast<std::uint32_t>(k);
     for (std::uint32_t i = 0; i < num_leaves_; ++i) nodes_[num_leaves_ + i].owner = i;
     for (std::size_t k = num_leaves_ - 1; k > 0; --k) nodes_[k] = nodes_[2 * k];
   }

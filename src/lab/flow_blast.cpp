@@ -69,11 +69,6 @@ double heat(ParcelSnapshot& state, const World& world, double radius, std::int64
   return static_cast<double>(hot.size());
 }
 
-double count_moving(const ParcelSnapshot& state) {
-  return static_cast<double>(std::count_if(state.velocity.begin(), state.velocity.end(),
-                                           [](Vec2f v) { return v.x != 0.0F || v.y != 0.0F; }));
-}
-
 // Outermost radius at which the density passes the mean of both sides of the front.
 double front_radius(const Profile& profile, const BlastPlan& plan, double area_fraction) {
   const std::vector<ProfileRow> rows = rows_of(profile, {.radius_m = 0.5});
@@ -123,14 +118,12 @@ json measure_blast(const BlastCase& c, const FlowSteps& steps, Backend& backend)
     const double time = plan.time_at(radius);
     run.advance(time - now);
     now = time;
-    const double counted = std::sqrt(count_moving(backend.snapshot()) / (kPi * plan.density));
-    samples.push_back({now / unit_time, counted / plan.path,
-                       front_radius(backend.profile(shape), plan, c.area_fraction) / plan.path});
+    samples.push_back(
+        {now / unit_time, front_radius(backend.profile(shape), plan, c.area_fraction) / plan.path});
   }
   const auto num = static_cast<double>(c.num_parcels);
   return {{"samples", samples},
           {"theory", plan.blast.prefactor},
-          {"scale", 1.0 / plan.blast.prefactor},
           {"collisions", 2.0 * static_cast<double>(run.totals().num_collisions) / num},
           {"ns_per_disc_time", run.wall_ns() / (num * now)},
           {"energy_ratio", run.energy() / plan.energy},

@@ -37,10 +37,9 @@ struct BlastCase {
   double num_hot = 100.0;  // parcels of the hot disc
   std::int64_t seed = 1;
 };
-// Keys: lists over the samples `samples` of [t, radius of the disc that holds as many parcels as move, radius
-// of the front in the density], lengths over the mean free path, times over t of that radius by theory;
-// theory, the prefactor; scale, (E t^2 / rho)^(1/4) over the mean free path at time 1; collisions,
-// ns_per_disc_time, energy_ratio, max_overlap.
+// Keys: `samples`, a list of [t, radius of the front in the density], lengths over the mean free path, times
+// over t of that radius by theory; theory, the prefactor; collisions, ns_per_disc_time, energy_ratio,
+// max_overlap.
 nlohmann::json measure_blast(const BlastCase& blast, const FlowSteps& steps, Backend& backend);
 
 // A held smooth ball in a stream that starts at once.
@@ -54,10 +53,13 @@ struct DragCase {
   bool contacts = true;                 // among parcels
   std::int64_t seed = 1;
 };
-// Keys: drag (coefficient, F / (rho V^2 R_c)), drag_first (in the first half of the measurement), hits,
-// start, num_parcels, area_fraction, ball_radius, ns_per_disc_time, collisions (per parcel), max_overlap; and
-// of the cell in front of a ball of at least 3 mean free paths, over the stream's: stagnation_density,
-// stagnation_temperature, stagnation_pressure (by the equation of state).
+// Half of the angle in front of a ball of which the pressure is measured, rad.
+inline constexpr double kFrontHalfAngle = 0.2;
+// Keys: drag (coefficient, F / (rho V^2 R_c)), hits, start, num_parcels, area_fraction, ball_radius,
+// ns_per_disc_time, collisions (per parcel), max_overlap; and of the cell in front of a ball of at least 3
+// mean free paths, over the stream's: stagnation_density, stagnation_temperature, stagnation_pressure (by the
+// equation of state), and stagnation_anisotropy, the temperature of velocities towards the ball over that of
+// those along it.
 nlohmann::json measure_drag(const DragCase& drag, const FlowSteps& steps, Backend& backend);
 
 }  // namespace pf

@@ -6,6 +6,7 @@
 
 #include "lab/flow_run.hpp"
 #include "lab/theory.hpp"
+#include "model/free_flow.hpp"
 
 namespace pf {
 namespace {
@@ -72,12 +73,14 @@ Settings drag_settings(const DragCase& c, const DragPlan& plan) {
   return s;
 }
 
-// Parcels close in front of the ball.
+// Parcels close in front of the ball. The gas flows off along it, in proportion to the angle from the axis;
+// what velocities differ from that flow is heat.
 struct FrontCell {
-  static constexpr double kHalfAngle = 0.2;  // rad
-  static constexpr double kDepth = 0.1;      // ball radii
-  double num = 0.0, square = 0.0;
-  Vec2d velocity;
+  static constexpr double kDepth = 0.1;  // ball radii
+  double num = 0.0;
+  double outward = 0.0, outward2 = 0.0;  // sums of velocities away from the ball, and of their squares
+  double along2 = 0.0, along_angle = 0.0,
+         angle2 = 0.0;  // of velocities along it, with the angle, and of that
   int num_samples = 0;
 
   void add(const ParcelSnapshot& state, const World& world, const DragPlan& plan) {
@@ -85,33 +88,42 @@ struct FrontCell {
     for (std::size_t i = 0; i < state.position.size(); ++i) {
       const Vec2d at = to_metres(world, state.position[i]);
       if (at.x >= 0.0 || dot(at, at) >= outer * outer) continue;
-      if (std::fabs(at.y) > -at.x * std::tan(kHalfAngle)) continue;
-      const Vec2d v = to_double(state.velocity[i]);
+      if (std::fabs(at.y) > -at.x * std::tan(kFrontHalfAngle)) continue;
+      const Vec2d out = at * (1.0 / length(at));
+      const double v_out = dot(to_double(state.velocity[i]), out);
+      const double v_along = dot(to_double(state.velocity[i]), perpendicular(out));
+      const double angle = std::atan2(-at.y, -at.x);
       num += 1.0;
-      velocity += v;
-      square += dot(v, v);
+      outward += v_out;
+      outward2 += v_out * v_out;
+      along2 += v_along * v_along;
+      along_angle += v_along * angle;
+      angle2 += angle * angle;
     }
     ++num_samples;
   }
   double density(const DragPlan& plan) const {
     const double outer = plan.contact + kDepth * plan.radius;
-    return num / (num_samples * kHalfAngle * (outer * outer - plan.contact * plan.contact));
+    return num / (num_samples * kFrontHalfAngle * (outer * outer - plan.contact * plan.contact));
   }
-  double temperature() const { return 0.5 * (square - dot(velocity, velocity) / num) / num; }
+  double temperature_outward() const { return (outward2 - outward * outward / num) / num; }
+  double temperature_along() const { return (along2 - along_angle * along_angle / angle2) / num; }
 };
 
 void add_front(json& row, const FrontCell& cell, const DragPlan& plan) {
   const double density = cell.density(plan) / plan.density();
   const double here = std::min(0.69, plan.area_fraction * density);
+  const double temperature = 0.5 * (cell.temperature_outward() + cell.temperature_along());
   row["stagnation_density"] = density;
-  row["stagnation_temperature"] = cell.temperature();
-  row["stagnation_pressure"] = density * cell.temperature() * theory::compressibility(here) /
-                               theory::compressibility(plan.area_fraction);
+  row["stagnation_temperature"] = temperature;
+  row["stagnation_anisotropy"] = cell.temperature_outward() / cell.temperature_along();
+  row["stagnation_pressure"] =
+      density * temperature * theory::compressibility(here) / theory::compressibility(plan.area_fraction);
 }
 
 // Coefficient of the force that this impulse exerts over a time.
 double drag_coefficient(const DragPlan& plan, double impulse, double time) {
-  return impulse / (time * plan.density() * plan.speed * plan.speed * plan.contact);
+  return impulse / (time * drag_force_n(1.0, plan.density(), plan.speed, plan.contact));
 }
 
 FlowScales scales_of(const DragPlan& plan) {
@@ -130,17 +142,16 @@ json measure_drag(const DragCase& c, const FlowSteps& steps, Backend& backend) {
   const double crossing = plan.radius / plan.speed;
   run.advance(c.start * crossing);
   const double block = (c.end - c.start) * crossing / kBlocks;
-  double first = 0.0, second = 0.0, hits = 0.0;
+  double impulse = 0.0, hits = 0.0;
   FrontCell cell;
   for (int k = 0; k < kBlocks; ++k) {
     const StepTotals totals = run.advance(block).totals;
-    (2 * k < kBlocks ? first : second) += totals.ball_impulse_kg_mps.x;
+    impulse += totals.ball_impulse_kg_mps.x;
     hits += static_cast<double>(totals.num_ball_hits);
     if (c.radius_over_path >= 3.0) cell.add(backend.snapshot(), run.physics().world, plan);
   }
   const double time = block * kBlocks, num = static_cast<double>(plan.num_parcels);
-  json row = {{"drag", drag_coefficient(plan, first + second, time)},
-              {"drag_first", drag_coefficient(plan, first, 0.5 * time)},
+  json row = {{"drag", drag_coefficient(plan, impulse, time)},
               {"hits", hits},
               {"start", c.start},
               {"num_parcels", plan.num_parcels},

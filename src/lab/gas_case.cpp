@@ -10,6 +10,7 @@
 #include "app/scene_run.hpp"
 #include "app/step_request.hpp"
 #include "lab/mean_error.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/theory.hpp"
 #include "model/kinetic_theory.hpp"
 
@@ -76,7 +77,7 @@ const ParcelSnapshot& equilibrated(const GasCase& gas) {
   Settings s = gas_settings(gas);
   s.restitution = 1.0;
   s.method = Method::exact;
-  SceneRun run(s, 0);
+  SceneRun run(s, parallel_threads());
   constexpr double kCollisionsPerStep = 0.1, kCollisions = 20.0;
   const double dt = kCollisionsPerStep / theory_rate(gas.area_fraction);
   run.advance(static_cast<std::uint32_t>(kCollisions / kCollisionsPerStep), dt);

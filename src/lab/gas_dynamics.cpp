@@ -39,6 +39,9 @@ struct Setting {
   double displacement = 0.0;  // diameters
 };
 
+// Runs of a ball whose shock is at rest: from five on their scatter says how far they are off.
+constexpr int kSettledSeeds = 6;
+
 // The layer in front of the court's ball: its area fraction and its ball radius over the mean free path.
 DragCase layer_of_court(bool large) {
   DragCase drag;
@@ -114,9 +117,11 @@ struct FlowPlanner {
   // The gas that the start heats must flow off. The bow shock comes to rest after some 40 ball radii of the
   // stream's way, for which a CPU has too little time, and a ball of 100 mean free paths takes too many
   // parcels.
+  bool settles(double radius_over_path) const {
+    return device.name != "cpu" && sizes.drag_parcels >= kOnDevice.drag_parcels && radius_over_path <= 30.0;
+  }
   void set_long_stream(DragCase& drag) const {
-    const bool settles = device.name != "cpu" && drag.num_parcels >= kOnDevice.drag_parcels;
-    if (settles && drag.radius_over_path <= 30.0) {
+    if (settles(drag.radius_over_path)) {
       drag.length = 84.0;
       drag.height = 54.0;
       drag.start = 46.0;
@@ -131,7 +136,9 @@ struct FlowPlanner {
 
   // contacts: among parcels; without them the flow is free-molecular.
   void add_drag(double radius_over_path, bool contacts) {
-    for (int seed = 1; seed <= sizes.drag_seeds; ++seed) {
+    const bool is_judged = radius_over_path >= kMinJudgedRadius && settles(radius_over_path);
+    const int num_seeds = is_judged ? kSettledSeeds : sizes.drag_seeds;
+    for (int seed = 1; seed <= num_seeds; ++seed) {
       DragCase drag;
       drag.radius_over_path = radius_over_path;
       drag.num_parcels =

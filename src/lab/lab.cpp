@@ -66,8 +66,9 @@ void note_load(const MachineLoad& load, json& machine) {
 }
 
 json start_result(const Study& study, const LabContext& context, const std::filesystem::path& out) {
-  const std::string scene =
-      study.name == "terms" && context.scene != LabContext{}.scene ? " --scene " + context.scene : "";
+  const std::string scene = study.name == "terms" && context.scene != LabContext{}.scene
+                                ? " --scene " + shell_word(context.scene)
+                                : "";
   return {{"kind", "lab"},
           {"study", study.name},
           {"title", study.title},
@@ -77,7 +78,7 @@ json start_result(const Study& study, const LabContext& context, const std::file
           {"command",
            fmt::format("pickleflight lab {}{}{}{} --out {}", study.name, context.quick ? " --quick" : "",
                        context.devices.size() > 1 && study.has_device_series ? " --cuda" : "", scene,
-                       out.string())},
+                       shell_word(out.string()))},
           {"machine", machine_of(context)},
           {"complete", false},
           {"points", json::array()}};
@@ -186,8 +187,9 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   json result = start_result(study, context, options.out);
   if (ranks.num() > 1) result["machine"]["processes"] = ranks.num();
   const json devices = result["machine"]["devices"];
+  bool others_are_complete = true;  // series that this run does not measure
   if (options.resume) {
-    resume_study(options.out, study, result);
+    others_are_complete = resume_study(options.out, study, result);
   } else {
     remove_pictures(options.out, study.name);
   }
@@ -197,7 +199,7 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
   const MachineLoad load;
   measure_points(study, points, options, ranks, rows, result);
   for (const std::string& series : rows.measured_series()) add_device(devices, series, result["machine"]);
-  result["complete"] = rows.num_done() == points.size();
+  result["complete"] = others_are_complete && rows.num_done() == points.size();
   // With several ranks much of the load of others is that of the other ranks.
   if (rows.num_done() > num_known && ranks.num() == 1) note_load(load, result["machine"]);
   study.conclude(result);
@@ -294,8 +296,9 @@ int run_lab(const LabOptions& options, const LabMachine& machine, const std::ato
   }
   draw("report.py", options.out);
   if (stop) {
-    print_note(fmt::format("stopped; the finished points are in {}; continue with{} --resume",
-                           options.out.string(), options.quick ? " --quick" : ""));
+    print_note(fmt::format("stopped; the finished points are in {}; continue with{}{} --resume",
+                           options.out.string(), options.quick ? " --quick" : "",
+                           context.devices.size() > 1 ? " --cuda" : ""));
   }
   return complete && !stop ? 0 : 1;
 }

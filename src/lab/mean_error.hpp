@@ -29,10 +29,16 @@ struct MeanError {
   double mean, sigma;
 };
 
-inline MeanError mean_and_error(const std::vector<double>& values) {
+// Of get(row) over the rows.
+template <class Rows, class Get>
+MeanError mean_of_each(const Rows& rows, const Get& get) {
   Mean mean;
-  for (const double value : values) mean.add(value);
+  for (const auto& row : rows) mean.add(get(row));
   return {mean.value(), mean.error()};
+}
+
+inline MeanError mean_and_error(const std::vector<double>& values) {
+  return mean_of_each(values, [](double value) { return value; });
 }
 
 }  // namespace pf

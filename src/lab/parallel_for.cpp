@@ -17,11 +17,14 @@ std::atomic<unsigned> thread_limit{0};
 
 void limit_parallel_threads(unsigned num_threads) { thread_limit = num_threads; }
 
-void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work) {
+unsigned parallel_threads() {
   const unsigned limit = thread_limit;
-  const unsigned all = limit > 0 ? limit : std::max(1U, std::thread::hardware_concurrency());
+  return limit > 0 ? limit : std::max(1U, std::thread::hardware_concurrency());
+}
+
+void parallel_for(int num, unsigned num_threads, const std::function<void(int)>& work) {
   const unsigned wanted =
-      std::min(num_threads == 0 ? all : num_threads, static_cast<unsigned>(std::max(num, 0)));
+      std::min(num_threads == 0 ? parallel_threads() : num_threads, static_cast<unsigned>(std::max(num, 0)));
   std::atomic<int> next{0};
   std::mutex guard;
   std::exception_ptr first_error;

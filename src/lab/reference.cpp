@@ -99,7 +99,6 @@ bool Reference::apply_event(const PredictedEvent& event) {
   }
   if (changes_cell) {
     move_to_next_cell(event.owner, along_x);
-    ++totals_.num_cell_changes;
     predict(event.owner);
   } else if (event.partner == kPartnerExit) {
     retire(event.owner);

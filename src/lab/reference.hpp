@@ -44,8 +44,6 @@ struct ReferenceTotals {
   std::uint64_t num_ball_hits = 0;
   std::uint64_t num_wall_hits = 0;  // of parcels
   std::uint64_t num_exits = 0;
-  std::uint64_t num_cell_changes = 0;
-  std::uint64_t num_predictions = 0;
   double impulse_sum_mps = 0.0;  // over collisions of two parcels: |impulse| / parcel mass
   double max_overlap_m = 0.0;    // largest at a collision of two parcels or with the ball
   Vec2d ball_impulse_kg_mps;     // of all hits on the ball, also when it is held or frozen

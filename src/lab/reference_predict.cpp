@@ -134,7 +134,6 @@ void Reference::move_to_next_cell(std::uint32_t i, bool along_x) {
 }
 
 void Reference::predict(std::uint32_t i) {
-  ++totals_.num_predictions;
   Body& body = bodies_[i];
   PredictedEvent earliest{kNever, i, kPartnerCellX};
   predict_edge(body, earliest);

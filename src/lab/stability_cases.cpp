@@ -137,11 +137,10 @@ Collapse cool_with_clock(double restitution, double rate_times_clock, double col
   Reference reference(start.physics, reference_parcels(start.physics.world, equilibrated(gas)), BallState{},
                       options);
   const double duration = collisions / rate;
-  // Time has stopped when ten events per disc no longer advance it. Many events alone only mean dense
-  // clusters.
-  constexpr std::uint64_t kBatchPerDisc = 10, kMaxBatches = 100;
+  // Time has stopped when so many collisions no longer advance it. Many alone only mean dense clusters.
+  constexpr std::uint64_t kCollisionsPerDisc = 10, kMaxBatches = 100;
   constexpr double kMinAdvance = 1e-6;
-  const std::uint64_t batch = kBatchPerDisc * static_cast<std::uint64_t>(gas.num_parcels);
+  const std::uint64_t batch = kCollisionsPerDisc * static_cast<std::uint64_t>(gas.num_parcels);
   Collapse result;
   for (std::uint64_t k = 0; k < kMaxBatches && !result.collapsed; ++k) {
     const double before = reference.now_s();

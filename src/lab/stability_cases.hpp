@@ -34,8 +34,8 @@ double head_on_energy(Method method, std::unique_ptr<Backend> backend);
 
 // A cooling gas (1,024 discs, area fraction 0.25) by the reference, for the time of `collisions` collisions
 // per disc at the starting rate. The contact duration of the TC model is rate_times_clock over that rate. The
-// gas has collapsed if ten events per disc advance the time by less than a millionth. The run also ends, not
-// collapsed, after 1,000 events per disc.
+// gas has collapsed if twenty events per disc advance the time by less than a millionth. The run also ends,
+// not collapsed, after 2,000 events per disc. A collision is an event of two discs.
 struct Collapse {
   bool collapsed = false;
   double reached_share = 0.0;  // of the planned time

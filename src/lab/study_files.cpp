@@ -129,10 +129,10 @@ void refuse_to_resume(const fs::path& folder, const std::string& study, const st
                   in_quotes((folder / (study + ".json")).string()), reason));
 }
 
-void resume_study(const fs::path& folder, const Study& study, json& result) {
+bool resume_study(const fs::path& folder, const Study& study, json& result) {
   const fs::path file = folder / (study.name + ".json");
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) return;
+  if (!fs::exists(file, ignored)) return true;
   const json old = read_json(file);
   if (!is_result_of(old, study))
     refuse_to_resume(folder, study.name, "is damaged or no result of this study; remove it");
@@ -147,10 +147,15 @@ void resume_study(const fs::path& folder, const Study& study, json& result) {
                                                     : "was measured with --quick; add it");
   result["points"] = old["points"];
   result["machine"] = old["machine"];
-  // The series of a CUDA device stays, whether or not this machine has one; so does the command that repeats
-  // it.
-  if (has_text(old, "command") && old["command"].get<std::string>().find(" --cuda") != std::string::npos)
-    result["command"] = old["command"];
+  // The series of a CUDA device stays, whether or not this machine has one; so do the command that repeats it
+  // and whether it is complete.
+  const auto is_of_cuda = [](const json& of) {
+    return has_text(of, "command") && of["command"].get<std::string>().find(" --cuda") != std::string::npos;
+  };
+  if (!is_of_cuda(old)) return true;
+  const bool has_device = is_of_cuda(result);
+  result["command"] = old["command"];
+  return has_device || old.value("complete", json()) == true;
 }
 
 void add_device(const json& devices, const std::string& series, json& machine) {
@@ -233,7 +238,7 @@ std::string run_plot(const std::string& script, const fs::path& folder) {
       "no pictures, but CSV and JSON have the figures: Python's matplotlib is missing; apt install "
       "python3-matplotlib, here or on another machine with a copy of the folder, then pickleflight lab plot "
       "{}",
-      folder.string());
+      shell_word(folder.string()));
 }
 
 }  // namespace pf

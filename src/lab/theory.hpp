@@ -84,6 +84,9 @@ Shock shock_of(double area_fraction, double mach, EquationOfState z = compressib
 // Pressure in front of a blunt body over that of the stream: a normal shock, then an isentropic stop
 // (Rayleigh pitot formula for a constant Z).
 double pitot_pressure_ratio(double area_fraction, double mach, EquationOfState z = compressibility);
+// Mean over angles up to half_angle [rad] from the axis of the pressure on a round body, over the stream's,
+// where on the axis it is `on_axis` of that: p = p1 + (p0 - p1) cos^2 (Lees 1955, modified Newtonian flow).
+double pressure_around_axis(double on_axis, double half_angle);
 
 // A strong blast in the plane, R = prefactor (E t^2 / rho)^(1/4), after Taylor, von Neumann and Sedov:
 // Euler's equations in similarity form, with the gas ahead at rest and cold.

@@ -82,6 +82,10 @@ double pitot_pressure_ratio(double area_fraction, double mach, EquationOfState z
   }
 }
 
+double pressure_around_axis(double on_axis, double half_angle) {
+  return 1.0 + (on_axis - 1.0) * (0.5 + 0.25 * std::sin(2.0 * half_angle) / half_angle);
+}
+
 namespace {
 
 // Behind the front, at xi = r / R: velocity over the front's, log of the density over that ahead, log of c^2

@@ -29,8 +29,7 @@ struct ValidationRow {
 };
 
 struct ValidationPlan {
-  bool quick = false;    // a hundredth of the events: seconds instead of minutes, 0.3 % instead of 0.1 %
-  unsigned threads = 0;  // number of single-threaded runs at a time; 0: one per core
+  bool quick = false;  // a hundredth of the events: seconds instead of minutes, 0.3 % instead of 0.1 %
 
   double amount(double full, double in_quick) const { return quick ? in_quick : full; }
   double tolerance() const { return quick ? 3e-3 : 1e-3; }

@@ -14,6 +14,7 @@
 #include "lab/theory.hpp"
 #include "lab/validate.hpp"
 #include "model/ball.hpp"
+#include "model/free_flow.hpp"
 
 namespace pf {
 namespace {
@@ -60,7 +61,7 @@ Force measure_force(const FreeStream& stream, Method method, const ValidationPla
   const double end_s = (1.0 - 2.0 * kContact) / (2.0 * stream.speed_mps + 5.0 * stream.thermal_mps);
   const std::uint32_t steps = method == Method::exact ? 12 : 48;
   std::vector<StepTotals> totals(static_cast<std::size_t>(runs));
-  parallel_for(runs, plan.threads, [&](int k) {
+  parallel_for(runs, 0, [&](int k) {
     SceneRun run(stream_settings(stream, method, num), 1);
     start_stream(run, stream, stream.first_seed + static_cast<std::uint64_t>(k));
     totals[static_cast<std::size_t>(k)] = run.advance(steps, end_s / steps).totals;
@@ -99,7 +100,7 @@ void add_measured(ValidationRow row, double expected, const Mean& measured, doub
 
 // Force at a drag coefficient of 1: rho V^2 R_c.
 double drag_scale(const Force& force, const FreeStream& stream) {
-  return force.density * stream.speed_mps * stream.speed_mps * kContact;
+  return drag_force_n(1.0, force.density, stream.speed_mps, kContact);
 }
 
 void add_smooth(const ValidationPlan& plan, Method method, double speed_ratio, const RowSink& add) {
@@ -192,7 +193,7 @@ void add_equipartition(const ValidationPlan& plan, const RowSink& add) {
   const auto runs = static_cast<int>(plan.amount(64, 16));
   const auto samples = static_cast<int>(plan.amount(8000, 6000));
   std::vector<BallEnergy> energies(static_cast<std::size_t>(runs));
-  parallel_for(runs, plan.threads,
+  parallel_for(runs, 0,
                [&](int k) { energies[static_cast<std::size_t>(k)] = measure_ball_energy(k + 1, samples); });
   Mean share;
   for (const BallEnergy& run : energies) share.add(run.mean_j / run.kT_j);

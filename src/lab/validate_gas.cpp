@@ -58,10 +58,10 @@ std::vector<GasBlock> measure_blocks(const Settings& settings, const GasLength& 
   return blocks;
 }
 
-Equilibrium measure_equilibrium(const Settings& settings, const GasLength& length, unsigned threads) {
+Equilibrium measure_equilibrium(const Settings& settings, const GasLength& length) {
   const Clock::time_point start = Clock::now();
   std::vector<std::vector<GasBlock>> runs(static_cast<std::size_t>(length.num_runs));
-  parallel_for(length.num_runs, threads, [&](int k) {
+  parallel_for(length.num_runs, 0, [&](int k) {
     Settings s = settings;
     s.seed = k + 1;
     runs[static_cast<std::size_t>(k)] = measure_blocks(s, length);
@@ -92,7 +92,7 @@ void add_density(const ValidationPlan& plan, double eta, Method method, const Ro
   const double equilibrate = exact ? equilibration(eta) * plan.amount(1.0, 0.5) : 10.0;
   Settings s = unit_gas(num, eta, Boundary::periodic);
   s.method = method;
-  const Equilibrium gas = measure_equilibrium(s, gas_length(plan, equilibrate, events), plan.threads);
+  const Equilibrium gas = measure_equilibrium(s, gas_length(plan, equilibrate, events));
   ValidationRow row;
   row.method = method;
   row.judged = exact;
@@ -117,8 +117,7 @@ void add_pressure_of_870(const ValidationPlan& plan, double eta, double expected
   s.method = Method::exact;
   s.width_m = 29.0;
   s.height_m = 15.0 * std::sqrt(3.0);
-  const Equilibrium gas =
-      measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)), plan.threads);
+  const Equilibrium gas = measure_equilibrium(s, gas_length(plan, 500.0, plan.amount(4e7, 3e5)));
   const double per_z = 4.0 * eta / kPi;
   ValidationRow row;
   row.reference = fmt::format("P*, eta {:.3f}, N = 870 (Li et al. 2022)", eta);

@@ -8,6 +8,7 @@
 #include "app/step_request.hpp"
 #include "core/timing.hpp"
 #include "lab/gas_case.hpp"
+#include "lab/parallel_for.hpp"
 #include "lab/reference.hpp"
 #include "lab/samples.hpp"
 #include "lab/theory.hpp"
@@ -25,7 +26,7 @@ constexpr double kApart = 24.0;  // diameters between pairs; a pair flies less
 // step of which 2 diameters are a multiple.
 class PassingPairs {
  public:
-  PassingPairs(Method method, unsigned threads) : run_(settings(method), threads) {
+  explicit PassingPairs(Method method) : run_(settings(method), parallel_threads()) {
     std::mt19937_64 random(7);
     const double half = 0.5 * kApart * 100.0;
     ParcelSnapshot state = run_.backend->snapshot();
@@ -68,9 +69,9 @@ class PassingPairs {
 };
 
 // Compares velocities after one collision each with those of serial double arithmetic.
-void add_two_body(const ValidationPlan& plan, const RowSink& add) {
+void add_two_body(const RowSink& add) {
   const Clock::time_point start = Clock::now();
-  PassingPairs pairs(Method::exact, plan.threads);
+  PassingPairs pairs(Method::exact);
   pairs.pass(0.25);
   const Physics& physics = pairs.run().physics;
   Reference reference(physics, reference_parcels(physics.world, pairs.start()), {});
@@ -94,9 +95,9 @@ void add_two_body(const ValidationPlan& plan, const RowSink& add) {
 
 // `impulse` finds a pair that overlaps and approaches at the end of a step, on half of the chord. It misses
 // as many as a test for overlap alone with steps twice as long.
-void add_missed(const ValidationPlan& plan, Method method, double step_diameters, const RowSink& add) {
+void add_missed(Method method, double step_diameters, const RowSink& add) {
   const Clock::time_point start = Clock::now();
-  PassingPairs pairs(method, plan.threads);
+  PassingPairs pairs(method);
   const StepTotals totals = pairs.pass(step_diameters);
   const double missed = 1.0 - static_cast<double>(totals.num_collisions) / kNumPairs;
   ValidationRow row;
@@ -157,14 +158,13 @@ void add_heavy_ball(const RowSink& add) {
 
 }  // namespace
 
-std::vector<ValidationCase> pair_cases(const ValidationPlan& plan) {
-  std::vector<ValidationCase> cases = {
-      {"two bodies", [plan](const RowSink& add) { add_two_body(plan, add); }},
-      {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
+std::vector<ValidationCase> pair_cases(const ValidationPlan&) {
+  std::vector<ValidationCase> cases = {{"two bodies", add_two_body},
+                                       {"heavy ball", [](const RowSink& add) { add_heavy_ball(add); }}};
   for (const double step_diameters : {0.1, 0.5, 2.0}) {
     for (const Method method : {Method::exact, Method::impulse}) {
       cases.push_back({fmt::format("missed/{}/{}", method_name(method), step_diameters),
-                       [=](const RowSink& add) { add_missed(plan, method, step_diameters, add); }});
+                       [=](const RowSink& add) { add_missed(method, step_diameters, add); }});
     }
   }
   return cases;

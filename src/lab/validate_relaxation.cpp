@@ -69,8 +69,7 @@ void add_excess(const ValidationPlan& plan, const RowSink& add) {
   const Clock::time_point start = Clock::now();
   const auto num_runs = static_cast<int>(plan.amount(64, 6));
   std::vector<std::array<double, 3>> runs(static_cast<std::size_t>(num_runs));
-  parallel_for(num_runs, plan.threads,
-               [&](int k) { runs[static_cast<std::size_t>(k)] = relaxing_excess(k + 1); });
+  parallel_for(num_runs, 0, [&](int k) { runs[static_cast<std::size_t>(k)] = relaxing_excess(k + 1); });
   for (std::size_t k = 0; k < 3; ++k) {
     Mean excess;
     for (const auto& run : runs) excess.add(run[k]);
@@ -111,8 +110,7 @@ void add_cooling(const ValidationPlan& plan, Method method, const RowSink& add) 
   const Clock::time_point start = Clock::now();
   const auto num_seeds = static_cast<int>(plan.amount(4096, 512));
   std::vector<double> ratios(static_cast<std::size_t>(num_seeds));
-  parallel_for(num_seeds, plan.threads,
-               [&](int k) { ratios[static_cast<std::size_t>(k)] = cooled(method, k + 1); });
+  parallel_for(num_seeds, 0, [&](int k) { ratios[static_cast<std::size_t>(k)] = cooled(method, k + 1); });
   Mean ratio;
   for (const double one : ratios) ratio.add(one);
   ValidationRow row;

@@ -201,14 +201,17 @@ struct WorkPlanner {
   }
 };
 
-// On the CPU only: the effect is one of the model, not of the device.
+// The effect is one of the model, not of the device: each number is flown on one, the largest on a GPU.
 void add_numbers_of_parcels(WorkPlanner& planner) {
   const LabContext& context = planner.context;
-  const LabDevice& cpu = context.devices.front();
-  for (std::int64_t num = 500; num <= (context.quick ? 16000 : 64000); num *= 2) {
+  const LabDevice &cpu = context.devices.front(), &last = context.devices.back();
+  const std::int64_t largest_on_cpu = context.quick ? 16000 : 64000;
+  const std::int64_t largest = context.quick || last.name == "cpu" ? largest_on_cpu : 1'024'000;
+  for (std::int64_t num = 500; num <= largest; num *= 2) {
     const CourtCase court;
-    planner.add(cpu, {"parcels", court.area_fraction, court.restitution, Method::exact},
-                static_cast<double>(num), [cpu, num] { return scatter_point(cpu, num); });
+    const LabDevice& device = num <= largest_on_cpu ? cpu : last;
+    planner.add(device, {"parcels", court.area_fraction, court.restitution, Method::exact},
+                static_cast<double>(num), [device, num] { return scatter_point(device, num); });
   }
   for (const std::int64_t num : {250, 1000, 4000, 16000}) {
     planner.add(cpu, {"walls", 0.2, 1.0, Method::exact}, static_cast<double>(num),

@@ -92,29 +92,46 @@ json ball_errors(const json& row, const json& reference) {
           {"drag", error_of(drag.mean / expected_loss, drag.sigma / expected_loss)}};
 }
 
-// Flights of one number of parcels: scatter over the seeds, and distance of their mean from that of the
-// largest number. Seeds are not paired, since each number has other starts.
-json scatter_errors(const json& row, const json& points) {
-  const json* largest = nullptr;
-  for (const json& other : points) {
-    if (other.at("group") != "parcels" || !other.contains("ends")) continue;
-    if (largest == nullptr ||
-        other.at("num_parcels").get<double>() > largest->at("num_parcels").get<double>())
-      largest = &other;
+// Column k of the ends of flights: 0 and 1 the place, 2 the speed.
+MeanError mean_end(const json& row, std::size_t k) {
+  return mean_of_each(row.at("ends"), [k](const json& end) { return end[k].get<double>(); });
+}
+
+// Flights of numbers of parcels, the smallest first.
+std::vector<const json*> flights_by_number(const json& points) {
+  std::vector<const json*> flights;
+  for (const json& row : points) {
+    if (row.at("group") == "parcels" && row.contains("ends")) flights.push_back(&row);
   }
-  const auto column = [](const json& of, std::size_t k) {
-    std::vector<double> values;
-    for (const json& end : of.at("ends")) values.push_back(end[k].get<double>());
-    return mean_and_error(values);
-  };
+  std::ranges::sort(flights, {}, [](const json* row) { return figure(*row, "num_parcels"); });
+  return flights;
+}
+
+// The mean end of flights among infinitely many parcels, from the two largest numbers: what is missing falls
+// with 1 / sqrt(N).
+MeanError limit_of_ends(const std::vector<const json*>& flights, std::size_t k) {
+  const MeanError largest = mean_end(*flights.back(), k);
+  if (flights.size() < 2) return largest;
+  const json& before = *flights[flights.size() - 2];
+  const MeanError second = mean_end(before, k);
+  const double share =
+      1.0 / (std::sqrt(figure(*flights.back(), "num_parcels") / figure(before, "num_parcels")) - 1.0);
+  return {largest.mean + share * (largest.mean - second.mean),
+          std::hypot((1.0 + share) * largest.sigma, share * second.sigma)};
+}
+
+// Flights of one number of parcels: scatter over the seeds, and distance of their mean from the limit of many
+// parcels. Seeds are not paired, since each number has other starts.
+json scatter_errors(const json& row, const json& points) {
+  const std::vector<const json*> flights = flights_by_number(points);
   const json& start = row.at("start");
-  const double length = column(*largest, 0).mean - start[0].get<double>();
-  const double loss = start[2].get<double>() - column(*largest, 2).mean;
+  const double length = limit_of_ends(flights, 0).mean - start[0].get<double>();
+  const double loss = start[2].get<double>() - limit_of_ends(flights, 2).mean;
   const double num = static_cast<double>(row.at("ends").size());
   const auto entry = [&](std::size_t k, double scale) {
-    const MeanError mean = column(row, k), best = column(*largest, k);
-    const double scatter = mean.sigma * std::sqrt(num) / scale, shift = (mean.mean - best.mean) / scale;
-    const double shift_sigma = std::hypot(mean.sigma, best.sigma) / scale;
+    const MeanError mean = mean_end(row, k), limit = limit_of_ends(flights, k);
+    const double scatter = mean.sigma * std::sqrt(num) / scale, shift = (mean.mean - limit.mean) / scale;
+    const double shift_sigma = std::hypot(mean.sigma, limit.sigma) / scale;
     // A shift within its statistical error is not resolved and counts as none.
     const double resolved = std::fabs(shift) > 2.0 * shift_sigma ? shift : 0.0;
     return json{{"value", std::hypot(scatter, resolved)},

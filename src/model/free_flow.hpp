@@ -37,6 +37,11 @@ inline double smooth_drag(double speed_ratio, double restitution) {
   return (1.0 + restitution) * (2.0 / 3.0) * incident_momentum_drag(speed_ratio);
 }
 
+// The force that a drag coefficient stands for. kg_per_m2: rho; contact_m: R_c.
+inline double drag_force_n(double coefficient, double kg_per_m2, double speed_mps, double contact_m) {
+  return coefficient * kg_per_m2 * speed_mps * speed_mps * contact_m;
+}
+
 // Hits per second over 2 R_c n V.
 inline double free_flow_hits(double speed_ratio) {
   const double s = speed_ratio, x = 0.5 * s * s;

@@ -10,9 +10,8 @@ class DomainDrawTarget final : public GlDrawTarget {
  public:
   enum class Use { by_number, host, images };
 
-  // images must outlive it. num_parcels: at first.
-  DomainDrawTarget(ParcelImages& images, Use use, std::size_t num_parcels)
-      : images_(images), use_(use), asks_images_(wants_images(num_parcels)) {}
+  // num_parcels: at first.
+  DomainDrawTarget(Use use, std::size_t num_parcels) : use_(use), asks_images_(wants_images(num_parcels)) {}
 
   DrawTargetKind kind() const override {
     return asks_images_ ? DrawTargetKind::images : DrawTargetKind::host;
@@ -27,9 +26,9 @@ class DomainDrawTarget final : public GlDrawTarget {
     if (!asks_images_) host_.unmap();
     has_content_ = true;
   }
-  ParcelBuffers buffers() const override {
+  ParcelBuffers buffers(ParcelImages* images) const override {
     if (!has_content_) return {};
-    return asks_images_ ? ParcelBuffers{0, 0, 0, 0, &images_} : host_.buffers();
+    return asks_images_ ? ParcelBuffers{0, 0, 0, 0, images} : host_.buffers(images);
   }
   void frame_drawn() override {
     if (!asks_images_) host_.frame_drawn();
@@ -44,7 +43,6 @@ class DomainDrawTarget final : public GlDrawTarget {
   }
 
   HostDrawTarget host_{"domains"};
-  ParcelImages& images_;
   Use use_;
   bool asks_images_, has_content_ = false;
 };

@@ -6,6 +6,7 @@
 
 #include "app/encoder.hpp"
 #include "app/frame_names.hpp"
+#include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "view/png_frames.hpp"
@@ -58,7 +59,20 @@ int Film::times_due() {
   return static_cast<int>(static_cast<std::int64_t>(elapsed_s * figures_.rate_hz) + 1 - num_due_);
 }
 
+void Film::try_to(const std::function<void()>& action) {
+  if (!failure_.empty()) return;
+  try {
+    action();
+  } catch (const std::exception& error) {
+    failure_ = reason_of(error);
+  }
+}
+
 void Film::add_frame(GLuint framebuffer, SizePx size) {
+  try_to([&] { read(framebuffer, size); });
+}
+
+void Film::read(GLuint framebuffer, SizePx size) {
   const int times = times_due();
   if (times <= 0) {
     ++figures_.num_surplus;
@@ -91,7 +105,7 @@ void Film::hand_on(HeldFrame frame) {
 }
 
 void Film::close() {
-  reader_->finish();
+  try_to([&] { reader_->finish(); });
   writer_->close();
 }
 
@@ -100,7 +114,7 @@ FilmFigures Film::figures() const {
   figures.num_frames = writer_->num_written();
   figures.num_dropped += writer_->num_lost();
   figures.write_ms = writer_->write_ms();
-  figures.failure = writer_->failure();
+  figures.failure = failure();
   return figures;
 }
 

@@ -42,13 +42,13 @@ class Film {
   Film(const FilmRequest& request, const std::function<void(const std::string&)>& announce);
 
   // Takes the frame in `framebuffer`. A frame of another size (the window was resized) is scaled into the
-  // film.
+  // film. What fails, in GL or for lack of memory, ends the film alone: see failure().
   void add_frame(GLuint framebuffer, SizePx size);
   // Ends the film. Does not wait: writing goes on.
   void close();
   // True when all frames are written, or writing has failed.
   bool done() const { return writer_->done(); }
-  std::string failure() const { return writer_->failure(); }
+  std::string failure() const { return failure_.empty() ? writer_->failure() : failure_; }
   FilmFigures figures() const;
   const std::filesystem::path& file() const { return figures_.file; }
   SizePx size() const { return figures_.size; }
@@ -57,10 +57,13 @@ class Film {
   std::unique_ptr<FrameSink> make_sink(const FilmRequest& request,
                                        const std::function<void(const std::string&)>& announce);
   int times_due();
+  void read(GLuint framebuffer, SizePx size);
+  void try_to(const std::function<void()>& action);
   void hand_on(HeldFrame frame);
 
   FilmFigures figures_;  // without those that the writer counts
   bool real_time_;
+  std::string failure_;                // before the writer
   std::deque<int> repeats_;            // of the frames that are being read back
   std::optional<FrameReader> reader_;  // its memory outlives the writer, which reads it
   std::unique_ptr<FilmWriter> writer_;

@@ -114,9 +114,9 @@ void GlFence::wait() {
   constexpr GLuint64 kPatience_ns = 10'000'000'000;
   const GLenum state = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kPatience_ns);
   clear();
-  if (state == GL_WAIT_FAILED || state == GL_TIMEOUT_EXPIRED) {
+  if (state == GL_TIMEOUT_EXPIRED)
     throw DeviceError("glClientWaitSync: the graphics device did not finish within 10 s");
-  }
+  if (state == GL_WAIT_FAILED) throw DeviceError("glClientWaitSync failed: the graphics device may be lost");
 }
 
 void GlFence::clear() {

@@ -40,7 +40,7 @@ void HostDrawTarget::unmap() {
   has_content_ = true;
 }
 
-ParcelBuffers HostDrawTarget::buffers() const {
+ParcelBuffers HostDrawTarget::buffers(ParcelImages*) const {
   if (!has_content_) return {};
   const auto region = static_cast<GLintptr>(written_ * region_bytes());
   const auto speeds = static_cast<GLintptr>(capacity_ * sizeof(Vec2f));

@@ -18,7 +18,7 @@ class HostDrawTarget final : public GlDrawTarget {
   void reserve(std::size_t num_parcels) override;
   DrawBuffers map() override;  // waits until GL has read the next region
   void unmap() override;
-  ParcelBuffers buffers() const override;
+  ParcelBuffers buffers(ParcelImages* images) const override;
   void frame_drawn() override;
 
  private:

@@ -58,6 +58,13 @@ void LastSeconds::take(GLuint framebuffer, const ViewRegion& source) {
   reader_->read(reduced_.framebuffer());
 }
 
+void LastSeconds::give_up() {
+  is_on_ = false;
+  reader_.reset();
+  reading_.clear();
+  frames_.clear();
+}
+
 void LastSeconds::keep(const HeldFrame& frame) {
   frames_.push_back({reading_.front(), std::make_shared<const std::vector<std::uint8_t>>(frame.rgba.begin(),
                                                                                          frame.rgba.end())});

@@ -38,6 +38,8 @@ class LastSeconds {
   // Starts to keep frames. Until then no work is done and no memory held.
   void switch_on() { is_on_ = true; }
   bool is_on() const { return is_on_; }
+  // Keeps no more frames, and frees those that are kept.
+  void give_up();
 
   // Takes the part of the picture that is seen there, if a frame is due by the clock. Reading back does not
   // wait for GL. Throws DeviceError if there is no memory.

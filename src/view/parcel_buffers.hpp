@@ -24,8 +24,8 @@ struct ParcelBuffers {
 // A draw target with GL buffers as its memory.
 class GlDrawTarget : public DrawTarget {
  public:
-  // The buffers of the last unmap(); empty before the first.
-  virtual ParcelBuffers buffers() const = 0;
+  // The buffers of the last unmap(); empty before the first. images: of the backend that runs now.
+  virtual ParcelBuffers buffers(ParcelImages* images) const = 0;
   // To be called after the frame's draw calls: GL may read the buffers after this.
   virtual void frame_drawn() = 0;
   // The reason for this kind, in one short line.

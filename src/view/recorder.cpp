@@ -114,8 +114,7 @@ void Recorder::start(const fs::path& file, Simulation& simulation) {
   try {
     scene();  // here, where its lack ends the film alone, and not while the frame is drawn
   } catch (...) {
-    if (!log.empty()) log_.close(log, simulation);
-    running_.reset();
+    end(simulation);  // follow() removes it
     throw;
   }
 }
@@ -126,7 +125,7 @@ void Recorder::request_picture() {
     scene();
   } catch (const std::exception& error) {  // memory or GL: the run goes on
     picture_requested_ = false;
-    tell(error.what());
+    tell(reason_of(error));
   }
 }
 
@@ -141,7 +140,7 @@ void Recorder::toggle(Simulation& simulation) {
     tell(fmt::format("recording {} ({}x{}, {})", in_quotes(film.file.string()), film.size.width,
                      film.size.height, film.encoder));
   } catch (const std::exception& error) {  // a file, ffmpeg or memory: the run goes on
-    tell(error.what());
+    tell(reason_of(error));
   }
 }
 
@@ -228,7 +227,7 @@ void Recorder::finish(Simulation& simulation, const PictureScene& scene) {
       write_last(file, is_first_flight, simulation, scene);
     } catch (const std::exception& error) {  // a file, memory or GL: the other outputs are finished
       failed_ = true;
-      tell(error.what());
+      tell(reason_of(error));
     }
   }
 }

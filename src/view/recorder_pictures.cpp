@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/frame_names.hpp"
+#include "core/error.hpp"
 #include "core/file_ending.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
@@ -27,7 +28,7 @@ void Recorder::take_requested(std::string_view ending, const SeenPicture& pictur
     }
     tell(fmt::format("picture {}", in_quotes(file.string())));
   } catch (const std::exception& error) {  // a file, memory or GL: the run goes on
-    tell(error.what());
+    tell(reason_of(error));
   }
 }
 

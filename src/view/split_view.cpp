@@ -80,7 +80,7 @@ void SplitView::draw_air(const Look& look, const Camera& camera, const Viewport&
   if (!is_on()) return;
   scene_.pair = &pair_;
   scene_.look = look;
-  scene_.parcels = target_ ? target_->buffers() : ParcelBuffers{};
+  scene_.parcels = target_ ? target_->buffers(pair_.second()->backend().images()) : ParcelBuffers{};
   picture_.draw_air(scene_, camera, viewport);
 }
 

@@ -102,7 +102,7 @@ void Stage::note_followed_ball() {
 
 // The window's picture without the panel, as a film has it; without a window, what is drawn there.
 PictureScene Stage::large_picture_scene() {
-  parcels_ = target_->buffers();
+  parcels_ = target_->buffers(simulation_.backend().images());
   const bool has_window = context_.window() != nullptr;
   PictureScene scene;
   scene.frame = &simulation_.view();

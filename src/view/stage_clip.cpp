@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "app/frame_names.hpp"
+#include "core/error.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
@@ -22,7 +23,14 @@ void Stage::keep_last_seconds(const Viewport& viewport) {
     seen.width_px -= seen.left_px;
     seen.height_px -= seen.bottom_px;
   }
-  last_seconds_.take(viewport.framebuffer, seen);
+  try {
+    last_seconds_.take(viewport.framebuffer, seen);
+  } catch (const std::exception& error) {  // GL or memory: the run goes on
+    last_seconds_.give_up();
+    const std::string line = fmt::format("The last seconds are no longer kept: {}", reason_of(error));
+    if (hooks_.announce) hooks_.announce(line);
+    notice_.show(line, Clock::now(), kRead_s);
+  }
 }
 
 // A film or a clip that cannot begin is a line on the screen; the run goes on.
@@ -40,7 +48,7 @@ void Stage::write_last_seconds() {
   try {
     last_seconds_.write(free_name(base));
   } catch (const std::exception& error) {
-    notice_.show(error.what(), now, kRead_s);
+    notice_.show(reason_of(error), now, kRead_s);
   }
 }
 

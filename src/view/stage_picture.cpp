@@ -72,7 +72,7 @@ void Stage::describe_overlay() {
 
 void Stage::draw_air(const Viewport& viewport) {
   const Clock::time_point start = Clock::now();
-  const ParcelBuffers parcels = target_->buffers();
+  const ParcelBuffers parcels = target_->buffers(simulation_.backend().images());
   renderer_.set_look(switches_.look);
   air_timer_.begin();
   renderer_.draw_air(simulation_.view(), &parcels, camera_, viewport);

@@ -5,7 +5,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "data/checkpoint_file.hpp"
 #include "data/random_scenes.hpp"
+#include "support/losing_backend.hpp"
 #include "unit/temporary_folder.hpp"
 
 namespace pf::test {
@@ -83,6 +85,62 @@ TEST_F(RunFilesTest, IntervalsShorterThanAFrameAreEveryFrame) {
     files.finish(simulation_, {});
     EXPECT_EQ(times().size(), 7U) << every_s;
   }
+}
+
+// The folder of the checkpoint comes later than the first one that is due.
+TEST_F(RunFilesTest, ACheckpointThatFailsKeepsNoLaterOneFromItsFile) {
+  const std::filesystem::path later = folder_.path() / "later";
+  options_.dump.clear();
+  options_.checkpoint = later / "a.state";
+  options_.checkpoint_every_s = 1e-22;
+  std::vector<std::string> lines;
+  RunFiles files(options_, false, [&](const std::string& line) { lines.push_back(line); });
+  files.follow(simulation_, {});
+  fly(files, 2);
+  ASSERT_EQ(lines.size(), 1U) << "the same reason is told once";
+  EXPECT_TRUE(lines[0].ends_with("the next one is tried as planned")) << lines[0];
+  std::filesystem::create_directory(later);
+  fly(files, 1);
+  files.finish(simulation_, {});
+  EXPECT_FALSE(files.failed());
+  EXPECT_EQ(lines.size(), 1U);
+  EXPECT_EQ(read_checkpoint(options_.checkpoint).totals.num_steps, simulation_.view().totals.num_steps);
+}
+
+TEST_F(RunFilesTest, TheLastCheckpointThatFailsIsToldAsTheEnd) {
+  options_.dump.clear();
+  options_.checkpoint = folder_.path() / "nowhere" / "a.state";
+  std::vector<std::string> lines;
+  RunFiles files(options_, false, [&](const std::string& line) { lines.push_back(line); });
+  fly(files, 1);
+  files.finish(simulation_, {});
+  EXPECT_TRUE(files.failed());
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_EQ(lines[0].find("the next one"), std::string::npos) << lines[0];
+}
+
+// The flight begins anew on another backend; the file is of before.
+TEST_F(RunFilesTest, KeepsTheCheckpointOfBeforeTheDeviceFailed) {
+  options_.dump.clear();
+  options_.checkpoint = folder_.path() / "a.state";
+  options_.checkpoint_every_s = 1e-22;
+  Simulation losing(gas(40), std::make_unique<LosingBackend>(LosingBackend::At::submit, 3));
+  losing.set_fallback([] { return make_cpu_backend(1); });
+  std::vector<std::string> lines;
+  RunFiles files(options_, false, [&](const std::string& line) { lines.push_back(line); });
+  std::uint64_t last = 0;
+  for (int frame = 0; frame < 6; ++frame) {
+    losing.advance_frame({}, nullptr);
+    files.follow(losing, {});
+    if (losing.num_fallbacks() == 0) last = losing.view().totals.num_steps;
+  }
+  files.finish(losing, {});
+  ASSERT_EQ(losing.num_fallbacks(), 1);
+  ASSERT_GT(last, 0U);
+  EXPECT_EQ(read_checkpoint(options_.checkpoint).totals.num_steps, last);
+  EXPECT_TRUE(files.failed());
+  ASSERT_EQ(lines.size(), 1U);
+  EXPECT_NE(lines[0].find("stays as it was before the device failed"), std::string::npos) << lines[0];
 }
 
 }  // namespace

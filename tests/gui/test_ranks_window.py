@@ -30,6 +30,17 @@ def fly_by_hand(program, screen, folder):
         return window.end()
 
 
+def change_threads(program, screen, folder):
+    """Report of a window that asks domains for its pictures while their backend is replaced."""
+    words = ("--domains", "2", "--draw-target", "images", "-p", "3000", "--time-scale", "0.002")
+    with Window(program, screen, folder, words) as window:
+        window.drag_slider("Threads", 0.0, 1.0)
+        window.wait_frames(20)
+        window.drag_slider("Threads", 1.0, 0.0)
+        window.wait_frames(20)
+        return window.end()
+
+
 def main():
     program = str(pathlib.Path(sys.argv[1]).resolve())
     skip_if_missing()
@@ -43,6 +54,8 @@ def main():
         subprocess.run([program, "run", "a.toml", "--headless", "--size", "320x180", "--report", "again.json"], cwd=folder,
                        check=True, stderr=subprocess.DEVNULL, timeout=LIMIT_S)
         again = json.loads((folder / "again.json").read_text())
+        report = change_threads(program, screen, folder)
+        check("2 domains" in report["device"], f"pictures go on with other threads: {report['device']}")
         check(again["replay"]["same"] and again["replay"]["checks"] > 0 and again["state_hash"] == report["state_hash"],
               f"one process flies the same from the log: {again['replay']}")
 

@@ -224,6 +224,21 @@ TEST_F(Kernels, ExactGivesTheBitsOfTheCpu) {
   }
 }
 
+// So few and so large parcels that search boxes reach as far as positions do, beside a slow ball. In one of
+// these flights steps that were taken together moved parcels so far that the next ones were a tick long.
+TEST_F(Kernels, ExactWithLargeParcelsInLongStepsGivesTheBitsOfTheCpu) {
+  for (const double step_s : {0.3, 0.36, 0.42}) {
+    for (int seed = 8; seed <= 10; ++seed) {
+      Settings s = unit_gas(20, 0.1, Boundary::walls);
+      add_resting_ball(s, 100.0, 0.625);
+      s.method = Method::exact;
+      s.seed = seed;
+      s.dt_s = step_s;
+      expect_same_bits(s, 40);
+    }
+  }
+}
+
 // Parcels leave the world, and others are sorted among what is left.
 TEST_F(Kernels, StepsOfAGasThatEscapesGiveTheBitsOfTheCpu) {
   Settings s = gas(kNumParcels, 0.2, Boundary::open);

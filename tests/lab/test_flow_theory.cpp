@@ -45,6 +45,12 @@ TEST(FlowTheory, StopsOfAnIdealGasOfDiscsFollowRayleigh) {
   }
 }
 
+// With 1 + 2 cos^2 the mean over half a circle is 2; near the axis it is 1 + 2 (1 - angle^2 / 3).
+TEST(FlowTheory, PressureFallsAwayFromTheAxis) {
+  EXPECT_NEAR(pressure_around_axis(3.0, 0.5 * kPi), 2.0, 1e-12);
+  EXPECT_NEAR(pressure_around_axis(3.0, 0.01), 3.0 - 2e-4 / 3.0, 1e-8);
+}
+
 // Cylindrical blast, heat ratio 7/5: alpha = 0.984041 (Kamm 2000, LA-UR-00-6055).
 TEST(FlowTheory, BlastsOfAnIdealGasAgreeWithSedov) {
   const Blast air = strong_blast(kAnyDensity, heat_ratio_7_5);

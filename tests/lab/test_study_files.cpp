@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,8 @@
 #include <string>
 
 #include "core/error.hpp"
+#include "lab/study.hpp"
+#include "scene/scene_file.hpp"
 #include "unit/temporary_folder.hpp"
 
 namespace pf::test {
@@ -46,6 +49,24 @@ std::string refusal(const std::string& text) {
     return error.what();
   }
   return "";
+}
+
+// Points of a CUDA device stay where there is none; whether they are all is known from the run that had one.
+TEST(StudyFiles, ASeriesThatIsNotMeasuredNowIsAsCompleteAsItWas) {
+  const auto others_are_complete = [](const char* command, json complete, const char* command_now) {
+    const TemporaryFolder folder;
+    json old = whole_result();
+    old["command"] = command;
+    old["complete"] = std::move(complete);
+    write(folder.path() / "terms.json", old.dump());
+    json result = {{"version", "1"}, {"quick", true}, {"points", json::array()}, {"command", command_now}};
+    return resume_study(folder.path(), terms_study(), result);
+  };
+  EXPECT_FALSE(others_are_complete("lab terms --cuda", false, "lab terms"));
+  EXPECT_FALSE(others_are_complete("lab terms --cuda", nullptr, "lab terms"));
+  EXPECT_TRUE(others_are_complete("lab terms --cuda", true, "lab terms"));
+  EXPECT_TRUE(others_are_complete("lab terms --cuda", false, "lab terms --cuda"));
+  EXPECT_TRUE(others_are_complete("lab terms", false, "lab terms"));
 }
 
 TEST(StudyFiles, ADamagedResultIsRefusedByItsForm) {
@@ -198,6 +219,35 @@ TEST(StudyFiles, ATableThatCannotBeWrittenLeavesTheOldOne) {
   fs::create_symlink("/dev/full", folder.path() / "kept.json.part");
   EXPECT_NE(keep_accuracy_table(folder.path(), kept).find("cannot be written"), std::string::npos);
   EXPECT_EQ(text_of(kept), "old");
+}
+
+// Numbers may differ in their last digits, by compiler and machine.
+void expect_same(const json& now, const json& shipped, const std::string& where) {
+  ASSERT_EQ(now.type() == json::value_t::number_float, shipped.type() == json::value_t::number_float)
+      << where;
+  ASSERT_EQ(now.size(), shipped.size()) << where;
+  if (now.is_number_float()) {
+    const auto expected = shipped.get<double>();
+    EXPECT_NEAR(now.get<double>(), expected, 1e-9 * std::fabs(expected) + 1e-15) << where;
+  } else if (now.is_structured()) {
+    for (const auto& [key, value] : shipped.items())
+      expect_same(now.is_array() ? now.at(std::stoul(key)) : now.at(key), value, where + "/" + key);
+  } else {
+    EXPECT_EQ(now, shipped) << where;
+  }
+}
+
+// The files that come with the program say what it says of the same points today.
+TEST(StudyFiles, ShippedConclusionsAreThoseOfTheProgram) {
+  const fs::path folder = find_asset(fs::path("lab") / "work-precision.json").parent_path();
+  for (const Study& study : studies()) {
+    const fs::path file = folder / (study.name + ".json");
+    if (!fs::exists(file)) continue;
+    const json shipped = json::parse(text_of(file));
+    json result = shipped;
+    study.conclude(result);
+    expect_same(result, shipped, study.name);
+  }
 }
 
 }  // namespace

@@ -1,7 +1,6 @@
 // Errors of the work-precision study, and choices by its shipped table against theory and the reference.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -10,19 +9,16 @@
 
 #include "app/accuracy.hpp"
 #include "app/accuracy_table.hpp"
-#include "app/options.hpp"
 #include "app/scene_run.hpp"
 #include "core/error.hpp"
 #include "lab/flight_case.hpp"
 #include "lab/gas_case.hpp"
 #include "lab/mean_error.hpp"
-#include "lab/parallel_for.hpp"
 #include "lab/path_case.hpp"
 #include "lab/reference.hpp"
 #include "lab/study.hpp"
 #include "lab/study_files.hpp"
 #include "lab/theory.hpp"
-#include "lab/validate.hpp"
 #include "lab/work_precision_errors.hpp"
 #include "model/kinetic_theory.hpp"
 #include "scene/derive.hpp"
@@ -69,6 +65,36 @@ TEST(WorkPrecision, InACoolingGasExactIsTheReference) {
   const json& pressure = result["points"][0]["errors"]["pressure"];
   EXPECT_NEAR(pressure["value"].get<double>(), 0.1, 1e-12);
   EXPECT_NEAR(pressure["sigma"].get<double>(), 2.0 * std::sqrt(2.0 / (kPi * 5000.0)) / 3.0, 1e-9);
+}
+
+// Flights whose speed at the end is 10 - 4 / sqrt(N), give or take 0.01: the largest number has an error,
+// too.
+TEST(WorkPrecision, NumbersOfParcelsAreComparedWithTheLimitOfMany) {
+  json points = json::array();
+  for (const double num : {1600.0, 6400.0, 25600.0}) {
+    const double speed = 10.0 - 4.0 / std::sqrt(num);
+    json ends = json::array();
+    for (const double off : {-0.01, 0.01, -0.01, 0.01}) ends.push_back({5.0, 0.0, speed + off});
+    points.push_back({{"group", "parcels"},
+                      {"device", "cpu"},
+                      {"method", "exact"},
+                      {"area_fraction", 0.1},
+                      {"restitution", 0.9},
+                      {"num_parcels", num},
+                      {"dt", 0.1},
+                      {"ns_per_disc_time", 1.0},
+                      {"ends", ends},
+                      {"start", {0.0, 0.0, 12.0}}});
+  }
+  json result = {{"points", points}};
+  conclude_work_precision(result);
+  for (const json& row : result["points"]) {
+    const json& drag = row["errors"]["drag"];
+    EXPECT_NEAR(drag["shift"].get<double>(), -2.0 / std::sqrt(row["num_parcels"].get<double>()), 1e-12);
+    EXPECT_NEAR(drag["scatter"].get<double>(), 0.5 * 0.01 * std::sqrt(4.0 / 3.0), 1e-12);
+  }
+  const json& first = result["points"][0]["errors"]["drag"];
+  EXPECT_NEAR(first["value"].get<double>(), std::hypot(0.05, first["scatter"].get<double>()), 1e-12);
 }
 
 // A file of results that somebody has edited.
@@ -268,49 +294,6 @@ TEST(Lab, ResumeKeepsTheSeriesOfAnotherMachine) {
   full["quick"] = true;
   full["version"] = "2";
   EXPECT_THROW(resume_study(folder.path(), study, full), UserError);
-}
-
-TEST(Lab, ParallelForCallsEachOnceAndRethrows) {
-  for (const unsigned threads : {1U, 3U}) {
-    std::vector<std::atomic<int>> calls(50);
-    parallel_for(50, threads, [&](int k) { ++calls[static_cast<std::size_t>(k)]; });
-    for (const auto& num : calls) EXPECT_EQ(num, 1);
-    std::atomic<int> num_started = 0;
-    const auto fail = [&](int) {
-      ++num_started;
-      throw std::runtime_error("failed");
-    };
-    EXPECT_THROW(parallel_for(50, threads, fail), std::runtime_error);
-    EXPECT_LE(num_started, static_cast<int>(threads)) << "no call starts after a failure";
-    parallel_for(0, threads, fail);
-  }
-}
-
-TEST(Lab, ValidationIsTheSameOnAnyNumberOfThreads) {
-  std::vector<double> measured;
-  for (const unsigned threads : {1U, 3U}) {
-    for (const ValidationCase& validation : gas_cases({true, threads})) {
-      if (validation.key != "density/exact/0.2") continue;
-      validation.measure([&](const ValidationRow& row) { measured.push_back(row.measured); });
-    }
-  }
-  ASSERT_EQ(measured.size(), 4U) << "rate and pressure, twice";
-  EXPECT_EQ(measured[0], measured[2]);
-  EXPECT_EQ(measured[1], measured[3]);
-}
-
-TEST(Lab, ListsEveryStudy) {
-  std::vector<std::string> names;
-  for (const Study& study : studies()) names.push_back(study.name);
-  EXPECT_EQ(names, (std::vector<std::string>{"work-precision", "stability", "contact-clock", "terms",
-                                             "gas-dynamics", "validate"}));
-}
-
-TEST(Lab, CommandLineAcceptsEveryStudy) {
-  for (const Study& study : studies()) {
-    const char* words[] = {"pickleflight", "lab", study.name.c_str()};
-    EXPECT_EQ(parse_options(3, words).options.value().lab.study, study.name);
-  }
 }
 
 // A table that lacks points says so.

@@ -83,18 +83,25 @@ void DomainGroup::distribute(const ParcelSnapshot& parcels) {
 }
 
 void DomainGroup::gather(ParcelSnapshot& parcels) {
-  std::vector<Parcel> mine;
-  for (const auto& domain : domains_) domain->visit([&](const Parcel& parcel) { mine.push_back(parcel); });
-  const std::vector<Parcel> all = ranks_.gather(mine);
-  parcels.position.resize(all.size());
-  parcels.velocity.resize(all.size());
+  const bool is_first = ranks_.is_first();
+  const std::size_t num = is_first ? static_cast<std::size_t>(physics_.parcels.num) : 0;
+  parcels.position.resize(num);
+  parcels.velocity.resize(num);
   parcels.heated.clear();
   parcels.step = step_;
-  for (const Parcel& parcel : all) {
+  const auto place = [&](const Parcel& parcel) {
     parcels.position[parcel.id] = parcel.position;
     parcels.velocity[parcel.id] = parcel.velocity;
     if (parcel.is_heated != 0) parcels.heated.push_back(parcel.id);
+  };
+  std::vector<Parcel> mine;
+  for (const auto& domain : domains_) {
+    domain->visit([&](const Parcel& parcel) {
+      if (is_first) return place(parcel);
+      mine.push_back(parcel);
+    });
   }
+  for (const Parcel& parcel : ranks_.gather(std::move(mine))) place(parcel);
   std::ranges::sort(parcels.heated);
 }
 
@@ -110,7 +117,7 @@ void DomainGroup::draw(const DrawBuffers& buffers) {
       mine.push_back(drawn_parcel(physics_.world, parcel.position, parcel.velocity));
     });
   }
-  for (const DrawnParcel& drawn : ranks_.gather(mine)) {
+  for (const DrawnParcel& drawn : ranks_.gather(std::move(mine))) {
     buffers.position_m[num] = drawn.position_m;
     buffers.speed_mps[num++] = drawn.speed_mps;
   }
@@ -124,19 +131,21 @@ std::vector<std::uint32_t> DomainGroup::count(const PixelGrid& grid, const Count
     domain.count(grid, style, images[d]);
   });
   std::vector<std::uint32_t> sum = std::move(images[0]);
-  const auto add = [&](const std::uint32_t* pixels) {
-    for (std::size_t k = 0; k < num; ++k) sum[k] += pixels[k];
-  };
-  for (std::size_t k = 1; k < images.size(); ++k) add(images[k].data());
-  const std::vector<std::uint32_t> all = ranks_.gather(sum);
-  for (std::size_t first = num; first < all.size(); first += num) add(all.data() + first);
-  return sum;
+  for (std::size_t d = 1; d < images.size(); ++d) {
+    for (std::size_t k = 0; k < num; ++k) sum[k] += images[d][k];
+  }
+  std::vector<std::uint32_t> all = ranks_.gather(std::move(sum));
+  for (std::size_t first = num; first < all.size(); first += num) {
+    for (std::size_t k = 0; k < num; ++k) all[k] += all[first + k];
+  }
+  all.resize(std::min(all.size(), num));
+  return all;
 }
 
 std::vector<DrawnParcel> DomainGroup::gather_in(const PixelGrid& grid) {
   std::vector<DrawnParcel> mine;
   for (const auto& domain : domains_) domain->gather(grid, mine);
-  return ranks_.gather(mine);
+  return ranks_.gather(std::move(mine));
 }
 
 // Summed in the order of domains: with other numbers of domains the sums may differ in their last bits.

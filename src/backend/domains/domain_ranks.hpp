@@ -76,16 +76,17 @@ class DomainRanks {
 
   // On rank 0 the items of all ranks, in order; elsewhere nothing.
   template <class T>
-  std::vector<T> gather(const std::vector<T>& mine) {
-    const std::vector<std::uint64_t> nums = all_of<std::uint64_t>(mine.size());
+  std::vector<T> gather(std::vector<T> mine) {
+    const std::size_t num_mine = mine.size();
+    const std::vector<std::uint64_t> nums = all_of<std::uint64_t>(num_mine);
     if (!is_first()) {
       if (!mine.empty()) carrier_.exchange({{0, 0, mine.data(), mine.size() * sizeof(T)}}, {});
       return {};
     }
-    std::vector<T> all(mine);
+    std::vector<T> all = std::move(mine);
     all.resize(std::accumulate(nums.begin(), nums.end(), std::size_t{0}));
     std::vector<Incoming> in;
-    T* next = all.data() + mine.size();
+    T* next = all.data() + num_mine;
     for (unsigned r = 1; r < nums.size(); ++r) {
       if (nums[r] > 0) in.push_back({r, 0, next, nums[r] * sizeof(T)});
       next += nums[r];

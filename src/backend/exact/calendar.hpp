@@ -106,13 +106,6 @@ class Calendar {
     earliest_in_group_[group] = rest;
   }
 
-  // A tick before which nothing is due.
-  std::uint32_t earliest() const {
-    std::uint32_t tick = kNoTick;
-    for (const std::uint32_t of_group : earliest_in_group_) tick = std::min(tick, of_group);
-    return tick;
-  }
-
   std::uint64_t memory_bytes() const {
     return 8 * key_.capacity() + 4 * (earliest_.capacity() + earliest_in_group_.capacity());
   }

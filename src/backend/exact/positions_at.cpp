@@ -10,11 +10,8 @@ template <Boundary kBoundary>
 void evaluate_plainly(const ExactConstants& c, const TrajectoryArrays& trajectories, std::int32_t tick,
                       std::size_t begin, std::size_t end, Vec2i* position) {
   for (std::size_t i = begin; i < end; ++i) {
-    const Vec2f velocity = trajectories.velocity[i];
-    position[i] =
-        dot(velocity, velocity) < kMaxFiniteSpeed2
-            ? position_at<kBoundary>(c, {trajectories.anchor[i], velocity, trajectories.tick[i]}, tick)
-            : trajectories.anchor[i];
+    const Trajectory trajectory{trajectories.anchor[i], trajectories.velocity[i], trajectories.tick[i]};
+    position[i] = place_at<kBoundary>(c, trajectory, tick);
   }
 }
 

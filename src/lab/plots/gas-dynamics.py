@@ -63,7 +63,7 @@ def draw_blast(axes, study):
     runs = best_device([row for row in study["points"] if row["group"] == "blast"])
     for colour, fraction in zip(("#0072B2", "#D55E00", "#009E73"), sorted({row["area_fraction"] for row in runs})):
         curves = [np.array(row["samples"], dtype=float) for row in runs if row["area_fraction"] == fraction]
-        radii = np.array([curve[:, 2] for curve in curves])
+        radii = np.array([curve[:, 1] for curve in curves])
         seen = (radii > 0).all(axis=0)  # 0: no front was found yet
         time, radius = curves[0][seen, 0], radii[:, seen].mean(axis=0)
         axes.loglog(time, radius, "o", color=colour, ms=3.5, label=f"area fraction {fraction:g}")

@@ -83,7 +83,7 @@ def draw_maps(study):
     seen = {row["class"] for row in study["points"] if "class" in row} - {"collapsed", "stopped"}
     figure.legend(handles=[Patch(fc=CLASSES[name], ec=FAINT, lw=0.5, label=name) for name in CLASSES if name in seen],
                   loc="upper left", bbox_to_anchor=(0.003, 0.945), ncol=6, frameon=False, fontsize=9.5)
-    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least. From the worst: blown up (10 times the "
+    figure.text(0.01, 0.012, "1,000 discs, 10 collisions each and 16 steps at least (4 beside a heavy disc). From the worst: blown up (10 times the "
                 "energy), energy 5 % off the reference in 10 collisions, collisions missed (5 %),\noverlap of 0.1 "
                 "diameters. " + style.machine_text(study), fontsize=8, color=FAINT)
     return figure
@@ -238,9 +238,9 @@ def draw_frame_axis(axes, rows, axis):
             is_highest = row["worst_over_mean"] == max(same_value)
             axes.annotate(f"{row['worst_ms']:.2g}", (row["value"], row["worst_over_mean"]), (0, 6 if is_highest else -13),
                           fontsize=7.5, textcoords="offset points", ha="center", color=INK if has_clock else FAINT)
-        refused = [row for row in flown if row["refused"]]
-        axes.plot([row["value"] for row in refused], [row["worst_over_mean"] for row in refused], "x", ms=11, mew=2.2,
-                  color=CLASSES["blown up"])
+    refused = [row for row in rows if row["axis"] == axis and row["refused"]]  # perhaps in the first frame
+    axes.plot([row["value"] for row in refused], [row.get("worst_over_mean", 1.0) for row in refused], "x", ms=11, mew=2.2,
+              color=CLASSES["blown up"])
     axes.set_yscale("log")
     if axis in ("number of parcels", "ball speed"):
         axes.set_xscale("log")

@@ -4,10 +4,12 @@
 sweep.py FILE.json OUT    writes OUT.svg and OUT.png
 Needs matplotlib (Debian, Ubuntu: apt install python3-matplotlib).
 """
+import pathlib
 import re
 import sys
 
-from style import plt, read_json
+import style
+from style import FAINT, INK, plt, read_json
 from matplotlib.ticker import FuncFormatter, NullLocator
 
 # Okabe and Ito (2008): distinct for all kinds of colour vision. One colour per device, one dash per search.
@@ -15,7 +17,6 @@ COLOURS = {"1 thread": "#0072B2", "all threads": "#D55E00", "CUDA": "#009E73"}
 PARTS = [("physics", "#0072B2"), ("render", "#E69F00"), ("overhead", "#BBBBBB")]
 # The report of the seed project: 10^6 parcels, grid, on an RTX 2080 (its section 4.5).
 SEED = {"physics": 27.56, "render": 68.75, "overhead": 3.69}
-INK, FAINT = "#222222", "#8A8A8A"
 SIXTIETH_MS = 1000.0 / 60.0
 
 
@@ -152,9 +153,7 @@ def draw_shares(axes, sweep):
 
 
 def draw(sweep):
-    plt.rcParams.update({"font.family": "DejaVu Sans", "axes.edgecolor": FAINT, "axes.labelcolor": INK,
-                         "xtick.color": FAINT, "ytick.color": FAINT, "xtick.labelcolor": INK,
-                         "ytick.labelcolor": INK, "svg.fonttype": "none", "svg.hashsalt": "sweep"})
+    style.prepare("sweep")
     figure, (growth, shares) = plt.subplots(1, 2, figsize=(12.6, 4.9), width_ratios=[1.12, 1.0])
     figure.subplots_adjust(left=0.05, right=0.94, top=0.88, bottom=0.16, wspace=0.68)
     for axes in (growth, shares):
@@ -176,9 +175,8 @@ def main():
     sweep = read_json(sys.argv[1])
     if sweep.get("kind") != "sweep" or not sweep["series"]:
         sys.exit(f"{sys.argv[1]}: no sweep with a series; measure one: pickleflight bench --sweep --json FILE")
-    figure = draw(sweep)
-    figure.savefig(sys.argv[2] + ".svg", metadata={"Date": None})
-    figure.savefig(sys.argv[2] + ".png", dpi=110, metadata={"Software": None})
+    out = pathlib.Path(sys.argv[2])
+    style.save(draw(sweep), out.parent, out.name)
 
 
 if __name__ == "__main__":

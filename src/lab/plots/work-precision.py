@@ -169,7 +169,7 @@ def draw_orders(study):
 
 
 def draw_parcels(study):
-    """Scatter of the flight over the seeds against N, and the errors of the methods beside it."""
+    """Scatter of the flight over the seeds and distance of the mean from many parcels against N; errors of the methods."""
     rows = sorted((row for row in study["points"] if row["group"] == "parcels" and "ends" in row),
                   key=lambda row: row["num_parcels"])
     figure, grid = plt.subplots(1, 2, figsize=(11.5, 4.6))
@@ -185,6 +185,8 @@ def draw_parcels(study):
         middle = len(sizes) // 2
         law = [entries[middle]["scatter"] * (sizes[middle] / size) ** 0.5 for size in sizes]
         axes.plot(sizes, law, color=FAINT, lw=1.0, ls=(0, (4, 2)), zorder=2, label=r"$1/\sqrt{N}$")
+        axes.errorbar(sizes, [abs(entry["shift"]) for entry in entries], [entry["shift_sigma"] for entry in entries], fmt="-^",
+                      color=FAINT, ms=5.5, lw=1.4, zorder=3, label="mean against many parcels")
         draw_method_errors(axes, study, error, {"impulse": sizes[-1] * 2.0, "spring": sizes[-1] * 4.5})
         style.tidy(axes)
         axes.legend(loc="lower left", frameon=False, fontsize=9.5)  # empty, since the scatter falls with N
@@ -195,7 +197,7 @@ def draw_parcels(study):
         axes.yaxis.set_major_formatter(FuncFormatter(style.percent))
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_minor_locator(NullLocator())
-    figure.text(0.01, 0.965, "A method's error only matters above the scatter of one flight",
+    figure.text(0.01, 0.965, "A method's error only matters above that of the number of parcels",
                 fontsize=13.5, color=INK, fontweight="bold", va="top")
     figure.text(0.01, 0.015, "Court, area fraction 0.1, e = 0.9, exact. Dots on the right: errors of the methods at area fraction 0.05, "
                 "e = 0.9, by displacement per step [diameters];\nmean over the seeds against exact; hollow: upper bound. "
@@ -248,7 +250,9 @@ def draw_panel_alone(study, error, eta, restitution):
 def with_devices_of(study, beside):
     """The study, whose devices also name those of another study in the right panel, where they differ."""
     names = {entry["series"]: entry["device"] for entry in beside["machine"]["devices"]}
-    devices = [dict(entry) for entry in study["machine"]["devices"]]
+    all_devices = [dict(entry) for entry in study["machine"]["devices"]]
+    devices = [entry for k, entry in enumerate(all_devices)  # the first of each series, which most rows are of
+               if entry["series"] not in (before["series"] for before in all_devices[:k])]
     for entry in devices:
         other = names.get(entry["series"], entry["device"])
         if other != entry["device"]:
@@ -272,6 +276,7 @@ def draw_flight(study, layers):
         share_limits([axes])
         axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
         axes.set_xlabel("nanoseconds per disc and time d/c (diameter over thermal speed)")
+    grid[1].set_xlabel("nanoseconds per disc and time d/c; on the CPU of one thread")
     add_legend(figure, with_devices_of(study, layers), (0.985, 0.855))
     figure.text(0.012, 0.97, "Error against cost", fontsize=15, color=INK, fontweight="bold", va="top")
     figure.text(0.012, 0.893, "Lower is more accurate, left is cheaper. Grey: no other dot beats these. Arrow: upper bound. "

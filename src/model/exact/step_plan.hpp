@@ -74,20 +74,24 @@ PF_HD inline double assumed_bound_mps(const Physics& physics, double reference_m
 PF_HD inline bool needs_all_pairs(const RunConstants& run) { return run.contact_distance > 0.25 * kMaxReach; }
 
 // Longest safe step, in ticks: search boxes stay within 32 bits, and in a periodic world only nearest images
-// can collide. Boxes grow with the displacement since the sort; without contacts there are none.
+// can collide. Boxes grow with the displacement since the sort; without contacts there are none. Elsewhere a
+// position that is traced back to the step's start may lie beyond an edge, by as much as a parcel moves.
 PF_HD inline std::uint32_t max_step_ticks(const ExactConstants& c, std::int64_t max_displacement) {
   const World& world = c.run.physics.world;
   const double anywhere = 8.0 * kMaxReach;
   const double ball_contact = c.plan.ball != BallRole::absent ? c.run.ball_contact : 0.0;
   const bool boxes = c.run.physics.parcels.contacts && !needs_all_pairs(c.run);
-  double room = boxes ? kMaxReach - static_cast<double>(max_displacement) - c.run.contact_distance : anywhere;
+  double room = anywhere;
+  if (boxes) room = kMaxReach - static_cast<double>(max_displacement) - c.run.contact_distance;
+  if (needs_all_pairs(c.run)) room = c.run.contact_distance;  // parcels stay so far within the world
   if (ball_contact > 0.0 && kMaxReach - ball_contact < room) room = kMaxReach - ball_contact;
   if (world.boundary == Boundary::periodic) {
     const double widest = ball_contact > c.run.contact_distance ? ball_contact : c.run.contact_distance;
     const double narrower = world.half.x < world.half.y ? world.half.x : world.half.y;
     if (narrower - widest < room) room = narrower - widest;
   }
-  const double ticks = (room - 2.0 * kRoundingMargin) / (2.0 * c.plan.max_speed_mps * c.plan.units_per_tick);
+  const double ways = world.boundary == Boundary::periodic ? 2.0 : 3.0;
+  const double ticks = (room - 2.0 * kRoundingMargin) / (ways * c.plan.max_speed_mps * c.plan.units_per_tick);
   const auto limit = static_cast<double>(kAnchorPeriod);
   return static_cast<std::uint32_t>(ticks < 1.0 ? 1.0 : (ticks > limit ? limit : ticks));
 }

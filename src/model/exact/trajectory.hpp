@@ -126,6 +126,13 @@ PF_HD inline Vec2i position_at(const ExactConstants& c, const Trajectory& trajec
           confined<kBoundary>(trajectory.anchor.y + round_to_int64(moved.y), world.half.y, radius)};
 }
 
+// The same, of a parcel that may have no finite speed: it stays at its anchor.
+template <Boundary kBoundary>
+PF_HD inline Vec2i place_at(const ExactConstants& c, const Trajectory& trajectory, std::int32_t tick) {
+  const bool is_finite = dot(trajectory.velocity, trajectory.velocity) < kMaxFiniteSpeed2;
+  return is_finite ? position_at<kBoundary>(c, trajectory, tick) : trajectory.anchor;
+}
+
 // Position that the trajectory, traced back, had at the step's start. It may lie beyond a wall.
 template <Boundary kBoundary>
 PF_HD inline Vec2i start_position(const ExactConstants& c, const Trajectory& trajectory) {
