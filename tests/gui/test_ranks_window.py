@@ -54,8 +54,8 @@ def main():
         subprocess.run([program, "run", "a.toml", "--headless", "--size", "320x180", "--report", "again.json"], cwd=folder,
                        check=True, stderr=subprocess.DEVNULL, timeout=LIMIT_S)
         again = json.loads((folder / "again.json").read_text())
-        report = change_threads(program, screen, folder)
-        check("2 domains" in report["device"], f"pictures go on with other threads: {report['device']}")
+        changed = change_threads(program, screen, folder)
+        check("2 domains" in changed["device"], f"pictures go on with other threads: {changed['device']}")
         check(again["replay"]["same"] and again["replay"]["checks"] > 0 and again["state_hash"] == report["state_hash"],
               f"one process flies the same from the log: {again['replay']}")
 
