@@ -154,21 +154,5 @@ TEST(Ball, HeldInFlightStays) {
   EXPECT_EQ(fly(false), fly(true));
 }
 
-// Without parcels there are no contacts to count, and nothing begins anew between requests.
-TEST(Ball, FliesStraightThroughAVacuumInAnyRequests) {
-  Settings s;  // the court's
-  s.air = Air::vacuum;
-  s.method = Method::exact;
-  s.contact_clock_s = 1e-4;
-  s.ball_spin_radps = 0.0;
-  s.ball_vx_mps = 13.7;
-  s.ball_vy_mps = 1.3;
-  SceneRun whole(s, 1), parts(s, 1);
-  constexpr double kStep_s = 3.1e-4;
-  whole.advance(300, kStep_s);
-  for (int k = 0; k < 300; ++k) parts.advance(1, kStep_s);
-  EXPECT_EQ(parts.backend->state_hash(), whole.backend->state_hash());
-}
-
 }  // namespace
 }  // namespace pf::test
