@@ -1,8 +1,6 @@
 // A CUDA stream and a CUDA event that are destroyed with their owner.
 #pragma once
 
-#include <memory>
-
 #include "cuda/check.cuh"
 
 namespace pf {

@@ -127,10 +127,11 @@ void RunFiles::tell_failure(Target& target, const char* outlook) {
 void RunFiles::keep_checkpoint(const Simulation& simulation) {
   if (simulation.num_fallbacks() == std::exchange(seen_fallbacks_, simulation.num_fallbacks())) return;
   for (Target& target : targets_) {
-    if (target.name != "checkpoint") continue;
-    target.writer->finish();
     std::error_code ignored;
-    if (!std::filesystem::exists(target.file, ignored)) continue;
+    const bool was_handed_over = target.last_step != UINT64_MAX;  // it may still be written
+    if (target.name != "checkpoint" || !(was_handed_over || std::filesystem::exists(target.file, ignored)))
+      continue;
+    target.writer->finish();
     target.is_kept = true;
     target.writer->fail(
         fmt::format("{} stays as it was before the device failed", in_quotes(target.file.string())));

@@ -119,6 +119,23 @@ TEST_F(RunFilesTest, TheLastCheckpointThatFailsIsToldAsTheEnd) {
   EXPECT_EQ(lines[0].find("the next one"), std::string::npos) << lines[0];
 }
 
+// Without a file of before there is nothing to keep: those of the flight that began anew are written.
+TEST_F(RunFilesTest, WritesTheFirstCheckpointAfterTheDeviceFailed) {
+  options_.dump.clear();
+  options_.checkpoint = folder_.path() / "a.state";
+  Simulation losing(gas(40), std::make_unique<LosingBackend>(LosingBackend::At::submit, 2));
+  losing.set_fallback([] { return make_cpu_backend(1); });
+  RunFiles files(options_, false, nullptr);
+  for (int frame = 0; frame < 5; ++frame) {
+    losing.advance_frame({}, nullptr);
+    files.follow(losing, {});
+  }
+  ASSERT_EQ(losing.num_fallbacks(), 1);
+  files.finish(losing, {});
+  EXPECT_FALSE(files.failed());
+  EXPECT_EQ(read_checkpoint(options_.checkpoint).totals.num_steps, losing.view().totals.num_steps);
+}
+
 // The flight begins anew on another backend; the file is of before.
 TEST_F(RunFilesTest, KeepsTheCheckpointOfBeforeTheDeviceFailed) {
   options_.dump.clear();
