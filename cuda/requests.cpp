@@ -17,8 +17,8 @@ namespace {
 std::int64_t displacement_in_step(const StepConstants& constants, std::int32_t last, double last_dt_s) {
   if (last > 0 && last_dt_s > 0.0)
     return static_cast<std::int64_t>(std::min(1.1 * last * (constants.dt_s / last_dt_s), 0x1p40));
-  return static_cast<std::int64_t>(4.5 * constants.advance_scale * 0x1p-32 *
-                                   constants.physics.parcels.speed_mps);
+  const double first = 4.5 * constants.advance_scale * 0x1p-32 * constants.physics.parcels.speed_mps;
+  return static_cast<std::int64_t>(std::min(first, 0x1p40));
 }
 
 // Returns whether a step in parts is faster, as it is if there are many parcels and few touch at a time: sums

@@ -16,7 +16,6 @@ struct DeviceTally {
   long long impulse_sum = 0;
   float max_overlap = 0.0F;
   unsigned int displacement = 0;
-  float speed2 = 0.0F;
 
   __device__ inline void overlap(float diameters) { max_overlap = fmaxf(max_overlap, diameters); }
   __device__ inline void begin_contact() { ++num_collisions; }
@@ -27,9 +26,8 @@ struct DeviceTally {
     atomicAdd(&block->ball_y, static_cast<unsigned long long>(hit.impulse_y));
     atomicAdd(&block->ball_torque, static_cast<unsigned long long>(hit.torque));
   }
-  __device__ inline void moved(std::int32_t by_units, float new_speed2) {
+  __device__ inline void moved(std::int32_t by_units) {
     displacement = max(displacement, static_cast<unsigned int>(by_units));
-    speed2 = fmaxf(speed2, new_speed2);
   }
   __device__ inline void retired() { atomicAdd(&block->num_retired, 1U); }
   __device__ inline void invalid(std::uint32_t id) {
@@ -43,11 +41,7 @@ static_assert(StepTally<DeviceTally>);
 __device__ inline void reduce_warp(const DeviceTally& tally, TallySlot& block) {
   const bool leads = threadIdx.x % 32 == 0;
   const unsigned int displacement = warp_max(tally.displacement);
-  const unsigned int speed2 = warp_max(__float_as_uint(tally.speed2));
-  if (leads) {
-    atomicMax(&block.max_displacement, displacement);
-    atomicMax(&block.max_speed2_bits, speed2);
-  }
+  if (leads) atomicMax(&block.max_displacement, displacement);
   if (!__any_sync(0xFFFFFFFFU, tally.max_overlap > 0.0F)) return;  // nothing touched
   const unsigned int collisions = warp_add(tally.num_collisions);
   // In two parts: a thread's sum is below 2^50, or 2^25 contacts of 2^25 counts each.
@@ -81,7 +75,7 @@ __device__ inline void add_slot(TallySlot& to, const TallySlot& from) {
     atomicMax(&to.first_invalid_id, from.first_invalid_id);
   }
   atomicMax(&to.max_displacement, from.max_displacement);
-  atomicMax(&to.max_speed2_bits, from.max_speed2_bits);
+  if (from.max_speed2_bits != 0) atomicMax(&to.max_speed2_bits, from.max_speed2_bits);
 }
 
 __device__ inline unsigned long long sum_over_warp(unsigned long long value) {

@@ -30,6 +30,7 @@ reader_packages=(                  # readers of dumps; tests are skipped without
   python3-pip                      # for pyh5md, and VTK's reader of XDMF, which are on PyPI only
 )
 all_packages=(                     # of ./check --all
+  ccache:ccache                    # compiles kernels once for program and packages
   clang:clang++ clang-tidy:clang-tidy
   libclang-rt-dev                  # Clang's sanitizers
   dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
@@ -95,16 +96,18 @@ nvcc_path() {
   command -v nvcc || { [[ -x /usr/local/cuda/bin/nvcc ]] && echo /usr/local/cuda/bin/nvcc; } || echo none
 }
 
-# Builds use ccache if it is installed, with hits across trees in different folders.
+# use_ccache: where it is installed, builds use it, with hits across trees in different folders.
 launchers=()
-if command -v ccache >/dev/null; then
+use_ccache() {
+  command -v ccache >/dev/null || return 0
   launchers=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_CUDA_COMPILER_LAUNCHER=ccache)
   export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
-fi
+}
 
 # configure PRESET: only for a new or moved tree, or if nvcc appeared or disappeared.
 configure() {
   local preset=$1 folder=$root/build/$1 nvcc
+  use_ccache
   nvcc=$(nvcc_path)
   local fresh=()
   if [[ -f $folder/CMakeCache.txt ]]; then

@@ -34,7 +34,6 @@ CpuTally tally_of(const TallySlot* slots) {
     part.first_invalid_id = ~slot.first_invalid_id;
     part.impulse_sum = static_cast<std::int64_t>(slot.impulse_sum);
     part.max_overlap = std::bit_cast<float>(slot.max_overlap_bits);
-    part.max_speed2 = std::bit_cast<float>(slot.max_speed2_bits);
     part.max_displacement = static_cast<std::int32_t>(slot.max_displacement);
     part.ball = {static_cast<std::int64_t>(slot.ball_x), static_cast<std::int64_t>(slot.ball_y),
                  static_cast<std::int64_t>(slot.ball_torque)};

@@ -14,18 +14,21 @@ class EnergyWatch {
   static constexpr double kBlownUp =
       10.0;  // times the energy: nothing in a scene does that but long steps and large impulses
 
-  // Call at the end of each frame, with its totals. Returns by what factor the energy of parcels and ball has
-  // grown since parcels overlapped deeply for the first time, if that is more than kBlownUp; otherwise 0. It
-  // reports that once, until the flight or its settings change. Looks at all parcels in every 30th frame with
-  // deep overlaps.
-  double follow(const FrameView& view, const StepTotals& frame, Backend& backend);
+  // Call before the steps of each frame. Looks at all parcels where a flight begins or its settings change.
+  void begin_frame(const FrameView& view, Backend& backend);
+  // Call at the end of each frame. Returns by what factor the energy of parcels and ball has grown since the
+  // flight began, or its settings changed, if that is more than kBlownUp; otherwise 0. It reports that once.
+  // Looks at all parcels in every 30th frame.
+  double end_frame(const FrameView& view, Backend& backend);
 
  private:
+  static bool may_blow_up(const FrameView& view);
+
   struct Start {
     FlightKey key;
     double energy_j = 0.0;
     bool has_told = false;
-    int num_frames = 0;  // with deep overlaps
+    int num_frames = 0;
   };
 
   std::optional<Start> start_;

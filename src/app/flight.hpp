@@ -24,7 +24,7 @@ struct FlightRecord {
   double set_dt_s = 0.0;   // the setting; 0: from the displacement
   bool half_step = false;  // half of the step that the scene has
   double dt_s = 0.0;       // of the last step
-  double speed_mps = 0.0;
+  Vec2d launch_mps;        // velocity at the launch
   double spin_radps = 0.0;
   Settings settings;            // at the launch, or where a run went on from a state
   std::vector<Vec2f> points_m;  // one per frame, oldest first

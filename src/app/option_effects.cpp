@@ -21,6 +21,17 @@ void check_profile(const Typed& typed, const Options& options) {
         "--profile-csv: needs a profile; add one, as --set run.profile=x or --set run.profile=radius");
 }
 
+// A setting has one value.
+void check_given_once(const Typed& typed) {
+  const std::vector<GivenSetting> given = given_settings(typed);
+  for (auto at = given.begin(); at != given.end(); ++at) {
+    const auto again = std::find_if(at + 1, given.end(), [&](const auto& other) { return other.path == at->path; });
+    if (again != given.end())
+      throw UserError(
+          fmt::format("{}: is given twice, {} and {}; leave out one of them", at->path, at->option, again->option));
+  }
+}
+
 // Settings of the command line that have no effect beside others. A window can still change those, a second
 // flight may differ in them, and a scene file keeps them.
 void check_settings(const Typed& typed, const Options& options) {
@@ -80,6 +91,7 @@ bool gives(const Typed& typed, const std::string& path) {
 }
 
 void check_effects(const CLI::App& command, const Typed& typed, const Options& options) {
+  check_given_once(typed);
   check_profile(typed, options);
   check_settings(typed, options);
   if (options.command == Command::run) check_without_window(command, typed, options);

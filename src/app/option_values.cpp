@@ -113,6 +113,19 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
   return file;
 }
 
+fs::path table_file(const CLI::App& app, const std::string& flag, const std::string& text,
+                    const std::string& ending) {
+  fs::path file = output_file(app, flag, text, {});
+  std::error_code ignored;
+  // Not a link, as /dev/stdout is.
+  const bool holds_text =
+      fs::is_regular_file(fs::symlink_status(file, ignored)) && fs::file_size(file, ignored) > 0;
+  if (holds_text && ending_of(file) != ending)
+    throw UserError(fmt::format("{}: {} exists, and only files that end in {} are replaced; choose another name",
+                                flag, in_quotes(text), ending));
+  return file;
+}
+
 fs::path record_file(const CLI::App& app, const std::string& text) {
   fs::path file = text;
   if (!is_frame_pattern(file)) {

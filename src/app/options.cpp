@@ -35,8 +35,8 @@ void read_stage_options(const CLI::App& command, const Typed& typed, Options& op
   if (typed.clip_format) options.clip_format = name_of("--clip-format", *typed.clip_format, kClipFormats);
   if (typed.magnifier) options.magnifier = name_of("--magnifier", *typed.magnifier, kMagnifierNames);
   if (typed.ui_scale) options.ui_scale = read_ui_scale(*typed.ui_scale);
-  options.overlay_csv = output_file(command, "--overlay-csv", typed.overlay_csv, {});
-  options.profile_csv = output_file(command, "--profile-csv", typed.profile_csv, {});
+  options.overlay_csv = table_file(command, "--overlay-csv", typed.overlay_csv, ".csv");
+  options.profile_csv = table_file(command, "--profile-csv", typed.profile_csv, ".csv");
   std::error_code ignored;
   if (fs::exists(fs::symlink_status(typed.save_scene, ignored))) {
     throw UserError(fmt::format("--save-scene: {} already exists and is not overwritten; choose another name",
@@ -106,7 +106,7 @@ Options lab_options(const CLI::App& command, const Typed& typed, Options options
   if (command.count("--scene") > 0 && lab.study != "terms" && lab.study != "all")
     throw UserError("--scene: needs terms or all; the other studies have their own scenes; leave it out");
   if (lab.resume && lab.force) throw UserError("--resume: contradicts --force; give one of them");
-  lab.json = output_file(command, "--json", typed.json, {});
+  lab.json = table_file(command, "--json", typed.json, ".json");
   if (lab.out.empty() && !is_validate) lab.out = "lab-" + lab.study;
   return options;
 }
@@ -214,8 +214,8 @@ Options checked_options(const CLI::App& command, const Typed& typed, Options opt
   check_split_run(options);
   check_effects(command, typed, options);
   options.panel_map = output_file(command, "--panel-map", typed.panel_map, {});
-  options.report = output_file(command, "--report", typed.report, {});
-  options.bench_json = output_file(command, "--json", typed.json, {});
+  options.report = table_file(command, "--report", typed.report, ".json");
+  options.bench_json = table_file(command, "--json", typed.json, ".json");
   check_outputs(typed, options);
   return options;
 }

@@ -155,6 +155,12 @@ void RunRecord::add_frame(const PhaseTimes& times, const StepTotals& totals, dou
   dt_s_ = dt_s;
 }
 
+void RunRecord::pass_idle_time() {
+  const Clock::time_point now = Clock::now();
+  timed_from_ += now - last_frame_;
+  last_frame_ = now;
+}
+
 // Keeps every other frame.
 void RunRecord::thin_out() {
   for (std::size_t k = 0; 2 * k < frames_.size(); ++k) frames_[k] = frames_[2 * k];

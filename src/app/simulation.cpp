@@ -46,6 +46,20 @@ void Simulation::State::reset(const Settings& with) {
   show_plan();
 }
 
+// The settings for the flight under way, which a launch velocity set since does not concern.
+Settings Simulation::State::as_launched(Settings with) const {
+  with.ball_vx_mps = flight.launch_mps.x;
+  with.ball_vy_mps = flight.launch_mps.y;
+  return with;
+}
+
+// Roundings go on with the seed of the air.
+Physics Simulation::State::physics_in_flight(const Settings& with) const {
+  Physics derived = derive_physics(as_launched(with));
+  derived.seed = physics.seed;
+  return derived;
+}
+
 // Throws UserError if the backend cannot fly the settings, or the parcels do not fit around the ball.
 NewAir Simulation::State::new_air(const Settings& with, const BallState& around) const {
   const Physics derived = derive_physics(with);

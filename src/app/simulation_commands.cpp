@@ -29,12 +29,12 @@ void Simulation::State::apply_settings(const Settings& wanted) {
     with.dt_s = *scene_dt_s;
     with.dt_s = half_step_of(with);
   }
-  const Physics derived = derive_physics(with);
+  const Physics derived = physics_in_flight(with);
   check_backend(with, derived, *backend);
   std::vector<Ghost> ghosts_with = ghosts_of_flight(with);
   const bool is_respawned = differ(settings, with, &Effects::parcels);
   std::optional<NewAir> air;
-  if (is_respawned) air.emplace(new_air(with, ball));  // throws before anything changes
+  if (is_respawned) air.emplace(new_air(as_launched(with), ball));  // throws before anything changes
   if (with.threads != settings.threads) change_threads(with);
   if (air) {
     respawn(*air);

@@ -18,6 +18,9 @@ constexpr double kRelaunchDelay_s = 1.0;
 void Simulation::State::launch(bool fresh_air) {
   keep_old_flight();
   ball = initial_ball(settings);
+  flight.launch_mps = ball.velocity_mps;
+  const Physics launched = physics_in_flight(settings);
+  if (launched.reference_speed_mps != physics.reference_speed_mps) backend->set_physics(physics = launched);
   backend->set_ball(ball);
   ++num_launches;
   begin_flight(fresh_air);
@@ -75,7 +78,7 @@ void Simulation::State::begin_flight(bool fresh_air) {
   flight.method = settings.method;
   flight.set_dt_s = settings.dt_s;
   flight.half_step = scene_dt_s.has_value();
-  flight.speed_mps = std::hypot(settings.ball_vx_mps, settings.ball_vy_mps);
+  flight.launch_mps = initial_ball(settings).velocity_mps;
   flight.spin_radps = settings.ball_spin_radps;
   flight.settings = settings;
   if (physics.ball.exists) flight.start_energy_j = backend->measure().energy_j();

@@ -14,8 +14,12 @@
 namespace pf {
 
 Commands Simulation::State::admit(const Commands& wanted) {
+  const bool is_first_edit = wanted.settings && !waiting.settings;
   waiting = joined(waiting, wanted);
-  if (sought) return admit_while_seeking();
+  if (sought) {
+    if (is_first_edit) waiting.settings = at_target(*wanted.settings);
+    return admit_while_seeking();
+  }
   if (frame) {
     const bool must_complete = frame->mid_step || history.next_frame() != nullptr;
     const bool is_in_step = must_complete && !(starts_anew(waiting) && can_start_anew());
@@ -43,6 +47,7 @@ bool Simulation::State::can_start_anew() const {
 void Simulation::State::begin_steps(const Commands& commands) {
   repeat_changes();
   keep_checkpoint_when_due();
+  energy_watch.begin_frame(view, *backend);
   frame.emplace();
   frame->plan = plan_frame(settings, physics, ball, collision_rate_per_s);
   frame->num_steps = std::min(frame->plan.num_steps, commands.max_steps.value_or(UINT32_MAX));
@@ -140,7 +145,7 @@ void Simulation::State::end_frame() {
   }
   profile_is_due = true;
   pause_if_invalid(ended.totals);
-  pause_if_blown_up(ended.totals);
+  pause_if_blown_up();
   shown_s += 1.0 / settings.frame_rate_hz;
   history.pass_frame({view.simulated_s - launched_at_s, ended.num_done, ended.totals.num_ball_hits});
   flight.dt_s = plan.dt_s;
@@ -154,6 +159,7 @@ void Simulation::State::end_frame() {
     flight.has_left = true;
     history.end();
     end_flight();
+    repeat_changes();  // those made after the flight had ended
   }
 }
 
@@ -169,8 +175,8 @@ void Simulation::State::pause_if_invalid(const StepTotals& totals) {
       totals.num_invalid, totals.num_invalid == 1 ? "" : "s", when, totals.first_invalid_id);
 }
 
-void Simulation::State::pause_if_blown_up(const StepTotals& totals) {
-  const double growth = energy_watch.follow(view, totals, *backend);
+void Simulation::State::pause_if_blown_up() {
+  const double growth = energy_watch.end_frame(view, *backend);
   if (growth == 0.0) return;
   view.paused = true;
   view.message = fmt::format(

@@ -27,11 +27,11 @@ void Simulation::State::save(FlightState& to) const {
   to.flight = flight;
 }
 
-// derived: physics of the settings.
-void Simulation::State::resume(const FlightState& from, const Physics& derived) {
+void Simulation::State::resume(const FlightState& from) {
   settings = from.settings;
-  physics = derived;
+  flight = from.flight;
   physics.seed = from.air_seed;
+  physics = physics_in_flight(settings);
   backend->resume(physics, from.backend);
   ball = from.backend.ball;
   view.totals = from.totals;
@@ -41,7 +41,6 @@ void Simulation::State::resume(const FlightState& from, const Physics& derived) 
   collision_rate_per_s = from.collision_rate_per_s;
   view.flight = from.landed ? Flight::landed : Flight::flying;
   scene_dt_s = from.scene_dt_s;
-  flight = from.flight;
   flight.has_left = from.landed;
   ghosts = ghosts_of_flight(settings);
   profile_is_due = true;
@@ -62,9 +61,8 @@ void Simulation::State::save_run(RunState& to) const {
 
 void Simulation::State::resume_run(const RunState& from) {
   check_room(from.settings, 0);
-  const Physics derived = derive_physics(from.settings);
-  check_backend(from.settings, derived, *backend);
-  resume(from, derived);
+  check_backend(from.settings, derive_physics(from.settings), *backend);
+  resume(from);
   flight.settings = settings;
   flight_seed = from.flight_seed;
   launched_at_s = from.launched_at_s;

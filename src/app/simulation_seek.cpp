@@ -33,7 +33,7 @@ void Simulation::State::restore(const Checkpoint& then) {
   frame.reset();
   view.mid_step = false;
   if (then.settings.threads != settings.threads) change_threads(then.settings);
-  resume(then, derive_physics(then.settings));
+  resume(then);
   landed_for_s = 0.0;
   ++view.num_recalls;
   history.go_to(then.frame, then.num_changes);
@@ -136,6 +136,15 @@ void Simulation::State::drop_future() {
   latest_flight.reset();
   if (checkpoints) checkpoints->drop_after(history.position(), history.num_changes());
   history.drop_future();
+}
+
+// An edit was made on the settings of the moment that is passed. Returns those of the target with what it changed.
+Settings Simulation::State::at_target(const Settings& edited_here) const {
+  Settings there = settings_at_sought.value_or(history.settings_at(*sought, settings));
+  for (const Field& field : fields()) {
+    if (!is_same(field, edited_here, settings)) copy_field(field, edited_here, there);
+  }
+  return there;
 }
 
 // Input waits until the flight is where it is sought. Only a new target or a new start is admitted at once. A

@@ -75,10 +75,12 @@ struct Simulation::State {
   void resolve(Settings& with) const;
   void check_room(const Settings& with, std::uint64_t held_bytes) const;
   void save(FlightState& to) const;
-  void resume(const FlightState& from, const Physics& derived);
+  void resume(const FlightState& from);
   void save_run(RunState& to) const;
   void resume_run(const RunState& from);
   void reset(const Settings& with);
+  Settings as_launched(Settings with) const;
+  Physics physics_in_flight(const Settings& with) const;
   NewAir new_air(const Settings& with, const BallState& around) const;
   void respawn(const NewAir& air);
   void launch(bool fresh_air);
@@ -111,6 +113,7 @@ struct Simulation::State {
   void note_change(const Settings& before);
   void drop_future();
   Commands admit_while_seeking();
+  Settings at_target(const Settings& edited_here) const;
   void apply_commands(const Commands& commands);
   void apply_settings(const Settings& wanted);
   void change_scene(const std::string& name);
@@ -130,7 +133,7 @@ struct Simulation::State {
   void stop_at(const UnresolvableError& error);
   void end_frame();
   void pause_if_invalid(const StepTotals& totals);
-  void pause_if_blown_up(const StepTotals& totals);
+  void pause_if_blown_up();
   void launch_again_when_due();
   void fall_back(const DeviceError& error);
   void pause_at(const UserError& error);

@@ -19,7 +19,7 @@ struct alignas(64) CpuTally {
   std::uint32_t first_invalid_id = UINT32_MAX;
   std::int64_t impulse_sum = 0;       // of impulse_counts
   float max_overlap = 0.0F;           // diameters
-  float max_speed2 = 0.0F;            // (m/s)^2
+  float max_speed2 = 0.0F;            // (m/s)^2, in method `exact`
   std::int32_t max_displacement = 0;  // position units, along an axis
   BallSums ball;
 
@@ -30,10 +30,8 @@ struct alignas(64) CpuTally {
     ++num_ball_hits;
     ball += hit;
   }
-  void moved(std::int32_t displacement, float speed2) {
-    max_displacement = std::max(max_displacement, displacement);
-    max_speed2 = std::max(max_speed2, speed2);
-  }
+  void moved(std::int32_t displacement) { max_displacement = std::max(max_displacement, displacement); }
+  void fly(float speed2) { max_speed2 = std::max(max_speed2, speed2); }
   void retired() { ++num_retired; }
   void invalid(std::uint32_t id) {
     ++num_invalid;
@@ -47,7 +45,8 @@ struct alignas(64) CpuTally {
     first_invalid_id = std::min(first_invalid_id, o.first_invalid_id);
     impulse_sum += o.impulse_sum;
     overlap(o.max_overlap);
-    moved(o.max_displacement, o.max_speed2);
+    moved(o.max_displacement);
+    fly(o.max_speed2);
     num_ball_hits += o.num_ball_hits;
     ball += o.ball;
   }

@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr const char* kMagic = "pickleflight checkpoint ";
-constexpr int kFormat = 2;
+constexpr int kFormat = 3;
 constexpr std::size_t kMaxLineBytes = 1U << 20;
 
 std::uint32_t crc_of(std::uint32_t crc, const void* data, std::size_t num_bytes) {

@@ -179,7 +179,7 @@ void visit_flight(Archive& a, Record& flight) {
   a.time("set_dt_s", flight.set_dt_s);
   a("half_step", flight.half_step);
   a.time("dt_s", flight.dt_s);
-  a("speed_mps", flight.speed_mps);
+  a("launch_mps", flight.launch_mps);
   a("spin_radps", flight.spin_radps);
   a("num_steps", flight.num_steps);
   a.time("compute_ms", flight.compute_ms);

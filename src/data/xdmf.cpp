@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include "core/error.hpp"
@@ -47,6 +48,12 @@ std::string slab_text(const XdmfFile::Layout& layout, const Slab& slab, std::uin
 constexpr const char* kFloat = "NumberType=\"Float\" Precision=\"4\"";
 
 }  // namespace
+
+bool is_xdmf(const std::filesystem::path& file) {
+  std::string start(std::strlen(kHead), '\0');
+  std::ifstream(file, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  return start == kHead;
+}
 
 // The file is whole from its first moment on, whenever the program is killed.
 XdmfFile::XdmfFile(const std::filesystem::path& file, Layout layout)

@@ -9,6 +9,9 @@
 
 namespace pf {
 
+// Returns whether the file begins as an index of a dump does.
+bool is_xdmf(const std::filesystem::path& file);
+
 class XdmfFile {
  public:
   struct Layout {

@@ -40,10 +40,9 @@ struct BallConstants {
 
 struct Physics {
   World world;
-  Air air = Air::parcels;
   ParcelConstants parcels;
   BallConstants ball;
-  double reference_speed_mps = 1.0;  // fixes the fixed-point units of velocity and impulse sums for a run
+  double reference_speed_mps = 1.0;  // fixes the units of velocity and impulse sums, and ticks, for a flight
   std::uint64_t seed = 1;
 };
 

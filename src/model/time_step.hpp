@@ -218,7 +218,7 @@ PF_HD inline Parcel finish_step(const StepConstants& c, const BallMotion& ball, 
     tally.invalid(self.id);
     return {self.position, self.velocity, self.id};
   }
-  tally.moved(static_cast<std::int32_t>(displaced), dot(movement.velocity, movement.velocity));
+  tally.moved(static_cast<std::int32_t>(displaced));
   Parcel after{start + movement.moved, movement.velocity, self.id, effect.is_heated};
   if (c.inside_x.has(after.position.x) && c.inside_y.has(after.position.y)) return after;
   const bool inside_x = apply_boundary<kBoundary>(c.inside_x, after.position.x, after.velocity.x);

@@ -186,7 +186,6 @@ Physics derive_physics(const Settings& s) {
   const Vec2d size = world_size_m(s);
   Physics physics;
   physics.world = make_world(size.x, size.y, s.boundary);
-  physics.air = s.air;
   physics.parcels = derive_parcels(s, size.x * size.y);
   physics.ball = derive_ball(s, size.x * size.y);
   physics.seed = static_cast<std::uint64_t>(s.seed);

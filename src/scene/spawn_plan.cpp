@@ -32,6 +32,23 @@ struct Disc {
   double radius;  // sites nearer than this are blocked; 0: none
 };
 
+// With `room` from row to row and half of it at both edges: the distance of neighbours. Falls as room grows.
+double distance_with(Lattice& l, double height, double room) {
+  l.spacing_y = (height - room) / (l.num_rows - 1);
+  const double next_row = diagonal_of(l);
+  return std::min({l.spacing_x, next_row, l.num_rows == 2 ? next_row : 2.0 * l.spacing_y});
+}
+
+// Chooses the distance of rows by bisection, so that sites keep half the distance of neighbours from the edge.
+void settle_rows(Lattice& l, double height) {
+  double low = 0.0, high = height;
+  for (int pass = 0; pass < 64; ++pass) {
+    const double middle = 0.5 * (low + high);
+    (distance_with(l, height, middle) >= middle ? low : high) = middle;
+  }
+  l.min_distance = std::min(low, distance_with(l, height, low));
+}
+
 Lattice make_lattice(std::uint32_t rows, std::uint32_t columns, double width, double height, bool periodic) {
   Lattice l{rows, columns, width / (columns + (periodic || rows == 1 ? 0.0 : 0.5)), 0.0, 0.0, 0.0};
   if (periodic) {
@@ -52,6 +69,8 @@ Lattice make_lattice(std::uint32_t rows, std::uint32_t columns, double width, do
     if (l.spacing_y <= 0.0) return {};
     l.min_distance = std::min({l.spacing_x, diagonal_of(l), 2.0 * l.spacing_y});
   }
+  const double room = height - (rows - 1) * l.spacing_y;
+  if (std::fabs(l.min_distance - room) > 1e-6 * room) settle_rows(l, height);  // few rows: the passes do not
   l.first_y = -0.5 * (rows - 1) * l.spacing_y;
   return l;
 }

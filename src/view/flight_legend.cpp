@@ -72,7 +72,7 @@ FlightRow plain_row(const FlightRecord& flight, bool is_current) {
   if (flight.disturbed) row.method += ", changed in flight";
   if (!flight.fresh_air) row.method += ", used air";
   row.has_remark = flight.disturbed || !flight.fresh_air;
-  row.speed = digits(flight.speed_mps);
+  row.speed = digits(length(flight.launch_mps));
   row.spin = digits(flight.spin_radps);
   return row;
 }

@@ -63,7 +63,7 @@ void Overlay::show(const FrameView& frame, OverlayMode mode, const OverlayPlace&
   mode = fitting_mode(mode, place);
   if (mode == OverlayMode::off) return;
   const bool is_moved = mode != written_mode_ || !(place == written_place_) || look.theme != written_theme_;
-  const bool is_still = frame.paused || frame.flight == Flight::landed;  // adds no frames, or few
+  const bool is_still = frame.paused || frame.flight == Flight::landed;  // adds no frames
   const bool is_due = every_frame_ || is_still || history_.num_added() >= written_at_ + kFramesPerText;
   if (is_moved || is_due) write_texts(frame, mode, place, look);
   begin_strip(place, height_px(mode, place.scale), colors_);

@@ -19,7 +19,7 @@ void FrameHistory::add(const PhaseTimes& times, double frame_ms, const FrameView
   work_ = work;
   const double steps = static_cast<double>(frame.frame_totals.num_steps);
   const bool is_stepping = steps > 0.0 || frame.unfinished;
-  if (frame.flight == Flight::landed && !is_stepping) return;
+  if ((frame.paused || frame.flight == Flight::landed) && !is_stepping) return;  // keeps the flight's figures
   kept_[num_added_ % kNumKept] = {
       times, drawing, frame_ms, is_stepping, steps * frame.num_parcels, frame.min_bytes_moved};
   ++num_added_;

@@ -66,7 +66,6 @@ class FrameHistory {
 
 // Facts about the view, besides the frame.
 struct OverlayInfo {
-  std::string device;             // that draws
   std::string draw_target;        // kind and reason
   double copy_bytes_per_s = 0.0;  // 0: not measured
   bool vsync = false;             // frames wait for a screen

@@ -121,7 +121,7 @@ std::string fitting_parts(std::vector<LinePart> parts, float width,
 }
 
 std::string air_text(const FrameView& frame) {
-  const Air air = frame.physics->air;
+  const Air air = frame.settings->air;
   if (air == Air::parcels) return counted(frame.num_parcels, "parcel");
   return std::string(air_name(air)) + (air == Air::drag ? ", no parcels" : "");
 }

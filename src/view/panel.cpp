@@ -35,9 +35,10 @@ void choose(const char* id, const std::vector<std::string>& names, Index& chosen
 
 }  // namespace
 
-Panel::Panel(std::int64_t max_parcels, std::string draw_target)
+Panel::Panel(std::int64_t max_parcels, std::string draw_target, std::string gl_device)
     : max_parcels_(max_parcels),
       draw_target_(std::move(draw_target)),
+      gl_device_(std::move(gl_device)),
       num_threads_(std::max(1U, std::thread::hardware_concurrency())) {}
 
 Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale) {
@@ -64,7 +65,7 @@ Commands Panel::edit(const FrameView& frame, ViewSwitches& switches, float scale
   if (rows_.header("Method", true)) edit_method(frame);
   shows_accuracy_ = rows_.header("Accuracy", false);
   if (shows_accuracy_) accuracy_.edit(rows_, frame, readout_, switches.look.theme);
-  if (rows_.header("View", true)) edit_view(switches);
+  if (rows_.header("View", true)) edit_view(frame, switches);
   if (rows_.header("Presenting", false)) edit_show(frame, switches, commands);
   if (rows_.header("Two methods at once", false)) split_.edit(rows_, frame, switches.split);
   if (rows_.header("All settings", false)) edit_all();
@@ -223,7 +224,7 @@ void Panel::edit_method(const FrameView& frame) {
   ImGui::EndDisabled();
 }
 
-void Panel::edit_view(ViewSwitches& switches) {
+void Panel::edit_view(const FrameView& frame, ViewSwitches& switches) {
   ImGui::Checkbox("Ball's path (T)", &switches.show_path);
   rows_.end_row("Path", "the ball's path");
   ImGui::SameLine();
@@ -233,12 +234,17 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::SameLine();
   if (rows_.button("Keys (F1)", half, "all keys and mouse gestures on a card; Esc closes it"))
     switches.show_keys = !switches.show_keys;
+  const bool has_ball = frame.physics->ball.exists;
+  ImGui::BeginDisabled(!has_ball);
   ImGui::Checkbox("Follow ball (Z)", &switches.follow_ball);
+  ImGui::EndDisabled();
   rows_.end_row("Follow ball",
                 "the camera keeps the ball in the middle; the wheel zooms, a drag or F ends it");
   ImGui::SameLine(ImGui::GetCursorPosX() + 0.5F * ImGui::GetContentRegionAvail().x);
+  ImGui::BeginDisabled(!has_ball || switches.split.mode != SplitMode::off);
   if (ImGui::Checkbox("Magnifier (N)", &switches.has_magnifier))
     switches.magnifier = switches.has_magnifier ? MagnifierMode::on : MagnifierMode::off;
+  ImGui::EndDisabled();
   rows_.end_row("Magnifier",
                 "the ball in a picture of its own, by itself where it is small; the wheel over it magnifies");
   const std::string overlay_help =
@@ -247,8 +253,8 @@ void Panel::edit_view(ViewSwitches& switches) {
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
   rows_.end_row("Overlay", overlay_help);
   const std::string target_help = fmt::format(
-      "the way of the parcels to the renderer, and the reason: {}\nChosen at the start: --draw-target",
-      draw_target_);
+      "the way of the parcels to the renderer, and the reason: {}\nChosen at the start: --draw-target. {} draws",
+      draw_target_, gl_device_);
   rows_.begin_row("Draw target", target_help);
   ImGui::TextDisabled("%s", draw_target_.c_str());
   rows_.end_row("Draw target", target_help);

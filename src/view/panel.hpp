@@ -40,8 +40,8 @@ struct ViewSwitches {
 
 class Panel {
  public:
-  // max_parcels: end of the slider of N. draw_target: the kind and the reason for it.
-  Panel(std::int64_t max_parcels, std::string draw_target);
+  // max_parcels: end of the slider of N. draw_target: the kind and the reason for it. gl_device: what draws.
+  Panel(std::int64_t max_parcels, std::string draw_target, std::string gl_device);
 
   // Describes the panel to ImGui, full height at the left edge. Commands::settings is set only if a value
   // changed.
@@ -58,6 +58,7 @@ class Panel {
   CueRequest take_cue_request() { return std::exchange(cue_request_, {}); }
 
   void set_draw_target(std::string text) { draw_target_ = std::move(text); }
+  void set_max_parcels(std::int64_t num) { max_parcels_ = num; }
   // Bounds the panel's share of a window: its text is then smaller than the rest. content_scale: of the
   // screen, which it keeps.
   void fit(float window_px, float content_scale) {
@@ -82,7 +83,7 @@ class Panel {
   void edit_ball(const FrameView& frame);
   void edit_air(const FrameView& frame);
   void edit_method(const FrameView& frame);
-  void edit_view(ViewSwitches& switches);
+  void edit_view(const FrameView& frame, ViewSwitches& switches);
   void edit_show(const FrameView& frame, ViewSwitches& switches, Commands& commands);
   void edit_look(ViewSwitches& switches);
   void edit_all();
@@ -90,7 +91,7 @@ class Panel {
   float max_scale_ = 4.0F;
   bool leaves_room_ = true;
   std::int64_t max_parcels_;
-  std::string draw_target_;
+  std::string draw_target_, gl_device_;
   std::int64_t num_threads_;  // of the machine
   SettingRows rows_;
   AccuracySection accuracy_;

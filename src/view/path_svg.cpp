@@ -72,7 +72,7 @@ std::string polyline(const std::vector<Vec2f>& points_m, const Stroke& stroke) {
 
 std::string flight_title(const FlightRecord& flight) {
   return fmt::format("flight {}: {}, {:.4g} m/s, {:.4g} rad/s, {:.4g} s", flight.number,
-                     name_of_flight(flight), flight.speed_mps, flight.spin_radps, flight.time_s());
+                     name_of_flight(flight), length(flight.launch_mps), flight.spin_radps, flight.time_s());
 }
 
 // For white paper, as in the light theme.

@@ -68,7 +68,7 @@ void Recorder::keep(const SeenPicture& seen, const Simulation& simulation, const
                            GL_COLOR_BUFFER_BIT, GL_NEAREST);
   };
   if (options_.still_s) copy_to(last_);
-  const bool has_flown = simulation.finished_flight() && kept_.texture() != 0;
+  const bool has_flown = !kept_svg_.empty() && kept_.texture() != 0;
   if (options_.picture.empty() || has_flown) return;
   copy_to(kept_);
   kept_s_ = simulation.view().simulated_s;
@@ -83,7 +83,10 @@ void Recorder::write_picture(const std::filesystem::path& file, const Pixels& pi
 PngTexts Recorder::texts_of(const Simulation& simulation, double simulated_s) const {
   const FrameView& view = simulation.view();
   Settings settings = simulation.settings();
-  if (options_.still_s) settings.time_scale = options_.settings.time_scale;  // of the frames before the last
+  if (options_.still_s) {  // of the frames before the last
+    settings.time_scale = options_.settings.time_scale;
+    settings.substeps = options_.settings.substeps;
+  }
   return {software_text(),
           {"Scene", scene_text(settings)},
           {"Simulated time", fmt::format("{} s", simulated_s)},

@@ -77,6 +77,9 @@ Renderer::Renderer()
       parcel_array_(make_vertex_array()),
       path_array_(make_vertex_array()) {
   glNamedBufferStorage(view_buffer_.get(), sizeof(ViewBlock), nullptr, GL_DYNAMIC_STORAGE_BIT);
+  GLfloat point_range_px[2] = {};
+  glGetFloatv(GL_POINT_SIZE_RANGE, point_range_px);
+  max_point_px_ = point_range_px[1];
   const auto add = [](const GlVertexArray& array, GLuint index, GLint size, GLuint offset, GLuint binding) {
     glEnableVertexArrayAttrib(array.get(), index);
     glVertexArrayAttribFormat(array.get(), index, size, GL_FLOAT, GL_FALSE, offset);
@@ -139,7 +142,7 @@ void Renderer::keep_floor(const FrameView& frame, const Camera& camera, const Vi
   const Vec2d half_m = to_metres(world, world.half);
   const FloorKey key = {camera.center_m,     camera.anchor_px,   camera.metres_per_px, viewport.size,
                         2.0 * half_m.x,      2.0 * half_m.y,     world.boundary,       look_.theme,
-                        camera.shows_images, viewport.origin_px, viewport.transparent};
+                        camera.shows_images, viewport.origin_px, viewport.transparent, viewport.scale};
   if (!(key == floor_key_)) paint_floor(key);
   floor_key_ = key;
 }
@@ -216,8 +219,13 @@ void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, 
 
 void Renderer::draw_discs(const FrameView& frame, const ParcelBuffers& parcels, std::uint32_t num_parcels,
                           double diameter_px) {
-  const bool squares = parcel_look_.as_squares;
-  set_uniform(discs_, "point_px", static_cast<float>(diameter_px) + 1.5F);
+  // A point vanishes with its middle at the picture's edge, and has a largest size. Many squares take longer.
+  constexpr double kLargePoint_px = 48.0;
+  constexpr std::uint32_t kFewParcels = 1'000'000;
+  const double point_px = diameter_px + 1.5;
+  const bool is_large = point_px > max_point_px_ || (point_px > kLargePoint_px && num_parcels <= kFewParcels);
+  const bool squares = parcel_look_.as_squares || is_large;
+  set_uniform(discs_, "point_px", static_cast<float>(point_px));
   set_uniform(discs_, "radius_px", static_cast<float>(0.5 * diameter_px));
   set_uniform(discs_, "color_per_mps", color_per_mps(*frame.settings));
   set_uniform(discs_, "alpha", kDiscAlpha);

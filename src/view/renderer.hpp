@@ -63,6 +63,7 @@ class Renderer {
     bool images = false;
     Vec2i origin_px{};
     bool transparent = false;
+    float scale = 0.0F;
     bool operator==(const FloorKey&) const = default;
   };
   struct PathVertex {
@@ -108,6 +109,7 @@ class Renderer {
   std::size_t path_capacity_ = 0;
   Look look_;
   ParcelLook parcel_look_;
+  double max_point_px_ = 1.0;  // GL's limit
 };
 
 }  // namespace pf

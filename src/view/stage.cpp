@@ -21,12 +21,6 @@ std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, Backend&
   return std::make_unique<HostDrawTarget>("CPU backend");
 }
 
-// The index of a checked name.
-template <class Index>
-Index index_of(const std::string& name, const std::vector<std::string>& names) {
-  return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
-}
-
 SplitMode split_mode(const Options& options) {
   return index_of<SplitMode>(options.split_view, kSplitViewNames);
 }
@@ -77,9 +71,9 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
       target_(make_draw_target(hooks, simulation.backend())),
       input_(context.window() == nullptr ? nullptr : std::make_unique<WindowInput>(context.window())),
       gui_(context),
-      panel_(hooks.max_parcels, describe(*target_)),
+      panel_(hooks.max_parcels, describe(*target_), context.info().renderer),
       term_costs_(hooks.make_backend),
-      overlay_({context.info().renderer, describe(*target_)},
+      overlay_({describe(*target_)},
                context.window() == nullptr && options.bench_frames == 0),
       cues_(context.window() != nullptr),
       log_(simulation, simulation.backend().name(), options.data.from, options.data.from_frame),
@@ -101,7 +95,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   if (!options.profile_csv.empty()) profile_csv_.emplace(options.profile_csv);
   if (options.replay) replay_.emplace(*options.replay).check_start(simulation);
   if (options.data.start) {
-    first_frame_ = num_frames_ = num_scene_frames_ = options.data.start->num_frames;
+    first_frame_ = num_frames_ = num_whole_frames_ = num_scene_frames_ = options.data.start->num_frames;
     frames_after_flight_ = options.data.start->frames_after_flight;
   }
   if (!options.log.empty()) log_.open(options.log);
@@ -149,9 +143,12 @@ int Stage::run() {
     present(viewport);
     if (simulation_.view().times.step_ms() > 0.0) {
       record_.add_frame(times_, simulation_.view().frame_totals, simulation_.view().dt_s, drawing_);
+    } else {
+      record_.pass_idle_time();
     }
     keep_pace();
     ++num_frames_;
+    if (pair_.is_whole()) ++num_whole_frames_;
     if (context_.window() == nullptr || is_frame_flown()) ++num_scene_frames_;
     files_.follow(simulation_, clock());
     say_if_slowed();
@@ -165,9 +162,7 @@ int Stage::run() {
 void Stage::steer() {
   if (replay_) {
     const bool quit = commands_.quit;
-    if (changes_anything(commands_))
-      notice_.show("A replay takes its inputs from the log, and ends with it; yours change the view",
-                   Clock::now());
+    if (changes_anything(commands_)) tell_of_replay();
     commands_ = replay_->commands(simulation_.settings());
     commands_.quit = quit;
   }
@@ -186,7 +181,7 @@ bool Stage::ended() {
 
 bool Stage::scene_ended() {
   const Settings& settings = simulation_.settings();
-  const double shown_s = static_cast<double>(num_frames_ - cue_frame_) / settings.frame_rate_hz;
+  const double shown_s = static_cast<double>(num_whole_frames_ - cue_frame_) / settings.frame_rate_hz;
   // A scene's own length is for headless runs. A window stays until it is closed, or for --seconds.
   const bool has_end = settings.seconds > 0.0 && (context_.window() == nullptr || options_.seconds_given);
   if (has_end && shown_s >= settings.seconds - 1e-9) return true;
@@ -261,6 +256,7 @@ void Stage::follow_fallback() {
   target_ = make_draw_target(hooks_, simulation_.backend());
   overlay_.set_draw_target(describe(*target_));
   panel_.set_draw_target(describe(*target_));
+  panel_.set_max_parcels(StageHooks{}.max_parcels);
   measure_copy_bandwidth();
   if (hooks_.announce)
     hooks_.announce(fmt::format("{} Draw target {}", simulation_.view().message, describe(*target_)));

@@ -21,10 +21,8 @@ void Stage::follow_wishes() {
   if (is_new || wishes.follow_ball != wishes_.follow_ball) switches_.follow_ball = wishes.follow_ball;
   if (is_new || wishes.magnifier != wishes_.magnifier) switches_.magnifier = wishes.magnifier;
   if (is_first && options_.follow) switches_.follow_ball = true;
-  if (!options_.magnifier.empty() && is_new) {
-    const auto at = std::find(kMagnifierNames.begin(), kMagnifierNames.end(), options_.magnifier);
-    switches_.magnifier = static_cast<MagnifierMode>(at - kMagnifierNames.begin());
-  }
+  if (!options_.magnifier.empty() && is_new)
+    switches_.magnifier = index_of<MagnifierMode>(options_.magnifier, kMagnifierNames);
   wishes_ = wishes;
 }
 
@@ -43,7 +41,7 @@ void Stage::follow_ball() {
   if (ball_camera_.is_on()) {
     constexpr std::int64_t kAimed = -1;  // no flight: the camera glides to the start and back
     ball_camera_.move(
-        {ball_m_, aim_.active() ? kAimed : view.num_flights, num_frames_ == 0 ? kAtOnce_s : passed_s},
+        {ball_m_, aim_.active() ? kAimed : view.num_flights, num_frames_ == first_frame_ ? kAtOnce_s : passed_s},
         view.physics->world, region, camera_);
   }
   const bool with_marks = static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
@@ -106,7 +104,7 @@ PictureScene Stage::large_picture_scene() {
   const bool has_window = context_.window() != nullptr;
   PictureScene scene;
   scene.frame = &simulation_.view();
-  if (num_frames_ > 0 || !parcels_.is_empty()) scene.parcels = &parcels_;
+  if (num_frames_ > first_frame_ || !parcels_.is_empty()) scene.parcels = &parcels_;
   scene.window = &camera_;
   scene.seen = free_region();
   scene.scale = has_window ? film_scale(size_) : scale_;

@@ -14,10 +14,15 @@ constexpr double kFailure_s = 12.0;  // long enough to read a line of an error
 
 }  // namespace
 
+void Stage::tell_of_replay() {
+  notice_.show("A replay takes its inputs from the log, and ends with it; yours change the view", Clock::now());
+}
+
 void Stage::load_cues(const std::string& name_or_path) {
+  if (replay_) return tell_of_replay();
   try {
     cues_.load(load_cue_list(name_or_path), CuePlayer::kNone);
-    go_to_cue(cues_.ask(0));
+    tell_if_no_such_cue(cues_.ask(0));
   } catch (const UserError& error) {
     notice_.show(error.what(), Clock::now(), kFailure_s);
   }
@@ -25,19 +30,24 @@ void Stage::load_cues(const std::string& name_or_path) {
 
 void Stage::follow_cue_keys(const InputFrame& input, Commands& commands) {
   follow_cue_panel();
-  if (input.go_to_cue != 0) go_to_cue(cues_.ask(input.go_to_cue - 1));
-  if (input.next_cue != 0) go_to_cue(cues_.ask_next(input.next_cue));
-  if (!replay_) cues_.add_commands(commands, pair_.view());
+  if (replay_) {
+    if (input.go_to_cue != 0 || input.next_cue != 0) tell_of_replay();
+    return;
+  }
+  if (input.go_to_cue != 0) tell_if_no_such_cue(cues_.ask(input.go_to_cue - 1));
+  if (input.next_cue != 0) tell_if_no_such_cue(cues_.ask_next(input.next_cue));
+  cues_.add_commands(commands, pair_.view());
 }
 
 void Stage::follow_cue_panel() {
   const CueRequest request = panel_.take_cue_request();
-  if (request.go_to != CuePlayer::kNone) go_to_cue(cues_.ask(request.go_to));
+  if (replay_ && request.go_to != CuePlayer::kNone) return tell_of_replay();
+  if (request.go_to != CuePlayer::kNone) tell_if_no_such_cue(cues_.ask(request.go_to));
   if (!request.load.empty()) load_cues(request.load);
   if (!request.save_to.empty()) save_cue(request);
 }
 
-void Stage::go_to_cue(bool is_there) {
+void Stage::tell_if_no_such_cue(bool is_there) {
   if (is_there) return;
   notice_.show(cues_.size() == 0
                    ? "There are no cues: start with --cues FILE.toml, or load a list in the panel"
@@ -51,7 +61,9 @@ Cue Stage::present_cue() {
   Cue cue;
   cue.settings = simulation_.settings();
   cue.paused = simulation_.view().paused;
-  if (camera_.fitted) return cue;
+  cue.settings.follow_ball = switches_.follow_ball;
+  cue.settings.magnifier = switches_.magnifier;
+  if (camera_.fitted || ball_camera_.is_on()) return cue;
   const ViewRegion free = free_region();
   cue.camera = {camera_.to_world(free.center_px()), free.width_px * camera_.metres_per_px};
   return cue;
@@ -73,8 +85,9 @@ void Stage::save_cue(const CueRequest& request) {
 }
 
 // Ctrl+Z and Ctrl+Y.
-void Stage::step_back(const InputFrame& input, Commands& commands) {
-  if (replay_ || input.undo == input.redo) return;
+void Stage::undo_or_redo(const InputFrame& input, Commands& commands) {
+  if (input.undo == input.redo) return;
+  if (replay_) return tell_of_replay();
   const FrameView view = pair_.view();
   const std::string line = input.undo ? history_.undo(commands, view) : history_.redo(commands, view);
   if (!line.empty()) notice_.show(line, Clock::now(), 2.0 * kNotice_s);
@@ -127,7 +140,7 @@ double Stage::title_step_s() const {
 bool Stage::goes_on_to_next_cue() {
   const bool may_go_on = context_.window() == nullptr && !simulation_.view().paused && !cue_failed_;
   if (!may_go_on || cues_.size() == 0 || !cues_.ask_next(1)) return false;
-  cue_frame_ = num_frames_;
+  cue_frame_ = num_whole_frames_;
   frames_after_flight_ = 0;
   return true;
 }

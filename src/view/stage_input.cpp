@@ -44,7 +44,7 @@ Commands Stage::handle_input() {
     commands.compare = Comparison::scene_step;
   if (input.is_new_gesture) ++gesture_;
   follow_cue_keys(input, commands);
-  step_back(input, commands);
+  undo_or_redo(input, commands);
   show_keys(input);
   follow_timeline(commands);
   follow_last_seconds(input);
@@ -112,8 +112,13 @@ void Stage::escape(Commands& commands) {
 void Stage::aim(const InputFrame& input, Commands& commands) {
   const FrameView& view = simulation_.view();
   const Settings& settings = *view.settings;
-  if (!aim_.active() && input.pressed_left && ball_near(input.pointer_px, kReachRadii))
+  const BallConstants& ball = view.physics->ball;
+  const bool is_gone = view.num_scenes != aimed_scene_ || !ball.exists || ball.held;
+  if (aim_.active() && is_gone) aim_.cancel();  // another scene has come
+  if (!aim_.active() && input.pressed_left && ball_near(input.pointer_px, kReachRadii)) {
     aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
+    aimed_scene_ = view.num_scenes;
+  }
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
   commands.hold = true;

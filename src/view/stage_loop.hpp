@@ -1,6 +1,7 @@
 // The stage while it runs: its members and the parts of a frame. Only the stage's sources include it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <memory>
@@ -46,6 +47,12 @@ struct ViewWishes {
   bool operator==(const ViewWishes&) const = default;
 };
 
+// The index of a checked name.
+template <class Index>
+Index index_of(const std::string& name, const std::vector<std::string>& names) {
+  return static_cast<Index>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
 class Stage {
  public:
   Stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
@@ -58,10 +65,11 @@ class Stage {
  private:
   void follow_cue_keys(const InputFrame& input, Commands& commands);
   void follow_cue_panel();
-  void go_to_cue(bool is_there);
+  void tell_if_no_such_cue(bool is_there);
+  void tell_of_replay();
   void save_cue(const CueRequest& request);
   Cue present_cue();
-  void step_back(const InputFrame& input, Commands& commands);
+  void undo_or_redo(const InputFrame& input, Commands& commands);
   void follow_cues(bool is_new_scene);
   void begin_cue();
   double title_step_s() const;
@@ -156,6 +164,7 @@ class Stage {
   Overlay overlay_;
   SceneMarks marks_;
   Aim aim_;
+  std::int64_t aimed_scene_ = 0;  // its number
   CuePlayer cues_;
   CueTitle title_;
   PxRect title_place_;       // in the last picture
@@ -201,6 +210,7 @@ class Stage {
   std::int64_t num_mapped_frames_ = 0;
   std::int64_t first_frame_ = 0;       // above 0 for a run that goes on from a file
   std::int64_t num_frames_ = 0;        // pictures, in a window also of a pause
+  std::int64_t num_whole_frames_ = 0;  // without those before the last one of a frame
   std::int64_t num_scene_frames_ = 0;  // whole frames since the scene began
   std::int64_t cue_frame_ = 0;         // the first of the current cue, in a run without a window
   std::int64_t frames_after_flight_ = 0;

@@ -38,6 +38,8 @@ const char* Stage::obstacle_to_terms() {
   if (overlay_is_of_first()) return "Costs of terms are measured with one flight; X ends the second one";
   if (switches_.overlay_mode != static_cast<int>(OverlayMode::full))
     return "Costs of terms are shown above the full overlay; O brings it";
+  if (shown_overlay() != OverlayMode::full)
+    return "Costs of terms are shown above the full overlay: make the window wider, or hide the panel (H)";
   if (recorder_.is_recording()) return "Costs of terms are not measured while a film is recorded";
   return nullptr;
 }

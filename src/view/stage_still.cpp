@@ -1,13 +1,17 @@
 // A still: the run goes on to its moment and ends there.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.hpp"
+#include "scene/derive.hpp"
 #include "scene/settings.hpp"
 #include "view/stage_loop.hpp"
 
 namespace pf {
 
-// The last frame is as long as the way that is left.
+// The last frame is as long as the way that is left, or has as many steps as reach its end.
 void Stage::steer_to_still() {
   if (const double now_s = simulation_.view().simulated_s;
       num_frames_ == first_frame_ && *options_.still_s < now_s - 1e-9)
@@ -17,6 +21,12 @@ void Stage::steer_to_still() {
   const double left_s = left_to_still_s();
   if (left_s <= 0.0) {
     commands_.toggle_pause = !simulation_.view().paused;  // T = 0: the start is drawn, without a step
+  } else if (paces_by_substeps(settings)) {
+    const auto num_left = static_cast<std::int64_t>(
+        std::min(std::ceil(left_s / settings.dt_s - 1e-9), static_cast<double>(settings.substeps)));
+    if (num_left == settings.substeps) return;
+    commands_.settings = settings;
+    commands_.settings->substeps = std::max<std::int64_t>(num_left, 1);
   } else if (left_s < settings.time_scale / settings.frame_rate_hz) {
     commands_.settings = settings;
     commands_.settings->time_scale = left_s * settings.frame_rate_hz;

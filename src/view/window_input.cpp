@@ -82,11 +82,18 @@ void apply_key(int key, int mods, InputFrame& input) {
   if (action != nullptr) action->apply(input);
 }
 
-// With Ctrl, uses the key that bears the letter, whatever the keyboard's layout.
-int key_of(int key, int scancode, int mods) {
-  const char* name = (mods & GLFW_MOD_CONTROL) != 0 ? glfwGetKeyName(key, scancode) : nullptr;
-  const bool is_letter = name != nullptr && name[0] >= 'a' && name[0] <= 'z' && name[1] == '\0';
-  return is_letter ? GLFW_KEY_A + (name[0] - 'a') : key;
+// The key that bears the letter, whatever the keyboard's layout. One that bears a sign where others have a
+// letter is no key: its sign comes as a letter. Where keys bear other scripts, their places count.
+int key_of(int key, int scancode) {
+  const char* name = glfwGetKeyName(key, scancode);
+  if (name == nullptr || name[0] == '\0' || name[1] != '\0') return key;
+  if (name[0] >= 'a' && name[0] <= 'z') return GLFW_KEY_A + (name[0] - 'a');
+  return key >= GLFW_KEY_A && key <= GLFW_KEY_Z ? GLFW_KEY_UNKNOWN : key;
+}
+
+// AltGr with a digit writes a sign, such as a bracket on a German keyboard.
+bool writes_sign(GLFWwindow* window, int key) {
+  return key >= GLFW_KEY_0 && key <= GLFW_KEY_9 && glfwGetKey(window, GLFW_KEY_RIGHT_ALT) == GLFW_PRESS;
 }
 
 struct SignAction {
@@ -111,10 +118,6 @@ void apply_letter(unsigned int letter, InputFrame& input) {
     if (action.sign == letter) action.apply(input);
   }
 }
-
-}  // namespace
-
-namespace {
 
 std::string name_of(const KeyAction& action) {
   std::string name;
@@ -156,7 +159,8 @@ WindowInput::~WindowInput() {
 }
 
 void WindowInput::on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
-  if (action == GLFW_PRESS) self(window).keys_.emplace_back(key_of(key, scancode, mods), mods);
+  if (action != GLFW_PRESS || writes_sign(window, key)) return;
+  self(window).keys_.emplace_back(key_of(key, scancode), mods);
 }
 
 void WindowInput::on_char(GLFWwindow* window, unsigned int letter) {
@@ -188,7 +192,7 @@ void WindowInput::on_drop(GLFWwindow* window, int num_files, const char* files[]
 InputFrame WindowInput::take(const Gui& gui) {
   InputFrame input;
   input.pointer_px = pointer_px();
-  input.is_new_gesture = pressed_ || !keys_.empty() || !letters_.empty();
+  input.is_new_gesture = pressed_ || !keys_.empty() || !letters_.empty() || !dropped_.empty();
   if (!gui.wants_text()) {
     for (const auto& [key, mods] : keys_) apply_key(key, mods, input);
     for (const unsigned int letter : letters_) apply_letter(letter, input);

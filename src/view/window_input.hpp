@@ -42,7 +42,7 @@ struct InputFrame {
   bool redo = false;
   bool take_clip = false;
   std::vector<std::string> dropped;  // files
-  bool is_new_gesture = false;       // a key or a button went down
+  bool is_new_gesture = false;       // a key or a button went down, or files were dropped
   bool pressed_left = false;         // in the scene, in this frame
   bool drags_left = false;           // a drag that began in the scene goes on, or ended in this frame
   bool released = false;             // it ended

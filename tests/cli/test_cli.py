@@ -77,6 +77,8 @@ def settings(bench):
             (("--draw-target", "interop"), ("--draw-target: interop needs the CUDA backend", "host")),
             (("--method", "spring", "--dt", "0.01", "--set", "run.spring_contact_s=0.01"),
              ("stability bound of method spring, 0.006", "--force")),
+            (("--method", "spring", "--set", "run.method=exact"), ("run.method: is given twice", "--method", "--set run.method")),
+            (("--set", "air.restitution=0.1", "--set", "air.restitution=0.7"), ("air.restitution: is given twice",)),
             (("-p", "1"), ("more than half the world's smaller side", "raise air.num_parcels"))):
         bench.refused(2, parts, "--headless", *words)
 
@@ -122,6 +124,14 @@ def files(bench):
                   ("--panel-map", missing)):
         bench.refused(2, (f"{words[0]}: ", "the folder", "does not exist"), "--headless", *words)
     bench.refused(2, ("--record: ", "must end in .mp4 or .mkv"), "--headless", "--record", "a.avi")
+    # What somebody else wrote is not replaced.
+    for flag, name in (("--report", "scene.toml"), ("--overlay-csv", "notes.md"), ("--profile-csv", "report.json"),
+                       ("--checkpoint", "notes.txt"), ("--dump", "run.h5")):
+        kept = bench.folder / name.replace(".h5", ".xdmf")
+        kept.write_text("by hand")
+        done = bench.run("--headless", "-p", "100", "--seconds", "0.02", "--set", "run.profile=x", flag, str(bench.folder / name))
+        check(done.returncode in (2, 3) and kept.read_text() == "by hand" and (done.returncode == 3 or f"{flag}: " in done.stderr),
+              f"{flag} {name}: {kept.name} is kept: {done.stderr.splitlines()[-1]}")
     open_file = bench.folder / "open.txt"
     for flag, found in (("--report", '"state_hash"'), ("--overlay-csv", "frame,simulated_s")):
         with open_file.open("w") as stream:

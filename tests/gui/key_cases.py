@@ -43,6 +43,23 @@ def launch_key(bench):
     check(report["steps"] > 2 and report["state_hash"] != fresh_hash(bench, 2), "L: the air is not the one of the start")
 
 
+def other_keyboards(bench):
+    """Keys go by the letter that they bear. On a French keyboard M is where others have a semicolon, and the comma is where
+    they have M; on a German one AltGr with 8 is a bracket."""
+    with bench.screen.layout("fr"), bench.open("--substeps", "1", "--paused") as window:
+        for key in ("m", "m", "comma"):
+            window.press_key(key)
+        report = window.stop()
+    check(report["method"] == "exact", f"M twice and a comma: {report['method']}")
+    with bench.screen.layout("de"), bench.open("--substeps", "1", "--paused", "--set", "air.kind=vacuum") as window:
+        window.press_with("ISO_Level3_Shift", "8")
+        controls = window.controls()
+        window.press_key("s")
+        report = window.stop()
+    check(abs(report["dt_s"] * 60 - 0.05) < 1e-9, f"a bracket halves the pace: time scale {report['dt_s'] * 60:.3f}")
+    check(not any("cue" in control for control in controls if control.startswith("Notice")), "and asks for no cue")
+
+
 def buttons(bench):
     """Pause, Reset, Step with the mouse."""
     with bench.open(*STEPWISE) as window:

@@ -13,8 +13,8 @@ import tempfile
 from accuracy_cases import accuracy, free_flow
 from bench import Bench
 from camera_cases import follow_key, follow_option, large_text, magnifier_alone, magnifier_key
-from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, ring, slingshot,
-                       slingshot_paused, stays, time_keys)
+from key_cases import (answers, back_key, buttons, escape, keys, launch_key, leave, method_key, other_keyboards, ring,
+                       slingshot, slingshot_paused, stays, time_keys)
 from panel_cases import (ball_spin, launch, magnus, measured_terms, save, scene_menu, tapped, terms, typed, unstable,
                          values)
 from row_cases import chart, knobs, labels, tooltips
@@ -23,7 +23,7 @@ from view_cases import compared, dense_screen, key_card, looks, narrow, scene_wo
 from window import Screen, skip_if_missing
 
 CASES = {case.__name__: case for case in (values, typed, tapped, ball_spin, magnus, launch, terms, scene_menu, scene_words, keys,
-                                          launch_key, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
+                                          launch_key, other_keyboards, buttons, view_keys, slingshot, slingshot_paused, ring, method_key,
                                           back_key, compared, time_keys, save, looks, vsync_key, accuracy, free_flow,
                                           unstable, measured_terms, dense_screen, narrow, key_card, knobs, tooltips, labels, chart, answers,
                                           stays, escape, leave, follow_key, follow_option, magnifier_alone, magnifier_key,

@@ -1,4 +1,5 @@
 """A window of the program on an X server of its own, and hands for it (xdotool)."""
+import contextlib
 import ctypes
 import json
 import os
@@ -52,6 +53,18 @@ class Screen:
     def __exit__(self, *_):
         self.server.terminate()
         self.server.wait(timeout=10)
+
+    @contextlib.contextmanager
+    def layout(self, name):
+        """A keyboard of that country for windows that are opened meanwhile."""
+        def choose(layout):
+            subprocess.run(["setxkbmap", "-display", self.name, layout], check=True, timeout=LIMIT_S)
+
+        choose(name)
+        try:
+            yield
+        finally:
+            choose("us")
 
     def set_dpi(self, dpi):
         """As a desktop tells its programs: Xft.dpi among the resources of the root window."""
@@ -190,10 +203,13 @@ class Window:
         if shift:
             self._press("keyup", "shift")
 
-    def press_shifted(self, key):
-        self._press("keydown", "shift")
+    def press_with(self, modifier, key):
+        self._press("keydown", modifier)
         self.press_key(key)
-        self._press("keyup", "shift")
+        self._press("keyup", modifier)
+
+    def press_shifted(self, key):
+        self.press_with("shift", key)
 
     def type_text(self, label, text):
         """Into a field for text."""

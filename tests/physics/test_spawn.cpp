@@ -25,29 +25,43 @@ double smallest_gap(SceneRun& run) {
   return smallest * world.unit_m / (2.0 * run.physics.parcels.radius_m);
 }
 
+// Parcels reach into no wall, and none begins outside.
+void expect_within_edges(SceneRun& run) {
+  const World& world = run.physics.world;
+  const double margin_m = world.boundary == Boundary::periodic ? 0.0 : run.physics.parcels.radius_m;
+  for (const Vec2i& p : run.backend->snapshot().position) {
+    ASSERT_LE(std::fabs(to_metres(world, p).x), world.half.x * world.unit_m - margin_m);
+    ASSERT_LE(std::fabs(to_metres(world, p).y), world.half.y * world.unit_m - margin_m);
+  }
+}
+
 TEST(Spawn, NothingOverlapsAtAnyDensityAndBoundary) {
   for (const Boundary boundary : {Boundary::walls, Boundary::periodic, Boundary::open}) {
     for (const double fraction : {0.02, 0.2, 0.5, 0.7}) {
       for (const std::int64_t n : {100, 877, 3000}) {
         SceneRun run(gas(n, fraction, boundary));
         EXPECT_GE(smallest_gap(run), 1.0) << n << " parcels at " << fraction;
-        const World& world = run.physics.world;
-        const double margin = boundary == Boundary::periodic ? 0.0 : 0.5;
-        for (const Vec2i& p : run.backend->snapshot().position) {
-          ASSERT_LE(std::fabs(to_metres(world, p).x), world.half.x * world.unit_m - margin);
-          ASSERT_LE(std::fabs(to_metres(world, p).y), world.half.y * world.unit_m - margin);
-        }
+        expect_within_edges(run);
       }
     }
   }
 }
 
-TEST(Spawn, AcceptsFewParcels) {
-  for (const std::int64_t n : {1, 2, 3, 5, 7}) {
-    SceneRun run(gas(n, 0.1));
-    EXPECT_EQ(run.backend->measure().num_live, static_cast<std::uint64_t>(n));
-    if (n > 1) {
-      EXPECT_GE(smallest_gap(run), 1.0) << n;
+TEST(Spawn, PlacesOneParcel) {
+  SceneRun run(gas(1, 0.1));
+  EXPECT_EQ(run.backend->measure().num_live, 1U);
+}
+
+TEST(Spawn, PlacesFewParcelsApartAndWithinTheEdges) {
+  for (const Boundary boundary : {Boundary::walls, Boundary::periodic, Boundary::open}) {
+    for (std::int64_t n = 2; n <= 50; ++n) {
+      SCOPED_TRACE(testing::Message() << n << " parcels, boundary " << static_cast<int>(boundary));
+      for (Settings s : {gas(n, 0.1, boundary), gas(n, 0.3, boundary), court(n, boundary)}) {
+        s.seed = n % 3 + 1;
+        SceneRun run(s);
+        expect_within_edges(run);
+        EXPECT_GE(smallest_gap(run), 1.0);
+      }
     }
   }
 }

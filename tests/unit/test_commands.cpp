@@ -197,7 +197,7 @@ TEST_F(SimulationCommands, LaunchByHandEqualsOneBySettings) {
   for (int k = 0; k < 5; ++k) other.advance_frame({}, nullptr);
   EXPECT_EQ(simulation_.backend().state_hash(), other.backend().state_hash());
   ASSERT_EQ(view().old_flights->size(), 1U);  // the previous one is kept
-  EXPECT_EQ(view().old_flights->front().speed_mps, 15.0);
+  EXPECT_EQ(length(view().old_flights->front().launch_mps), 15.0);
 }
 
 TEST_F(SimulationCommands, RejectsALaunchThatIsTooFast) {

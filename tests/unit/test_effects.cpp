@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "app/simulation.hpp"
 #include "core/error.hpp"
 #include "scene/settings.hpp"
 #include "support/scene_support.hpp"
@@ -66,6 +67,58 @@ TEST(Effects, OthersLeaveTheParcelsAsTheyStart) {
     EXPECT_TRUE(start.position == expected.position) << field.path();
     EXPECT_TRUE(start.velocity == expected.velocity) << field.path();
   }
+}
+
+// Changed in flight. With losses and `exact` a contact duration follows from the speed of the ball's launch.
+TEST(Effects, OthersLeaveAFlightUnderWayAsItIs) {
+  Settings settings = flight();
+  settings.restitution = 0.5;
+  settings.dt_s = 1e-3;
+  settings.substeps = 10;
+  settings.threads = 1;
+  const auto hash_with_change_to = [](const Settings& begun, const Field* field) {
+    Simulation simulation(begun, make_cpu_backend(1));
+    for (int k = 0; k < 4; ++k) simulation.advance_frame({}, nullptr);
+    Commands commands;
+    if (field != nullptr) commands.settings = changed(*field, simulation.settings());
+    for (int k = 0; k < 6; ++k) {
+      simulation.advance_frame(commands, nullptr);
+      commands = {};
+    }
+    EXPECT_EQ(simulation.view().message, "");
+    EXPECT_FALSE(simulation.view().flight_record->disturbed);
+    return simulation.backend().state_hash();
+  };
+  for (const Method method : {Method::exact, Method::impulse}) {
+    settings.method = method;
+    const std::uint64_t expected = hash_with_change_to(settings, nullptr);
+    for (const Field& field : fields()) {
+      const bool may_be_changed = field.path() != "run.threads" && field.path() != "run.substeps";
+      if (field.effects.flight || !may_be_changed) continue;
+      EXPECT_EQ(hash_with_change_to(settings, &field), expected) << field.path();
+    }
+    Settings faster = settings;
+    faster.ball_vx_mps = 90.0;
+    EXPECT_NE(hash_with_change_to(faster, nullptr), expected);
+  }
+}
+
+// A flight that was launched by itself has other air. A change of no effect leaves its roundings as they are.
+TEST(Effects, OthersLeaveALaterFlightAsItIs) {
+  Settings settings = flight();
+  settings.method = Method::impulse;
+  settings.time_scale = 1.0;
+  const auto fly = [&](bool with_change) {
+    Simulation simulation(settings, make_cpu_backend(1));
+    while (simulation.view().flight_record->number < 2) simulation.advance_frame({}, nullptr);
+    Commands commands;
+    if (with_change) commands.settings = simulation.settings();
+    if (with_change) commands.settings->profile = ProfileAxis::off;
+    simulation.advance_frame(commands, nullptr);
+    for (int k = 0; k < 5; ++k) simulation.advance_frame({}, nullptr);
+    return simulation.backend().state_hash();
+  };
+  EXPECT_EQ(fly(true), fly(false));
 }
 
 TEST(Effects, DifferLooksAtTheirSettingsAlone) {

@@ -151,7 +151,7 @@ FlightRecord flight_of(int number, Method method) {
   flight.method = method;
   flight.disturbed = number == 2;
   flight.half_step = number > 3;
-  flight.speed_mps = 15.234;
+  flight.launch_mps = {15.234, 0.0};
   flight.spin_radps = -104.7;
   for (int i = 0; i <= 100; ++i) {
     flight.points_m.push_back(
@@ -187,7 +187,7 @@ class Layout : public WithText {
     frames.view.half_step = stand.num_flights > 3;
     frames.view.ball.position_m = {7.0, 0.0};
     frames.view.profile = profile_;
-    Panel panel(1000, "host: CPU backend");
+    Panel panel(1000, "host: CPU backend", "llvmpipe");
     panel.fit(stand.width, 1.0F);
     const float left = stand.has_panel ? panel.width_px(stand.scale) : 0.0F;
     free_ = {left, 0.0F, stand.width, stand.height};
@@ -285,7 +285,7 @@ TEST_F(Layout, NoticesStayAboveTheOverlayWithVeryLargeText) {
 // In the narrowest window, too, with the longest times of a talk.
 TEST_F(Layout, TheTimeStandsBesideItsBar) {
   for (const float scale : {1.0F, 2.0F, 2.4F, 3.0F}) {
-    Panel panel(1000, "host");
+    Panel panel(1000, "host", "llvmpipe");
     panel.fit(640.0F, 1.0F);
     for (const float left : {0.0F, panel.width_px(scale)}) {
       for (const double time_s : {0.487, 123.456}) {
@@ -328,7 +328,7 @@ TEST_F(Layout, TheMagnifierHasAPlace) {
 }
 
 TEST_F(Layout, ThePanelTakesAtMostAThirdOrSo) {
-  Panel panel(1000, "host");
+  Panel panel(1000, "host", "llvmpipe");
   panel.fit(1280.0F, 1.0F);
   EXPECT_FLOAT_EQ(panel.width_px(1.0F), 318.0F);
   EXPECT_LT(panel.width_px(2.0F), 0.37F * 1280.0F);

@@ -115,13 +115,15 @@ TEST(Options, SecondsOfASceneDoNotCountAsGiven) {
   EXPECT_FALSE(options_of({"--set", "run.seed=2"}).seconds_given);
 }
 
-TEST(Options, SetOverridesSceneAndFlagsOverrideSet) {
-  const Options options = options_of({"-p", "7", "--ball-vx", "4", "--set", "air.num_parcels=5", "--set",
-                                      " ball.vy_mps = 6 ", "--set", "ball.vx_mps=5", "--scene", "tunnel"});
+TEST(Options, SetAndFlagsOverrideTheScene) {
+  const Options options =
+      options_of({"-p", "7", "--ball-vx", "4", "--set", " ball.vy_mps = 6 ", "--scene", "tunnel"});
   EXPECT_EQ(options.settings.name, "tunnel");
   EXPECT_EQ(options.settings.num_parcels, 7);
   EXPECT_EQ(options.settings.ball_vx_mps, 4.0);
   EXPECT_EQ(options.settings.ball_vy_mps, 6.0);
+  EXPECT_EQ(refusal({"-p", "7", "--set", "air.num_parcels=5"}),
+            "air.num_parcels: is given twice, --set air.num_parcels and -p; leave out one of them");
 }
 
 TEST(Options, NumParcels) {

@@ -202,6 +202,56 @@ TEST(SeekInThePast, ALaunchKeepsTheWholeFlight) {
   EXPECT_EQ(flight.view().history->latest(), 1);
 }
 
+// The ball has left, and the air that the next flight meets is set then.
+TEST(SeekInThePast, AChangeAfterTheEndComesAgain) {
+  Settings settings = scene_of(Method::impulse);
+  settings.time_scale = 1.0;  // it leaves in a second
+  settings.relaunch = false;
+  FollowedFlight flight(settings);
+  while (flight.view().flight != Flight::landed) flight.fly();
+  flight.fly_frames(3);
+  flight.edit([](Settings& s) { s.restitution = 0.4; });
+  const std::int64_t end = flight.view().history->latest();
+  flight.seek(end - 5);
+  EXPECT_EQ(flight.simulation.settings().restitution, 0.9);
+  for (int k = 0; k < 5; ++k) flight.go_on();
+  EXPECT_EQ(flight.view().flight, Flight::landed);
+  EXPECT_EQ(flight.simulation.settings().restitution, 0.4);
+  EXPECT_FALSE(flight.view().history->is_past());
+}
+
+// The panel shows the settings of the moment that is passed, which an edit begins with.
+TEST(SeekInThePast, AnEditOnTheWayKeepsTheOtherSettingsOfTheTarget) {
+  Settings settings = scene_of(Method::impulse);
+  settings.frame_budget_ms = kMinBudget_ms;
+  FollowedFlight flight(settings);
+  flight.simulation.keep_to_budget();
+  const auto fly_to = [&](std::int64_t frame) {
+    while (flight.view().history->position() < frame) flight.go_on();
+  };
+  fly_to(70);
+  Commands commands;
+  commands.settings = flight.simulation.settings();
+  commands.settings->restitution = 0.4;
+  flight.simulation.advance_frame(commands, nullptr);
+  fly_to(90);
+  commands = {};
+  commands.seek_s = flight.view().history->time_at(80);
+  flight.simulation.advance_frame(commands, nullptr);
+  ASSERT_TRUE(flight.view().sought_s);
+  ASSERT_EQ(flight.simulation.settings().restitution, 0.9) << "of a moment before the change";
+  commands = {};
+  commands.settings = flight.simulation.settings();
+  commands.settings->friction = 0.3;
+  while (flight.view().sought_s) {
+    flight.simulation.advance_frame(commands, nullptr);
+    commands = {};
+  }
+  for (int k = 0; k < 3; ++k) flight.go_on();
+  EXPECT_EQ(flight.simulation.settings().friction, 0.3);
+  EXPECT_EQ(flight.simulation.settings().restitution, 0.4);
+}
+
 TEST(SeekInThePast, NeedsAMoment) {
   Simulation simulation(scene_of(Method::impulse), make_cpu_backend(1));
   simulation.advance_frame({}, nullptr);

@@ -52,7 +52,7 @@ void look_ahead(WindowContext& window, WorkerState& worker, const Chunk& chunk) 
   const StepPaths paths{window.input.position, parcels.velocity.data(), window.units_in_epoch(),
                         window.half_contact()};
   const SpeedBounds speeds = set_discs(paths, begin, end, window.memory.discs);
-  worker.tally.moved(0, speeds.max2);
+  worker.tally.fly(speeds.max2);
   window.memory.chunk_speed2[chunk.number] = speeds.max2;
   if (!speeds.all_finite) report_invalid(window, worker, begin, end);
   window.memory.calendar.clear(begin, end);

@@ -164,7 +164,7 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
   fly({input.constants, input.ball, input.key, now.velocity.data(), now.id.data(), now.position.data(),
        rough_.data(), rough_.scale().shift()},
       begin, end, flights);
-  tally.moved(flights.max_displacement + farthest_push, 0.0F);
+  tally.moved(flights.max_displacement + farthest_push);
   std::fill_n(now.is_heated.data() + begin, end - begin, std::uint8_t{0});
   for (const std::uint32_t i : flights.others) {
     if (parcels.is_ghost(i) || is_retired(now.position[i])) continue;
@@ -184,7 +184,6 @@ void PairedLoop::move(const Work& work, std::size_t begin, std::size_t end) {
     const std::uint32_t i = touched.parcel;
     if (contacts_[i] == 0) continue;
     const Vec2f before = before_step[k].velocity, after = now.velocity[i];
-    tally.moved(0, dot(after, after));
     now.is_heated[i] = static_cast<std::uint8_t>(is_heated_by(touched.sums, before, after));
     contacts_[i] = 0;
   }
