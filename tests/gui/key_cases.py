@@ -217,9 +217,9 @@ def leave(bench):
 
 def answer_s(bench, budget_ms):
     """Time from a press of H to the picture without the panel, or with it, and rows of the overlay's figures. A frame is
-    a single step with a million collisions, which takes a second or more."""
+    a single step with 640,000 collisions, which takes half a second or more."""
     figures = bench.folder / "figures.csv"
-    with bench.open("--scene", "gas", "--method", "exact", "-p", "100000", "--dt", "20", "--substeps", "1", "--threads", "1",
+    with bench.open("--scene", "gas", "--method", "exact", "-p", "50000", "--dt", "20", "--substeps", "1", "--threads", "1",
                     "--set", f"run.frame_budget_ms={budget_ms}", "--overlay-csv", str(figures)) as window:
         times = []
         for there in (False, True, False, True, False):

@@ -5,6 +5,7 @@
 
 #include "app/simulation.hpp"
 #include "core/error.hpp"
+#include "scene/derive.hpp"
 #include "scene/settings.hpp"
 #include "support/scene_support.hpp"
 
@@ -101,6 +102,22 @@ TEST(Effects, OthersLeaveAFlightUnderWayAsItIs) {
     faster.ball_vx_mps = 90.0;
     EXPECT_NE(hash_with_change_to(faster, nullptr), expected);
   }
+}
+
+TEST(Effects, TheSpeedOfALaunchCountsFromItOn) {
+  Simulation simulation(flight(), make_cpu_backend(1));
+  const auto reference_mps = [&] { return simulation.view().physics->reference_speed_mps; };
+  const double before_mps = reference_mps();
+  Commands commands;
+  commands.settings = simulation.settings();
+  commands.settings->ball_vx_mps = 70.0;
+  simulation.advance_frame(commands, nullptr);
+  EXPECT_EQ(reference_mps(), before_mps);
+  commands = {};
+  commands.launch = true;
+  simulation.advance_frame(commands, nullptr);
+  EXPECT_EQ(reference_mps(), derive_physics(simulation.settings()).reference_speed_mps);
+  EXPECT_GT(reference_mps(), before_mps);
 }
 
 // A flight that was launched by itself has other air. A change of no effect leaves its roundings as they are.
