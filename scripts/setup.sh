@@ -23,6 +23,7 @@ test_packages=(
   libopenmpi-dev openmpi-bin:mpirun  # domains in several processes
   libboost-context-dev             # fibers: the GPU's kernels on a CPU
   xvfb:Xvfb xdotool:xdotool        # a virtual screen, and input to its windows
+  x11-xkb-utils:setxkbmap          # keyboards of other countries there
   codespell:codespell              # misspelt words
 )
 reader_packages=(                  # readers of dumps; tests are skipped without them

@@ -22,6 +22,7 @@
 #include "backends.hpp"
 #include "core/error.hpp"
 #include "data/read_start.hpp"
+#include "data/run_files.hpp"
 #include "lab/lab.hpp"
 #include "lab/validate.hpp"
 #include "mpi/launcher.hpp"
@@ -151,6 +152,7 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
 }
 
 int run(const Options& options, const Ranks& ranks) {
+  check_replaced(options.data);
   if (!options.save_scene.empty()) save_new_scene_file(options.save_scene, options.settings);
   const StageRun run = run_on_stage(options, ranks);
   if (!options.report.empty()) write_report(options.report, run.report);

@@ -21,7 +21,7 @@ struct TallySlot {
   unsigned int first_invalid_id;  // complemented: zero means none, and the maximum is the smallest id
   unsigned int max_overlap_bits;  // of a non-negative float: ordered like the number
   unsigned int max_displacement;
-  unsigned int max_speed2_bits;    // method `exact`
+  unsigned int max_speed2_bits;   // method `exact`
   unsigned long long event_hash;  // method `exact`
 };
 

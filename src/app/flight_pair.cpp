@@ -70,7 +70,9 @@ Commands FlightPair::admit(const Commands& wanted) {
 }
 
 Commands FlightPair::admit_two(const Commands& wanted) {
+  const bool is_first_edit = wanted.settings && !waiting_.settings;
   waiting_ = joined(waiting_, wanted);
+  if (is_first_edit && first_.view().sought_s) waiting_.settings = first_.at_target(*wanted.settings);
   if (!only_steps(waiting_)) {
     cut(first_);
     if (second_) cut(*second_);

@@ -23,12 +23,14 @@ void check_profile(const Typed& typed, const Options& options) {
 
 // A setting has one value.
 void check_given_once(const Typed& typed) {
-  const std::vector<GivenSetting> given = given_settings(typed);
+  std::vector<GivenSetting> given = given_settings(typed);
+  if (typed.force) given.push_back({"run.allow_unstable", "--force"});
   for (auto at = given.begin(); at != given.end(); ++at) {
-    const auto again = std::find_if(at + 1, given.end(), [&](const auto& other) { return other.path == at->path; });
+    const auto again =
+        std::find_if(at + 1, given.end(), [&](const auto& other) { return other.path == at->path; });
     if (again != given.end())
-      throw UserError(
-          fmt::format("{}: is given twice, {} and {}; leave out one of them", at->path, at->option, again->option));
+      throw UserError(fmt::format("{}: is given twice, {} and {}; leave out one of them", at->path,
+                                  at->option, again->option));
   }
 }
 

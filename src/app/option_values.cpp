@@ -121,8 +121,9 @@ fs::path table_file(const CLI::App& app, const std::string& flag, const std::str
   const bool holds_text =
       fs::is_regular_file(fs::symlink_status(file, ignored)) && fs::file_size(file, ignored) > 0;
   if (holds_text && ending_of(file) != ending)
-    throw UserError(fmt::format("{}: {} exists, and only files that end in {} are replaced; choose another name",
-                                flag, in_quotes(text), ending));
+    throw UserError(
+        fmt::format("{}: {} exists, and only files that end in {} are replaced; choose another name", flag,
+                    in_quotes(text), ending));
   return file;
 }
 

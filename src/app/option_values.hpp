@@ -34,8 +34,8 @@ void check_writable(const std::string& place, const std::filesystem::path& file)
 std::filesystem::path output_file(const CLI::App& app, const std::string& flag, const std::string& text,
                                   const std::vector<std::string>& endings);
 
-// The same for a table or a report, with any ending. Refuses to replace a file that ends otherwise than `ending`: it
-// may be one that somebody wrote.
+// The same for a table or a report, with any ending. Refuses to replace a file that ends otherwise than
+// `ending`: it may be one that somebody wrote.
 std::filesystem::path table_file(const CLI::App& app, const std::string& flag, const std::string& text,
                                  const std::string& ending);
 

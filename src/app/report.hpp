@@ -27,7 +27,8 @@ class RunRecord {
   // frames that are drawn.
   void add_frame(const PhaseTimes& times, const StepTotals& totals, double dt_s,
                  const DrawTimes& drawing = {});
-  // Leaves the time since the last frame, or since the last call, out of frame times: a picture without steps.
+  // Leaves the time since the last frame, or since the last call, out of frame times: a picture without
+  // steps.
   void pass_idle_time();
   void start_clock();  // wall_s counts from here
   // For a run that ends on another device than it started on (other threads of the CPU backend).

@@ -247,6 +247,7 @@ void Simulation::check_room(const Settings& settings) const {
   check_backend(resolved, derive_physics(resolved), *state_->backend);
   state_->check_room(resolved, state_->backend->memory_bytes());
 }
+Settings Simulation::at_target(const Settings& edited) const { return state_->at_target(edited); }
 const FrameView& Simulation::view() const { return state_->view; }
 const Settings& Simulation::settings() const { return state_->settings; }
 Backend& Simulation::backend() { return *state_->backend; }

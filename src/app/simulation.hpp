@@ -149,6 +149,10 @@ class Simulation {
   // Throws UserError if a restart with these settings would not have the memory.
   void check_room(const Settings& settings) const;
 
+  // An edit on the way to another moment began with the settings of the one that is passed. Returns those of
+  // the moment sought with what it changed.
+  Settings at_target(const Settings& edited) const;
+
   const FrameView& view() const;
   const Settings& settings() const;
   Backend& backend();

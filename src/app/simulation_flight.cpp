@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <utility>
 
 #include "app/simulation_state.hpp"
 #include "model/methods.hpp"
@@ -47,8 +47,13 @@ void Simulation::State::begin_history() {
   settings_at_sought.reset();
 }
 
-// Of the same launch as the flight, whose spin may have been changed since.
+// Of the same launch as the flight, which may have been changed since.
 std::vector<Ghost> Simulation::State::ghosts_of_flight(Settings with) const {
+  with = as_launched(std::move(with));
+  if (!differ(with, flight.settings, &Effects::parcels)) {  // in another world it may not start there
+    with.ball_x_m = flight.settings.ball_x_m;
+    with.ball_y_m = flight.settings.ball_y_m;
+  }
   if (flight.points_m.size() > 1) with.ball_spin_radps = flight.spin_radps;
   return ghosts_of(with);
 }
@@ -134,7 +139,10 @@ void Simulation::State::fly(const BallLaunch& wanted) {
 bool Simulation::State::repeat_flight(const Settings& with) {
   Settings spawned = with;
   spawned.seed = flight_seed;
-  const std::int64_t same_launch = flight.launch;
+  const BallState start = initial_ball(with);
+  const bool is_same =
+      start.velocity_mps == flight.launch_mps && start.position_m == initial_ball(flight.settings).position_m;
+  const std::int64_t launch_number = is_same ? flight.launch : ++num_launches;
   std::optional<NewAir> air;
   try {
     air.emplace(new_air(spawned, initial_ball(spawned)));
@@ -147,7 +155,7 @@ bool Simulation::State::repeat_flight(const Settings& with) {
   settings = with;
   keep_old_flight();
   begin_flight(true);
-  flight.launch = same_launch;
+  flight.launch = launch_number;
   const std::int64_t kept = reference_of(flight, old_flights).number;
   std::erase_if(old_flights, [&](const FlightRecord& old) {  // keeps the newer of two equal ones
     const bool is_equal = old.launch == flight.launch && old.method == flight.method &&

@@ -42,7 +42,6 @@ void Simulation::State::resume(const FlightState& from) {
   view.flight = from.landed ? Flight::landed : Flight::flying;
   scene_dt_s = from.scene_dt_s;
   flight.has_left = from.landed;
-  ghosts = ghosts_of_flight(settings);
   profile_is_due = true;
 }
 
@@ -64,6 +63,7 @@ void Simulation::State::resume_run(const RunState& from) {
   check_backend(from.settings, derive_physics(from.settings), *backend);
   resume(from);
   flight.settings = settings;
+  ghosts = ghosts_of_flight(settings);
   flight_seed = from.flight_seed;
   launched_at_s = from.launched_at_s;
   landed_for_s = from.landed_for_s;

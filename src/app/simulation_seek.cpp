@@ -34,6 +34,7 @@ void Simulation::State::restore(const Checkpoint& then) {
   view.mid_step = false;
   if (then.settings.threads != settings.threads) change_threads(then.settings);
   resume(then);
+  ghosts = ghosts_of_flight(settings);
   landed_for_s = 0.0;
   ++view.num_recalls;
   history.go_to(then.frame, then.num_changes);
@@ -138,7 +139,6 @@ void Simulation::State::drop_future() {
   history.drop_future();
 }
 
-// An edit was made on the settings of the moment that is passed. Returns those of the target with what it changed.
 Settings Simulation::State::at_target(const Settings& edited_here) const {
   Settings there = settings_at_sought.value_or(history.settings_at(*sought, settings));
   for (const Field& field : fields()) {

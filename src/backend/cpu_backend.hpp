@@ -1,5 +1,6 @@
-// The CPU backend: the same step as on the device, in loops that threads share. The device is tested against it; it is
-// tested against a plain loop (time_step/time_stepper.cpp), whose correctness should be evident from the text.
+// The CPU backend: the same step as on the device, in loops that threads share. The device is tested against
+// it; it is tested against a plain loop (time_step/time_stepper.cpp), whose correctness should be evident
+// from the text.
 #pragma once
 
 #include <vector>

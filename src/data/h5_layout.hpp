@@ -32,7 +32,7 @@ constexpr const char* kSettings = "parameters/settings";
 constexpr const char* kFormat = "parameters/format";
 }  // namespace dump_path
 
-constexpr std::int64_t kDumpFormat = 2;
+constexpr std::int64_t kDumpFormat = 3;
 constexpr std::size_t kRunTextBytes = 8192;  // of a frame's run_state
 
 // Properties that do not change within a file.

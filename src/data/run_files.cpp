@@ -50,21 +50,9 @@ std::unique_ptr<StateSink> make_dump(const DataOptions& options) {
   return make_h5_dump(options.dump, {has("velocity"), has("state"), options.dump_compression});
 }
 
-// Refuses to replace what somebody else wrote.
-void check_replaced(const DataOptions& options) {
+bool holds_something(const std::filesystem::path& file) {
   std::error_code ignored;
-  const auto holds_something = [&](const std::filesystem::path& file) {
-    return std::filesystem::is_regular_file(file, ignored) && std::filesystem::file_size(file, ignored) > 0;
-  };
-  if (holds_something(options.checkpoint) && !is_checkpoint(options.checkpoint))
-    throw UserError(fmt::format("--checkpoint: {} exists and is no checkpoint, so none replaces it; choose another "
-                                "name",
-                                in_quotes(options.checkpoint.string())));
-  if (ending_of(options.dump) != ".h5") return;
-  const std::filesystem::path index = std::filesystem::path(options.dump).replace_extension(".xdmf");
-  if (holds_something(index) && !is_xdmf(index))
-    throw UserError(fmt::format("--dump: its index would replace {}, which is of no dump; choose another name",
-                                in_quotes(index.string())));
+  return std::filesystem::is_regular_file(file, ignored) && std::filesystem::file_size(file, ignored) > 0;
 }
 
 // Not an integer, which a very short interval would overflow; infinite for the shortest ones.
@@ -74,10 +62,23 @@ double interval_of(double simulated_s, double every_s) {
 
 }  // namespace
 
+void check_replaced(const DataOptions& options) {
+  if (holds_something(options.checkpoint) && !is_checkpoint(options.checkpoint))
+    throw UserError(
+        fmt::format("--checkpoint: {} exists and is no checkpoint, so none replaces it; choose another "
+                    "name",
+                    in_quotes(options.checkpoint.string())));
+  if (ending_of(options.dump) != ".h5") return;
+  const std::filesystem::path index = std::filesystem::path(options.dump).replace_extension(".xdmf");
+  if (holds_something(index) && !is_xdmf(index))
+    throw UserError(
+        fmt::format("--dump: its index would replace {}, which is of no dump; choose another name",
+                    in_quotes(index.string())));
+}
+
 RunFiles::RunFiles(const DataOptions& options, bool may_drop, Announce announce)
     : announce_(std::move(announce)) {
   using WhenFull = StateWriter::WhenFull;
-  check_replaced(options);
   if (!options.dump.empty()) {
     auto writer = std::make_unique<StateWriter>(make_dump(options), kHeldFrames);
     targets_.push_back({"dump", options.dump, options.dump_every_s, std::move(writer),

@@ -20,6 +20,9 @@ struct RunClock {
   std::int64_t frames_after_flight = 0;
 };
 
+// Throws UserError if the checkpoint, or the index of the dump, would replace what somebody else wrote.
+void check_replaced(const DataOptions& options);
+
 class RunFiles {
  public:
   using Announce = std::function<void(const std::string&)>;

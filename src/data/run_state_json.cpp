@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -36,6 +37,7 @@ struct Storing {
   }
   void time(const char* key, const auto& value) { (*this)(key, value); }
   void if_known(const char* key, Vec2d value) { (*this)(key, value); }
+  void velocity(const char* key, Vec2d value) { (*this)(key, value); }
   void at_most(std::uint32_t, const char* key, std::uint32_t value) { (*this)(key, value); }
 };
 
@@ -84,6 +86,13 @@ class Reading {
   void time(const char* key, std::optional<double>& value) const {
     (*this)(key, value);
     if (value && !(*value >= 0.0)) refuse(key, "a number that is not negative");
+  }
+  // Reads a velocity that settings may have.
+  void velocity(const char* key, Vec2d& value) const {
+    const double max_mps = find_field("ball.vx_mps", where_).max;
+    (*this)(key, value);
+    if (!(std::fabs(value.x) <= max_mps && std::fabs(value.y) <= max_mps))
+      refuse(key, fmt::format("a pair of numbers of at most {:g}", max_mps));
   }
   void at_most(std::uint32_t limit, const char* key, std::uint32_t& value) const {
     value = static_cast<std::uint32_t>(whole(key, 0, limit));
@@ -179,7 +188,7 @@ void visit_flight(Archive& a, Record& flight) {
   a.time("set_dt_s", flight.set_dt_s);
   a("half_step", flight.half_step);
   a.time("dt_s", flight.dt_s);
-  a("launch_mps", flight.launch_mps);
+  a.velocity("launch_mps", flight.launch_mps);
   a("spin_radps", flight.spin_radps);
   a("num_steps", flight.num_steps);
   a.time("compute_ms", flight.compute_ms);

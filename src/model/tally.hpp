@@ -20,8 +20,7 @@ concept EventTally = requires(T tally, std::int32_t counts, float diameters, con
 
 // Tally of a whole step of the time-stepped methods.
 template <class T>
-concept StepTally = EventTally<T> &&
-    requires(T tally, std::int32_t displacement, std::uint32_t id) {
+concept StepTally = EventTally<T> && requires(T tally, std::int32_t displacement, std::uint32_t id) {
   tally.moved(displacement);  // of a parcel, position units along an axis
   tally.retired();            // a parcel left the world
   tally.invalid(id);          // a parcel's state is not a number or out of range

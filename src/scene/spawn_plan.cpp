@@ -39,7 +39,8 @@ double distance_with(Lattice& l, double height, double room) {
   return std::min({l.spacing_x, next_row, l.num_rows == 2 ? next_row : 2.0 * l.spacing_y});
 }
 
-// Chooses the distance of rows by bisection, so that sites keep half the distance of neighbours from the edge.
+// Chooses the distance of rows by bisection, so that sites keep half the distance of neighbours from the
+// edge.
 void settle_rows(Lattice& l, double height) {
   double low = 0.0, high = height;
   for (int pass = 0; pass < 64; ++pass) {

@@ -253,7 +253,8 @@ void Panel::edit_view(const FrameView& frame, ViewSwitches& switches) {
   ImGui::Combo("##overlay", &switches.overlay_mode, "full\0compact\0off\0");
   rows_.end_row("Overlay", overlay_help);
   const std::string target_help = fmt::format(
-      "the way of the parcels to the renderer, and the reason: {}\nChosen at the start: --draw-target. {} draws",
+      "the way of the parcels to the renderer, and the reason: {}\nChosen at the start: --draw-target. {} "
+      "draws",
       draw_target_, gl_device_);
   rows_.begin_row("Draw target", target_help);
   ImGui::TextDisabled("%s", draw_target_.c_str());

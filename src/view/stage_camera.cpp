@@ -40,9 +40,9 @@ void Stage::follow_ball() {
       context_.window() != nullptr ? std::min(frame_s_, kMaxFrame_s) : 1.0 / view.settings->frame_rate_hz;
   if (ball_camera_.is_on()) {
     constexpr std::int64_t kAimed = -1;  // no flight: the camera glides to the start and back
-    ball_camera_.move(
-        {ball_m_, aim_.active() ? kAimed : view.num_flights, num_frames_ == first_frame_ ? kAtOnce_s : passed_s},
-        view.physics->world, region, camera_);
+    ball_camera_.move({ball_m_, aim_.active() ? kAimed : view.num_flights,
+                       num_frames_ == first_frame_ ? kAtOnce_s : passed_s},
+                      view.physics->world, region, camera_);
   }
   const bool with_marks = static_cast<OverlayMode>(switches_.overlay_mode) != OverlayMode::off;
   switches_.has_magnifier =

@@ -15,7 +15,8 @@ constexpr double kFailure_s = 12.0;  // long enough to read a line of an error
 }  // namespace
 
 void Stage::tell_of_replay() {
-  notice_.show("A replay takes its inputs from the log, and ends with it; yours change the view", Clock::now());
+  notice_.show("A replay takes its inputs from the log, and ends with it; yours change the view",
+               Clock::now());
 }
 
 void Stage::load_cues(const std::string& name_or_path) {
@@ -89,6 +90,8 @@ void Stage::undo_or_redo(const InputFrame& input, Commands& commands) {
   if (input.undo == input.redo) return;
   if (replay_) return tell_of_replay();
   const FrameView view = pair_.view();
+  if (view.sought_s)
+    return notice_.show("The flight is on its way to another moment; take changes back there", Clock::now());
   const std::string line = input.undo ? history_.undo(commands, view) : history_.redo(commands, view);
   if (!line.empty()) notice_.show(line, Clock::now(), 2.0 * kNotice_s);
 }

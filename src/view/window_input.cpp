@@ -3,7 +3,9 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "view/gui.hpp"
 
@@ -91,11 +93,6 @@ int key_of(int key, int scancode) {
   return key >= GLFW_KEY_A && key <= GLFW_KEY_Z ? GLFW_KEY_UNKNOWN : key;
 }
 
-// AltGr with a digit writes a sign, such as a bracket on a German keyboard.
-bool writes_sign(GLFWwindow* window, int key) {
-  return key >= GLFW_KEY_0 && key <= GLFW_KEY_9 && glfwGetKey(window, GLFW_KEY_RIGHT_ALT) == GLFW_PRESS;
-}
-
 struct SignAction {
   unsigned char sign;
   void (*apply)(InputFrame& input);
@@ -112,6 +109,11 @@ constexpr SignAction kSignActions[] = {
     {',', [](InputFrame& input) { input.commands.time_scale_factor *= 0.5; }},
     {']', [](InputFrame& input) { input.commands.time_scale_factor *= 2.0; }},
     {'.', [](InputFrame& input) { input.commands.time_scale_factor *= 2.0; }}};
+
+bool is_bound(unsigned int letter) {
+  return std::any_of(std::begin(kSignActions), std::end(kSignActions),
+                     [letter](const SignAction& action) { return action.sign == letter; });
+}
 
 void apply_letter(unsigned int letter, InputFrame& input) {
   for (const SignAction& action : kSignActions) {
@@ -159,12 +161,17 @@ WindowInput::~WindowInput() {
 }
 
 void WindowInput::on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
-  if (action != GLFW_PRESS || writes_sign(window, key)) return;
-  self(window).keys_.emplace_back(key_of(key, scancode), mods);
+  if (action == GLFW_PRESS) self(window).keys_.emplace_back(key_of(key, scancode), mods);
 }
 
+// Its key came before. On some keyboards digits write signs that do something, as AltGr with 8 does on a
+// German one.
 void WindowInput::on_char(GLFWwindow* window, unsigned int letter) {
-  self(window).letters_.push_back(letter);
+  WindowInput& input = self(window);
+  input.letters_.push_back(letter);
+  const bool is_of_digit = !input.keys_.empty() && input.keys_.back().first >= GLFW_KEY_0 &&
+                           input.keys_.back().first <= GLFW_KEY_9;
+  if (is_of_digit && is_bound(letter)) input.keys_.pop_back();
 }
 
 void WindowInput::on_scroll(GLFWwindow* window, double, double y) { self(window).scrolled_ += y; }

@@ -228,8 +228,8 @@ TEST_F(Checkpoint, NamesTheReason) {
   folder_.write("a.state", "[scene]\nname = \"court\"\n");
   EXPECT_NE(refusal().find("is no checkpoint; give a file that --checkpoint or --dump FILE.h5 has written"),
             std::string::npos);
-  folder_.write("a.state", "pickleflight checkpoint 3\n{}\n{}\n");
-  EXPECT_NE(refusal().find("has format '3', and this program reads 2"), std::string::npos) << refusal();
+  folder_.write("a.state", "pickleflight checkpoint 4\n{}\n{}\n");
+  EXPECT_NE(refusal().find("has format '4', and this program reads 3"), std::string::npos) << refusal();
   folder_.write("a.state", "");
   EXPECT_NE(refusal().find("is empty"), std::string::npos) << refusal();
   std::filesystem::remove(file_);
@@ -266,6 +266,8 @@ TEST_F(Checkpoint, RefusesNumbersThatCannotBe) {
                                   {"flight", "method", "-1"},
                                   {"flight", "method", "1.5"},
                                   {"flight", "dt_s", "null"},
+                                  {"flight", "launch_mps", "[1e200, 0.0]"},
+                                  {"flight", "launch_mps", "[0.0, null]"},
                                   {"totals", "num_steps", "-1"},
                                   {"totals", "num_steps", "1e300"},
                                   {"totals", "first_invalid_id", "4294967296"},

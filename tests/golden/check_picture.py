@@ -92,10 +92,17 @@ def edited_shaders(edit, folder):
     return {"PICKLEFLIGHT_SHADERS": str(copy)}
 
 
+def without(words, others):
+    """The words, less the settings that others give."""
+    given = {other.partition("=")[0] for flag, other in zip(others, others[1:]) if flag == "--set"}
+    pairs = list(zip(words[::2], words[1::2]))
+    return [word for flag, value in pairs if flag != "--set" or value.partition("=")[0] not in given for word in (flag, value)]
+
+
 def run_program(program, scene, folder, words, edit=None):
     picture, report = folder / f"{scene}.png", folder / f"{scene}.json"
     command = [program, "run", "--headless", "--scene", scene, "--size", f"{WIDTH}x{HEIGHT}", "--overlay", "off",
-               *RUN[scene],
+               *without(RUN[scene], words),
                "--picture", str(picture), "--report", str(report), *words]
     # Mesa must use its software rasteriser, not a GPU.
     environment = {**os.environ, "LIBGL_ALWAYS_SOFTWARE": "1", **(edited_shaders(edit, folder) if edit else {})}

@@ -189,12 +189,17 @@ def unstable(bench):
 def measured_terms(bench):
     """So many parcels are measured on request only: E, while the run goes on and the full overlay has room for them."""
     csv = bench.folder / "frames.csv"
-    with bench.open("-p", "20001", "--time-scale", "0.001", "--overlay-csv", str(csv)) as window:
+    with bench.open("-p", "20001", "--time-scale", "0.001", "--overlay-csv", str(csv), "--size", "1280x700") as window:
         window.press_key("o")
         window.press_key("e")
         window.wait_for_control("Notice: Costs of terms are shown above the full overlay; O brings it")
         window.press_key("o")
         window.press_key("o")
+        window.resize(800, 700)
+        window.press_key("e")
+        window.wait_for_control(
+            "Notice: Costs of terms are shown above the full overlay: make the window wider, or hide the panel (H)")
+        window.resize(1280, 700)
         window.press_key("space")
         window.press_key("e")
         window.wait_for_control("Notice: Costs of terms are measured once the flight goes on (space)")

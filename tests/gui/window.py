@@ -10,7 +10,7 @@ import sys
 import time
 
 SKIPPED = 77
-NEEDED = ("Xvfb", "xdotool")
+NEEDED = ("Xvfb", "xdotool", "setxkbmap")
 # ImGui 1.86 reads the state of buttons and keys once per frame, so each lasts for two frames or more. The frame that is
 # being drawn counts as well.
 HOLD_FRAMES = 3
@@ -21,7 +21,7 @@ SLIDER_END_PX = 2 + 6 / 2  # the grab's middle stops this far from a slider's en
 def skip_if_missing():
     missing = [tool for tool in NEEDED if shutil.which(tool) is None]
     if missing:
-        print(f"SKIPPED: {' and '.join(missing)} not found (Debian, Ubuntu: apt install xvfb xdotool)")
+        print(f"SKIPPED: {' and '.join(missing)} not found (Debian, Ubuntu: apt install xvfb xdotool x11-xkb-utils)")
         sys.exit(SKIPPED)
 
 

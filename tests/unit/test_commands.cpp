@@ -165,10 +165,15 @@ TEST_F(SimulationCommands, GhostsAreOfTheFlightsLaunch) {
   const Vec2f end = end_of();
   edit([](Settings& s) { s.ball_spin_radps += 40.0; });
   EXPECT_EQ(end_of(), end) << "its spin is changed in flight";
+  edit([](Settings& s) {
+    s.ball_vy_mps += 3.0;
+    s.ball_y_m += 1.0;
+  });
+  EXPECT_EQ(end_of(), end) << "the next launch is changed";
   Commands again;
   again.launch = true;
   simulation_.advance_frame(again, nullptr);
-  EXPECT_NE(end_of(), end) << "the next launch has that spin";
+  EXPECT_NE(end_of(), end) << "the next launch has all that";
 }
 
 TEST_F(SimulationCommands, ResetRepeatsTheRun) {

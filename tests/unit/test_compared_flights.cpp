@@ -35,6 +35,20 @@ TEST_F(ComparedFlights, NextMethodRepeatsTheLaunch) {
   }
 }
 
+TEST_F(ComparedFlights, AnotherVelocityIsAnotherLaunch) {
+  advance(3);
+  const std::int64_t launch = view().flight_record->launch;
+  edit([](Settings& s) { s.ball_vy_mps += 3.0; });
+  Commands next;
+  next.compare = Comparison::next_method;
+  advance(3, next);
+  EXPECT_NE(view().flight_record->launch, launch);
+  EXPECT_EQ(&reference_of(*view().flight_record, *view().old_flights), view().flight_record);
+  const std::int64_t second = view().flight_record->launch;
+  advance(3, next);
+  EXPECT_EQ(view().flight_record->launch, second);
+}
+
 TEST_F(ComparedFlights, TheFirstFlightOfALaunchStays) {
   advance(3);
   Commands half;

@@ -161,6 +161,30 @@ TEST(FlightPair, BothSeekToWhatTheyHad) {
   EXPECT_EQ(states_of(both).second, flown[39].second) << "and they go on as they flew";
 }
 
+TEST(FlightPair, AnEditOnTheWayKeepsTheOtherSettingsOfTheTarget) {
+  Settings settings = court(300);
+  settings.frame_budget_ms = kMinBudget_ms;
+  Pair both(settings, {"run.method = exact"});
+  both.pair.keep_checkpoints();
+  both.pair.keep_to_budget();
+  Commands anew;
+  anew.reset = true;
+  both.picture(anew);
+  const auto fly_to = [&](std::int64_t frame) {
+    while (both.first.view().history->position() < frame || !both.pair.is_whole()) both.picture();
+  };
+  fly_to(20);
+  both.picture(edit(both.first.settings(), [](Settings& s) { s.restitution = 0.4; }));
+  fly_to(30);
+  both.picture(seek_to(both.first.view().history->time_at(25)));
+  ASSERT_TRUE(both.first.view().sought_s);
+  ASSERT_EQ(both.first.settings().restitution, 0.9) << "of a moment before the change";
+  both.picture(edit(both.first.settings(), [](Settings& s) { s.friction = 0.17; }));
+  for (int k = 0; k < 10000 && both.first.settings().friction != 0.17; ++k) both.picture();
+  EXPECT_EQ(both.first.settings().friction, 0.17);
+  EXPECT_EQ(both.first.settings().restitution, 0.4);
+}
+
 // A change that only the first half has ends what the second one flew later, too.
 TEST(FlightPair, AChangeInThePastDropsTheFutureOfBoth) {
   Pair both(court(300), {"air.restitution = 0.3"});

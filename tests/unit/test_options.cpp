@@ -190,7 +190,10 @@ TEST(Options, RejectsUnknownArguments) {
 
 TEST(Options, ForceAllowsAnyStepOfSpring) {
   EXPECT_FALSE(options_of({}).settings.allow_unstable);
-  EXPECT_TRUE(options_of({"--force", "--set", "run.allow_unstable=false"}).settings.allow_unstable);
+  EXPECT_TRUE(options_of({"--force"}).settings.allow_unstable);
+  EXPECT_EQ(
+      refusal({"--force", "--set", "run.allow_unstable=false"}),
+      "run.allow_unstable: is given twice, --set run.allow_unstable and --force; leave out one of them");
   EXPECT_TRUE(options_of({"bench", "--force"}).settings.allow_unstable);
 }
 

@@ -242,13 +242,13 @@ TEST(SeekInThePast, AnEditOnTheWayKeepsTheOtherSettingsOfTheTarget) {
   ASSERT_EQ(flight.simulation.settings().restitution, 0.9) << "of a moment before the change";
   commands = {};
   commands.settings = flight.simulation.settings();
-  commands.settings->friction = 0.3;
+  commands.settings->friction = 0.17;
   while (flight.view().sought_s) {
     flight.simulation.advance_frame(commands, nullptr);
     commands = {};
   }
   for (int k = 0; k < 3; ++k) flight.go_on();
-  EXPECT_EQ(flight.simulation.settings().friction, 0.3);
+  EXPECT_EQ(flight.simulation.settings().friction, 0.17);
   EXPECT_EQ(flight.simulation.settings().restitution, 0.4);
 }
 
