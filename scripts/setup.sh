@@ -93,8 +93,12 @@ then configure once, in $root, and run this script again:
   fi
 }
 
-nvcc_path() {
-  command -v nvcc || { [[ -x /usr/local/cuda/bin/nvcc ]] && echo /usr/local/cuda/bin/nvcc; } || echo none
+# cuda_state: what decides how kernels are built: nvcc, its version, the compiler beside it, and the GPUs.
+cuda_state() {
+  local nvcc
+  nvcc=$(command -v nvcc || echo /usr/local/cuda/bin/nvcc)
+  echo "$nvcc" "$("$nvcc" --version 2>/dev/null | tail -n 1)" "${CUDACXX-}" "${CUDAHOSTCXX-}" \
+    "$(cat /proc/driver/nvidia/gpus/*/information 2>/dev/null | grep '^Model' | sort -u)"
 }
 
 # use_ccache: where it is installed, builds use it, with hits across trees in different folders.
@@ -105,23 +109,33 @@ use_ccache() {
   export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
 }
 
-# configure PRESET: only for a new or moved tree, or if nvcc appeared or disappeared.
+# has_cmake: CMake 3.25 or newer.
+has_cmake() {
+  local version
+  version=$(cmake --version | sed -n '1s/[^0-9]*//p')
+  [[ $(printf '%s\n' 3.25 "$version" | sort -V | head -n 1) == 3.25 ]] ||
+    stop "CMake 3.25 or newer is needed; the one on the PATH is $version"
+}
+
+# configure PRESET: only for a new or moved tree, or if nvcc, the GPUs or ccache have changed.
 configure() {
-  local preset=$1 folder=$root/build/$1 nvcc
+  local preset=$1 folder=$root/build/$1 cuda home
   use_ccache
-  nvcc=$(nvcc_path)
+  cuda=$(cuda_state)
   local fresh=()
   if [[ -f $folder/CMakeCache.txt ]]; then
-    if ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt" ||
-      [[ -f $folder/nvcc_path && $(<"$folder/nvcc_path") != "$nvcc" ]]; then
+    home=$(sed -n 's/^CMAKE_HOME_DIRECTORY:INTERNAL=//p' "$folder/CMakeCache.txt")
+    if [[ ! $home -ef $root ]] || [[ -f $folder/cuda_state && $(<"$folder/cuda_state") != "$cuda" ]] ||
+      { ((!${#launchers[@]})) && grep -q '_COMPILER_LAUNCHER:.*=ccache' "$folder/CMakeCache.txt"; }; then
       fresh=(--fresh)
     elif [[ -f $folder/build.ninja ]]; then
       return 0
     fi
   fi
+  has_cmake
   say "Configuring build/$preset"
   (cd "$root" && cmake --preset "$preset" "${fresh[@]}" "${launchers[@]}" >&2) || stop "Configuring failed; see above."
-  echo "$nvcc" >"$folder/nvcc_path"
+  echo "$cuda" >"$folder/cuda_state"
 }
 
 # with_tests PRESET: adds the tests to a build folder that lacks them, and keeps its build outputs.

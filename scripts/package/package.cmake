@@ -24,7 +24,7 @@ if(PF_HELP2MAN)
             ${PROJECT_BINARY_DIR}/man
     DEPENDS pickleflight ${PROJECT_SOURCE_DIR}/scripts/package/man-pages VERBATIM)
   add_custom_target(man_pages ALL DEPENDS ${PROJECT_BINARY_DIR}/man/pickleflight.1)
-  install(DIRECTORY ${PROJECT_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+  install(DIRECTORY ${PROJECT_BINARY_DIR}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program OPTIONAL)
 endif()
 
 # Licences of the libraries that are compiled in, from Debian's packages.
@@ -36,13 +36,19 @@ endforeach()
 
 # Only in the .tar.gz: a font, the libraries, and a launcher that sets their path.
 if(PF_PORTABLE)
+  foreach(tool file dpkg-shlibdeps help2man)
+    find_program(PF_TOOL_${tool} ${tool})
+    if(NOT PF_TOOL_${tool})
+      message(WARNING "Packages need ${tool}: install file, dpkg-dev and help2man")
+    endif()
+  endforeach()
   # DT_RPATH instead of DT_RUNPATH applies to libraries of libraries, too.
   set_target_properties(pickleflight PROPERTIES INSTALL_RPATH "$ORIGIN/../lib/pickleflight")
   target_link_options(pickleflight PRIVATE -Wl,--disable-new-dtags)
   install(FILES /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf DESTINATION ${pf_data}/fonts COMPONENT libraries
           OPTIONAL EXCLUDE_FROM_ALL)
   install(PROGRAMS scripts/package/launcher DESTINATION . RENAME pickleflight COMPONENT libraries EXCLUDE_FROM_ALL)
-  install(CODE "set(program $<TARGET_FILE:pickleflight>)\nset(doc ${CMAKE_INSTALL_DOCDIR})" COMPONENT libraries
+  install(CODE "set(program \"$<TARGET_FILE:pickleflight>\")\nset(doc \"${CMAKE_INSTALL_DOCDIR}\")" COMPONENT libraries
           EXCLUDE_FROM_ALL)
   install(SCRIPT scripts/package/libraries.cmake COMPONENT libraries EXCLUDE_FROM_ALL)
 endif()

@@ -272,7 +272,7 @@ std::string describe(const AccuracyChoice& choice, const fs::path& table) {
   const Physics physics = derive_physics(s);
   const FramePlan plan = plan_frame(s, physics, initial_ball(s));
   const auto percent = [](double share) {
-    return share < 1.0 ? fmt::format("{:.2g} %", 100.0 * share) : fmt::format("{:.0f} %", 100.0 * share);
+    return share < 0.0995 ? fmt::format("{:.2g} %", 100.0 * share) : fmt::format("{:.0f} %", 100.0 * share);
   };
   const std::string of_method = choice.expected_error > 0.0
                                     ? (choice.is_bound ? "less than " : "") + percent(choice.expected_error)

@@ -213,6 +213,9 @@ std::vector<TableSize> sizes_of(const json& table, const std::string& target) {
     sizes.push_back({row.at("num_parcels"), row["errors"][target].at("value")});
   }
   std::sort(sizes.begin(), sizes.end(), [](const TableSize& a, const TableSize& b) { return a.num < b.num; });
+  // An error that changes its sign is small in between, which is no accuracy.
+  for (std::size_t i = sizes.size(); i-- > 1;)
+    sizes[i - 1].error = std::max(sizes[i - 1].error, sizes[i].error);
   return sizes;
 }
 

@@ -18,6 +18,14 @@ Commands joined(Commands earlier, const Commands& later) {
   const auto& [settings, scene, restart, toggle_pause, single_step, reset, launch, fly, compare, next_method,
                hold, back, seek_s, time_scale_factor, save_scene, max_steps, quit, split, second_max_steps,
                drop_future] = later;
+  if (restart || !scene.empty()) {  // they replace the flight that these were for
+    earlier.settings.reset();
+    earlier.fly.reset();
+    earlier.seek_s.reset();
+    earlier.compare = Comparison::none;
+    earlier.launch = earlier.back = false;
+    earlier.time_scale_factor = 1.0;
+  }
   if (settings) earlier.settings = settings;
   if (!scene.empty()) earlier.scene = scene;
   if (restart) earlier.restart = restart;

@@ -49,6 +49,7 @@ double longest_s(const Simulation& simulation) {
 // A device loads its program with the first frame; that belongs to no flight.
 void fly_one_frame_and_back(Simulation& simulation) {
   simulation.advance_frame({}, nullptr);
+  if (simulation.view().paused) return;
   Commands back;
   back.reset = back.hold = true;
   simulation.advance_frame(back, nullptr);
@@ -128,6 +129,10 @@ int run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
   if (simulation.view().num_parcels == 0)
     throw UserError("bench: air.kind is not parcels, there is nothing to time");
   fly_one_frame_and_back(simulation);
+  if (simulation.view().paused) {
+    fmt::print(stderr, "bench: the flight ended in its first frame: {}\n", simulation.view().message);
+    return 1;
+  }
   RunRecord record(*simulation.view().physics, simulation.backend().measure(), simulation.backend().device());
   record.start_clock();
   const std::vector<TimedFrame> frames = fly(simulation, record, stop);

@@ -171,6 +171,11 @@ void FlightPair::change(const Difference& wanted, Commands& commands) {
 void FlightPair::measure_second() {
   if (has_budget_) second_->keep_to_budget(kShareOfBudget);
   if (has_checkpoints_) second_->keep_checkpoints();
+  begin_records();
+}
+
+// They are of one scene, as those of the first flight.
+void FlightPair::begin_records() {
   Backend& backend = second_->backend();
   const Measures initial = backend.measure();
   record_.emplace(*second_->view().physics, initial, backend.device());
@@ -203,6 +208,7 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   Commands own;
   own.hold = !second_->view().unfinished;
   if (is_new_frame_) own = for_second(commands);
+  const std::uint32_t num_parcels = second_->view().num_parcels;
   const bool disturbed =
       commands.settings &&
       differ(second_->settings(), differing(*commands.settings, difference_), &Effects::flight);
@@ -211,7 +217,8 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   } catch (const std::exception& error) {
     return drop(fmt::format("The split view ended: {}", reason_of(error)));
   }
-  if (first_.view().num_scenes != scenes_before_) figures_ = PairFigures(second_->backend().measure());
+  if (first_.view().num_scenes != scenes_before_ || second_->view().num_parcels != num_parcels)
+    begin_records();
   if (disturbed && !first_.view().physics->ball.exists) figures_.disturb();
   if (in_past() || second_->settings() == differing(first_.settings(), difference_)) return;
   const std::string& why = second_->view().message;
@@ -238,12 +245,13 @@ Commands FlightPair::for_second(const Commands& commands) const {
   if (!commands.split) own = commands;  // else it has just been made
   own.settings.reset();
   const Settings settings = differing(first_.settings(), difference_);
-  const bool has_new_pace = commands.time_scale_factor != 1.0 && !in_past();
+  const bool has_dropped = first_was_past_ && !first.history->is_past();  // the first one its future
+  const bool has_new_pace = commands.time_scale_factor != 1.0 && (!in_past() || has_dropped);
   const bool may_edit = commands.settings || has_new_pace || (only_steps(commands) && !in_past());
   const bool follows = may_edit && !(settings == second_->settings());
   if (follows) own.settings = settings;
   if (follows || has_new_pace) own.time_scale_factor = 1.0;  // it is in them
-  own.drop_future = commands.settings && first_was_past_ && !first.history->is_past();
+  own.drop_future = has_dropped && (commands.settings || has_new_pace);
   own.scene.clear();
   own.save_scene.clear();
   own.restart.reset();
@@ -263,7 +271,10 @@ void FlightPair::finish() {
     return drop(fmt::format("The split view ended: {}", reason_of(error)));
   }
   const FrameView& second = second_->view();
-  if (second.times.step_ms() > 0.0) record_->add_frame(second.times, second.frame_totals, second.dt_s);
+  if (second.times.step_ms() > 0.0)
+    record_->add_frame(second.times, second.frame_totals, second.dt_s);
+  else
+    record_->pass_idle_time();
   if (is_whole()) figures_.follow(first_.view(), first_.backend(), second, second_->backend());
 }
 

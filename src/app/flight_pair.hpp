@@ -65,6 +65,7 @@ class FlightPair {
   Commands admit_two(const Commands& wanted);
   void change(const Difference& wanted, Commands& commands);
   void measure_second();
+  void begin_records();
   void cut(Simulation& flight);
   bool waits(const Simulation& flight, const Simulation& other) const;
   void refuse_bad_edits(Commands& commands);

@@ -84,7 +84,7 @@ bool SettingsHistory::take_step(const FrameView& view, const Change& now) {
   if (step_ == 0 || (now.before == now.after && view.waits_for_step)) return false;
   const bool is_undo = std::exchange(step_, 0) < 0;
   const Change& change = changes_[is_undo ? num_done_ - 1 : num_done_];
-  if (!(now.after == (is_undo ? change.before : change.after))) return false;
+  if (!(now.after == expected_)) return false;
   num_done_ = is_undo ? num_done_ - 1 : num_done_ + 1;
   scene_ = is_undo ? change.scene_before : change.scene_after;
   if (change.effect == ChangeEffect::new_scene) arrived_cue_ = is_undo ? change.cue_before : change.cue_after;
@@ -117,26 +117,37 @@ void SettingsHistory::add_commands(Commands& commands, const Settings& wanted, C
   commands.reset = commands.reset || effect == ChangeEffect::new_flight;
 }
 
+// Takes `change` back, or makes it again: what differs in it, since the flight may be at a moment with other
+// settings. step: -1 or 1.
+std::string SettingsHistory::go(int step, const Change& change, const FrameView& view, Commands& commands) {
+  const Settings &from = step < 0 ? change.after : change.before,
+                 &to = step < 0 ? change.before : change.after;
+  expected_ = change.effect == ChangeEffect::new_scene ? to : *view.settings;
+  for (const Field& field : fields()) {
+    if (!is_same(field, from, to)) copy_field(field, to, expected_);
+  }
+  if (change.effect == ChangeEffect::settings_alone && expected_ == *view.settings)
+    return fmt::format("At this moment of the flight it is so: {}", change_text(from, to));
+  add_commands(commands, expected_, change.effect);
+  step_ = step;
+  return line(step < 0 ? "Undone" : "Redone", from, to, change.effect);
+}
+
 std::string SettingsHistory::undo(Commands& commands, const FrameView& view) {
+  if (step_ < 0) return "";     // one is on its way
   if (view.asked != nullptr) {  // a change that still waits is the last one
     commands.settings = *view.settings;
     return line("Undone", *view.asked, *view.settings, ChangeEffect::settings_alone);
   }
   if (step_ != 0) return "";
   if (num_done_ == 0) return "Nothing to undo";
-  const Change& change = changes_[num_done_ - 1];
-  add_commands(commands, change.before, change.effect);
-  step_ = -1;
-  return line("Undone", change.after, change.before, change.effect);
+  return go(-1, changes_[num_done_ - 1], view, commands);
 }
 
 std::string SettingsHistory::redo(Commands& commands, const FrameView& view) {
   if (view.asked != nullptr || step_ != 0) return "";
   if (num_redoable() == 0) return "Nothing to redo";
-  const Change& change = changes_[num_done_];
-  add_commands(commands, change.after, change.effect);
-  step_ = 1;
-  return line("Redone", change.before, change.after, change.effect);
+  return go(1, changes_[num_done_], view, commands);
 }
 
 }  // namespace pf

@@ -49,6 +49,7 @@ class SettingsHistory {
   bool take_step(const FrameView& view, const Change& now);
   void note(const Change& change);
   static void add_commands(Commands& commands, const Settings& wanted, ChangeEffect effect);
+  std::string go(int step, const Change& change, const FrameView& view, Commands& commands);
 
   std::vector<Change> changes_;
   std::size_t num_done_ = 0;  // of changes_; those after it are taken back
@@ -58,7 +59,8 @@ class SettingsHistory {
   std::int64_t num_recalls_ = 0;
   int num_fallbacks_ = 0;
   int cue_ = 0;
-  int step_ = 0;  // -1: an undo, 1: a redo is on its way; 0: none
+  int step_ = 0;       // -1: an undo, 1: a redo is on its way; 0: none
+  Settings expected_;  // after it
   std::optional<int> arrived_cue_;
 };
 

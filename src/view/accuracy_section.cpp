@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "model/methods.hpp"
 #include "scene/derive.hpp"
+#include "view/figure_text.hpp"
 #include "view/overlay_paint.hpp"
 #include "view/slide.hpp"
 
@@ -23,12 +24,8 @@ ImU32 method_color(std::size_t method, Theme theme) {
 }
 
 // In per cent, as in the legend of the flights.
-std::string signed_text(double share) {
-  return std::isfinite(share) ? fmt::format("{:+.2g} %", 100.0 * share) : "-";
-}
-std::string plain_text(double share) {
-  return std::isfinite(share) ? fmt::format("{:.2g} %", 100.0 * share) : "-";
-}
+std::string signed_text(double share) { return std::isfinite(share) ? drift_text(share) : "-"; }
+std::string plain_text(double share) { return std::isfinite(share) ? digits(100.0 * share) + " %" : "-"; }
 
 void row(SettingRows& rows, const char* label, const std::string& value, const std::string& help) {
   rows.begin_row(label, help);

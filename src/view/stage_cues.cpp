@@ -76,10 +76,15 @@ void Stage::save_cue(const CueRequest& request) {
     Cue cue = present_cue();
     cue.title = request.title.empty() ? cue.settings.name : request.title;
     append_cue(file, cue, simulation_.backend().name());
-    CueList list = load_cue_list(file.string());
-    const int added = static_cast<int>(list.cues.size()) - 1;
+    CueList saved = load_cue_list(file.string());
+    const int added = static_cast<int>(saved.cues.size()) - 1;
     notice_.show(fmt::format("Saved as cue {} of {}", added + 1, file.string()), Clock::now());
-    cues_.replace(std::move(list), added);
+    std::error_code ignored;
+    const bool is_of_talk = std::filesystem::equivalent(file, cues_.list().file, ignored);
+    if (cues_.size() > 0 && !is_of_talk) return;       // the talk goes on with its own
+    CueList list = is_of_talk ? cues_.list() : saved;  // its cues have what the command line set
+    if (is_of_talk) list.cues.push_back(saved.cues.back());
+    cues_.replace(std::move(list), static_cast<int>(list.cues.size()) - 1);
   } catch (const UserError& error) {
     notice_.show(error.what(), Clock::now(), kFailure_s);
   }

@@ -497,7 +497,7 @@ FAULTS = [
     (drawings, "docs/exact.md", "B-C at 43", "B-C at 44"),
     (drawings, "docs/exact.md", "C-E at 75", "C-E at 76"),
     (drawings, "docs/exact.md", "F keeps D at tick 63", "F keeps D at tick 64"),
-    (spelling, "README.md", "the screen", "t" "eh screen"),
+    (spelling, "README.md", "the next method", "t" "eh next method"),
 ]
 
 

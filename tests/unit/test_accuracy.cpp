@@ -175,6 +175,22 @@ TEST(Accuracy, NumberOfParcelsFollowsTheTableAndItsLaw) {
   EXPECT_NE(kept.remarks.front().find("1000 parcels, as given, are too few"), std::string::npos);
 }
 
+// Between 2,000 and 8,000 the error changes its sign; it is no smaller there than with 8,000.
+TEST(Accuracy, NumberOfParcelsIsNotChosenWhereTheErrorChangesItsSign) {
+  json with = table();
+  for (const auto& [num, error] :
+       {std::pair(500.0, 0.04), {2000.0, 0.001}, {8000.0, 0.02}, {32000.0, 0.004}}) {
+    json wall = row("exact", 0.2, 0.2, error, 1.0);
+    wall["group"] = "parcels";
+    wall["num_parcels"] = num;
+    with["points"].push_back(wall);
+  }
+  EXPECT_EQ(choose_by_accuracy(with, gas_scene(0.1), {0.01, "rate", false}, "cpu").settings.num_parcels,
+            32000);
+  EXPECT_EQ(choose_by_accuracy(with, gas_scene(0.1), {0.04, "rate", false}, "cpu").settings.num_parcels,
+            2000);
+}
+
 json drag_row(const char* group, const char* method, double displacement, double error, double cost) {
   json result = row(method, 0.1, displacement, 0.0, cost);
   result["group"] = group;

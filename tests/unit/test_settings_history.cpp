@@ -38,6 +38,13 @@ class History : public testing::Test {
     return line;
   }
   const Settings& now() { return simulation_.settings(); }
+  void jump(double to_s) {
+    Commands commands;
+    commands.seek_s = to_s - simulation_.view().simulated_s + simulation_.view().flight_record->time_s();
+    advance(commands, ++key_);
+    for (int picture = 0; picture < 50 && simulation_.view().sought_s; ++picture) advance({}, key_);
+    ASSERT_FALSE(simulation_.view().sought_s);
+  }
 
   Simulation simulation_{test::court(300), make_cpu_backend(1)};
   SettingsHistory history_;
@@ -148,13 +155,6 @@ TEST_F(History, JumpsAreNoChanges) {
   edit([](Settings& s) { s.restitution = 0.5; }, 1);
   for (int frame = 0; frame < 30; ++frame) advance({}, 0);
   const double latest_s = simulation_.view().simulated_s;
-  const auto jump = [&](double to_s) {
-    Commands commands;
-    commands.seek_s = to_s - simulation_.view().simulated_s + simulation_.view().flight_record->time_s();
-    advance(commands, ++key_);
-    for (int picture = 0; picture < 50 && simulation_.view().sought_s; ++picture) advance({}, key_);
-    ASSERT_FALSE(simulation_.view().sought_s);
-  };
   jump(0.5 * before_s);
   EXPECT_EQ(now().restitution, 0.9);
   EXPECT_EQ(history_.num_undoable(), 1U);
@@ -165,6 +165,28 @@ TEST_F(History, JumpsAreNoChanges) {
   edit([](Settings& s) { s.friction = 0.1; }, ++key_);
   EXPECT_EQ(history_.num_undoable(), 2U);
   EXPECT_EQ(undo(), "Undone: ball.friction is 0.3");
+}
+
+// The flight has other settings at another moment; only the one that was changed goes back.
+TEST_F(History, AnUndoAtAnotherMomentTakesBackItsSettingAlone) {
+  simulation_.keep_checkpoints();
+  for (int frame = 0; frame < 30; ++frame) advance({}, 0);
+  const double start_s = simulation_.view().simulated_s;
+  edit([](Settings& s) { s.restitution = 0.5; }, 1);
+  for (int frame = 0; frame < 30; ++frame) advance({}, 0);
+  edit([](Settings& s) { s.friction = 0.1; }, 2);
+  const double latest_s = simulation_.view().simulated_s;
+  jump(0.5 * start_s);
+  ASSERT_EQ(now().restitution, 0.9);
+  EXPECT_EQ(undo(), "At this moment of the flight it is so: ball.friction is 0.3");
+  EXPECT_EQ(now().restitution, 0.9);
+  EXPECT_EQ(history_.num_undoable(), 2U);
+  jump(latest_s);
+  EXPECT_EQ(undo(), "Undone: ball.friction is 0.3");
+  EXPECT_EQ(now().restitution, 0.5);
+  EXPECT_EQ(undo(), "Undone: air.restitution is 0.9");
+  EXPECT_EQ(redo(), "Redone: air.restitution is 0.5");
+  EXPECT_EQ(now().friction, 0.3);
 }
 
 TEST_F(History, ARefusedChangeIsNone) {

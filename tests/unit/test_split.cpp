@@ -71,9 +71,14 @@ TEST(SplitSetting, ParcelsStartTheSame) {
     const Field& field = find_field(path, "test");
     Settings first = test::court(300);
     Settings second = first;
-    if (path == "run.method" || path == "run.neighbors" || path == "ball.inertia") continue;  // names
-    const bool is_switch = std::holds_alternative<bool Settings::*>(field.member);
-    set_from_text(field, second, is_switch ? "false" : "1", "test");
+    if (const auto* choice = std::get_if<Choice>(&field.member)) {
+      choice->set(second, (choice->get(first) + 1) % static_cast<int>(choice->names.size()));
+    } else if (const auto* is_on = std::get_if<bool Settings::*>(&field.member)) {
+      second.** is_on = !(first.**is_on);
+    } else {
+      set_from_text(field, second, value_text(field, first) == "1" ? "0.5" : "1", "test");
+    }
+    EXPECT_FALSE(is_same(field, first, second)) << path;
     auto one = make_cpu_backend(1);
     auto other = make_cpu_backend(1);
     SceneRun a(first, std::move(one));
