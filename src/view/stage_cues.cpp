@@ -84,7 +84,8 @@ void Stage::save_cue(const CueRequest& request) {
     if (cues_.size() > 0 && !is_of_talk) return;       // the talk goes on with its own
     CueList list = is_of_talk ? cues_.list() : saved;  // its cues have what the command line set
     if (is_of_talk) list.cues.push_back(saved.cues.back());
-    cues_.replace(std::move(list), static_cast<int>(list.cues.size()) - 1);
+    const int last = static_cast<int>(list.cues.size()) - 1;
+    cues_.replace(std::move(list), last);
   } catch (const UserError& error) {
     notice_.show(error.what(), Clock::now(), kFailure_s);
   }
