@@ -31,7 +31,6 @@ reader_packages=(                  # readers of dumps; tests are skipped without
   python3-pip                      # for pyh5md, and VTK's reader of XDMF, which are on PyPI only
 )
 all_packages=(                     # of ./check --all
-  ccache:ccache                    # compiles kernels once for program and packages
   clang:clang++ clang-tidy:clang-tidy
   libclang-rt-dev                  # Clang's sanitizers
   dpkg-dev file:file help2man:help2man desktop-file-utils:desktop-file-validate  # packages
