@@ -208,7 +208,6 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   Commands own;
   own.hold = !second_->view().unfinished;
   if (is_new_frame_) own = for_second(commands);
-  const std::uint32_t num_parcels = second_->view().num_parcels;
   const bool disturbed =
       commands.settings &&
       differ(second_->settings(), differing(*commands.settings, difference_), &Effects::flight);
@@ -217,8 +216,7 @@ void FlightPair::begin_second(const Commands& commands, DrawTarget* target) {
   } catch (const std::exception& error) {
     return drop(fmt::format("The split view ended: {}", reason_of(error)));
   }
-  if (first_.view().num_scenes != scenes_before_ || second_->view().num_parcels != num_parcels)
-    begin_records();
+  if (first_.view().num_scenes != scenes_before_) begin_records();
   if (disturbed && !first_.view().physics->ball.exists) figures_.disturb();
   if (in_past() || second_->settings() == differing(first_.settings(), difference_)) return;
   const std::string& why = second_->view().message;

@@ -200,7 +200,6 @@ bool Stage::scene_ended() {
 void Stage::begin_steps() {
   const int num_fallbacks = simulation_.num_fallbacks();
   const std::int64_t num_scenes = simulation_.view().num_scenes;
-  const std::uint32_t num_parcels = simulation_.view().num_parcels;
   const std::int64_t num_begun = pair_.num_begun();
   commands_ = pair_.admit(commands_);
   follow_split(num_begun);
@@ -210,7 +209,7 @@ void Stage::begin_steps() {
   if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();
   const bool is_new_scene = simulation_.view().num_scenes != num_scenes;
   const bool begins_again = pair_.num_begun() != num_begun && commands_.hold;  // else it has just begun
-  if (is_new_scene || begins_again || simulation_.view().num_parcels != num_parcels) begin_record();
+  if (is_new_scene || begins_again) begin_record();
   if (is_new_scene) num_scene_frames_ = 0;
   follow_cues(is_new_scene);
 }
@@ -235,7 +234,7 @@ void Stage::finish_steps() {
   follow_terms();
 }
 
-// The report covers the scene that the run ends with, since its last number of parcels.
+// The report covers the scene that the run ends with.
 void Stage::begin_record() {
   Backend& backend = simulation_.backend();
   record_ = RunRecord(*simulation_.view().physics, backend.measure(), backend.device());
