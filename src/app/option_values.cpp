@@ -16,6 +16,7 @@
 #include "app/options.hpp"
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/settings.hpp"
@@ -116,11 +117,7 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
 fs::path table_file(const CLI::App& app, const std::string& flag, const std::string& text,
                     const std::string& ending) {
   fs::path file = output_file(app, flag, text, {});
-  std::error_code ignored;
-  // Not a link, as /dev/stdout is.
-  const bool holds_text =
-      fs::is_regular_file(fs::symlink_status(file, ignored)) && fs::file_size(file, ignored) > 0;
-  if (holds_text && ending_of(file) != ending)
+  if (is_written_aside(file) && holds_something(file) && ending_of(file) != ending)
     throw UserError(
         fmt::format("{}: {} exists, and only files that end in {} are replaced; choose another name", flag,
                     in_quotes(text), ending));

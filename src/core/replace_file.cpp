@@ -25,6 +25,11 @@ bool is_written_aside(const std::filesystem::path& file) {
   return !std::filesystem::exists(file, error) || std::filesystem::is_regular_file(file, error);
 }
 
+bool holds_something(const std::filesystem::path& file) {
+  std::error_code ignored;
+  return std::filesystem::is_regular_file(file, ignored) && std::filesystem::file_size(file, ignored) > 0;
+}
+
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes) {
   std::error_code error;
   const std::filesystem::path target = link_target(file);

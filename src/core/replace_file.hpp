@@ -18,6 +18,9 @@ std::ostream* standard_stream(const std::filesystem::path& file);
 // Returns false for devices, pipes and open files such as /dev/stdout: these are written directly.
 bool is_written_aside(const std::filesystem::path& file);
 
+// Returns whether there is a regular file with content, also behind a link.
+bool holds_something(const std::filesystem::path& file);
+
 // Writes a file, so that a full disk leaves what was there. A link stays one. Returns "", or the reason why
 // it failed.
 std::string replace_file(const std::filesystem::path& file, std::string_view bytes);

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "core/file_ending.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 #include "core/timing.hpp"
 #include "data/checkpoint_file.hpp"
@@ -48,11 +49,6 @@ std::unique_ptr<StateSink> make_dump(const DataOptions& options) {
            options.dump_fields.end();
   };
   return make_h5_dump(options.dump, {has("velocity"), has("state"), options.dump_compression});
-}
-
-bool holds_something(const std::filesystem::path& file) {
-  std::error_code ignored;
-  return std::filesystem::is_regular_file(file, ignored) && std::filesystem::file_size(file, ignored) > 0;
 }
 
 // Not an integer, which a very short interval would overflow; infinite for the shortest ones.
