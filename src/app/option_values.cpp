@@ -117,7 +117,9 @@ fs::path output_file(const CLI::App& app, const std::string& flag, const std::st
 fs::path table_file(const CLI::App& app, const std::string& flag, const std::string& text,
                     const std::string& ending) {
   fs::path file = output_file(app, flag, text, {});
-  if (is_written_aside(file) && holds_something(file) && ending_of(file) != ending)
+  std::error_code ignored;
+  const bool is_link = fs::is_symlink(file, ignored);  // its name says nothing of the file
+  if (is_written_aside(file) && !is_link && holds_something(file) && ending_of(file) != ending)
     throw UserError(
         fmt::format("{}: {} exists, and only files that end in {} are replaced; choose another name", flag,
                     in_quotes(text), ending));
