@@ -4,6 +4,7 @@
 
 #include "cuda/cuda_backend.cuh"
 #include "cuda/cuda_devices.hpp"
+#include "cuda/profile.cuh"
 #include "cuda/stream.hpp"
 
 namespace pf {
@@ -225,6 +226,12 @@ Measures CudaBackend::measure() {
   Measures total = sums().measures;
   add_ball(physics_.ball, read_state().ball, total);
   return total;
+}
+
+Profile CudaBackend::profile(const ProfileShape& shape) {
+  Profile profile = empty_profile(shape);
+  add_parcels(profile, current_parcels(), num_parcels_, stream_);
+  return profile;
 }
 
 std::uint64_t CudaBackend::state_hash() {

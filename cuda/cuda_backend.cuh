@@ -36,6 +36,7 @@ class CudaBackend final : public Backend {
   void save(BackendState& state) override;
   void resume(const Physics& physics, const BackendState& state) override;
   Measures measure() override;
+  Profile profile(const ProfileShape& shape) override;
   std::uint64_t state_hash() override;
   std::uint64_t memory_bytes() const override;
   double min_bytes_moved(const StepTotals& totals) const override;

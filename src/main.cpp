@@ -87,19 +87,6 @@ struct StageRun {
   nlohmann::json report;
 };
 
-// The length of a run counts from the start of its scene.
-// A window stays longer, unless --seconds is given.
-void say_if_over(const Options& options, bool has_window) {
-  if (has_window && !options.seconds_given) return;
-  const RunState* start = options.data.start.get();
-  const double seconds = options.settings.seconds;
-  if (start == nullptr || options.replay || options.still_s || options.cues || seconds <= 0.0 ||
-      options.settings.frame_rate_hz * seconds > start->num_frames)
-    return;
-  announce(
-      fmt::format("--from: the run has lasted its {} s already; give a longer --seconds to go on", seconds));
-}
-
 // Before anything flies.
 void check_room_for_cues(const Options& options, const Simulation& simulation) {
   for (const Cue& cue : cues_of(options)) {
@@ -137,7 +124,6 @@ StageRun run_on_stage(const Options& options, const Ranks& ranks) {
   RunRecord record(*simulation.view().physics, start ? start->initial : simulation.backend().measure(),
                    device_name);
   if (start) record.continue_from(start->totals, start->simulated_s);
-  say_if_over(options, context->window() != nullptr);
   record.set_warmup(options.warmup_frames);
   const int exit_code = run_stage(options, *context, simulation, record, hooks);
   const FrameView& view = simulation.view();

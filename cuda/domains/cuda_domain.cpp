@@ -79,6 +79,7 @@ void CudaDomain::reserve(std::size_t num) {
   copy_on_device(larger.heated.data(), current_.heated.data(), DeviceParcels::num_words(num_), stream_);
   synchronize();
   current_ = std::move(larger);
+  larger = {};  // it has the old arrays
   next_ = DeviceParcels(capacity);
   cell_sort_ = DeviceCellSort(static_cast<std::uint32_t>(capacity));
   contact_memory_.reserve(capacity, stream_);
@@ -91,6 +92,10 @@ void CudaDomain::clear(const Slabs& slabs, std::size_t num) {
   slabs_ = slabs;
   num_ = num_ghosts_ = num_dropped_ = num_near_ = num_counted_ = 0;
   has_new_motion_ = is_sorted_ = false;
+  if (num > capacity_) {  // there is nothing to keep
+    current_ = {};
+    capacity_ = 0;
+  }
   if (capacity_ / 4 > num + kMinSlack) {
     current_ = {};
     next_ = {};

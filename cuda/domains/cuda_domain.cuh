@@ -44,6 +44,7 @@ class CudaDomain final : public Domain {
   CpuTally finish() override;
   void add_displacement(std::int32_t units) override { displacement_ += units; }
   void visit(const std::function<void(const Parcel&)>& see) const override;
+  void add_to(Profile& profile) const override;
   ParcelSums sums(double mass_kg) const override;
   void count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) override;
   void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const override;

@@ -1,6 +1,7 @@
 // Access of others to a slab on a GPU.
 #include "cuda/domains/cuda_domain.cuh"
 #include "cuda/domains/transfer.cuh"
+#include "cuda/profile.cuh"
 #include "cuda/setup_kernels.cuh"
 
 namespace pf {
@@ -24,6 +25,11 @@ void CudaDomain::visit(const std::function<void(const Parcel&)>& see) const {
 ParcelSums CudaDomain::sums(double mass_kg) const {
   const DeviceScope scope(device_);
   return sum_parcels(current_.pointers(), num_, mass_kg, stream_);
+}
+
+void CudaDomain::add_to(Profile& profile) const {
+  const DeviceScope scope(device_);
+  add_parcels(profile, current_.pointers(), num_, stream_);
 }
 
 void CudaDomain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {

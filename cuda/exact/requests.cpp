@@ -253,7 +253,8 @@ void CudaBackend::set_ends(const ExactRequest& plan, std::size_t first, ExactLau
 
 void CudaBackend::submit_exact(const StepRequest& request) {
   const bool has_contact_ticks = current_.last_contact_tick.capacity() > 0;
-  if (exact_.active() && (request.contact_clock_s > 0.0) != has_contact_ticks) stop_exact();
+  const bool wants_contact_ticks = request.contact_clock_s > 0.0;
+  if (exact_.active() && num_parcels_ > 0 && wants_contact_ticks != has_contact_ticks) stop_exact();
   if (!exact_.active()) start_exact(request);
   ExactLaunch launch = exact_launch(request);
   const RunConstants& run = launch.run;

@@ -332,6 +332,7 @@ __device__ void anchor_all(const ExactLaunch& launch, std::uint32_t rank, std::u
   synchronize();
   if (rank != 0) return;
   state.progress.tick_exponent = exponent;
+  state.progress.ball_trajectory_holds = false;
   const int shorter = static_cast<int>(before) - static_cast<int>(exponent);
   double& preferred = state.progress.preferred_ticks;
   if (preferred > 0.0) preferred = fmax(ldexp(preferred, shorter), 1.0);

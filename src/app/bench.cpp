@@ -80,6 +80,7 @@ void measure(Bench& bench, Backend& backend, RunRecord& record) {
 nlohmann::json bench_report(const Bench& bench, Backend& backend, const RunRecord& record) {
   const Spread spread = spread_of(bench.ns_per_step);
   nlohmann::json report = record.finish(bench.settings, bench.physics, backend, bench.report.ball, 0.0);
+  for (const char* key : {"frame_ms", "host_ms", "gpu_ms"}) report.erase(key);  // there are no frames
   report["ns_per_parcel_step"] = spread.median;
   report["parcel_steps_per_s"] = 1e9 / spread.median;
   report["chosen"] = to_json(bench.options.chosen);

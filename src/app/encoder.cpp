@@ -153,6 +153,9 @@ struct Encoder::Process {
   }
 
   [[noreturn]] void report_failure() {
+    // Half a film can be seen, half a GIF or WebP is none.
+    std::error_code ignored;
+    if (!clip_encoder(file).empty() && fs::is_regular_file(file, ignored)) fs::remove(file, ignored);
     remove_if_empty(file);
     const char* how = was_killed ? "ffmpeg was killed" : "ffmpeg failed";
     throw DeviceError(fmt::format("film {}: {}: {}", in_quotes(file), how, ffmpeg.last_errors()));

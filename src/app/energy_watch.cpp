@@ -23,4 +23,14 @@ double EnergyWatch::end_frame(const FrameView& view, Backend& backend) {
   return start_->has_told ? growth : 0.0;
 }
 
+WatchedEnergy EnergyWatch::known(const FrameView& view) const {
+  if (!start_ || start_->key != key_of(view)) return {};
+  return {start_->energy_j, start_->num_frames, start_->has_told};
+}
+
+void EnergyWatch::resume(const FrameView& view, const WatchedEnergy& known) {
+  start_.reset();
+  if (known.start_j) start_ = {key_of(view), *known.start_j, known.has_told, known.num_frames};
+}
+
 }  // namespace pf

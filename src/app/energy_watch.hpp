@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "app/live_accuracy.hpp"
+#include "app/run_state.hpp"
 
 namespace pf {
 
@@ -21,6 +22,10 @@ class EnergyWatch {
   // Looks at all parcels in every 30th frame.
   double end_frame(const FrameView& view, Backend& backend);
 
+  // What is known of the flight between two frames, and the same in a flight that goes on from there.
+  WatchedEnergy known(const FrameView& view) const;
+  void resume(const FrameView& view, const WatchedEnergy& known);
+
  private:
   static bool may_blow_up(const FrameView& view);
 
@@ -28,7 +33,7 @@ class EnergyWatch {
     FlightKey key;
     double energy_j = 0.0;
     bool has_told = false;
-    int num_frames = 0;
+    std::int64_t num_frames = 0;
   };
 
   std::optional<Start> start_;

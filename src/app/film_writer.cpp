@@ -36,7 +36,9 @@ void RawFrames::add_frame(std::span<const std::uint8_t> rgba) {
     check(std::fwrite(&rgba[end - row_bytes_], row_bytes_, 1, stream_.get()) == 1);
 }
 
-void RawFrames::finish() { check(std::fflush(stream_.get()) == 0); }
+void RawFrames::finish() {
+  if (stream_) check(std::fclose(stream_.release()) == 0);
+}
 
 FilmWriter::FilmWriter(std::unique_ptr<FrameSink> sink, std::size_t capacity)
     : sink_(std::move(sink)), capacity_(capacity), thread_([this] { work(); }) {}

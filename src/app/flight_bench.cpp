@@ -143,8 +143,12 @@ int run_flight_bench(const Options& options, std::unique_ptr<Backend> backend,
   report["kind"] = "flight";
   report["chosen"] = to_json(options.chosen);
   report["flight"] = flight_figures(frames, !report["exact"].is_null());
+  report["interrupted"] = stop.load();
+  report["ended_early"] = view.paused ? json(view.message) : json(nullptr);
+  for (const char* key : {"host_ms", "gpu_ms"}) report.erase(key);  // nothing is drawn
   print_flight(report, sum_of(frames));
   if (!options.bench_json.empty()) write_report(options.bench_json, report);
+  if (stop) fmt::print(stderr, "bench: the flight was stopped before its end\n");
   if (view.paused) fmt::print(stderr, "bench: the flight ended early: {}\n", view.message);
   return view.paused ? 1 : 0;
 }

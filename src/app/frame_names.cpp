@@ -30,6 +30,12 @@ std::optional<Placeholder> placeholder_in(const std::string& name) {
   return Placeholder{start, start + 4, name[start + 2] - '0'};
 }
 
+// The folder of a film's frames. That of "%05d.png" or "./%05d.png" has no name to number, and gets one.
+fs::path folder_of_frames(const fs::path& pattern) {
+  const fs::path folder = pattern.parent_path(), name = folder.filename();
+  return name.empty() || name == "." || name == ".." ? folder / "frames" : folder;
+}
+
 }  // namespace
 
 bool is_frame_pattern(const fs::path& file) {
@@ -66,7 +72,7 @@ fs::path frames_instead_of(const fs::path& film) {
 
 fs::path log_beside(const fs::path& film) {
   if (!is_frame_pattern(film)) return film.string() + ".toml";
-  return film.has_parent_path() ? film.parent_path().string() + ".toml" : "frames.toml";
+  return folder_of_frames(film).string() + ".toml";
 }
 
 fs::path frames_beside(const fs::path& panel_map) { return panel_map.string() + ".frames"; }
@@ -75,8 +81,7 @@ fs::path numbered(const fs::path& file, int number) {
   if (number == 1) return file;
   const fs::path folder = file.parent_path();
   if (is_frame_pattern(file))
-    return fs::path(fmt::format("{}-{}", folder.empty() ? "frames" : folder.string(), number)) /
-           file.filename();
+    return fs::path(fmt::format("{}-{}", folder_of_frames(file).string(), number)) / file.filename();
   return folder / fmt::format("{}-{}{}", file.stem().string(), number, file.extension().string());
 }
 

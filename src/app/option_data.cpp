@@ -34,8 +34,13 @@ std::vector<std::string> read_fields(const std::string& text) {
   std::vector<std::string> fields;
   for (const std::string& name : split_at_commas(text))
     fields.push_back(name_of("--dump-fields", name, kDumpFields));
-  if (std::find(fields.begin(), fields.end(), "position") == fields.end())
+  const auto has = [&](const char* name) {
+    return std::find(fields.begin(), fields.end(), name) != fields.end();
+  };
+  if (!has("position"))
     throw UserError("--dump-fields: position is missing; a trajectory has it, as in position,velocity");
+  // A state that a run goes on from has velocities.
+  if (has("state") && !has("velocity")) fields.emplace_back("velocity");
   return fields;
 }
 
@@ -126,7 +131,8 @@ void add_data_flags(CLI::App& app, Typed& typed) {
   add_text(app, "--dump-every", typed.dump_every, "T",
            "seconds of simulated time between dumped frames; default: every frame");
   add_text(app, "--dump-fields", typed.dump_fields, "LIST",
-           "what a .h5 has of the parcels; position, velocity, state (what --from needs); default all three");
+           "what a .h5 has of the parcels; position, velocity, state (what --from needs, with velocity); "
+           "default all three");
   add_text(app, "--dump-compression", typed.dump_compression, "LEVEL", "of a .h5; 0 (off) to 9; default 0");
   app.add_option("--checkpoint", typed.checkpoint,
                  "write a file at the end of the run from which --from goes on to the same bits")

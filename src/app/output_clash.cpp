@@ -63,7 +63,7 @@ struct Output {
 // The film is the first one, so that the others are compared with its frames.
 std::vector<Output> outputs_of(const Options& options) {
   std::vector<Output> outputs = {
-      {{"--record", options.command == Command::run ? options.record : fs::path()}, false},
+      {{"--record", options.record == kNullDevice ? fs::path() : options.record}, false},
       {{"--report", options.report}},
       {{"--log", options.log}, false},
       {{"--overlay-csv", options.overlay_csv}, false},
@@ -97,10 +97,10 @@ void add_files_of_dump(const Options& options, std::vector<NamedFile>& files) {
   }
 }
 
-// Logs that a run writes.
+// Logs that a run or a bench writes.
 std::vector<NamedFile> logs_of(const Options& options) {
   std::vector<NamedFile> logs = {{"--log", options.log}};
-  if (options.record.empty() || options.command != Command::run) return logs;
+  if (options.record.empty() || options.record == kNullDevice) return logs;
   logs.push_back({"--record (the film's log)", log_beside(options.record)});
   const bool may_be_frames = !is_frame_pattern(options.record) && ending_of(options.record) != ".rgb";
   if (may_be_frames && !ffmpeg_available())

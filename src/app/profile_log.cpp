@@ -7,6 +7,7 @@
 
 #include "app/json_number.hpp"
 #include "core/error.hpp"
+#include "core/replace_file.hpp"
 #include "core/text.hpp"
 
 namespace pf {
@@ -33,7 +34,9 @@ json profile_report(const FrameView& view) {
   return report;
 }
 
-ProfileCsv::ProfileCsv(const std::filesystem::path& file) : stream_(file, std::ios::trunc) {
+ProfileCsv::ProfileCsv(const std::filesystem::path& file)
+    : stream_(standard_stream(file) != nullptr ? *standard_stream(file) : file_) {
+  if (&stream_ == &file_) file_.open(file, std::ios::trunc);
   stream_ << "frame,simulated_s,position_m,num,area_fraction,density_per_m2,velocity_mps,speed_mps\n";
   if (!stream_) {
     throw UserError(

@@ -21,7 +21,8 @@ class ProfileCsv {
   bool broke_off() const { return !stream_; }  // the disk is full, for example
 
  private:
-  std::ofstream stream_;
+  std::ofstream file_;
+  std::ostream& stream_;  // this file, or one that is open
   std::uint64_t num_frames_ = 0;
 };
 

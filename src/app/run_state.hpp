@@ -26,6 +26,13 @@ struct FlightState {
   FlightRecord flight;
 };
 
+// What EnergyWatch knows of the flight.
+struct WatchedEnergy {
+  std::optional<double> start_j;  // none: no frame was watched
+  std::int64_t num_frames = 0;
+  bool has_told = false;
+};
+
 struct RunState : FlightState {
   std::int64_t flight_seed = 0;
   double launched_at_s = 0.0;
@@ -36,6 +43,7 @@ struct RunState : FlightState {
   bool left_once = false;
   bool by_hand = false;
   bool paused = false;
+  WatchedEnergy watched;
   // State of the run around the simulation.
   Measures initial;
   std::int64_t num_frames = 0;

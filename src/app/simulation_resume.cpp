@@ -56,6 +56,7 @@ void Simulation::State::save_run(RunState& to) const {
   to.left_once = left_once;
   to.by_hand = by_hand;
   to.paused = view.paused;
+  to.watched = energy_watch.known(view);
 }
 
 void Simulation::State::resume_run(const RunState& from) {
@@ -83,6 +84,7 @@ Simulation::Simulation(const RunState& from, std::unique_ptr<Backend> backend)
   state_->backend = std::move(backend);
   state_->resume_run(from);
   state_->update_view();
+  state_->energy_watch.resume(state_->view, from.watched);
 }
 
 void Simulation::save(RunState& to) const { state_->save_run(to); }

@@ -91,7 +91,7 @@ void CpuBackend::submit(const StepRequest& request) {
 
 void CpuBackend::advance_exact(const StepRequest& request, StepReport& report) {
   const bool has_contact_ticks = !parcels_.current.last_contact_tick.empty();
-  const bool wants_contact_ticks = request.contact_clock_s > 0.0 && !parcels_.current.position.empty();
+  const bool wants_contact_ticks = request.contact_clock_s > 0.0 && parcels_.size() > 0;
   if (exact_.active() && has_contact_ticks != wants_contact_ticks) stop_exact();
   if (!exact_.active()) start_exact(request);
   exact_.advance(physics_, request, parcels_, ball_, report);

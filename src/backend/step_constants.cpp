@@ -74,10 +74,10 @@ RunConstants make_run_constants(const Physics& physics, double contact_clock_s) 
   ticks.min_separation_speed_mps = kMinSeparation * physics.reference_speed_mps;
   if (physics.parcels.restitution < 1.0)
     ticks.separation_mps_per_unit = 1.0 / (kUndoTicks * ticks.units_per_tick);
-  // Longer ones cannot be counted: a contact of kAnchorPeriod ago is as good as none.
+  // Longer ones cannot be counted: a contact of kAnchorPeriod ago is as good as none, docs/exact.md says so.
   const double contact_ticks = std::ceil(contact_clock_s / ticks.tick_s);
   ticks.contact_duration_ticks =
-      static_cast<std::uint32_t>(std::fmin(contact_ticks, static_cast<double>(kAnchorPeriod)));
+      static_cast<std::uint32_t>(std::fmin(contact_ticks, static_cast<double>(kAnchorPeriod - 1)));
   return run;
 }
 

@@ -36,7 +36,7 @@ struct Storing {
       to[key] = value;
   }
   void time(const char* key, const auto& value) { (*this)(key, value); }
-  void if_known(const char* key, Vec2d value) { (*this)(key, value); }
+  void if_known(const char* key, const auto& value) { (*this)(key, value); }
   void velocity(const char* key, Vec2d value) { (*this)(key, value); }
   void at_most(std::uint32_t, const char* key, std::uint32_t value) { (*this)(key, value); }
 };
@@ -75,7 +75,7 @@ class Reading {
     }
   }
   // Leaves what older files lack as it is.
-  void if_known(const char* key, Vec2d& value) const {
+  void if_known(const char* key, auto& value) const {
     if (from_.contains(key)) (*this)(key, value);
   }
   // Reads a time or a duration, which must not be negative.
@@ -227,6 +227,9 @@ void visit_run(Archive& a, State& state) {
   a("by_hand", state.by_hand);
   a("paused", state.paused);
   a.time("scene_dt_s", state.scene_dt_s);
+  a.time("watched_energy_j", state.watched.start_j);
+  a.if_known("watched_frames", state.watched.num_frames);
+  a.if_known("watched_told", state.watched.has_told);
   a("num_frames", state.num_frames);
   a("frames_after_flight", state.frames_after_flight);
 }

@@ -72,7 +72,11 @@ void XdmfFile::fail(const std::string& reason) const {
 void XdmfFile::put(const std::string& text) {
   const bool is_there = stream_.is_open() && ::lseek(stream_.get(), end_, SEEK_SET) == end_;
   if (is_there && stream_.write(text.data(), text.size())) return;
-  fail(std::strerror(errno));
+  const int error = errno;
+  // The disk may be full: what was there before has its place, and is written once more.
+  if (::lseek(stream_.get(), end_, SEEK_SET) == end_ && stream_.write(kTail, std::strlen(kTail)))
+    static_cast<void>(::ftruncate(stream_.get(), end_ + static_cast<std::int64_t>(std::strlen(kTail))));
+  fail(std::strerror(error));
 }
 
 void XdmfFile::add_frame(double time_s, std::uint64_t num_frames) {

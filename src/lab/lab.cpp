@@ -18,6 +18,7 @@
 #include "lab/machine_load.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/study_files.hpp"
+#include "scene/scene_file.hpp"
 
 namespace pf {
 namespace {
@@ -69,19 +70,22 @@ json start_result(const Study& study, const LabContext& context, const std::file
   const std::string scene = study.name == "terms" && context.scene != LabContext{}.scene
                                 ? " --scene " + shell_word(context.scene)
                                 : "";
-  return {{"kind", "lab"},
-          {"study", study.name},
-          {"title", study.title},
-          {"reading", study.reading},
-          {"version", PF_VERSION},
-          {"quick", context.quick},
-          {"command",
-           fmt::format("pickleflight lab {}{}{}{} --out {}", study.name, context.quick ? " --quick" : "",
-                       context.devices.size() > 1 && study.has_device_series ? " --cuda" : "", scene,
-                       shell_word(out.string()))},
-          {"machine", machine_of(context)},
-          {"complete", false},
-          {"points", json::array()}};
+  json result = {
+      {"kind", "lab"},
+      {"study", study.name},
+      {"title", study.title},
+      {"reading", study.reading},
+      {"version", PF_VERSION},
+      {"quick", context.quick},
+      {"command",
+       fmt::format("pickleflight lab {}{}{}{} --out {}", study.name, context.quick ? " --quick" : "",
+                   context.devices.size() > 1 && study.has_device_series ? " --cuda" : "", scene,
+                   shell_word(out.string()))},
+      {"machine", machine_of(context)},
+      {"complete", false},
+      {"points", json::array()}};
+  if (study.name == "terms") result["scene_settings"] = scene_text(load_scene(context.scene));
+  return result;
 }
 
 // Rows of the points of a plan, in the plan's order.
@@ -213,11 +217,15 @@ bool run_study(const Study& study, const LabContext& context, const LabOptions& 
 }
 
 // The keys of study terms begin with the scene: a term is compared with the same flight with all of them.
-void check_scene(const json& points, const LabContext& context, const LabOptions& options) {
-  for (const json& row : points) {
+void check_scene(const json& result, const LabContext& context, const LabOptions& options) {
+  for (const json& row : result.at("points")) {
     const std::string key = row.at("key"), scene = key.substr(0, key.rfind('/'));
     if (scene != context.scene)
       refuse_to_resume(options.out, "terms", fmt::format("was measured with --scene {}; give that", scene));
+  }
+  if (result.at("scene_settings") != scene_text(load_scene(context.scene))) {
+    refuse_to_resume(options.out, "terms",
+                     fmt::format("was measured when scene {} had other settings", context.scene));
   }
 }
 
@@ -225,7 +233,7 @@ void check_scene(const json& points, const LabContext& context, const LabOptions
 void check_resume(const Study& study, const LabContext& context, const LabOptions& options) {
   json result = start_result(study, context, options.out);
   resume_study(options.out, study, result);
-  if (study.name == "terms") check_scene(result["points"], context, options);
+  if (study.name == "terms") check_scene(result, context, options);
   try {
     study.conclude(result);
   } catch (const json::exception&) {

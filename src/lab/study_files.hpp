@@ -17,9 +17,9 @@ enum class Existing { refuse, resume, overwrite };
 void open_results(const std::filesystem::path& folder, Existing existing);
 
 // Takes the points of an earlier run of the study in the folder into `result`, with the machine that measured
-// them. Points of a series that is not measured now stay. Throws UserError if the file has another --quick or
-// version, or is damaged: its points would be lost. Returns whether series that are not measured now are
-// complete.
+// them and the settings of the scene that it measured in. Points of a series that is not measured now stay.
+// Throws UserError if the file has another --quick or version, or is damaged: its points would be lost.
+// Returns whether series that are not measured now are complete.
 bool resume_study(const std::filesystem::path& folder, const Study& study, nlohmann::json& result);
 // Throws UserError with a reason why the file of a study in the folder cannot be continued, and a remedy.
 [[noreturn]] void refuse_to_resume(const std::filesystem::path& folder, const std::string& study,

@@ -10,6 +10,7 @@
 #include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/terms_verdict.hpp"
+#include "scene/derive.hpp"
 #include "scene/scene_file.hpp"
 
 namespace pf {
@@ -59,6 +60,7 @@ json fly_variant(const LabDevice& device, Settings s, const Variant& variant, in
           {"flights", flights},
           {"ms_per_simulated_s", *std::min_element(timed_ms.begin(), timed_ms.end())},
           {"timed_ms_per_simulated_s", timed_ms},
+          {"timed_on", backend->device()},
           {"direction", {s.ball_vx_mps, s.ball_vy_mps}}};
 }
 
@@ -76,11 +78,17 @@ std::vector<LabPoint> plan_terms(const LabContext& context) {
                     "give another with --scene, such as court or regulation",
                     context.scene));
   }
-  scene.num_parcels = context.quick ? 4000 : 20000;
+  // Where parcels have a radius or a mass of their own, their number makes the air what it is.
+  const bool keeps_number = radius_sets_density(scene) || scene.parcel_mass_kg > 0.0;
+  scene.num_parcels = keeps_number ? resolve_num_parcels(scene, "cpu") : (context.quick ? 4000 : 20000);
   std::vector<LabPoint> points;
   const LabDevice& device = context.devices.front();
   const int num_seeds = context.quick ? 8 : 32;
   for (const Variant& variant : kVariants) {
+    Settings without = scene;
+    variant.change(without);
+    const bool has_all = &variant == &kVariants[0];
+    if (!has_all && without == scene) continue;  // the scene has no such term
     points.push_back(
         {fmt::format("{}/{}", context.scene, variant.name),
          [device, scene, &variant, num_seeds] { return fly_variant(device, scene, variant, num_seeds); }});

@@ -41,14 +41,19 @@ const char* worse(const char* a, const char* b) {
   return rank(a) >= rank(b) ? a : b;
 }
 
-// The share of the cost that a flight without the term saves, over the flights that were timed.
-MeanError saved_share(const json& variant, const json& full) {
+// Adds the share of the cost that a flight without the term saves, over the flights that were timed, if both
+// were timed on the same device.
+void add_saved_share(const json& full, json& variant) {
+  variant["saved_share"] = variant["saved_share_sigma"] = nullptr;
+  if (variant.value("timed_on", "") != full.value("timed_on", "")) return;
   const json& without = variant.at("timed_ms_per_simulated_s");
   const json& with = full.at("timed_ms_per_simulated_s");
   std::vector<double> shares;
   for (std::size_t k = 0; k < std::min(without.size(), with.size()); ++k)
     shares.push_back(1.0 - without[k].get<double>() / with[k].get<double>());
-  return mean_and_error(shares);
+  const MeanError saved = mean_and_error(shares);
+  variant["saved_share"] = saved.mean;
+  variant["saved_share_sigma"] = saved.sigma;
 }
 
 }  // namespace
@@ -74,9 +79,7 @@ void conclude_terms(json& result) {
     row["deflection_m"] = (y.mean * vx - x.mean * vy) / v;
     row["speed_shift"] = faster.mean / speed;
     row["speed_shift_sigma"] = faster.sigma / speed;
-    const MeanError saved = saved_share(row, full);
-    row["saved_share"] = saved.mean;
-    row["saved_share_sigma"] = saved.sigma;
+    add_saved_share(full, row);
     row["verdict"] = worse(verdict(row["exit_shift"], row["exit_shift_sigma"]),
                            verdict(std::fabs(faster.mean) / speed, row["speed_shift_sigma"]));
   }

@@ -53,9 +53,10 @@ json elastic_errors(const json& row) {
           {"energy", error_of((figure(row, "energy_ratio") - 1.0) * 10.0 / figure(row, "collisions"), 0.0)}};
 }
 
-// A cooling gas against `exact`. Its blocks differ systematically, so that errors are those of counting:
-// 1 / sqrt(events), for the pressure times 2 / sqrt(pi) (mean square over squared mean of the closing speed
-// is 4 / pi).
+// A cooling gas against `exact`. The rate is that over the temperature of the moment: a method that misses
+// collisions keeps the gas hotter, so that their number recovers. Blocks differ systematically, so that
+// errors are those of counting: 1 / sqrt(events), for the pressure times 2 / sqrt(pi) (mean square over
+// squared mean of the closing speed is 4 / pi).
 json cooling_errors(const json& row, const json& reference) {
   const double events = 0.5 * figure(row, "collisions") * figure(row, "num_parcels");
   const double share = 1.0 / std::sqrt(std::max(1.0, events));
@@ -64,7 +65,7 @@ json cooling_errors(const json& row, const json& reference) {
   // Each collision takes (1 - e^2)/2 of the energy of a pair: the loss scatters like the count.
   const double loss = -std::log(std::max(1e-300, figure(reference, "energy_ratio")));
   return {
-      {"rate", relative_error(row, reference, "collisions", share * figure(reference, "collisions"))},
+      {"rate", relative_error(row, reference, "rate", share * figure(reference, "rate"))},
       {"pressure", relative_error(row, reference, "compressibility", 2.0 / std::sqrt(kPi) * share * excess)},
       {"energy", error_of(figure(row, "energy_ratio") / figure(reference, "energy_ratio") - 1.0,
                           std::sqrt(2.0) * loss * share)}};
@@ -107,31 +108,48 @@ std::vector<const json*> flights_by_number(const json& points) {
   return flights;
 }
 
-// The mean end of flights among infinitely many parcels, from the two largest numbers: what is missing falls
-// with 1 / sqrt(N).
-MeanError limit_of_ends(const std::vector<const json*>& flights, std::size_t k) {
-  const MeanError largest = mean_end(*flights.back(), k);
-  if (flights.size() < 2) return largest;
-  const json& before = *flights[flights.size() - 2];
-  const MeanError second = mean_end(before, k);
-  const double share =
-      1.0 / (std::sqrt(figure(*flights.back(), "num_parcels") / figure(before, "num_parcels")) - 1.0);
-  return {largest.mean + share * (largest.mean - second.mean),
-          std::hypot((1.0 + share) * largest.sigma, share * second.sigma)};
+// Weights of the means of each number in the limit of infinitely many parcels: the two largest numbers give
+// it, since what is missing falls with 1 / sqrt(N).
+std::vector<double> weights_in_limit(const std::vector<const json*>& flights) {
+  std::vector<double> weights(flights.size(), 0.0);
+  weights.back() = 1.0;
+  if (flights.size() < 2) return weights;
+  const std::size_t last = flights.size() - 1;
+  const double ratio = figure(*flights[last], "num_parcels") / figure(*flights[last - 1], "num_parcels");
+  const double share = 1.0 / (std::sqrt(ratio) - 1.0);
+  weights[last] = 1.0 + share;
+  weights[last - 1] = -share;
+  return weights;
+}
+
+// The sum of the mean ends of flights with these weights.
+MeanError weighted_end(const std::vector<const json*>& flights, const std::vector<double>& weights,
+                       std::size_t k) {
+  MeanError sum{0.0, 0.0};
+  for (std::size_t f = 0; f < flights.size(); ++f) {
+    const MeanError mean = mean_end(*flights[f], k);
+    sum.mean += weights[f] * mean.mean;
+    sum.sigma = std::hypot(sum.sigma, weights[f] * mean.sigma);
+  }
+  return sum;
 }
 
 // Flights of one number of parcels: scatter over the seeds, and distance of their mean from the limit of many
 // parcels. Seeds are not paired, since each number has other starts.
 json scatter_errors(const json& row, const json& points) {
   const std::vector<const json*> flights = flights_by_number(points);
+  const std::vector<double> in_limit = weights_in_limit(flights);
+  std::vector<double> in_shift;  // of this number's mean and the limit, which may have a part in common
+  for (std::size_t f = 0; f < flights.size(); ++f)
+    in_shift.push_back((flights[f] == &row ? 1.0 : 0.0) - in_limit[f]);
   const json& start = row.at("start");
-  const double length = limit_of_ends(flights, 0).mean - start[0].get<double>();
-  const double loss = start[2].get<double>() - limit_of_ends(flights, 2).mean;
+  const double length = weighted_end(flights, in_limit, 0).mean - start[0].get<double>();
+  const double loss = start[2].get<double>() - weighted_end(flights, in_limit, 2).mean;
   const double num = static_cast<double>(row.at("ends").size());
   const auto entry = [&](std::size_t k, double scale) {
-    const MeanError mean = mean_end(row, k), limit = limit_of_ends(flights, k);
-    const double scatter = mean.sigma * std::sqrt(num) / scale, shift = (mean.mean - limit.mean) / scale;
-    const double shift_sigma = std::hypot(mean.sigma, limit.sigma) / scale;
+    const MeanError from_limit = weighted_end(flights, in_shift, k);
+    const double scatter = mean_end(row, k).sigma * std::sqrt(num) / scale;
+    const double shift = from_limit.mean / scale, shift_sigma = from_limit.sigma / scale;
     // A shift within its statistical error is not resolved and counts as none.
     const double resolved = std::fabs(shift) > 2.0 * shift_sigma ? shift : 0.0;
     return json{{"value", std::hypot(scatter, resolved)},

@@ -28,7 +28,7 @@ struct ProfileSums {
   std::int64_t across = 0;  // along y, or counter-clockwise
   std::int64_t square = 0;  // of the speed, counts of kProfileSquareUnit
 
-  void operator+=(const ProfileSums& o) {
+  PF_HD void operator+=(const ProfileSums& o) {
     num += o.num;
     along += o.along;
     across += o.across;

@@ -91,6 +91,7 @@ std::string LastSeconds::take_news() {
   const std::string failure = writer_->failure();
   const double length_s = static_cast<double>(writer_->num_written()) / kRate_hz;
   writer_.reset();
+  failed_ |= !failure.empty();
   if (!failure.empty()) return failure;
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(file_, error));

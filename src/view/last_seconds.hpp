@@ -49,6 +49,7 @@ class LastSeconds {
   bool is_writing() const { return writer_ != nullptr; }
   // One line, once, when a file is complete or has failed; otherwise "".
   std::string take_news();
+  bool failed() const { return failed_; }  // a file broke off
   // Waits for the file.
   void finish();
 
@@ -57,6 +58,7 @@ class LastSeconds {
 
   int seconds_;
   bool is_on_ = false;
+  bool failed_ = false;
   SizePx size_;
   ColorTarget reduced_;
   std::optional<FrameReader> reader_;

@@ -28,6 +28,7 @@ void Recorder::take_requested(std::string_view ending, const SeenPicture& pictur
     }
     tell(fmt::format("picture {}", in_quotes(file.string())));
   } catch (const std::exception& error) {  // a file, memory or GL: the run goes on
+    failed_ = true;
     tell(reason_of(error));
   }
 }

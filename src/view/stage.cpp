@@ -52,6 +52,41 @@ MakeBackend backend_of_second(const Options& options, const StageHooks& hooks) {
   };
 }
 
+// Outputs that a run without a frame would leave empty.
+bool wants_frames(const Options& options) {
+  for (const std::filesystem::path& file : {options.record, options.overlay_csv, options.profile_csv,
+                                            options.log, options.data.dump, options.picture})
+    if (!file.empty()) return true;
+  return false;
+}
+
+// A run that goes on from a state where it would end at once. Its length counts from the start of its scene;
+// a window stays longer, unless --seconds is given.
+void say_if_over(const Options& options, const StageHooks& hooks, bool has_window) {
+  const RunState* start = options.data.start.get();
+  if (start == nullptr || options.replay || options.still_s || options.cues) return;
+  if (has_window && !options.seconds_given) return;
+  const double seconds = options.settings.seconds, rate_hz = options.settings.frame_rate_hz;
+  std::string why;
+  if (seconds > 0.0 && static_cast<double>(start->num_frames) / rate_hz >= seconds - 1e-9)
+    why = fmt::format("the run has lasted its {} s already; give a longer --seconds to go on", seconds);
+  if (seconds <= 0.0 && static_cast<double>(start->frames_after_flight) / rate_hz >= kAfterFlight_s)
+    why = "the run has ended with its flight; give --seconds to go on";
+  if (why.empty()) return;
+  if (wants_frames(options)) throw UserError("--from: " + why);
+  if (hooks.announce) hooks.announce("--from: " + why);
+}
+
+// What a run is refused for at its start. Its outputs are not open yet, so that older ones stay whole.
+void check_start(const Options& options, const StageHooks& hooks, bool has_window, Simulation& simulation) {
+  say_if_over(options, hooks, has_window);
+  if (options.replay) Replay(*options.replay).check_start(simulation);
+  const double now_s = simulation.view().simulated_s;
+  if (options.still_s && *options.still_s < now_s - 1e-9)
+    throw UserError(
+        fmt::format("--still: the run starts at {} s of simulated time; give a later time", now_s));
+}
+
 std::string describe(const GlDrawTarget& target) {
   return fmt::format("{}: {}", kDrawTargetNames[static_cast<int>(target.kind())], target.reason());
 }
@@ -92,7 +127,7 @@ Stage::Stage(const Options& options, GlContext& context, Simulation& simulation,
   panel_.set_cues(&cues_);
   if (!options.overlay_csv.empty()) csv_.emplace(options.overlay_csv);
   if (!options.profile_csv.empty()) profile_csv_.emplace(options.profile_csv);
-  if (options.replay) replay_.emplace(*options.replay).check_start(simulation);
+  if (options.replay) replay_.emplace(*options.replay);
   if (options.data.start) {
     first_frame_ = num_frames_ = num_whole_frames_ = num_scene_frames_ = options.data.start->num_frames;
     frames_after_flight_ = options.data.start->frames_after_flight;
@@ -198,10 +233,12 @@ bool Stage::scene_ended() {
 }
 
 void Stage::begin_steps() {
-  const int num_fallbacks = simulation_.num_fallbacks();
+  int num_fallbacks = simulation_.num_fallbacks();
   const std::int64_t num_scenes = simulation_.view().num_scenes;
   const std::int64_t num_begun = pair_.num_begun();
   commands_ = pair_.admit(commands_);
+  if (simulation_.num_fallbacks() != num_fallbacks) follow_fallback();  // else the CPU would draw on the GPU
+  num_fallbacks = simulation_.num_fallbacks();
   follow_split(num_begun);
   if (pair_.first_goes()) log_.begin_frame(commands_, simulation_);
   pair_.begin(commands_, target_.get(), split_.target());
@@ -296,6 +333,7 @@ std::unique_ptr<GlContext> open_stage_context(const Options& options, const Stag
 
 int run_stage(const Options& options, GlContext& context, Simulation& simulation, RunRecord& record,
               const StageHooks& hooks) {
+  check_start(options, hooks, context.window() != nullptr, simulation);
   return Stage(options, context, simulation, record, hooks).run();
 }
 

@@ -59,7 +59,7 @@ int Stage::finish() {
   const bool stands_still =
       context_.window() == nullptr && simulation_.view().paused && !replay_ && !options_.still_s;
   if ((stands_still || cue_failed_) && hooks_.announce) hooks_.announce(reason_of_stop());
-  const bool file_failed = recorder_.failed() || log_.failed() || files_.failed();
+  const bool file_failed = recorder_.failed() || last_seconds_.failed() || log_.failed() || files_.failed();
   const bool failed = tables_broke_off() || stands_still || cue_failed_ || file_failed;
   return failed || (replay_ && replay_->diverged()) ? 1 : 0;
 }

@@ -13,10 +13,6 @@ namespace pf {
 
 // The last frame is as long as the way that is left, or has as many steps as reach its end.
 void Stage::steer_to_still() {
-  if (const double now_s = simulation_.view().simulated_s;
-      num_frames_ == first_frame_ && *options_.still_s < now_s - 1e-9)
-    throw UserError(
-        fmt::format("--still: the run starts at {} s of simulated time; give a later time", now_s));
   const Settings& settings = simulation_.settings();
   const double left_s = left_to_still_s();
   if (left_s <= 0.0) {

@@ -133,12 +133,13 @@ def files(bench):
         check(done.returncode in (2, 3) and kept.read_text() == "by hand" and (done.returncode == 3 or f"{flag}: " in done.stderr),
               f"{flag} {name}: {kept.name} is kept: {done.stderr.splitlines()[-1]}")
     open_file = bench.folder / "open.txt"
-    for flag, found in (("--report", '"state_hash"'), ("--overlay-csv", "frame,simulated_s")):
+    for flag, found in (("--report", '"state_hash"'), ("--overlay-csv", "frame,simulated_s"),
+                        ("--profile-csv", "frame,simulated_s")):
         with open_file.open("w") as stream:
             stream.write("before\n")
             stream.flush()
-            done = subprocess.run([bench.program, "--headless", "-p", "100", "--seconds", "0.05", flag, "/dev/stdout"],
-                                  stdout=stream, stderr=subprocess.DEVNULL)
+            done = subprocess.run([bench.program, "--headless", "-p", "100", "--seconds", "0.05", "--set", "run.profile=x",
+                                   flag, "/dev/stdout"], stdout=stream, stderr=subprocess.DEVNULL)
             subprocess.run(["echo", "after"], stdout=stream)
         text = open_file.read_text()
         check(done.returncode in (0, 3) and text.startswith("before\n") and text.endswith("after\n"),
@@ -272,7 +273,9 @@ def stood_still(bench):
     done = bench.run(*words, "--from", state, "--seconds", "3")
     check(done.returncode == 1, f"exit code {done.returncode}, expected 1")
     check("--from: the flight stood still when this state was saved" in done.stderr, f"and why: {done.stderr.strip()[-200:]}")
-    done = bench.run("bench", "--flight", "--scene", "gas", "-p", "1000", *hot, "--seconds", "2")
+    done = bench.run("bench", "--flight", "--scene", "gas", "-p", "1000", *hot, "--seconds", "2", "--json", str(bench.folder / "f.json"))
+    flown = json.loads((bench.folder / "f.json").read_text())
+    check(flown["ended_early"] and flown["interrupted"] is False and "gpu_ms" not in flown, f"the report says so: {flown['ended_early']}")
     check(done.returncode == 1 and "the flight ended early: Paused: " in done.stderr, f"bench: {done.stderr.strip()[-120:]}")
 
 

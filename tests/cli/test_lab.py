@@ -106,7 +106,19 @@ def resume(folder):
     first = before["points"][0]
     # Wall times never repeat: an equal one is that of the old point.
     require(after["points"][0]["ms_per_simulated_s"] == first["ms_per_simulated_s"], "a finished point was measured again")
+    # Costs of two machines are not compared.
+    after["points"][0]["timed_on"] = "another one"
+    (folder / "t/terms.json").write_text(json.dumps(after))
+    done = lab(folder, "terms", "--quick", "--out", "t", "--resume")
+    costs = [row["saved_share"] for row in json.loads((folder / "t/terms.json").read_text())["points"][1:]]
+    require(done.returncode == 0 and costs == [None] * 5, f"{costs}, {done.stderr}")
+    require("timed on another machine" in (folder / "t/report.html").read_text(), "the report compares two machines")
     whole = (folder / "t/terms.json").read_text()
+    # Flights of two scenes are not, either, also if the scene had the same name.
+    (folder / "t/terms.json").write_text(json.dumps(json.loads(whole) | {"scene_settings": "name = 'court'"}))
+    done = lab(folder, "terms", "--quick", "--out", "t", "--resume")
+    require(done.returncode == 2 and "when scene court had other settings" in done.stderr, done.stderr)
+    (folder / "t/terms.json").write_text(whole)
     done = lab(folder, "terms", "--quick", "--scene", "regulation", "--out", "t", "--resume")
     require(done.returncode == 2 and "was measured with --scene court; give that" in done.stderr, done.stderr)
     require((folder / "t/terms.json").read_text() == whole, "the flights of another scene were touched")

@@ -12,7 +12,9 @@
 #include "data/h5_layout.hpp"
 #endif
 #include "data/random_scenes.hpp"
+#include "data/xdmf.hpp"
 #include "data/xyz_dump.hpp"
+#include "support/full_disk.hpp"
 #include "unit/temporary_folder.hpp"
 
 namespace pf::test {
@@ -50,6 +52,24 @@ class Dump : public testing::Test {
     return "";
   }
 };
+
+// At each byte at which the disk may be full the index has the frames before, and its end.
+TEST_F(Dump, TheIndexIsWholeOnAFullDisk) {
+  const std::filesystem::path index = folder_.path() / "a.xdmf";
+  const XdmfFile::Layout layout{"a.h5", 10, true};
+  XdmfFile whole(index, layout);
+  whole.add_frame(0.0, 1);
+  const std::string one = contents_of(index);
+  whole.add_frame(0.5, 2);
+  const std::string two = contents_of(index);
+  for (std::size_t num_bytes = one.size(); num_bytes < two.size(); num_bytes += 7) {
+    XdmfFile file(index, layout);
+    file.add_frame(0.0, 1);
+    const FullDisk full(num_bytes);
+    EXPECT_THROW(file.add_frame(0.5, 2), UserError);
+    EXPECT_EQ(contents_of(index), one) << num_bytes;
+  }
+}
 
 #if PF_HAVE_HDF5
 

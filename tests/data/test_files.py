@@ -343,6 +343,17 @@ def refusals(bench):
     bench.refused("--from-frame: 'c.state' is not a dump", "--from", "c.state", "--from-frame", "1")
     bench.refused("--from: 'none.state': does not exist", "--from", "none.state")
     bench.refused("was dumped without the field state", "--from", "p.h5")
+    # A run that is over, or is to end before its start, leaves the files of the one before as they are.
+    old_text = "# Inputs of a flight. Replay it with: pickleflight run THIS_FILE\n"
+    olds = [bench.folder / name for name in ("o.xyz", "o.csv", "o.mp4", "o.toml", "o.png")]
+    for old in olds:
+        old.write_text(old_text)
+    outputs = ("--dump", "o.xyz", "--overlay-csv", "o.csv", "--record", "o.mp4", "--log", "o.toml")
+    bench.refused("the run has lasted its 0.1 s already", "--from", "c.state", "--picture", "o.png", *outputs)
+    bench.refused("--still: the run starts at", "--from", "c.state", "--still", "0.001", "s.png", *outputs)
+    check(all(old.read_text() == old_text for old in olds), "older files are whole")
+    bench.fly("-p", "100", "--seconds", "0.1", "--dump", "q.h5", "--dump-fields", "position,state")
+    bench.fly("--from", "q.h5", "--seconds", "0.2")
     bench.refused("is the file of --from as well", "--from", "p.h5", "--dump", "p.h5")
     data = bytearray((bench.folder / "c.state").read_bytes())
     data[-100] ^= 4

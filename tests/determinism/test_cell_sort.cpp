@@ -16,7 +16,7 @@ GridShape some_grid(std::uint32_t num_parcels) {
   return choose_grid(world, num_parcels, {num_parcels > 3000 ? 1e7 : 5e7});
 }
 
-// Some of them retired, and some in a crowd.
+// Some of them retired, some in a crowd, some heated; with all arrays that a method may have.
 ParcelArrays random_parcels(std::uint32_t num) {
   ParcelArrays parcels;
   parcels.resize(num);
@@ -28,6 +28,10 @@ ParcelArrays random_parcels(std::uint32_t num) {
     if (i % 97 == 3) parcels.position[i] = {kRetired, 0};
     parcels.velocity[i] = {static_cast<float>(i), -1.0F};
     parcels.id[i] = i;
+    parcels.is_heated[i] = i % 11 == 2 ? 1 : 0;
+    parcels.tick.push_back(3 * i);
+    parcels.last_contact_tick.push_back(5 * i + 1);
+    parcels.slot.push_back(i % 13 == 0 ? i : 0);
   }
   return parcels;
 }
@@ -48,6 +52,10 @@ ParcelArrays in_order(const ParcelArrays& parcels, const std::vector<std::uint32
     sorted.position[k] = parcels.position[order[k]];
     sorted.velocity[k] = parcels.velocity[order[k]];
     sorted.id[k] = parcels.id[order[k]];
+    sorted.is_heated[k] = parcels.is_heated[order[k]];
+    sorted.tick.push_back(parcels.tick[order[k]]);
+    sorted.last_contact_tick.push_back(parcels.last_contact_tick[order[k]]);
+    sorted.slot.push_back(parcels.slot[order[k]]);
   }
   return sorted;
 }
@@ -66,6 +74,10 @@ void expect_sorted(unsigned num_threads, const GridShape& grid, const ParcelArra
   for (int repeat = 0; repeat < 2; ++repeat) {  // counts of the first time are there in the second
     cell_sort.sort(team, {grid, parcels.position.data(), parcels}, {sorted, cell_start}, times);
     EXPECT_EQ(sorted.id, wanted.id);
+    EXPECT_EQ(sorted.is_heated, wanted.is_heated);
+    EXPECT_EQ(sorted.tick, wanted.tick);
+    EXPECT_EQ(sorted.last_contact_tick, wanted.last_contact_tick);
+    EXPECT_EQ(sorted.slot, wanted.slot);
     EXPECT_TRUE(std::equal(wanted.position.begin(), wanted.position.begin() + num, sorted.position.begin()));
     EXPECT_TRUE(std::equal(wanted.velocity.begin(), wanted.velocity.begin() + num, sorted.velocity.begin()));
     ASSERT_EQ(cell_start.size(), grid.num_cells() + 2U);

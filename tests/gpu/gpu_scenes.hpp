@@ -99,6 +99,10 @@ inline StepTotals expect_same_request(SceneRun& cpu, SceneRun& gpu, std::uint32_
   EXPECT_EQ(on_gpu.totals.num_retired, on_cpu.totals.num_retired) << where;
   EXPECT_EQ(on_gpu.totals.max_overlap_diameters, on_cpu.totals.max_overlap_diameters) << where;
   EXPECT_EQ(on_gpu.ball, on_cpu.ball) << where;
+  for (const ProfileAxis axis : {ProfileAxis::x, ProfileAxis::radius}) {
+    const ProfileShape shape = profile_shape(cpu.physics, axis, 37);
+    EXPECT_EQ(gpu.backend->profile(shape).bins, cpu.backend->profile(shape).bins) << where;
+  }
   return on_gpu.totals;
 }
 

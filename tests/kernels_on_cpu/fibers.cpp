@@ -76,7 +76,10 @@ class Block {
     self.scheduler = std::move(self.scheduler).resume();
   }
 
-  std::uint64_t* values_of_warp() { return values_[current_ / kWarp].data(); }
+  std::uint64_t* values_of_warp() {
+    const unsigned warp = current_ / kWarp;
+    return values_[warp][turn_[warp]].data();
+  }
 
  private:
   [[noreturn]] static void stop(const char* why) {
@@ -129,6 +132,7 @@ class Block {
       grid_barrier_->arrive_and_wait();
     }
     for (unsigned t = first; t < end; ++t) threads_[t]->waits = Wait::none;
+    if (kind == Wait::warp) turn_[first / kWarp] ^= 1U;
     return true;
   }
 
@@ -150,7 +154,10 @@ class Block {
   }
 
   std::vector<std::unique_ptr<Thread>> threads_;
-  std::array<std::array<std::uint64_t, kWarp>, kMaxBlock / kWarp> values_{};
+  // Each barrier of a warp ends a turn: some of its threads may be in the next exchange while others still
+  // read.
+  std::array<std::array<std::array<std::uint64_t, kWarp>, 2>, kMaxBlock / kWarp> values_{};
+  std::array<unsigned, kMaxBlock / kWarp> turn_{};
   unsigned size_ = 0, num_left_ = 0, current_ = 0;
   std::barrier<>* grid_barrier_ = nullptr;
 };

@@ -25,7 +25,8 @@ void wait_for_block();
 void wait_for_grid();
 void wait_for_some(unsigned barrier, unsigned num_threads);  // of a block
 
-// A value for each lane, for exchanges within the calling thread's warp.
+// A value for each lane, for exchanges within the calling thread's warp up to its next barrier; they can be
+// read until the one after that.
 std::uint64_t* values_of_warp();
 
 }  // namespace kernels_on_cpu

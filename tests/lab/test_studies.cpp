@@ -4,9 +4,11 @@
 #include <atomic>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/options.hpp"
+#include "backend/backend.hpp"
 #include "lab/parallel_for.hpp"
 #include "lab/study.hpp"
 #include "lab/validate.hpp"
@@ -50,6 +52,33 @@ TEST(Lab, ListsEveryStudy) {
   for (const Study& study : studies()) names.push_back(study.name);
   EXPECT_EQ(names, (std::vector<std::string>{"work-precision", "stability", "contact-clock", "terms",
                                              "gas-dynamics", "validate"}));
+}
+
+LabContext context_of(const char* scene) {
+  return {true, {{"cpu", [] { return make_cpu_backend(1); }}}, scene};
+}
+
+std::vector<std::string> terms_of(const char* scene) {
+  std::vector<std::string> keys;
+  for (const LabPoint& point : terms_study().plan(context_of(scene)))
+    keys.push_back(point.key.substr(point.key.rfind('/') + 1));
+  return keys;
+}
+
+// Parcels of `regulation` have no contacts, so that leaving them out would change nothing.
+TEST(Lab, TermsAreThoseThatTheSceneHas) {
+  EXPECT_EQ(terms_of("court"), (std::vector<std::string>{"all terms", "no contacts", "no friction",
+                                                         "no Magnus", "air as drag", "vacuum"}));
+  EXPECT_EQ(terms_of("regulation"),
+            (std::vector<std::string>{"all terms", "no friction", "no Magnus", "air as drag", "vacuum"}));
+}
+
+// The mass of each parcel is given in `seed`, so that another number of them would be another air.
+TEST(Lab, TermsKeepTheAirOfTheScene) {
+  for (const auto& [scene, num] : {std::pair{"seed", 10000}, std::pair{"court", 4000}}) {
+    const LabPoint vacuum = terms_study().plan(context_of(scene)).back();
+    EXPECT_EQ(vacuum.measure().at("num_parcels"), num) << scene;
+  }
 }
 
 TEST(Lab, CommandLineAcceptsEveryStudy) {

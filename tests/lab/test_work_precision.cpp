@@ -67,6 +67,17 @@ TEST(WorkPrecision, InACoolingGasExactIsTheReference) {
   EXPECT_NEAR(pressure["sigma"].get<double>(), 2.0 * std::sqrt(2.0 / (kPi * 5000.0)) / 3.0, 1e-9);
 }
 
+// A method that misses a tenth of the collisions keeps the gas hotter, so that their number is right.
+TEST(WorkPrecision, TheRateOfACoolingGasIsThatAtItsTemperature) {
+  json result = {{"points", {gas_row("impulse", 0.9, 10.0), gas_row("exact", 1.0, 30.0)}}};
+  for (json& row : result["points"]) row["restitution"] = 0.9;
+  result["points"][0]["energy_ratio"] = 1.2;
+  conclude_work_precision(result);
+  const json& rate = result["points"][0]["errors"]["rate"];
+  EXPECT_NEAR(rate["value"].get<double>(), 0.1, 1e-12);
+  EXPECT_NEAR(rate["sigma"].get<double>(), std::sqrt(2.0 / 5000.0), 1e-9);
+}
+
 // Flights whose speed at the end is 10 - 4 / sqrt(N), give or take 0.01: the largest number has an error,
 // too.
 TEST(WorkPrecision, NumbersOfParcelsAreComparedWithTheLimitOfMany) {
@@ -88,10 +99,15 @@ TEST(WorkPrecision, NumbersOfParcelsAreComparedWithTheLimitOfMany) {
   }
   json result = {{"points", points}};
   conclude_work_precision(result);
+  // Each mean has the standard error 0.01 / sqrt(3). The limit is twice the last one less the one before.
+  const double sigma_of_mean = 0.5 * 0.01 / std::sqrt(3.0);
+  const double sigmas[] = {std::sqrt(6.0), std::sqrt(8.0), std::sqrt(2.0)};
+  std::size_t number = 0;
   for (const json& row : result["points"]) {
     const json& drag = row["errors"]["drag"];
     EXPECT_NEAR(drag["shift"].get<double>(), -2.0 / std::sqrt(row["num_parcels"].get<double>()), 1e-12);
     EXPECT_NEAR(drag["scatter"].get<double>(), 0.5 * 0.01 * std::sqrt(4.0 / 3.0), 1e-12);
+    EXPECT_NEAR(drag["shift_sigma"].get<double>(), sigmas[number++] * sigma_of_mean, 1e-12);
   }
   const json& first = result["points"][0]["errors"]["drag"];
   EXPECT_NEAR(first["value"].get<double>(), std::hypot(0.05, first["scatter"].get<double>()), 1e-12);
@@ -213,7 +229,8 @@ INSTANTIATE_TEST_SUITE_P(WorkPrecision, GasTarget,
                          testing::Values(Target{"rate", 0.05, 0.3, 1.0}, Target{"rate", 0.1, 0.12, 1.0},
                                          Target{"pressure", 0.05, 0.3, 1.0},
                                          Target{"pressure", 0.03, 0.12, 1.0},
-                                         Target{"pressure", 0.1, 0.4, 0.95}));
+                                         Target{"pressure", 0.1, 0.4, 0.95}, Target{"rate", 0.02, 0.05, 0.9},
+                                         Target{"rate", 0.05, 0.3, 0.95}));
 
 // A flight of 0.6 s over the court. The ball spins, but without the Magnus term, which the reference lacks.
 struct Flight {

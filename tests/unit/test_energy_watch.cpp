@@ -62,6 +62,24 @@ TEST(EnergyWatch, PausesACrowdThatShortStepsHeat) {
   EXPECT_NE(run.view().message.find("energy has grown"), std::string::npos) << run.view().message;
 }
 
+// It is the same gas, however often its state was saved on the way.
+TEST(EnergyWatch, GoesOnFromASavedState) {
+  Watched whole(heating_gas());
+  ASSERT_TRUE(whole.pauses_within(1000));
+  Watched first(heating_gas());
+  ASSERT_FALSE(first.pauses_within(20));
+  auto simulation = std::make_unique<Simulation>(heating_gas(), make_cpu_backend(1));
+  RunState state;
+  first.simulation.save(state);
+  for (int frames = 20; frames < 1000 && !simulation->view().paused; ++frames) {
+    simulation = std::make_unique<Simulation>(state, make_cpu_backend(1));
+    simulation->advance_frame({}, nullptr);
+    simulation->save(state);
+  }
+  EXPECT_NE(simulation->view().message.find("energy has grown"), std::string::npos);
+  EXPECT_EQ(simulation->view().totals.num_steps, whole.view().totals.num_steps);
+}
+
 // After a reset it starts anew: there is no less reason to stop than before.
 TEST(EnergyWatch, StartsAnewWithAFlight) {
   Watched run(heating_gas());

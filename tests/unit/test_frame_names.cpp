@@ -52,6 +52,17 @@ TEST(FrameNames, DerivesTheFramesFolderFromTheFilm) {
   EXPECT_EQ(frames_instead_of("a.b.mkv"), "a.b_frames/%05d.png");
 }
 
+TEST(FrameNames, FramesInAFolderWithoutANameHaveALogAndAnotherFolder) {
+  for (const char* folder : {"", "./", "../", "a/../"}) {
+    const std::string film = std::string(folder) + "%05d.png";
+    EXPECT_EQ(log_beside(film).lexically_normal(),
+              std::filesystem::path(std::string(folder) + "frames.toml").lexically_normal());
+    EXPECT_EQ(numbered(film, 2).lexically_normal(),
+              std::filesystem::path(std::string(folder) + "frames-2/%05d.png").lexically_normal());
+  }
+  EXPECT_EQ(log_beside("./a/%05d.png"), "./a.toml");
+}
+
 TEST(FrameNames, RecordAcceptsAPatternInANewFolder) {
   TemporaryFolder folder;
   const std::string in_new = (folder.path() / "new" / "%05d.png").string();

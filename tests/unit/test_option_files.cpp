@@ -122,6 +122,12 @@ TEST(Options, ALogReplacesOnlyALog) {
   const std::string stem = scene.substr(0, scene.size() - 5);
   EXPECT_TRUE(contains(refusal({"--log", scene}), "--log: '" + scene + "' is there and is no log"));
   EXPECT_TRUE(contains(refusal({"--record", stem + "/%05d.png"}), "--record (the film's log): '"));
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "2", "--record", stem + "/%05d.png"}),
+                       "--record (the film's log): '"));
+  const std::string filmed = (folder.path() / "b.mp4").string();
+  EXPECT_TRUE(contains(refusal({"bench", "--frames", "2", "--record", filmed, "--json", filmed}),
+                       "is the file of --record as well"));
+  EXPECT_EQ(refusal({"bench", "--frames", "2", "--record", "/dev/null"}), "accepted");
   folder.write("a_frames.toml", "x = 1\\n");
   const std::string film = (folder.path() / "a.mp4").string(), path = std::getenv("PATH");
   ::setenv("PATH", folder.path().c_str(), 1);  // without ffmpeg

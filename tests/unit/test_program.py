@@ -120,7 +120,7 @@ def frames_of_no_film(folder):
     done = run(["--headless", "--size", "320x180", "--from", "c.state", "--seconds", "0.01", "--record", "f/%03d.png"], folder)
     names = sorted(file.name for file in (folder / "f").iterdir())
     require(first.returncode == 0 and len(names) == 5, f"left: {names}: {done.stderr}")
-    require("no frame was drawn" in done.stderr and done.returncode == 1, f"said: {done.stderr}")
+    require("has lasted its 0.01 s already" in done.stderr and done.returncode == 2, f"said: {done.stderr}")
 
 
 def frames_without_ffmpeg(folder):

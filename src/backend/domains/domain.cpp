@@ -11,6 +11,10 @@ ParcelSums Domain::sums(double mass_kg) const {
   return sums;
 }
 
+void Domain::add_to(Profile& profile) const {
+  visit([&](const Parcel& parcel) { add_parcels(profile, &parcel.position, &parcel.velocity, 1); });
+}
+
 void Domain::count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels) {
   visit([&](const Parcel& parcel) {
     if (parcel.id % style.one_in != 0) return;

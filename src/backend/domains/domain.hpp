@@ -17,6 +17,7 @@
 #include "backend/domains/motion_link.hpp"
 #include "backend/domains/slabs.hpp"
 #include "backend/parcel_images.hpp"
+#include "backend/profile.hpp"
 #include "backend/time_step/time_stepper.hpp"
 #include "core/timing.hpp"
 #include "model/measures.hpp"
@@ -75,6 +76,7 @@ class Domain {
   // Own parcels only, in any order.
   virtual void visit(const std::function<void(const Parcel&)>& see) const = 0;
   virtual ParcelSums sums(double mass_kg) const;  // over own parcels; mass_kg: of each
+  virtual void add_to(Profile& profile) const;    // own parcels
   // Own parcels: adds the shares of every one_in-th id to pixels; appends those in the picture.
   virtual void count(const PixelGrid& grid, const CountStyle& style, std::vector<std::uint32_t>& pixels);
   virtual void gather(const PixelGrid& grid, std::vector<DrawnParcel>& to) const;

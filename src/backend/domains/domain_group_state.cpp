@@ -160,8 +160,7 @@ Measures DomainGroup::measure() {
 
 Profile DomainGroup::profile(const ProfileShape& shape) {
   Profile mine = empty_profile(shape);
-  for (const auto& domain : domains_)
-    domain->visit([&](const Parcel& parcel) { add_parcels(mine, &parcel.position, &parcel.velocity, 1); });
+  for (const auto& domain : domains_) domain->add_to(mine);
   const std::vector<ProfileSums> all = ranks_.gather(mine.bins);
   for (std::size_t k = mine.bins.size(); k < all.size(); ++k) mine.bins[k % mine.bins.size()] += all[k];
   return mine;

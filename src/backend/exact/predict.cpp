@@ -95,11 +95,11 @@ void collect_selected(std::vector<WorkerState>& workers, std::vector<std::uint32
 template <Boundary kBoundary>
 void list_cells_near_ball(const WindowContext& window, CandidateRanges& ranges) {
   const auto num_parcels = static_cast<std::uint32_t>(window.num_parcels());
-  const auto& [centre, half_side] = window.ball_neighbourhood;
+  const auto& [centre, radius] = window.ball_neighbourhood;
   const std::int64_t farthest = std::max(std::abs(std::int64_t{centre.x}), std::abs(std::int64_t{centre.y}));
   const bool is_sorted = num_parcels > 0 && window.c.run.physics.parcels.contacts && !window.input.all_pairs;
-  if (!is_sorted || farthest + half_side >= INT32_MAX) return ranges.list_all(num_parcels);
-  ranges.list<kBoundary>(window.input.grid, window.input.cell_start, centre, half_side, num_parcels);
+  if (!is_sorted || farthest + radius >= INT32_MAX) return ranges.list_all(num_parcels);
+  ranges.list<kBoundary>(window.input.grid, window.input.cell_start, centre, radius, num_parcels);
 }
 
 template <Boundary kBoundary>

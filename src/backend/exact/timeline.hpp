@@ -1,6 +1,7 @@
 // Method `exact` on the CPU through time: epochs, chords and windows, the parcels' positions, anchoring.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -80,6 +81,13 @@ class ExactTimeline {
 
   BallState ball_now() const;
   void adopt(const Physics& physics, const StepRequest& request);
+  double end_of_step_s(const StepRequest& request, std::uint32_t k) const {
+    return series_start_s_ + (request.num_done + k) * request.dt_s;
+  }
+  std::uint64_t tick_at(double time_s) const {
+    return static_cast<std::uint64_t>(std::llround(time_s / run_.reference_ticks.tick_s));
+  }
+  void count_ended_steps(const StepRequest& request, double start_s, StepReport& report);
   void advance_steps(const StepRequest& request, SortedParcels& parcels, StepReport& report);
   bool advance_until(std::uint64_t until, const StepRequest& request, const Deadline& deadline,
                      SortedParcels& parcels, StepReport& report);

@@ -33,7 +33,8 @@ def binned(times_s, values):
 
 def label_of(report):
     flight = report["flight"]
-    return (f"{report['method']}, {report['num_parcels']:,}: median {flight['median_ms']:.3g}, "
+    stopped = ", stopped" if report.get("interrupted") or report.get("ended_early") else ""
+    return (f"{report['method']}, {report['num_parcels']:,}{stopped}: median {flight['median_ms']:.3g}, "
             f"99 % {flight['p99_ms']:.3g}, worst {flight['worst_ms']:.3g} ms")
 
 

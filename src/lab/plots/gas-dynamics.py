@@ -112,7 +112,7 @@ def draw_layer(axes, study):
         axes.legend(frameon=False, fontsize=8.5)
     axes.set_xlabel("cost, ns per disc and time d/c; numbers: displacement per step")
     axes.set_ylabel("drag against exact, %")
-    axes.set_title("The layer in front of the court's ball (η 0.1, R/λ 3.45)", loc="left")
+    axes.set_title("A layer as that of the court's ball (η 0.1, R/λ 3.45), at S = 2, e = 1", loc="left")
 
 
 def draw_methods(axes, study):

@@ -39,7 +39,7 @@ def draw_effects(axes, rows, tolerance):
 
 def draw_costs(axes, rows, full_ms):
     for y, row in enumerate(rows):
-        saved, sigma = 100 * row["saved_share"], 100 * row.get("saved_share_sigma", 0.0)
+        saved, sigma = 100 * (row["saved_share"] or 0.0), 100 * (row.get("saved_share_sigma") or 0.0)
         axes.barh(y, saved, height=0.4, color=COST, zorder=3)
         axes.plot([saved - sigma, saved + sigma], [y, y], color=INK, lw=1.1, zorder=4)
         axes.text(max(saved + sigma, 0) + 3, y, saved_text(row), va="center", fontsize=9.5, color=INK)

@@ -10,19 +10,19 @@
 
 namespace pf {
 
-constexpr float kCollisionMargin = 1e-4F;
-
 // Conservative first test in float for two parcels on their trajectories: false only if they certainly do not
 // collide before the step's end. offset: between their positions at the step's start, position units. The
-// margins are a hundred times what the roundings can be.
+// margins are a hundred times what roundings of floats can be, and what the offset lacks, kRoundingMargin at
+// most. With m for that, an error of 2 m (|x| + |y|) is at most k (x^2 + y^2) + 2 m^2 / k, for any k.
 PF_HD inline bool may_collide(Vec2i offset, Vec2f relative_mps, float contact, float units_in_step_per_mps) {
-  constexpr float kMargin = kCollisionMargin;
+  constexpr float kMargin = 1e-4F, kLacking = static_cast<float>(kRoundingMargin);
+  constexpr float kLackingSquares = 4.0F * kLacking * kLacking / kMargin;  // position units, squared
   const Vec2f e = {static_cast<float>(offset.x), static_cast<float>(offset.y)};
   const Vec2f w = {relative_mps.x * units_in_step_per_mps, relative_mps.y * units_in_step_per_mps};
   const float e2 = dot(e, e), w2 = dot(w, w), b = dot(e, w);
-  const float slack = kMargin * (e2 + w2);
+  const float slack = 2.0F * kMargin * (e2 + w2) + kLackingSquares;
   if (b > slack) return false;
-  const float contact2 = contact * contact;
+  const float contact2 = (contact + 2.0F * kLacking) * (contact + 2.0F * kLacking);
   if (e2 - contact2 <= slack) return true;
   const float m = cross(e, w);
   if (m * m > contact2 * w2 * (1.0F + kMargin) + kMargin * e2 * w2) return false;
@@ -36,6 +36,14 @@ struct RelativeMotion {
   std::int32_t from = 0;
 };
 
+// Of an offset along an axis, that of the image which is nearest where the offset is `there`. An offset that
+// stays has its bits wherever `there` is.
+PF_HD inline double offset_of_image(double offset, double there, double half) {
+  if (there < half && there > -half) return offset;
+  const double period = 2.0 * half;
+  return offset - period * static_cast<double>(round_to_int64(there / period));
+}
+
 // Relative motion of nearest images: nearest at the step's start, or at `from` if that is later.
 template <Boundary kBoundary>
 PF_HD inline RelativeMotion nearest_image_motion(const World& world, Vec2d offset, Vec2d velocity,
@@ -43,7 +51,9 @@ PF_HD inline RelativeMotion nearest_image_motion(const World& world, Vec2d offse
   if constexpr (kBoundary == Boundary::periodic) {
     const Vec2d to_start =
         from < 0 ? velocity * static_cast<double>(-static_cast<std::int64_t>(from)) : Vec2d{};
-    offset = nearest_image<kBoundary>(world, offset + to_start) - to_start;
+    const Vec2d there = offset + to_start;
+    offset = {offset_of_image(offset.x, there.x, world.half.x),
+              offset_of_image(offset.y, there.y, world.half.y)};
   }
   return {offset, velocity, from};
 }

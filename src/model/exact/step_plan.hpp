@@ -246,10 +246,10 @@ PF_HD inline ExactBall ball_in_step(const ExactConstants& c, const ExactProgress
   return {trajectory, flight.velocity_mps};
 }
 
-// A square around the ball's centre at the step's start that holds every parcel that may hit it in the step.
+// A circle around the ball's centre at the step's start that holds every parcel that may hit it in the step.
 struct BallNeighbourhood {
-  Vec2i centre{};              // position units
-  std::int32_t half_side = 0;  // position units
+  Vec2i centre{};           // position units
+  std::int32_t radius = 0;  // position units
 };
 
 PF_HD inline BallNeighbourhood neighbourhood_of(const ExactConstants& c, const BallTrajectory& ball) {
@@ -258,9 +258,9 @@ PF_HD inline BallNeighbourhood neighbourhood_of(const ExactConstants& c, const B
   Vec2d centre = ball.anchor_units +
                  displacement_units(c.plan, ball.velocity_mps, -static_cast<std::int64_t>(ball.tick));
   if (world.boundary == Boundary::periodic) centre = nearest_image<Boundary::periodic>(world, centre);
-  const double half_side = c.run.ball_contact + 2.0 * moved + kRoundingMargin;
+  const double radius = c.run.ball_contact + 2.0 * moved + kRoundingMargin;
   return {{saturated_units(centre.x), saturated_units(centre.y)},
-          static_cast<std::int32_t>(half_side < kMaxReach ? half_side : kMaxReach)};
+          static_cast<std::int32_t>(radius < kMaxReach ? radius : kMaxReach)};
 }
 
 // position: of a parcel at the step's start.
@@ -268,7 +268,8 @@ template <Boundary kBoundary>
 PF_HD inline bool is_in(const BallNeighbourhood& ball, const World& world, Vec2i position) {
   const Vec2i from = separation<kBoundary>(world, ball.centre, position);
   const std::int64_t x = from.x, y = from.y;
-  return (x < 0 ? -x : x) <= ball.half_side && (y < 0 ? -y : y) <= ball.half_side;
+  if ((x < 0 ? -x : x) > ball.radius || (y < 0 ? -y : y) > ball.radius) return false;
+  return squared(from.x) + squared(from.y) <= squared(ball.radius);
 }
 
 // Applies the ball's event at `tick`: a hit, which has a reaction, or a wall, which is the partner.
@@ -319,11 +320,12 @@ PF_HD inline void finish_ball(const ExactConstants& c, const ExactBall& ball, co
   state.angle_rad += state.spin_radps * (c.plan.length * c.plan.tick_s);
   progress.ball_trajectory = trajectory;
   progress.ball_trajectory.tick -= static_cast<std::int32_t>(c.plan.length);
-  const Vec2d before = state.position_m;
-  apply_boundary_to_ball(physics.world, physics.ball.radius_m, state);
-  progress.ball_trajectory_holds =
-      c.plan.ball == BallRole::participant && flies_straight(physics.ball, state.spin_radps) &&
-      before.x == state.position_m.x && before.y == state.position_m.y && !is_at_anchoring(progress);
+  // The walls of a ball that flies straight are events, of which one may be due at this very tick. In a
+  // periodic world its trajectory goes on beyond the edge, until the next anchoring.
+  const bool goes_on = c.plan.ball == BallRole::participant && flies_straight(physics.ball, state.spin_radps);
+  if (!goes_on || physics.world.boundary == Boundary::periodic)
+    apply_boundary_to_ball(physics.world, physics.ball.radius_m, state);
+  progress.ball_trajectory_holds = goes_on && !is_at_anchoring(progress);
 }
 
 // Moves time and the bounds on displacements and speeds to the end of a solved step.

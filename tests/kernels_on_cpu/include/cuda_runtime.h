@@ -47,7 +47,7 @@ struct uint2 {
 };
 struct dim3 {
   unsigned x, y, z;
-  dim3(unsigned in_x = 1, unsigned in_y = 1, unsigned in_z = 1) : x(in_x), y(in_y), z(in_z) {}
+  constexpr dim3(unsigned in_x = 1, unsigned in_y = 1, unsigned in_z = 1) : x(in_x), y(in_y), z(in_z) {}
 };
 inline thread_local uint3 threadIdx, blockIdx;
 inline thread_local dim3 blockDim, gridDim;
@@ -65,12 +65,10 @@ namespace kernels_on_cpu {
 // Calls read(values), with a value of each lane. Returns its result.
 template <class Read>
 auto exchange(std::uint64_t value, Read read) {
-  std::uint64_t* values = values_of_warp();
+  std::uint64_t* values = values_of_warp();  // others than those of the next exchange
   values[threadIdx.x % 32] = value;
   wait_for_warp();
-  const auto result = read(values);
-  wait_for_warp();
-  return result;
+  return read(values);
 }
 
 template <class To, class From>
