@@ -271,7 +271,7 @@ def draw_flight(study, layers):
     grid[0].set_ylabel("error of the collision rate")
     grid[1].set_ylabel("error of the ball's drag")
     grid[0].set_title("A gas at rest, area fraction 0.2", loc="left")
-    grid[1].set_title(f"The layer in front of the ball, area fraction {at['area_fraction']:g}", loc="left")
+    grid[1].set_title(f"The layer in front of a ball at S = 2, area fraction {at['area_fraction']:g}", loc="left")
     for axes in grid:
         share_limits([axes])
         axes.set_ylim(bottom=0.55 * axes.get_ylim()[0])  # room for the arrows of upper bounds
