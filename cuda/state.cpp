@@ -35,7 +35,7 @@ void CudaBackend::save_exact(ExactSnapshot& exact) {
   exact.now = progress.now;
   exact.tick_exponent = progress.tick_exponent;
   exact.ball = progress.ball_trajectory;
-  exact.ball_holds = progress.ball_trajectory_holds;
+  exact.ball_holds = progress.ball_trajectory_holds && !ball_was_set_;
   const std::vector<std::uint32_t> id = download(current_.id, num_parcels_, stream_);
   order_by_id(download(current_.position, num_parcels_, stream_), id, exact.anchor);
   order_by_id(download(current_.tick, num_parcels_, stream_), id, exact.tick);

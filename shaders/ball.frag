@@ -38,7 +38,7 @@ void main() {
   float r = length(from_center);
   float disc = clamp((1.0 - r) * radius_px + 0.5, 0.0, 1.0);
   float rim = clamp((1.0 - r) * radius_px + 2.0, 0.0, 1.0);
-  float shadow = 0.55 * smoothstep(1.55, 0.75, length(from_center - vec2(0.20, -0.24)));
+  float shadow = 0.55 * (1.0 - smoothstep(0.75, 1.55, length(from_center - vec2(0.20, -0.24))));
   float alpha = max(shadow, rim * 0.75);
   vec3 c = vec3(0.016, 0.030, 0.040);
   c = mix(c, surface(from_center / max(r, 1.0)), disc);

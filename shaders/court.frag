@@ -45,22 +45,25 @@ float net_half_width() { return max(0.022, 0.75 * view.m_per_px); }
 float net(vec2 p) { return cover(max(abs(p.x) - net_half_width(), abs(p.y) - kHalfPosts)); }
 float posts(vec2 p) { return cover(length(vec2(p.x, abs(p.y) - kHalfPosts)) - 0.06); }
 
-vec3 with_net(vec3 c, vec2 p) {
-  float shadow = mix(0.42, 0.16, view.light) * smoothstep(0.30, 0.0, p.x) * cover(abs(p.y + 0.05) - kHalfPosts);
-  if (view.transparent < 0.5) c *= 1.0 - shadow * step(0.0, p.x);
-  c = mix(c, mix(vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), view.light), 0.92 * net(p));
-  return mix(c, mix(vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), view.light), posts(p));
+// Lays a colour over a picture, of which colours are times alpha.
+vec4 over(vec4 c, vec3 dark, vec3 light, float a) { return mix(c, vec4(mix(dark, light, view.light), 1.0), a); }
+
+vec4 with_net(vec4 c, vec2 p) {
+  float shadow = mix(0.42, 0.16, view.light) * (1.0 - smoothstep(0.0, 0.30, p.x)) * cover(abs(p.y + 0.05) - kHalfPosts);
+  c.rgb *= 1.0 - shadow * step(0.0, p.x);
+  c = over(c, vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), 0.92 * net(p));
+  return over(c, vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), posts(p));
 }
 
 void main() {
   vec2 p = (FRAGMENT_PX - view.anchor_px) * view.m_per_px + view.center_m;
   if (image_side_m.x > 0.0) p -= image_side_m * round(p / image_side_m);
-  vec3 c = floor_color(p);
-  c *= 1.0 - mix(0.18, 0.05, view.light) * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2)));
-  c = mix(c, mix(vec3(0.87, 0.90, 0.89), vec3(0.30, 0.38, 0.43), view.light), 0.80 * cover(lines(p)));
+  vec3 ground = floor_color(p) * (1.0 - mix(0.18, 0.05, view.light) * smoothstep(4.0, 16.0, length(p * vec2(0.8, 1.2))));
+  bool is_transparent = view.transparent > 0.5;
+  vec4 c = is_transparent ? vec4(0.0) : vec4(ground, 1.0);
+  c = over(c, vec3(0.87, 0.90, 0.89), vec3(0.30, 0.38, 0.43), 0.80 * cover(lines(p)));
   c = with_net(c, p);
   // Half a grey level of noise hides the bands of the soft shading.
   float noise = fract(sin(dot(FRAGMENT_PX, vec2(12.9898, 78.233))) * 43758.5453) - 0.5;
-  float alpha = view.transparent > 0.5 ? max(0.80 * cover(lines(p)), max(0.92 * net(p), posts(p))) : 1.0;
-  color = vec4((c + noise / 255.0) * alpha, alpha);  // times alpha, as blending leaves it
+  color = vec4(c.rgb + noise / 255.0 * c.a, c.a);
 }

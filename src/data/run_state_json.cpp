@@ -227,7 +227,7 @@ void visit_run(Archive& a, State& state) {
   a("by_hand", state.by_hand);
   a("paused", state.paused);
   a.time("scene_dt_s", state.scene_dt_s);
-  a.time("watched_energy_j", state.watched.start_j);
+  a("watched_energy_j", state.watched.start_j);
   a.if_known("watched_frames", state.watched.num_frames);
   a.if_known("watched_told", state.watched.has_told);
   a("num_frames", state.num_frames);

@@ -224,8 +224,9 @@ void check_scene(const json& result, const LabContext& context, const LabOptions
       refuse_to_resume(options.out, "terms", fmt::format("was measured with --scene {}; give that", scene));
   }
   if (result.at("scene_settings") != scene_text(load_scene(context.scene))) {
-    refuse_to_resume(options.out, "terms",
-                     fmt::format("was measured when scene {} had other settings", context.scene));
+    refuse_to_resume(
+        options.out, "terms",
+        fmt::format("was measured when scene {} had other settings; give it those again", context.scene));
   }
 }
 

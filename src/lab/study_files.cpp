@@ -147,7 +147,8 @@ bool resume_study(const fs::path& folder, const Study& study, json& result) {
                                                     : "was measured with --quick; add it");
   result["points"] = old["points"];
   result["machine"] = old["machine"];
-  if (has_text(old, "scene_settings")) result["scene_settings"] = old["scene_settings"];
+  const bool has_points = !old["points"].empty();
+  if (has_points && has_text(old, "scene_settings")) result["scene_settings"] = old["scene_settings"];
   // The series of a CUDA device stays, whether or not this machine has one; so do the command that repeats it
   // and whether it is complete.
   const auto is_of_cuda = [](const json& of) {

@@ -7,7 +7,10 @@
 
 namespace pf {
 
-float film_scale(SizePx size) { return std::clamp(static_cast<float>(size.height) / 720.0F, 0.5F, 4.0F); }
+float film_scale(SizePx size) {
+  const float usual = std::min(static_cast<float>(size.height) / 720.0F, static_cast<float>(size.width) / 1280.0F);
+  return std::clamp(usual, 0.5F, 4.0F);
+}
 
 Camera camera_like(const Camera& window, const ViewRegion& seen, const ViewRegion& region, const World& world,
                    float scale) {
@@ -83,7 +86,9 @@ void FilmScene::draw_rest(const FrameView& frame, const Overlay* overlay, CueTit
     Look look = look_;
     look.paths = look.paths && split_ == nullptr;  // the legend's flights
     const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale, title_place_});
+    WindowNotices notices;
+    if (split_ != nullptr) notices.below_px = second_.covered_at_top_px(*split_, place, height_px);
+    marks_.show(frame, {camera_, place, height_px, look, magnifier_px_, magnifier_scale, title_place_}, notices);
     place = above_profile_strip(place, frame);
   }
   title_place_ = title.show(place, look_.theme, SceneMarks::start_rect(frame, camera_, height_px, scale_));

@@ -7,6 +7,7 @@
 
 #include "view/ball_camera.hpp"
 #include "view/gui_tiles.hpp"
+#include "view/profile_strip.hpp"
 
 namespace pf {
 namespace {
@@ -61,7 +62,7 @@ class Painter {
     Look look = scene_.look;
     look.paths = look.paths && has_marks() && mode != OverlayMode::off;
     const ViewRegion free = {0.0, bottom, width, std::max(height - bottom, 1.0F)};
-    const ViewRegion region = marks_.region_for_world(frame, look, free, scale_);
+    const ViewRegion region = has_marks() ? marks_.region_for_world(frame, look, free, scale_) : free;
     camera_ = camera_like(*scene_.window, scene_.seen, region, frame.physics->world, scale_);
     const bool is_wanted = has_marks() && mode != OverlayMode::off &&
                            Magnifier::is_wanted(scene_.magnifier, frame, camera_, scale_, true);
@@ -76,7 +77,11 @@ class Painter {
     Overlay overlay = scene_.overlay->for_picture();
     overlay.show(frame, mode, {0.0F, width, height, scale_}, look);
     const double magnified = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-    marks_.show(frame, {camera_, {0.0F, width, height - bottom, scale_}, height, look, side_px, magnified});
+    const OverlayPlace place = {0.0F, width, height - bottom, scale_};
+    marks_.show(frame, {camera_, place, height, look, side_px, magnified, title_place_});
+    if (scene_.title != nullptr)
+      title_place_ = scene_.title->show(above_profile_strip(place, frame), look.theme,
+                                        SceneMarks::start_rect(frame, camera_, height, scale_));
     gui_.end_frame();
     scene_.window_gui->make_current();
   }
@@ -122,6 +127,7 @@ class Painter {
   SceneMarks marks_;
   Camera camera_;
   std::unique_ptr<Magnifier> magnifier_;
+  PxRect title_place_;
   ColorTarget canvas_;
 };
 

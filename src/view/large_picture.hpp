@@ -35,6 +35,7 @@ struct PictureScene {
   OverlayMode mode = OverlayMode::full;
   Look look;
   MagnifierMode magnifier = MagnifierMode::automatic;
+  CueTitle* title = nullptr;  // of a cue; null: none
   Gui* window_gui = nullptr;  // current before and after
 };
 

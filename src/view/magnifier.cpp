@@ -102,7 +102,10 @@ void paint_magnifier_frame(const PxRect& place, const MagnifierScale& scale, The
   for (const float x : {left, left + bar_px})
     list->AddLine(ImVec2(x, bar_y - 3.0F * s), ImVec2(x, bar_y + 3.0F * s), colors.text, 1.5F * s);
   list->AddText(ImVec2(left + bar_px + 6.0F * s, y), colors.text, bar.text.c_str());
-  const std::string times = fmt::format("{:.2g}\xC3\x97", scale.magnification);
+  const bool is_large = scale.magnification >= 99.5;  // two digits would come with an exponent
+  const std::string digits =
+      is_large ? fmt::format("{:.0f}", scale.magnification) : fmt::format("{:.2g}", scale.magnification);
+  const std::string times = digits + "\xC3\x97";
   const float bar_end = left + bar_px + 12.0F * s + text_width(bar.text);
   if (bar_end + text_width(times) > place.x1 - 6.0F * s) return;  // the bar says enough
   list->AddText(ImVec2(place.x1 - 6.0F * s - text_width(times), y), colors.accent, times.c_str());

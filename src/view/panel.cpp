@@ -295,7 +295,9 @@ void Panel::edit_show(const FrameView& frame, ViewSwitches& switches, Commands& 
 
 void Panel::edit_look(ViewSwitches& switches) {
   const float half = ImGui::GetCursorPosX() + 0.5F * ImGui::GetContentRegionAvail().x;
-  ImGui::Checkbox("Ghost paths (G)", &switches.look.ghosts);
+  // Ghosts are paths: switching them on shows paths.
+  if (ImGui::Checkbox("Ghost paths (G)", &switches.look.ghosts) && switches.look.ghosts)
+    switches.show_path = true;
   rows_.end_row("Ghosts", "the same launch in a vacuum and with drag in closed form, dashed");
   ImGui::SameLine(half);
   ImGui::Checkbox("Full screen (F11)", &switches.full_screen);

@@ -58,7 +58,7 @@ class Recorder {
   // Lines for the window: the current film with its time, and news of films and pictures. Empty: none.
   std::string film_line() const;
   std::string news() const;
-  bool failed() const;  // a film broke off, or the last picture could not be written
+  bool failed() const;  // a film broke off, or a picture could not be written
   // The last film, null without one: file, log, frames, dropped, duplicated, surplus, encoder, width,
   // height, rate_hz, write_ms_per_frame (of encoder or sink, on their thread), failure (null: none), earlier:
   // the films before it.

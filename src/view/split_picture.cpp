@@ -37,7 +37,16 @@ void paint_name(ImVec2 at, const std::string& text, const Rgb& color, Theme them
 
 }  // namespace
 
-float SplitPicture::names_px(float scale) { return kNameGap_px * scale + name_height_px(scale); }
+float SplitPicture::covered_at_top_px(const SplitScene& scene, const OverlayPlace& place,
+                                      float height_px) const {
+  const ViewRegion& card = layout_.card;
+  const double middle_px = place.left_px + 0.5 * place.width_px;
+  const bool is_there = card.bottom_px + card.height_px > height_px - 1.0 && card.left_px < middle_px &&
+                        card.left_px + card.width_px > middle_px;
+  const bool has_names = scene.mode == SplitMode::halves;
+  const float names_px = has_names ? kNameGap_px * place.scale + name_height_px(place.scale) : 0.0F;
+  return names_px + (is_there ? static_cast<float>(card.height_px) : 0.0F);
+}
 
 ViewRegion SplitPicture::lay_out(const SplitScene& scene, const ViewRegion& free, float scale) {
   const World& world = scene.pair->view().physics->world;

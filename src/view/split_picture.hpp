@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "app/flight_pair.hpp"
+#include "view/overlay.hpp"
 #include "view/parcel_buffers.hpp"
 #include "view/renderer.hpp"
 #include "view/split_card.hpp"
@@ -36,8 +37,9 @@ class SplitPicture {
   // Card, divider and names, to ImGui. height_px: of the picture.
   void describe(const SplitScene& scene, const Camera& camera, float height_px, float scale);
 
-  // From the top of a half to below its name. Called within a frame of ImGui.
-  static float names_px(float scale);
+  // Height that the card of figures and the halves' names cover in the middle of the picture's top; 0: none.
+  // Called within a frame of ImGui.
+  float covered_at_top_px(const SplitScene& scene, const OverlayPlace& place, float height_px) const;
   // The camera of the second half.
   Camera second_camera(const Camera& first, const World& world, float scale) const;
 

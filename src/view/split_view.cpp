@@ -97,13 +97,7 @@ void SplitView::describe(const Camera& camera, float height_px, float scale) {
 }
 
 float SplitView::covered_at_top_px(const OverlayPlace& place, float height_px) const {
-  if (!is_on()) return 0.0F;
-  const ViewRegion& card = picture_.layout().card;
-  const double middle_px = place.left_px + 0.5 * place.width_px;
-  const bool is_there = card.bottom_px + card.height_px > height_px - 1.0 && card.left_px < middle_px &&
-                        card.left_px + card.width_px > middle_px;
-  const float names_px = scene_.mode == SplitMode::halves ? SplitPicture::names_px(place.scale) : 0.0F;
-  return names_px + (is_there ? static_cast<float>(card.height_px) : 0.0F);
+  return is_on() ? picture_.covered_at_top_px(scene_, place, height_px) : 0.0F;
 }
 
 void SplitView::note(ControlMap& controls, float height_px) const {

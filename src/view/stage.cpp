@@ -9,12 +9,10 @@
 #include "core/error.hpp"
 #include "view/host_draw_target.hpp"
 #include "view/stage_loop.hpp"
+#include "view/stage_start.hpp"
 
 namespace pf {
 namespace {
-
-constexpr double kLongestFilm_s = 60.0;  // of a headless run without an end or a ball that leaves
-constexpr double kAfterFlight_s = 0.5;
 
 std::unique_ptr<GlDrawTarget> make_draw_target(const StageHooks& hooks, Backend& backend) {
   if (hooks.make_draw_target) return hooks.make_draw_target(backend);
@@ -50,41 +48,6 @@ MakeBackend backend_of_second(const Options& options, const StageHooks& hooks) {
     if (!obstacle.empty()) throw UserError(obstacle);
     return hooks.make_backend(name, threads);
   };
-}
-
-// Outputs that a run without a frame would leave empty.
-bool wants_frames(const Options& options) {
-  for (const std::filesystem::path& file : {options.record, options.overlay_csv, options.profile_csv,
-                                            options.log, options.data.dump, options.picture})
-    if (!file.empty()) return true;
-  return false;
-}
-
-// A run that goes on from a state where it would end at once. Its length counts from the start of its scene;
-// a window stays longer, unless --seconds is given.
-void say_if_over(const Options& options, const StageHooks& hooks, bool has_window) {
-  const RunState* start = options.data.start.get();
-  if (start == nullptr || options.replay || options.still_s || options.cues) return;
-  if (has_window && !options.seconds_given) return;
-  const double seconds = options.settings.seconds, rate_hz = options.settings.frame_rate_hz;
-  std::string why;
-  if (seconds > 0.0 && static_cast<double>(start->num_frames) / rate_hz >= seconds - 1e-9)
-    why = fmt::format("the run has lasted its {} s already; give a longer --seconds to go on", seconds);
-  if (seconds <= 0.0 && static_cast<double>(start->frames_after_flight) / rate_hz >= kAfterFlight_s)
-    why = "the run has ended with its flight; give --seconds to go on";
-  if (why.empty()) return;
-  if (wants_frames(options)) throw UserError("--from: " + why);
-  if (hooks.announce) hooks.announce("--from: " + why);
-}
-
-// What a run is refused for at its start. Its outputs are not open yet, so that older ones stay whole.
-void check_start(const Options& options, const StageHooks& hooks, bool has_window, Simulation& simulation) {
-  say_if_over(options, hooks, has_window);
-  if (options.replay) Replay(*options.replay).check_start(simulation);
-  const double now_s = simulation.view().simulated_s;
-  if (options.still_s && *options.still_s < now_s - 1e-9)
-    throw UserError(
-        fmt::format("--still: the run starts at {} s of simulated time; give a later time", now_s));
 }
 
 std::string describe(const GlDrawTarget& target) {

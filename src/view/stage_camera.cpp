@@ -64,6 +64,20 @@ void Stage::follow_camera_keys(const InputFrame& input) {
   }
 }
 
+// A view that the person has chosen has the same middle and width in a window of another size.
+void Stage::keep_view() {
+  const OverlayPlace place = place_of_overlay();
+  const ViewRegion now = {place.left_px, 0.0, place.width_px, place.bottom_px};
+  const bool is_resized = kept_size_.width > 0 && !(kept_size_ == size_);
+  if (is_resized && !camera_.fitted && !ball_camera_.is_on()) {
+    camera_.center_m = camera_.to_world(beside_panel_.center_px());
+    camera_.anchor_px = now.center_px();
+    camera_.metres_per_px *= beside_panel_.width_px / now.width_px;
+  }
+  beside_panel_ = now;
+  kept_size_ = size_;
+}
+
 // A pan ends following, and the picture stays where it is; fitting the view ends it, too.
 void Stage::pan(Vec2d moved_px) {
   ball_camera_.stop(camera_, false);
@@ -113,6 +127,7 @@ PictureScene Stage::large_picture_scene() {
   scene.mode = has_window ? OverlayMode::full : static_cast<OverlayMode>(switches_.overlay_mode);
   scene.look = switches_.look;
   scene.magnifier = switches_.magnifier;
+  scene.title = &title_;
   scene.window_gui = &gui_;
   return scene;
 }

@@ -115,23 +115,28 @@ void Stage::follow_cues(bool is_new_scene) {
   }
   history_.follow(view, simulation_.num_fallbacks(), gesture_, cues_.current());
   panel_.set_scene_settings(history_.scene_settings());
-  if (const std::optional<int> cue = history_.take_cue()) cues_.mark(*cue);
+  if (const std::optional<int> cue = history_.take_cue()) {
+    cues_.mark(*cue);
+    take_camera(cues_.current_cue());
+  }
+}
+
+// null: all of the world is shown.
+void Stage::take_camera(const Cue* cue) {
+  ball_camera_.stop(camera_, false);  // what it went back to was the camera before the cue
+  camera_.shows_images = false;
+  camera_.fitted = cue == nullptr || !cue->camera;
+  if (camera_.fitted) return fit_camera();
+  const ViewRegion free = free_region();
+  camera_.center_m = cue->camera->center_m;
+  camera_.anchor_px = free.center_px();
+  camera_.metres_per_px = cue->camera->width_m / free.width_px;
 }
 
 void Stage::begin_cue() {
   const Cue& cue = *cues_.current_cue();
   title_.begin(cue);
-  ball_camera_.stop(camera_, false);  // what it went back to was the camera before the cue
-  camera_.shows_images = false;
-  camera_.fitted = !cue.camera;
-  if (cue.camera) {
-    const ViewRegion free = free_region();
-    camera_.center_m = cue.camera->center_m;
-    camera_.anchor_px = free.center_px();
-    camera_.metres_per_px = cue.camera->width_m / free.width_px;
-  } else {
-    fit_camera();
-  }
+  take_camera(&cue);
   if (context_.window() != nullptr || !hooks_.announce) return;
   hooks_.announce(fmt::format("cue {} of {}: {}", cues_.current() + 1, cues_.size(),
                               cue.title.empty() ? cue.settings.name : cue.title));

@@ -34,6 +34,7 @@ Commands Stage::handle_input() {
   if (input_) input = input_->take(gui_);
   split_.take_mouse(input, camera_, gui_, scale_);
   fold_panel();
+  keep_view();
   Commands commands = panel_.edit(pair_.view(), switches_, scale_);
   split_.follow(input, switches_.split, commands);
   if (num_frames_ == first_frame_)
@@ -118,6 +119,7 @@ void Stage::aim(const InputFrame& input, Commands& commands) {
   if (!aim_.active() && input.pressed_left && ball_near(input.pointer_px, kReachRadii)) {
     aim_.begin({{settings.ball_vx_mps, settings.ball_vy_mps}, settings.ball_spin_radps}, scale_);
     aimed_scene_ = view.num_scenes;
+    drag_is_aim_ = true;
   }
   if (!aim_.active()) return;
   aim_.drag(input.drag_px, input.shift);
@@ -195,7 +197,9 @@ void Stage::follow_switches(const Commands& commands) {
 
 void Stage::follow_camera(const InputFrame& input) {
   follow_camera_keys(input);
-  if (!aim_.active() && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) pan(input.drag_px);
+  // A drag that has aimed pans nothing up to its end, also after Esc.
+  if (!drag_is_aim_ && (input.drag_px.x != 0.0 || input.drag_px.y != 0.0)) pan(input.drag_px);
+  if (input.released || !input.drags_left) drag_is_aim_ = false;
   if (input.zoom != 1.0) zoom(input);
   if (input.fit || switches_.fit_camera) {
     camera_.fitted = true;

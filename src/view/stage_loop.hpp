@@ -72,6 +72,8 @@ class Stage {
   void undo_or_redo(const InputFrame& input, Commands& commands);
   void follow_cues(bool is_new_scene);
   void begin_cue();
+  void take_camera(const Cue* cue);
+  bool has_marks() const;
   double title_step_s() const;
   bool goes_on_to_next_cue();
   bool scene_ended();
@@ -98,6 +100,7 @@ class Stage {
   void follow_wishes();
   void follow_ball();
   void follow_camera_keys(const InputFrame& input);
+  void keep_view();
   void pan(Vec2d moved_px);
   void zoom(const InputFrame& input);
   void draw_magnified_air(const ParcelBuffers& parcels);
@@ -165,6 +168,7 @@ class Stage {
   SceneMarks marks_;
   Aim aim_;
   std::int64_t aimed_scene_ = 0;  // its number
+  bool drag_is_aim_ = false;      // the drag that goes on began as one
   CuePlayer cues_;
   CueTitle title_;
   PxRect title_place_;       // in the last picture
@@ -190,6 +194,8 @@ class Stage {
   ColorTarget canvas_;  // of frames that are read back; others go straight to the window
 
   Camera camera_;
+  ViewRegion beside_panel_;  // of the last frame, and its size
+  SizePx kept_size_;
   BallCamera ball_camera_;
   Vec2d ball_m_;           // in the frame that is drawn
   ParcelBuffers parcels_;  // of the last frame

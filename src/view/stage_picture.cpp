@@ -25,13 +25,20 @@ OverlayMode Stage::shown_overlay() const {
   return Overlay::fitting_mode(static_cast<OverlayMode>(switches_.overlay_mode), place_of_overlay());
 }
 
+// Notices, legend, profile and magnifier: not in the film of a run without a window that is to have no
+// overlay.
+bool Stage::has_marks() const { return context_.window() != nullptr || options_.record_overlay; }
+
 ViewRegion Stage::free_region() {
   const double left = place_of_overlay().left_px;
   const double bottom = overlay_.used_height_px(shown_overlay(), scale_) + timeline_height_px();
   const ViewRegion free = {left, bottom, std::max(size_.width - left, 1.0),
                            std::max(size_.height - bottom, 1.0)};
+  const bool has_strip = has_marks();
   if (split_.is_on())
-    return split_.lay_out(above_profile_strip(free, simulation_.view(), scale_), switches_.look, scale_);
+    return split_.lay_out(has_strip ? above_profile_strip(free, simulation_.view(), scale_) : free,
+                          switches_.look, scale_);
+  if (!has_strip) return free;
   return marks_.region_for_world(simulation_.view(), look_of_marks(), free, scale_);
 }
 
@@ -51,12 +58,12 @@ void Stage::describe_overlay() {
   // A film with a picture of its own does not show the window's notices.
   WindowNotices notices;
   if (context_.window() != nullptr)
-    notices = {recorder_.film_line(), recorder_.news(), notice_.text(Clock::now()),
-               split_.covered_at_top_px(place, height_px)};
+    notices = {recorder_.film_line(), recorder_.news(), notice_.text(Clock::now())};
+  notices.below_px = split_.covered_at_top_px(place, height_px);
   const double magnifier_scale = magnifier_ ? magnifier_->camera().metres_per_px : 0.0;
-  marks_.show(view,
-              {camera_, place, height_px, look_of_marks(), magnifier_px_, magnifier_scale, title_place_},
-              notices);
+  const ScenePlace scene = {camera_,       place,           height_px,   look_of_marks(),
+                            magnifier_px_, magnifier_scale, title_place_};
+  if (has_marks()) marks_.show(view, scene, notices);
   if (ring_m_) {
     SceneMarks::show_ring(*ring_m_, ring_px(), launched_by_hand_ ? "" : "pull back and let go",
                           {camera_, place, height_px, switches_.look});
@@ -65,7 +72,7 @@ void Stage::describe_overlay() {
     SceneMarks::show_aim(aim_.launch(), initial_ball(*view.settings).position_m, view.physics->ball.radius_m,
                          {camera_, place, height_px, switches_.look});
   }
-  title_place_ = title_.show(above_profile_strip(place, view), switches_.look.theme,
+  title_place_ = title_.show(has_marks() ? above_profile_strip(place, view) : place, switches_.look.theme,
                              SceneMarks::start_rect(view, camera_, height_px, scale_));
   gui_.end_frame();
 }

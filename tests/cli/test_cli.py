@@ -273,6 +273,10 @@ def stood_still(bench):
     done = bench.run(*words, "--from", state, "--seconds", "3")
     check(done.returncode == 1, f"exit code {done.returncode}, expected 1")
     check("--from: the flight stood still when this state was saved" in done.stderr, f"and why: {done.stderr.strip()[-200:]}")
+    old = bench.folder / "o.csv"
+    old.write_text("frame,old")
+    bench.refused(2, ("--from: the flight stood still",), *words, "--from", state, "--seconds", "3", "--overlay-csv", str(old))
+    check(old.read_text() == "frame,old", "an older table is kept")
     done = bench.run("bench", "--flight", "--scene", "gas", "-p", "1000", *hot, "--seconds", "2", "--json", str(bench.folder / "f.json"))
     flown = json.loads((bench.folder / "f.json").read_text())
     check(flown["ended_early"] and flown["interrupted"] is False and "gpu_ms" not in flown, f"the report says so: {flown['ended_early']}")

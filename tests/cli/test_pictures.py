@@ -96,6 +96,9 @@ def transparent(program):
     check(found[0][3] == 0 and found[-1][3] == 0, "the corners are clear: no overlay")
     yellow = [color for color in found if color[3] > 250 and color[0] > 200 and color[1] > 170 and color[2] < 90]
     check(len(yellow) > 30, f"the ball: {len(yellow)} pixels")
+    line = (222, 230, 227)  # of a court's lines, whatever lies behind them
+    like_lines = [color for color in found if 198 <= color[3] <= 210 and max(abs(a - b) for a, b in zip(color, line)) <= 6]
+    check(len(like_lines) > 300, f"lines have their colour: {len(like_lines)} pixels")
     usual = read_png(still(program, "usual.png"))
     check(min(usual.at(320, 170)) > 5, "the usual picture has a ground")
 

@@ -351,6 +351,8 @@ def refusals(bench):
     outputs = ("--dump", "o.xyz", "--overlay-csv", "o.csv", "--record", "o.mp4", "--log", "o.toml")
     bench.refused("the run has lasted its 0.1 s already", "--from", "c.state", "--picture", "o.png", *outputs)
     bench.refused("--still: the run starts at", "--from", "c.state", "--still", "0.001", "s.png", *outputs)
+    bench.fly("-p", "100", "--set", "run.time_scale=1", "--checkpoint", "e.state")
+    bench.refused("the run has ended with its flight", "--from", "e.state", "--picture", "o.png", *outputs)
     check(all(old.read_text() == old_text for old in olds), "older files are whole")
     bench.fly("-p", "100", "--seconds", "0.1", "--dump", "q.h5", "--dump-fields", "position,state")
     bench.fly("--from", "q.h5", "--seconds", "0.2")

@@ -47,5 +47,29 @@ TEST_F(GpuCheckpoint, GoesOnOnEitherBackendToTheSameBits) {
   }
 }
 
+// The ball was set in motion when the state was saved, and has not flown since.
+TEST_F(GpuCheckpoint, ALaunchInHandIsFlownOnEitherBackend) {
+  Settings s = court(500);
+  s.method = Method::exact;
+  s.magnus = false;  // it keeps its trajectory from step to step
+  s.ball_spin_radps = 0.0;
+  const auto hash = [&](BackendMaker first, BackendMaker second) {
+    SceneRun saved(s, first());
+    BallState ball = saved.advance(3, 1e-3).ball;
+    ball.velocity_mps = {3.0, 4.0};
+    saved.backend->set_ball(ball);
+    BackendState state;
+    saved.backend->save(state);
+    SceneRun again(s, second());
+    again.backend->resume(again.physics, state);
+    EXPECT_NEAR(again.advance(3, 1e-3).ball.velocity_mps.y, 4.0, 0.1);
+    return again.backend->state_hash();
+  };
+  const std::uint64_t expected = hash(on_cpu, on_cpu);
+  EXPECT_EQ(hash(on_gpu, on_cpu), expected);
+  EXPECT_EQ(hash(on_cpu, on_gpu), expected);
+  EXPECT_EQ(hash(on_gpu, on_gpu), expected);
+}
+
 }  // namespace
 }  // namespace pf::test

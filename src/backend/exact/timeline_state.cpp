@@ -45,7 +45,7 @@ void ExactTimeline::resume(const Physics& physics, const BackendState& state, So
   progress_.tick_exponent = exact.tick_exponent;
   progress_.ball = state.ball;
   progress_.ball_trajectory = exact.ball;
-  progress_.ball_trajectory_holds = exact.ball_holds;
+  progress_.ball_trajectory_holds = exact.ball_holds && !state.ball_was_set;
 }
 
 }  // namespace pf
