@@ -80,7 +80,7 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
     num_ = members_.num();
     it_ = {};
     if (is_member()) take_member(lane());
-    if (members_.leads()) space_.is_crowded = 0;
+    if (members_.leads()) space_.results[0].is_crowded = space_.results[1].is_crowded = 0;
     __syncthreads();
   }
 
@@ -145,7 +145,7 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
     this->list_near(it, search, cursor, near);
     if (!cursor.has_more()) this->keep_list(it, near);
     Base::team_barrier();
-    if (space_.num_near[it.place] == BlockSpace::kNotListed) space_.is_crowded = 1;
+    if (space_.num_near[it.place] == BlockSpace::kNotListed) space_.results[parity_].is_crowded = 1;
   }
 
   // Predicts the members that the event changes or leaves without an event. Returns false, with nothing done
@@ -154,7 +154,7 @@ class BlockFewPredictions : protected BlockPredictions<kBoundary, kHasBall> {
     for (unsigned base = 0;;) {
       find_first(turn, task, base);
       __syncthreads();
-      if (space_.is_crowded != 0) return false;
+      if (space_.results[parity_].is_crowded != 0) return false;
       learn(turn, base);
       parity_ ^= 1U;
       base += kTeams;

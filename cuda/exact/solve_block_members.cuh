@@ -22,6 +22,7 @@ struct ToldEvent {
 struct WarpResults {
   alignas(16) Event told[2][32];  // of each member with one that the event changes
   alignas(16) Event best[kExactBlock / 32], at_ball[kExactBlock / 32];
+  std::uint32_t is_crowded;  // 1 if a list has no room
 };
 
 // Shared memory of a ball that is a member of the cluster.
@@ -70,7 +71,6 @@ struct BlockSpace {
   Event best[kWarps], at_ball[kWarps];  // of each warp
   std::uint32_t knows_hit[kWarps];
   WarpResults results[2];
-  std::uint32_t is_crowded;  // 1 if a list has no room
   BlockBall ball;
   std::uint32_t ball_joins;  // 1 if the cluster must be solved with the ball
 };
@@ -256,7 +256,8 @@ struct BlockMembers {
     if (name == kInvalidIndex || !is_first) return;
     for (std::uint32_t m = memory.list_head[name]; m != kInvalidIndex; m = memory.members[m].next) {
       const std::uint32_t place = atomicAdd(&space.num_members, 1U);
-      if (place < kCapacity) space.table[place] = m;
+      if (place >= kCapacity) break;  // also if a slot that had no room has closed the list to a ring
+      space.table[place] = m;
       memory.owner[memory.members[m].index] = cluster;
     }
     if (name != cluster) cluster_of(step, name).parent = cluster;

@@ -61,7 +61,9 @@ __global__ void anchor_kernel(const __grid_constant__ ExactLaunch launch, std::u
     if (parcels.last_contact_tick)
       parcels.last_contact_tick[i] = static_cast<std::uint32_t>(now - kAnchorPeriod);
     launch.memory.positions[0][i] = parcels.position[i];
-    const float any_speed2 = dot(parcels.velocity[i], parcels.velocity[i]);
+    const Vec2f velocity = entering_velocity(parcels.velocity[i]);
+    parcels.velocity[i] = velocity;
+    const float any_speed2 = dot(velocity, velocity);
     if (!is_retired(parcels.position[i]) && any_speed2 < kMaxFiniteSpeed2) speed2 = any_speed2;
   }
   const unsigned fastest2 = warp_max(__float_as_uint(speed2));

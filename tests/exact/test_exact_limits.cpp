@@ -112,7 +112,7 @@ TEST(Exact, ReportsVelocitiesThatAreNotFinite) {
   const StepTotals valid = fly(0.5F);
   EXPECT_EQ(valid.num_invalid, 0U);
   for (const float broken_mps :
-       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()}) {
+       {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN(), 1e20F}) {
     const StepTotals totals = fly(broken_mps);
     EXPECT_EQ(totals.num_invalid, 1U) << "a parcel, however many steps it is seen in";
     EXPECT_EQ(totals.first_invalid_id, 17U);

@@ -40,6 +40,8 @@ void ExactTimeline::enter(const Physics& physics, double contact_clock_s, Sorted
   trajectories.tick.assign(parcels.size(), now);
   trajectories.last_contact_tick.assign(contact_clock_s > 0.0 ? parcels.size() : 0,
                                         now - static_cast<std::uint32_t>(kAnchorPeriod));
+  for (std::size_t i = 0; i < parcels.size(); ++i)
+    trajectories.velocity[i] = entering_velocity(trajectories.velocity[i]);
   parcels.sorted = false;
   active_ = true;
   progress_.fastest_mps = fastest_parcel_mps(parcels);

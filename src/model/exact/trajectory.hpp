@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "model/parcel.hpp"
 
@@ -21,6 +22,13 @@ constexpr std::uint32_t kMaxTickExponent = 40;
 // Position units by which a computed position may differ from the stored one: two roundings of a position and
 // one of a tick for each body.
 constexpr double kRoundingMargin = 4.0;
+
+// The velocity with which a parcel enters the method: one that counts as not finite becomes NaN, with which
+// no parcel meets another.
+PF_HD inline Vec2f entering_velocity(Vec2f velocity) {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  return dot(velocity, velocity) < kMaxFiniteSpeed2 ? velocity : Vec2f{kNan, kNan};
+}
 
 struct Trajectory {
   Vec2i anchor;            // position units
