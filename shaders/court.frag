@@ -50,7 +50,7 @@ vec4 over(vec4 c, vec3 dark, vec3 light, float a) { return mix(c, vec4(mix(dark,
 
 vec4 with_net(vec4 c, vec2 p) {
   float shadow = mix(0.42, 0.16, view.light) * (1.0 - smoothstep(0.0, 0.30, p.x)) * cover(abs(p.y + 0.05) - kHalfPosts);
-  c.rgb *= 1.0 - shadow * step(0.0, p.x);
+  if (view.transparent < 0.5) c.rgb *= 1.0 - shadow * step(0.0, p.x);
   c = over(c, vec3(0.86, 0.89, 0.88), vec3(0.20, 0.27, 0.31), 0.92 * net(p));
   return over(c, vec3(0.72, 0.76, 0.78), vec3(0.24, 0.31, 0.35), posts(p));
 }

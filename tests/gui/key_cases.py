@@ -195,6 +195,14 @@ def escape(bench):
             window.press_key("Escape")
             window.wait_for_control(ASKS)
             window.wait_for_control(ASKS, there=False)
+        # It breaks off a pull at the ball, and the rest of that drag moves nothing.
+        start = window.controls()["Ball's start"]
+        window.hold("Ball's start", 0.5)
+        window.move_by(-40, 10)
+        window.press_key("Escape")
+        window.move_by(-60, 20)
+        window.release()
+        check(window.controls()["Ball's start"] == start, f"a pull that was broken off pans nothing: {start}")
         window.is_running()
         report = window.stop()
     check(report["display"]["width"] == 800, f"Esc leaves full screen: {report['display']['width']} wide")

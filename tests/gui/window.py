@@ -167,6 +167,9 @@ class Window:
         self._move_to(label, share)
         self._press("mousedown", "1")
 
+    def move_by(self, right, down):
+        self._press("mousemove_relative", "--", str(right), str(down))
+
     def release(self):
         self._press("mouseup", "1")
 
