@@ -65,20 +65,6 @@ TEST(Exact, ABallAtTheEdgeIsTheSameForAnyStepLength) {
   }
 }
 
-// A contact duration is of no use without parcels, and begins nothing anew.
-TEST(Exact, ABallAloneIsTheSameForAnyRequests) {
-  Settings s = gas_with_ball(kOpen, 0.0);
-  s.air = Air::vacuum;
-  s.contact_clock_s = 1e-3;
-  s.restitution = 0.9;
-  const auto hash = [&](std::uint32_t steps, int requests) {
-    SceneRun run(s, 1);
-    for (int k = 0; k < requests; ++k) run.advance(steps, 0.0123);
-    return run.backend->state_hash();
-  };
-  EXPECT_EQ(hash(1, 40), hash(40, 1));
-}
-
 // Two rows of touching parcels fly at each other. When they meet, at 0.35 s, they have 350 x 350 collisions
 // at once.
 TEST(Exact, CountsTheStepsBeforeACrowdThatCannotBeResolved) {
