@@ -5,6 +5,7 @@ test_cues.py PROGRAM CASE...   exit 0: as it should be, 1: not, 77: no Xvfb or n
 test_cues.py PROGRAM --hands-off   all cases, but no key or button is pressed: exit 0 if each of them fails
 """
 import json
+import math
 import pathlib
 import shutil
 import subprocess
@@ -50,6 +51,11 @@ def talk_of(bench, text=TALK):
 
 def title(name):
     return f"Cue title: {name}"
+
+
+def far(place, other):
+    """Pixels between the corners of two rectangles."""
+    return math.hypot(place[0] - other[0], place[1] - other[1])
 
 
 def lit(picture, place):
@@ -231,11 +237,15 @@ def cue_left(bench):
     """A scene from the menu leaves no cue marked; page down goes on from the one that it ended, undo comes back to it."""
     with bench.open("--cues", talk_of(bench), *NEARLY_STILL) as window:
         window.wait_for_control("Cue 1 current")
+        start = window.controls()["Ball's start"]
         window.choose("Scene", "gas")
         window.wait_for_control("Cue 1 current", there=False)
         window.wait_for_control("Cue 1")
+        window.scroll(560, 350, 4)
         ctrl(window, "ctrl", "z")
         window.wait_for_control("Cue 1 current")
+        wait_for("view of the cue", lambda: far(window.controls().get("Ball's start", (0, 0)), start) < 3.0, 5.0)
+        print("ok: undo brings the cue's view back")
         ctrl(window, "ctrl", "y")
         window.wait_for_control("Cue 1 current", there=False)
         window.press_key("Next")
