@@ -53,7 +53,7 @@ json elastic_errors(const json& row) {
           {"energy", error_of((figure(row, "energy_ratio") - 1.0) * 10.0 / figure(row, "collisions"), 0.0)}};
 }
 
-// A cooling gas against `exact`. The rate is that over the temperature of the moment: a method that misses
+// A cooling gas against `exact`. The rate is that over the thermal speed of the moment: a method that misses
 // collisions keeps the gas hotter, so that their number recovers. Blocks differ systematically, so that
 // errors are those of counting: 1 / sqrt(events), for the pressure times 2 / sqrt(pi) (mean square over
 // squared mean of the closing speed is 4 / pi).

@@ -78,15 +78,21 @@ PF_HD inline Vec2i separation(const World& world, Vec2i from, Vec2i to) {
 }
 
 // Not inlined, because it is rarely needed.
-PF_HD_RARE inline double far_image(double offset, double half) {
+PF_HD_RARE inline double offset_of_far_image(double offset, double there, double half) {
   const double period = 2.0 * half;
-  return offset - period * static_cast<double>(round_to_int64(offset / period));
+  return offset - period * static_cast<double>(round_to_int64(there / period));
 }
 
-// An offset along an axis on which the world repeats after 2 half, in any unit: that of the nearest image.
+// Of an offset along an axis on which the world repeats after 2 half, in any unit, that of the image which is
+// nearest where the offset is `there`. An offset that stays has its bits wherever `there` is.
+PF_HD inline double offset_of_image(double offset, double there, double half) {
+  if (there < half && there > -half) return offset;
+  return offset_of_far_image(offset, there, half);
+}
+
+// That of the nearest image.
 PF_HD inline double nearest_image(double offset, double half) {
-  if (offset < half && offset > -half) return offset;
-  return far_image(offset, half);
+  return offset_of_image(offset, offset, half);
 }
 
 // offset: position units.

@@ -36,19 +36,6 @@ struct RelativeMotion {
   std::int32_t from = 0;
 };
 
-// Not inlined, because it is rarely needed.
-PF_HD_RARE inline double offset_of_far_image(double offset, double there, double half) {
-  const double period = 2.0 * half;
-  return offset - period * static_cast<double>(round_to_int64(there / period));
-}
-
-// Of an offset along an axis, that of the image which is nearest where the offset is `there`. An offset that
-// stays has its bits wherever `there` is.
-PF_HD inline double offset_of_image(double offset, double there, double half) {
-  if (there < half && there > -half) return offset;
-  return offset_of_far_image(offset, there, half);
-}
-
 // Relative motion of nearest images: nearest at the step's start, or at `from` if that is later.
 template <Boundary kBoundary>
 PF_HD inline RelativeMotion nearest_image_motion(const World& world, Vec2d offset, Vec2d velocity,
